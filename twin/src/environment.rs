@@ -1,0 +1,97 @@
+//! The laboratory around the mirror: temperature, the slow translation of the plate and the second axis.
+
+use rand::{Rng, RngExt};
+use rand_chacha::ChaCha12Rng;
+use rand_distr::StandardNormal;
+
+use crate::noise::Wander;
+
+/// Mean temperature of the laboratory in °C.
+pub const LABORATORY_C: f64 = 27.0;
+
+/// What surrounds one reading.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surroundings {
+    /// Time of the reading in seconds.
+    pub t_s: f64,
+    /// Temperature of the base plate in °C.
+    pub temperature_c: f64,
+    /// Common-mode translation of the plate in millimetres.
+    pub translation_mm: f64,
+    /// Slow rotation about the second axis in arcseconds, beside what the deflection itself brings.
+    pub cross_arcsec: f64,
+    /// Slow change of the coil current in A per A of the drive's creep.
+    pub creep: f64,
+}
+
+/// The course of the surroundings over one recording.
+#[derive(Debug, Clone)]
+pub struct Environment {
+    generator: ChaCha12Rng,
+    cycle_k: f64,
+    cycle_s: f64,
+    phase: f64,
+    air: Wander,
+    translation: Wander,
+    cross: Wander,
+    creep: Wander,
+    plate_mm_per_k: f64,
+}
+
+impl Environment {
+    /// The temperature-controlled laboratory of the paper, 27 ± 1 °C; `plate_mm_per_k` is the translation
+    /// of the plate with temperature.
+    pub fn laboratory(plate_mm_per_k: f64, mut generator: ChaCha12Rng) -> Self {
+        // The air conditioning cycles in a quarter of an hour to three quarters.
+        let cycle_k = generator.random_range(0.3..0.55);
+        let cycle_s = generator.random_range(900.0..2700.0);
+        let phase = generator.random_range(0.0..std::f64::consts::TAU);
+        let air = Wander::start(0.12, 400.0, &mut generator);
+        // 0.2 µm: table, clamping and plate, in minutes.
+        let translation = Wander::start(0.2e-3, 300.0, &mut generator);
+        let cross = Wander::start(0.8, 600.0, &mut generator);
+        let creep = Wander::start(1.0, 500.0, &mut generator);
+        Self { generator, cycle_k, cycle_s, phase, air, translation, cross, creep, plate_mm_per_k }
+    }
+
+    /// The surroundings at `t_s`, which must not lie before the last time asked for.
+    pub fn at(&mut self, t_s: f64) -> Surroundings {
+        let cycle = self.cycle_k * (std::f64::consts::TAU * t_s / self.cycle_s + self.phase).sin();
+        // The control never lets the temperature leave ±1 K.
+        let deviation_k = (cycle + self.air.at(t_s, &mut self.generator)).clamp(-1.0, 1.0);
+        let translation_mm = self.translation.at(t_s, &mut self.generator);
+        Surroundings {
+            t_s,
+            temperature_c: LABORATORY_C + deviation_k,
+            translation_mm: translation_mm + self.plate_mm_per_k * deviation_k,
+            cross_arcsec: self.cross.at(t_s, &mut self.generator),
+            creep: self.creep.at(t_s, &mut self.generator),
+        }
+    }
+}
+
+/// How the second axis goes with the deflection: a tilt of the axes and a little bending.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SecondAxis {
+    /// Arcseconds per radian of deflection.
+    pub tilt_arcsec_per_rad: f64,
+    /// Arcseconds per square radian of deflection.
+    pub bend_arcsec_per_rad2: f64,
+}
+
+impl SecondAxis {
+    /// Draws an alignment that keeps the second axis below 10″ from edge to edge, as the paper demands.
+    pub fn draw(generator: &mut impl Rng) -> Self {
+        let edge_rad = 1.5f64.to_radians();
+        let mut normal = || generator.sample::<f64, _>(StandardNormal).clamp(-2.0, 2.0);
+        Self {
+            tilt_arcsec_per_rad: 1.2 * normal() / edge_rad,
+            bend_arcsec_per_rad2: 0.5 * normal() / (edge_rad * edge_rad),
+        }
+    }
+
+    /// Rotation about the second axis in arcseconds at the true angle.
+    pub fn at(&self, true_angle_rad: f64) -> f64 {
+        true_angle_rad * (self.tilt_arcsec_per_rad + true_angle_rad * self.bend_arcsec_per_rad2)
+    }
+}

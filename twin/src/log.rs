@@ -1,0 +1,122 @@
+//! The log of a recording: its rows, and the CSV file that they are written to.
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use flate2::{Compression, GzBuilder};
+
+/// One settled reading, in the units of the CSV columns and with the resolution that they print.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Time since the start in seconds.
+    pub t_s: f64,
+    /// Number of the pass, from 1.
+    pub pass: u32,
+    /// +1 forward, −1 backward.
+    pub direction: i8,
+    /// Commanded angle in degrees.
+    pub command_deg: f64,
+    /// Displacement at probe 1 in millimetres, Eq. 2.
+    pub x1_mm: f64,
+    /// Displacement at probe 2 in millimetres, Eq. 3.
+    pub x2_mm: f64,
+    /// Autocollimator reading of the mirror angle in arcseconds, α₀ included.
+    pub reference_arcsec: f64,
+    /// Second axis of the autocollimator in arcseconds.
+    pub cross_arcsec: f64,
+    /// Base plate in °C.
+    pub temperature_c: f64,
+    /// Voice-coil current in A.
+    pub coil_a: f64,
+}
+
+/// The header row.
+pub const HEADER: &str =
+    "t_s,pass,direction,command_deg,x1_mm,x2_mm,reference_arcsec,cross_arcsec,temperature_c,coil_a";
+
+/// Why a recording could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file or the folder that it lies in cannot be written.
+    #[error("cannot write `{}`: {reason}; expected a file in an existing folder that may be written to", .path.display())]
+    Io {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::ErrorKind,
+    },
+    /// The file name does not say a format that is known.
+    #[error(
+        "`{}` is no name for a recording: expected one that ends in `.csv` or `.csv.gz`", .path.display()
+    )]
+    Name {
+        /// The file that was asked for.
+        path: PathBuf,
+    },
+}
+
+/// Writes the rows as CSV, header first.
+pub fn write_csv(readings: &[Reading], mut to: impl Write) -> io::Result<()> {
+    writeln!(to, "{HEADER}")?;
+    for r in readings {
+        writeln!(
+            to,
+            "{:.2},{},{},{:.3},{:.7},{:.7},{:.3},{:.3},{:.3},{:.5}",
+            r.t_s,
+            r.pass,
+            r.direction,
+            r.command_deg,
+            r.x1_mm,
+            r.x2_mm,
+            r.reference_arcsec,
+            r.cross_arcsec,
+            r.temperature_c,
+            r.coil_a
+        )?;
+    }
+    to.flush()
+}
+
+/// Writes the rows to the file at `path`, `.csv` or `.csv.gz`. The file appears whole or not at all.
+pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), WriteError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let compressed = name.ends_with(".csv.gz");
+    if !compressed && !name.ends_with(".csv") {
+        return Err(WriteError::Name { path: path.to_owned() });
+    }
+    write_whole(path, |to| {
+        if compressed {
+            // No name and no time in the head: the same recording is the same bytes.
+            let mut packed = GzBuilder::new().write(to, Compression::best());
+            write_csv(readings, &mut packed)?;
+            packed.finish().map(drop)
+        } else {
+            write_csv(readings, to)
+        }
+    })
+    .map_err(|error| WriteError::Io { path: path.to_owned(), reason: error.kind() })
+}
+
+/// Lets `fill` write a temporary neighbour of `path`, then renames it.
+fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if path.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
+    }
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As any new file: the user's mask takes away what it takes away.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    let mut neighbour = builder.prefix(".recording-").tempfile_in(folder)?;
+    let mut buffered = BufWriter::new(neighbour.as_file_mut());
+    fill(&mut buffered)?;
+    buffered.flush()?;
+    drop(buffered);
+    neighbour.persist(path).map(drop).map_err(|error| error.error)
+}
