@@ -7,6 +7,8 @@ pub struct Autocollimator {
     pub noise_arcsec: f64,
     /// Standard deviation of what air and table add to one reading, in arcseconds.
     pub pointing_arcsec: f64,
+    /// Standard deviation of the reading of the second axis in arcseconds.
+    pub cross_noise_arcsec: f64,
     /// Half its measuring range, in arcseconds.
     pub range_arcsec: f64,
     /// α₀ is drawn uniformly up to this size in either direction, in arcseconds: the knobs bring the
@@ -21,6 +23,8 @@ impl Default for Autocollimator {
         Self {
             noise_arcsec: 1.0 / 3.0,
             pointing_arcsec: 0.15,
+            // The second axis stays at the centre of its range, where a reading is at its best.
+            cross_noise_arcsec: 0.05,
             range_arcsec: 5400.0,
             zero_within_arcsec: 100.0,
         }

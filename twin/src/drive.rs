@@ -12,6 +12,8 @@ pub struct Drive {
     pub offset_a: f64,
     /// Standard deviation of the slow creep of the flexure, in A.
     pub creep_a: f64,
+    /// Standard deviation of the current from one settled position to the next, by friction, in A.
+    pub settling_a: f64,
     /// Standard deviation of the current reading, in A.
     pub noise_a: f64,
     /// The mirror rests against a stop at this angle, in radians.
@@ -26,7 +28,8 @@ impl Drive {
             stiffness_a_per_rad: 0.065 * (1.0 + 0.03 * normal()) / 1f64.to_radians(),
             offset_a: 0.003 * normal(),
             creep_a: 0.005,
-            noise_a: 0.001,
+            settling_a: 0.001,
+            noise_a: 1e-4,
             stop_rad: 1.8f64.to_radians(),
         }
     }

@@ -77,6 +77,9 @@ pub struct SecondAxis {
     pub tilt_arcsec_per_rad: f64,
     /// Arcseconds per square radian of deflection.
     pub bend_arcsec_per_rad2: f64,
+    /// Standard deviation in arcseconds from one settled position to the next: the flexure never comes to
+    /// rest quite the same way.
+    pub settling_arcsec: f64,
 }
 
 impl SecondAxis {
@@ -87,6 +90,7 @@ impl SecondAxis {
         Self {
             tilt_arcsec_per_rad: 1.2 * normal() / edge_rad,
             bend_arcsec_per_rad2: 0.5 * normal() / (edge_rad * edge_rad),
+            settling_arcsec: 0.3,
         }
     }
 

@@ -57,6 +57,7 @@ pub fn record_with_truth(
     let mut optics = stream(seed, Stream::Autocollimator);
     let mut residue = stream(seed, Stream::Controller);
     let mut housekeeping = stream(seed, Stream::Housekeeping);
+    let mut settling = stream(seed, Stream::Settling);
     let mut environment = Environment::laboratory(device.plate_mm_per_k, stream(seed, Stream::Environment));
     let autocollimator = &device.autocollimator;
     let within = autocollimator.zero_within_arcsec;
@@ -97,12 +98,15 @@ pub fn record_with_truth(
             let mut normal = || housekeeping.sample::<f64, _>(StandardNormal);
             let reference_noise =
                 autocollimator.total_noise_arcsec() * optics.sample::<f64, _>(StandardNormal);
+            let mut settled = || settling.sample::<f64, _>(StandardNormal);
             let cross_arcsec = device.second_axis.at(true_angle_rad)
                 + around.cross_arcsec
-                + autocollimator.noise_arcsec * normal();
+                + device.second_axis.settling_arcsec * settled()
+                + autocollimator.cross_noise_arcsec * normal();
             let coil_a = device.drive.stiffness_a_per_rad * true_angle_rad
                 + device.drive.offset_a
                 + device.drive.creep_a * around.creep
+                + device.drive.settling_a * settled()
                 + device.drive.noise_a * normal();
             let reading = Reading {
                 t_s: round_to(t_s, 2),

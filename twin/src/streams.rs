@@ -23,6 +23,8 @@ pub enum Stream {
     Controller = 6,
     /// Noise of the slow channels: thermometer, second axis, coil current.
     Housekeeping = 7,
+    /// What really differs from one settled position to the next: second axis and coil current.
+    Settling = 8,
 }
 
 /// The generator of `seed` for one purpose.
