@@ -4,6 +4,8 @@ mod calibrate;
 mod error;
 mod result;
 
+use std::borrow::Cow;
+
 use crate::basis::{Basis, MAX_ORDER};
 use crate::coefficients::Coefficients;
 use crate::dependence::{self, Dependence};
@@ -177,11 +179,18 @@ pub(crate) struct Data<'a> {
     grams: Grams,
     /// Number of distinct readings in each point.
     distinct: Vec<usize>,
-    reading: std::borrow::Cow<'a, [f64]>,
-    error: std::borrow::Cow<'a, [f64]>,
-    point: std::borrow::Cow<'a, [u32]>,
-    weights: std::borrow::Cow<'a, [f64]>,
+    rows: Rows<'a>,
     grouping: Grouping,
+}
+
+/// What is fitted: the rows of the recording, or its averages.
+struct Rows<'a> {
+    reading: Cow<'a, [f64]>,
+    error: Cow<'a, [f64]>,
+    /// The point of each row.
+    point: Cow<'a, [u32]>,
+    /// Weight of each point.
+    weights: Cow<'a, [f64]>,
 }
 
 /// Up to so many rows the basis is made orthonormal over every row, above over the points.
@@ -199,18 +208,24 @@ impl<'a> Data<'a> {
         mirror: &Mirror,
         options: &Options,
     ) -> Data<'a> {
-        use std::borrow::Cow;
         let passes = recording.passes();
         let averaged = options.fitted == Fitted::Averages;
-        let (reading, error, point, weights): (Cow<[f64]>, Cow<[f64]>, Cow<[u32]>, Cow<[f64]>) = if averaged {
-            let means = PointMoments::of(points, |row| calibrated.error[row]).mean;
-            let numbers: Vec<u32> = (0..points.count() as u32).collect();
-            let even = vec![1.0; points.count()];
-            (Cow::Borrowed(&points.reading), means.into(), numbers.into(), even.into())
+        let fitted = if averaged {
+            Rows {
+                reading: Cow::Borrowed(&points.reading),
+                error: PointMoments::of(points, |row| calibrated.error[row]).mean.into(),
+                point: (0..points.count() as u32).collect(),
+                weights: vec![1.0; points.count()].into(),
+            }
         } else {
-            let (reading, error) = (&calibrated.reading, &calibrated.error);
-            (reading.into(), error.into(), (&points.of_row).into(), weights.into())
+            Rows {
+                reading: (&calibrated.reading).into(),
+                error: (&calibrated.error).into(),
+                point: (&points.of_row).into(),
+                weights: weights.into(),
+            }
         };
+        let Rows { reading, error, point, weights } = &fitted;
         let folds =
             if averaged { 1 } else { passes.len().min(MOST_FOLDS).min((MOST_CELLS / points.count()).max(1)) };
         let weight_of = |row: usize| {
@@ -219,7 +234,7 @@ impl<'a> Data<'a> {
         };
         let basis = if reading.len() <= BASIS_ROWS {
             let squares: Vec<f64> = (0..reading.len()).map(weight_of).collect();
-            Basis::new(&reading, &squares, MAX_ORDER)
+            Basis::new(reading, &squares, MAX_ORDER)
         } else {
             let squares: Vec<f64> = (points.reading.iter().zip(&points.rows).zip(weights.iter()))
                 .map(|((s, rows), weight)| weight * *rows as f64 * mirror.sensor.gain(*s).powi(2))
@@ -247,13 +262,14 @@ impl<'a> Data<'a> {
             (false, false) => points.rows.clone(),
             _ => vec![1; points.count()],
         };
-        Data { basis, grams, distinct, reading, error, point, weights, grouping: points.grouping }
+        Data { basis, grams, distinct, rows: fitted, grouping: points.grouping }
     }
 
     /// Scores all candidate orders; none where the order is given and there is too little to score with.
     fn select(&self, options: &Options) -> Result<Option<Scores>, FitError> {
         let (first, last) = (*options.candidates.start(), *options.candidates.end());
-        let scores = order::select(&self.grams, &self.weights, &self.distinct, first, last, &options.splits);
+        let scores =
+            order::select(&self.grams, &self.rows.weights, &self.distinct, first, last, &options.splits);
         if scores.is_none() && options.order.is_none() {
             let points = self.distinct.iter().sum();
             return Err(FitError::TooFewToHoldOut { points, grouping: self.grouping.name() });
@@ -275,10 +291,10 @@ impl<'a> Data<'a> {
         let problem = Problem {
             basis: &self.basis,
             order,
-            reading: &self.reading,
+            reading: &self.rows.reading,
             gain: &|reading| mirror.sensor.gain(reading),
-            error: &self.error,
-            weight: &|row| self.weights[self.point[row] as usize],
+            error: &self.rows.error,
+            weight: &|row| self.rows.weights[self.rows.point[row] as usize],
         };
         match options.solver {
             Solver::Qr => problem.solve_qr(),
@@ -291,7 +307,7 @@ impl<'a> Data<'a> {
 
     /// Factor of the weighted sums over everything, rows of the fit, and weighted squares of the residual.
     fn normal(&self, c: &[f64]) -> (Factor, usize, f64) {
-        let sums = self.grams.total(|_, point| self.weights[point]);
+        let sums = self.grams.total(|_, point| self.rows.weights[point]);
         (sums.factor(), sums.rows, sums.squares(c))
     }
 }
