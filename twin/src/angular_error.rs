@@ -38,17 +38,25 @@ impl AngularError {
         angle + slope * (s_mm - inside)
     }
 
+    /// dΘ/ds in rad/mm.
+    pub fn slope_rad_per_mm(&self, s_mm: f64) -> f64 {
+        self.angle_and_slope(s_mm.clamp(-KNOWN_TO_MM, KNOWN_TO_MM)).1
+    }
+
     /// The difference s in millimetres that the pair reports at the true angle Θ in radians: the root of
     /// atan(s/d) − Δθ(s) = Θ by Newton's method, held inside a shrinking bracket.
     pub fn reported_s_mm(&self, true_angle_rad: f64) -> f64 {
-        let (mut low, mut high) = (-KNOWN_TO_MM, KNOWN_TO_MM);
-        for end in [low, high] {
+        let (at_rest, slope) = self.angle_and_slope(0.0);
+        let end = KNOWN_TO_MM.copysign(true_angle_rad - at_rest);
+        let (mut low, mut high) = (end.min(0.0), end.max(0.0));
+        let mut s = (true_angle_rad - at_rest) / slope;
+        if s.abs() > 0.7 * KNOWN_TO_MM {
             let (angle, slope) = self.angle_and_slope(end);
             if (true_angle_rad - angle) * end >= 0.0 {
                 return end + (true_angle_rad - angle) / slope;
             }
+            s = s.clamp(low, high);
         }
-        let mut s = (self.probe_distance_mm * true_angle_rad).clamp(low, high);
         for _ in 0..60 {
             let (angle, slope) = self.angle_and_slope(s);
             let excess = angle - true_angle_rad;
@@ -58,9 +66,9 @@ impl AngularError {
                 low = s;
             }
             let newton = s - excess / slope;
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            // 10⁻¹⁵ mm is 2·10⁻¹¹ arcsec.
-            if (next - s).abs() < 1e-15 {
+            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            // Newton's next step is smaller by far: 10⁻¹⁰ mm squared, times a curvature of the order of 1/mm.
+            if (next - s).abs() < 1e-10 {
                 return next;
             }
             s = next;

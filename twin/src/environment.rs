@@ -5,6 +5,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::StandardNormal;
 
 use crate::noise::Wander;
+use crate::temperature::{Course, Temperature};
 
 /// Mean temperature of the laboratory in °C.
 pub const LABORATORY_C: f64 = 27.0;
@@ -24,14 +25,18 @@ pub struct Surroundings {
     pub creep: f64,
 }
 
+impl Default for Surroundings {
+    /// A laboratory in which nothing moves.
+    fn default() -> Self {
+        Self { t_s: 0.0, temperature_c: LABORATORY_C, translation_mm: 0.0, cross_arcsec: 0.0, creep: 0.0 }
+    }
+}
+
 /// The course of the surroundings over one recording.
 #[derive(Debug, Clone)]
 pub struct Environment {
     generator: ChaCha12Rng,
-    cycle_k: f64,
-    cycle_s: f64,
-    phase: f64,
-    air: Wander,
+    temperature: Course,
     translation: Wander,
     cross: Wander,
     creep: Wander,
@@ -39,31 +44,30 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// The temperature-controlled laboratory of the paper, 27 ± 1 °C; `plate_mm_per_k` is the translation
-    /// of the plate with temperature.
-    pub fn laboratory(plate_mm_per_k: f64, mut generator: ChaCha12Rng) -> Self {
-        // The air conditioning cycles in a quarter of an hour to three quarters.
-        let cycle_k = generator.random_range(0.3..0.55);
-        let cycle_s = generator.random_range(900.0..2700.0);
-        let phase = generator.random_range(0.0..std::f64::consts::TAU);
-        let air = Wander::start(0.12, 400.0, &mut generator);
+    /// The surroundings of a recording that takes `duration_s`; `plate_mm_per_k` is the translation of the
+    /// plate with temperature.
+    pub fn start(
+        kind: &Temperature,
+        duration_s: f64,
+        plate_mm_per_k: f64,
+        mut generator: ChaCha12Rng,
+    ) -> Self {
+        let temperature = Course::start(kind, duration_s, &mut generator);
         // 0.2 µm: table, clamping and plate, in minutes.
         let translation = Wander::start(0.2e-3, 300.0, &mut generator);
         let cross = Wander::start(0.8, 600.0, &mut generator);
         let creep = Wander::start(1.0, 500.0, &mut generator);
-        Self { generator, cycle_k, cycle_s, phase, air, translation, cross, creep, plate_mm_per_k }
+        Self { generator, temperature, translation, cross, creep, plate_mm_per_k }
     }
 
     /// The surroundings at `t_s`, which must not lie before the last time asked for.
     pub fn at(&mut self, t_s: f64) -> Surroundings {
-        let cycle = self.cycle_k * (std::f64::consts::TAU * t_s / self.cycle_s + self.phase).sin();
-        // The control never lets the temperature leave ±1 K.
-        let deviation_k = (cycle + self.air.at(t_s, &mut self.generator)).clamp(-1.0, 1.0);
+        let temperature_c = self.temperature.at(t_s, &mut self.generator);
         let translation_mm = self.translation.at(t_s, &mut self.generator);
         Surroundings {
             t_s,
-            temperature_c: LABORATORY_C + deviation_k,
-            translation_mm: translation_mm + self.plate_mm_per_k * deviation_k,
+            temperature_c,
+            translation_mm: translation_mm + self.plate_mm_per_k * (temperature_c - LABORATORY_C),
             cross_arcsec: self.cross.at(t_s, &mut self.generator),
             creep: self.creep.at(t_s, &mut self.generator),
         }

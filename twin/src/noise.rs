@@ -1,7 +1,117 @@
-//! Random processes: what wanders slowly and forgets exponentially.
+//! Noise: its families, random processes that wander and forget, and the true covariance of the readings.
 
 use rand::{Rng, RngExt};
+use rand_chacha::ChaCha12Rng;
 use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+/// The kind of noise that probes and autocollimator have. Its size is that of the device.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Noise {
+    /// Normal, every reading for itself.
+    White,
+    /// Normal, and alike in readings that follow soon: the correlation falls as e^(−|Δt|/τ).
+    Autocorrelated {
+        /// τ in seconds.
+        correlation_time_s: f64,
+    },
+    /// Normal, and larger towards the ends of the stroke, in proportion to 1 + (e − 1)·(θ/θ_end)², with the
+    /// same mean square as the white one.
+    Heteroscedastic {
+        /// e, the standard deviation at the ends over that in the centre.
+        edge_over_centre: f64,
+    },
+    /// Normal, but for some readings whose reference is disturbed much more.
+    Outliers {
+        /// The share of such readings.
+        share: f64,
+        /// How many times the autocollimator's noise they have.
+        factor: f64,
+    },
+}
+
+impl Noise {
+    /// τ = 7 s: readings that follow after 3 s correlate by 0.65.
+    pub fn autocorrelated() -> Self {
+        Self::Autocorrelated { correlation_time_s: 7.0 }
+    }
+
+    /// Four times as large at the ends as in the centre.
+    pub fn heteroscedastic() -> Self {
+        Self::Heteroscedastic { edge_over_centre: 4.0 }
+    }
+
+    /// Two in a hundred, of eight times the noise.
+    pub fn outliers() -> Self {
+        Self::Outliers { share: 0.02, factor: 8.0 }
+    }
+
+    /// The factor on every standard deviation at a place in the stroke, from −1 to 1.
+    pub fn factor_at(&self, place: f64) -> f64 {
+        match *self {
+            Self::Heteroscedastic { edge_over_centre } => {
+                let growth = edge_over_centre - 1.0;
+                // Mean square of 1 + g x² over the stroke: 1 + 2g/3 + g²/5.
+                let mean_square = 1.0 + growth * (2.0 / 3.0 + growth / 5.0);
+                (1.0 + growth * place * place) / mean_square.sqrt()
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// The factor on the variance of the autocollimator that outliers make on average.
+    pub fn outlier_variance(&self) -> f64 {
+        match *self {
+            Self::Outliers { share, factor } => 1.0 + share * (factor * factor - 1.0),
+            _ => 1.0,
+        }
+    }
+
+    /// By how much the autocollimator's noise is larger in the next reading: 1, but for an outlier.
+    pub(crate) fn disturbance(&self, generator: &mut impl Rng) -> f64 {
+        match *self {
+            Self::Outliers { share, factor } if generator.random_bool(share.clamp(0.0, 1.0)) => factor,
+            _ => 1.0,
+        }
+    }
+
+    /// The correlation of the noise of two readings that lie so far apart in time.
+    pub fn correlation(&self, apart_s: f64) -> f64 {
+        match *self {
+            Self::Autocorrelated { correlation_time_s } => (-apart_s.abs() / correlation_time_s).exp(),
+            _ if apart_s == 0.0 => 1.0,
+            _ => 0.0,
+        }
+    }
+}
+
+/// A source of noise of unit standard deviation for several instruments.
+#[derive(Debug)]
+pub(crate) struct Source {
+    generator: ChaCha12Rng,
+    wanders: Vec<Wander>,
+}
+
+impl Source {
+    pub(crate) fn start(noise: &Noise, instruments: usize, mut generator: ChaCha12Rng) -> Self {
+        let wanders = match *noise {
+            Noise::Autocorrelated { correlation_time_s } => {
+                (0..instruments).map(|_| Wander::start(1.0, correlation_time_s, &mut generator)).collect()
+            }
+            _ => Vec::new(),
+        };
+        Self { generator, wanders }
+    }
+
+    /// The noise of one instrument in the reading at `t_s`.
+    pub(crate) fn draw(&mut self, instrument: usize, t_s: f64) -> f64 {
+        match self.wanders.get_mut(instrument) {
+            Some(wander) => wander.at(t_s, &mut self.generator),
+            None => self.generator.sample(StandardNormal),
+        }
+    }
+}
 
 /// A stationary Ornstein–Uhlenbeck process, advanced exactly over steps of any length.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,5 +160,15 @@ mod tests {
         // Five standard errors of a variance of 4 from 20 000 values.
         approx::assert_abs_diff_eq!(square, 4.0, epsilon = 0.2);
         approx::assert_abs_diff_eq!(product, 4.0 * (-1f64).exp(), epsilon = 0.2);
+    }
+
+    #[test]
+    fn growing_noise_has_the_mean_square_of_the_white_one() {
+        let noise = Noise::heteroscedastic();
+        let count = 20_000;
+        let place = |i: i32| (2.0 * f64::from(i) + 1.0) / f64::from(count) - 1.0;
+        let mean: f64 = (0..count).map(|i| noise.factor_at(place(i)).powi(2)).sum::<f64>() / f64::from(count);
+        approx::assert_abs_diff_eq!(mean, 1.0, epsilon = 1e-6);
+        approx::assert_abs_diff_eq!(noise.factor_at(1.0) / noise.factor_at(0.0), 4.0, epsilon = 1e-12);
     }
 }

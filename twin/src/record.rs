@@ -1,15 +1,21 @@
 //! One recording: the device is stepped through a protocol in closed loop and every settled reading is
 //! logged.
 
+use std::f64::consts::SQRT_2;
+
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
+use crate::chain::Chain;
 use crate::controller::settle;
 use crate::device::Device;
 use crate::environment::Environment;
+use crate::geometry::calculated_angle_rad;
 use crate::log::Reading;
+use crate::noise::Source;
 use crate::protocol::Protocol;
 use crate::streams::{Stream, stream};
+use crate::truth::Truth;
 use crate::units::{arcsec_from_rad, rad_from_arcsec, round_to};
 
 /// Standard deviation in arcseconds of the steady-state deviation that the loop leaves. The mirror really
@@ -19,29 +25,17 @@ const LOOP_RESIDUE_ARCSEC: f64 = 0.05;
 /// Standard deviation of the thermometer in kelvins.
 const THERMOMETER_K: f64 = 0.01;
 
-/// What nobody in the laboratory knows about one reading; never written to a recording.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Truth {
-    /// True angle of the mirror in radians.
-    pub true_angle_rad: f64,
-    /// Translation of the plate in millimetres.
-    pub translation_mm: f64,
-    /// The zero α₀ of the autocollimator in arcseconds, the same in every row.
-    pub zero_arcsec: f64,
-}
+/// An angle in radians that the controller computes from x₁ and x₂ in millimetres.
+pub type Feedback<'a> = &'a dyn Fn(f64, f64) -> f64;
 
 /// Steps `device` through `protocol`, each time until `feedback(x1_mm, x2_mm)`, an angle in radians, lands
-/// on the command, and returns the log. One seed gives one recording.
+/// on the command, and returns the log. One seed gives one recording; another seed records the same device
+/// again, with other noise and other surroundings.
 ///
 /// The repeatability error of the probes is inside the loop: the *measured* angle lands on the command, so
 /// the true angle deviates, which the autocollimator sees. Values have the resolution that the log prints.
 /// A command that the feedback cannot reach leaves the mirror at its stop.
-pub fn record(
-    device: &Device,
-    protocol: &Protocol,
-    seed: u64,
-    feedback: &dyn Fn(f64, f64) -> f64,
-) -> Vec<Reading> {
+pub fn record(device: &Device, protocol: &Protocol, seed: u64, feedback: Feedback) -> Vec<Reading> {
     record_with_truth(device, protocol, seed, feedback).into_iter().map(|(reading, _)| reading).collect()
 }
 
@@ -50,85 +44,143 @@ pub fn record_with_truth(
     device: &Device,
     protocol: &Protocol,
     seed: u64,
-    feedback: &dyn Fn(f64, f64) -> f64,
+    feedback: Feedback,
 ) -> Vec<(Reading, Truth)> {
-    let mut timing = stream(seed, Stream::Timing);
-    let mut repeatability = stream(seed, Stream::Probes);
+    run(device, protocol, seed, feedback, 1.0)
+}
+
+/// As [`record_with_truth`], with no noise in any instrument: the same surroundings and the same commands.
+pub fn record_noiseless(
+    device: &Device,
+    protocol: &Protocol,
+    seed: u64,
+    feedback: Feedback,
+) -> Vec<(Reading, Truth)> {
+    run(device, protocol, seed, feedback, 0.0)
+}
+
+/// What each hidden effect adds to Δθ_M in every row, in arcseconds: the difference between a recording
+/// without noise of the device and one of the device without that effect, in the same surroundings and under
+/// the same commands. One vector for each effect, in the order of [`Device::effects`]; constants are
+/// included, which the unknown zero of the autocollimator takes up.
+pub fn contributions(device: &Device, protocol: &Protocol, seed: u64, feedback: Feedback) -> Vec<Vec<f64>> {
+    let errors = |device: &Device| -> Vec<f64> {
+        let log = record_noiseless(device, protocol, seed, feedback);
+        log.iter().map(|(_, truth)| truth.error_arcsec).collect()
+    };
+    let all = errors(device);
+    (0..device.effects().len())
+        .map(|index| {
+            let without = errors(&device.without(index));
+            all.iter().zip(without).map(|(with, without)| with - without).collect()
+        })
+        .collect()
+}
+
+/// Records with the noise of probes, autocollimator and slow channels multiplied by `loudness`.
+fn run(
+    device: &Device,
+    protocol: &Protocol,
+    seed: u64,
+    feedback: Feedback,
+    loudness: f64,
+) -> Vec<(Reading, Truth)> {
+    let noise = &protocol.noise;
+    let stops = protocol.stops(seed);
+    let duration_s = stops.last().map_or(0.0, |stop| stop.t_s);
     let mut optics = stream(seed, Stream::Autocollimator);
+    let within = device.autocollimator.zero_within_arcsec;
+    let zero_arcsec = optics.random_range(-within..=within);
+    let mut optics = Source::start(noise, 1, optics);
+    let mut repeatability = Source::start(noise, 2, stream(seed, Stream::Probes));
     let mut residue = stream(seed, Stream::Controller);
     let mut housekeeping = stream(seed, Stream::Housekeeping);
     let mut settling = stream(seed, Stream::Settling);
-    let mut environment = Environment::laboratory(device.plate_mm_per_k, stream(seed, Stream::Environment));
-    let autocollimator = &device.autocollimator;
-    let within = autocollimator.zero_within_arcsec;
-    let zero_arcsec = optics.random_range(-within..=within);
+    let mut outliers = stream(seed, Stream::Outliers);
+    let mut environment = Environment::start(
+        &protocol.temperature,
+        duration_s,
+        device.plate_mm_per_k,
+        stream(seed, Stream::Environment),
+    );
+    let mut chain = Chain::start(device);
 
-    let forward = protocol.angles_deg();
-    let mut t_s = 0.0;
-    let mut log = Vec::with_capacity(forward.len() * protocol.passes as usize);
-    for pass in 0..protocol.passes {
-        let direction = if pass % 2 == 0 { 1 } else { -1 };
-        if pass > 0 {
-            t_s += protocol.pause_s;
-        }
-        for step in 0..forward.len() {
-            let command_deg = if direction > 0 { forward[step] } else { forward[forward.len() - 1 - step] };
-            let jitter = protocol.dwell_jitter_s;
-            t_s += protocol.dwell_s + timing.random_range(-jitter..=jitter);
-            let around = environment.at(t_s);
+    let (first_deg, last_deg) = protocol.range_deg;
+    let mut log = Vec::with_capacity(stops.len());
+    for stop in &stops {
+        let deviates = std::array::from_fn(|_| settling.sample::<f64, _>(StandardNormal));
+        chain.advance(stop, environment.at(stop.t_s), deviates);
 
-            let errors: [f64; 2] = std::array::from_fn(|_| {
-                device.probes.repeatability_mm * repeatability.sample::<f64, _>(StandardNormal)
-            });
-            let report = |angle_rad: f64| {
-                let [x1, x2] = device.report_mm(angle_rad, around.translation_mm);
-                [x1 + errors[0], x2 + errors[1]]
+        let place = (2.0 * stop.command_deg - first_deg - last_deg) / (last_deg - first_deg);
+        let growth = noise.factor_at(place);
+        let probe_mm = device.probes.repeatability_mm * growth;
+        let errors_mm: [f64; 2] =
+            std::array::from_fn(|probe| loudness * probe_mm * repeatability.draw(probe, stop.t_s));
+        let report = |frame_rad: f64| {
+            let [x1, x2] = chain.reports_mm(&chain.pose_at(frame_rad));
+            [x1 + errors_mm[0], x2 + errors_mm[1]]
+        };
+        let left_rad = rad_from_arcsec(LOOP_RESIDUE_ARCSEC * residue.sample::<f64, _>(StandardNormal));
+        let command_rad = stop.command_deg.to_radians() + left_rad;
+        let land = |command_rad: f64| {
+            let angle = |frame_rad| {
+                let [x1, x2] = report(frame_rad);
+                feedback(x1, x2)
             };
-            let left_rad = rad_from_arcsec(LOOP_RESIDUE_ARCSEC * residue.sample::<f64, _>(StandardNormal));
-            let true_angle_rad = settle(
-                |angle_rad| {
-                    let [x1, x2] = report(angle_rad);
-                    feedback(x1, x2)
-                },
-                command_deg.to_radians() + left_rad,
-                device.drive.stop_rad,
-            );
-            let [x1_mm, x2_mm] = report(true_angle_rad);
+            settle(angle, command_rad, device.drive.stop_rad)
+        };
+        let frame_rad = land(command_rad);
+        let [x1_mm, x2_mm] = report(frame_rad);
+        // What the autocollimator looks at is where the command was then, and the mirror with it.
+        let behind_rad = (stop.speed_deg_per_s * chain.reference_delay_s()).to_radians();
+        let seen_rad = match behind_rad {
+            0.0 => chain.pose_at(frame_rad).mirror_rad,
+            _ => chain.pose_at(land(command_rad - behind_rad)).mirror_rad,
+        };
+        let pose = chain.settle(frame_rad);
 
-            let mut normal = || housekeeping.sample::<f64, _>(StandardNormal);
-            let reference_noise =
-                autocollimator.total_noise_arcsec() * optics.sample::<f64, _>(StandardNormal);
-            let mut settled = || settling.sample::<f64, _>(StandardNormal);
-            let cross_arcsec = device.second_axis.at(true_angle_rad)
-                + around.cross_arcsec
-                + device.second_axis.settling_arcsec * settled()
-                + autocollimator.cross_noise_arcsec * normal();
-            let coil_a = device.drive.stiffness_a_per_rad * true_angle_rad
-                + device.drive.offset_a
-                + device.drive.creep_a * around.creep
-                + device.drive.settling_a * settled()
-                + device.drive.noise_a * normal();
-            let reading = Reading {
-                t_s: round_to(t_s, 2),
-                pass: pass + 1,
-                direction,
-                command_deg: round_to(command_deg, 3),
-                x1_mm: round_to(x1_mm, 7),
-                x2_mm: round_to(x2_mm, 7),
-                reference_arcsec: round_to(
-                    arcsec_from_rad(true_angle_rad) + zero_arcsec + reference_noise,
-                    3,
-                ),
-                cross_arcsec: round_to(cross_arcsec, 3),
-                temperature_c: round_to(around.temperature_c + THERMOMETER_K * normal(), 3),
-                coil_a: round_to(coil_a, 5),
-            };
-            let truth = Truth { true_angle_rad, translation_mm: around.translation_mm, zero_arcsec };
-            log.push((reading, truth));
-        }
+        let optics_arcsec = device.autocollimator.total_noise_arcsec() * growth;
+        let disturbed = noise.disturbance(&mut outliers);
+        let seen_arcsec = arcsec_from_rad(seen_rad) + chain.reference_arcsec(&pose);
+        let reference_arcsec =
+            seen_arcsec + zero_arcsec + loudness * optics_arcsec * disturbed * optics.draw(0, stop.t_s);
+
+        let mut normal = || loudness * housekeeping.sample::<f64, _>(StandardNormal);
+        let cross_arcsec = pose.cross_arcsec + device.autocollimator.cross_noise_arcsec * normal();
+        let coil_a = pose.coil_a + device.drive.noise_a * normal();
+        let temperature_c = pose.temperature_c + THERMOMETER_K * normal();
+        let reading = Reading {
+            t_s: round_to(stop.t_s, 2),
+            pass: stop.pass,
+            direction: stop.direction,
+            command_deg: round_to(stop.command_deg, 3),
+            x1_mm: round_to(x1_mm, 7),
+            x2_mm: round_to(x2_mm, 7),
+            reference_arcsec: round_to(reference_arcsec, 3),
+            cross_arcsec: round_to(cross_arcsec, 3),
+            temperature_c: round_to(temperature_c, 3),
+            coil_a: round_to(coil_a, 5),
+        };
+        let d = device.geometry.probe_distance_mm;
+        let s_mm = x2_mm - x1_mm;
+        let truth = Truth {
+            true_angle_rad: pose.mirror_rad,
+            zero_arcsec,
+            error_arcsec: arcsec_from_rad(calculated_angle_rad(x1_mm, x2_mm, d)) + zero_arcsec
+                - reference_arcsec,
+            probe_noise_arcsec: arcsec_from_rad(device.probes.error.slope_rad_per_mm(s_mm))
+                * SQRT_2
+                * probe_mm,
+            optics_noise_arcsec: optics_arcsec * noise.outlier_variance().sqrt(),
+            outlier: disturbed > 1.0,
+            pose,
+        };
+        log.push((reading, truth));
     }
     log
 }
 
+#[cfg(test)]
+mod noise_tests;
 #[cfg(test)]
 mod tests;

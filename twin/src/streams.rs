@@ -4,32 +4,55 @@
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// What a stream of random numbers is for. The number is part of the format: changing it changes
-/// every recording.
+/// What a stream of random numbers is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u64)]
 pub enum Stream {
     /// The traits of a device.
-    Device = 1,
+    Device,
     /// When each reading is taken.
-    Timing = 2,
+    Timing,
     /// Temperature, plate translation and second axis.
-    Environment = 3,
+    Environment,
     /// Repeatability of the probes.
-    Probes = 4,
+    Probes,
     /// Noise and zero of the autocollimator.
-    Autocollimator = 5,
+    Autocollimator,
     /// What the controller leaves.
-    Controller = 6,
+    Controller,
     /// Noise of the slow channels: thermometer, second axis, coil current.
-    Housekeeping = 7,
+    Housekeeping,
     /// What really differs from one settled position to the next: second axis and coil current.
-    Settling = 8,
+    Settling,
+    /// The order of the angles, where it is random.
+    Order,
+    /// Which readings are outliers.
+    Outliers,
+    /// How the mount sits in one pass.
+    Seat(u32),
+}
+
+impl Stream {
+    /// The number is part of the format: changing one changes every recording.
+    fn number(self) -> u64 {
+        match self {
+            Self::Device => 1,
+            Self::Timing => 2,
+            Self::Environment => 3,
+            Self::Probes => 4,
+            Self::Autocollimator => 5,
+            Self::Controller => 6,
+            Self::Housekeeping => 7,
+            Self::Settling => 8,
+            Self::Order => 9,
+            Self::Outliers => 10,
+            Self::Seat(pass) => 1000 + u64::from(pass),
+        }
+    }
 }
 
 /// The generator of `seed` for one purpose.
 pub fn stream(seed: u64, purpose: Stream) -> ChaCha12Rng {
     let mut generator = ChaCha12Rng::seed_from_u64(seed);
-    generator.set_stream(purpose as u64);
+    generator.set_stream(purpose.number());
     generator
 }

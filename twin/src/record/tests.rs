@@ -100,7 +100,7 @@ fn translation_leaks_far_less_than_the_noise() {
             .iter()
             .map(|(_, truth)| {
                 let leak = device.probes.translation_leak(truth.true_angle_rad, &device.geometry);
-                arcsec_from_rad(leak * truth.translation_mm / 12.0)
+                arcsec_from_rad(leak * truth.pose.translation_mm / 12.0)
             })
             .collect();
         let rms = (leaks.iter().map(|l| l * l).sum::<f64>() / leaks.len() as f64).sqrt();

@@ -1,0 +1,184 @@
+//! An effect that is to be hidden in a device: its id and its parameters.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use super::catalogue::{ALL, find};
+use super::{Mechanism, Specification, Values};
+use crate::device::Device;
+
+/// An effect with its parameters, named as in the table of effects.
+///
+/// Read from text as `id:parameter=value,parameter=value`:
+///
+/// ```
+/// let effect: twin::Injected = "mount_step:step_arcsec=3,time_s=400".parse().unwrap();
+/// assert_eq!(effect.parameters["time_s"], 400.0);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Injected {
+    /// The id.
+    pub id: String,
+    /// The parameters by name; what is not given has its default.
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// Why an effect cannot be injected.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// The text is not of the form `id:parameter=value,…`.
+    #[error(
+        "`{text}` is no effect: expected `id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`"
+    )]
+    Text {
+        /// What was given.
+        text: String,
+    },
+    /// The value of a parameter is no number.
+    #[error("effect `{id}`: `{value}` is no number for `{parameter}`")]
+    Number {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: String,
+        /// What was given.
+        value: String,
+    },
+    /// There is no such effect.
+    #[error("there is no effect `{id}`; expected one of {}", ids())]
+    Id {
+        /// What was given.
+        id: String,
+    },
+    /// The effect has no such parameter.
+    #[error("effect `{id}` has no parameter `{parameter}`; expected {expected}")]
+    Parameter {
+        /// The effect.
+        id: String,
+        /// What was given.
+        parameter: String,
+        /// The parameters that it has.
+        expected: String,
+    },
+    /// A parameter without a default is missing.
+    #[error("effect `{id}` needs `{parameter}` in {unit}")]
+    Missing {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A value outside the range that makes sense.
+    #[error("effect `{id}`: `{parameter}` is {value}, expected {least} to {most} {unit}")]
+    Range {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// What was given.
+        value: f64,
+        /// The least value.
+        least: f64,
+        /// The largest value.
+        most: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// The protocol never shows the effect.
+    #[error(
+        "effect `{id}` shows only where the mirror is read while it moves, and this schedule lets it settle; \
+         use the schedule `scan`"
+    )]
+    Settled {
+        /// The effect.
+        id: String,
+    },
+    /// The parameters do not go together.
+    #[error("effect `{id}`: {reason}")]
+    Refused {
+        /// The effect.
+        id: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+fn ids() -> String {
+    ALL.iter().map(|s| s.id).collect::<Vec<_>>().join(", ")
+}
+
+impl Injected {
+    /// An effect from its id and named values.
+    pub fn new<const N: usize>(id: &str, parameters: [(&str, f64); N]) -> Self {
+        let parameters = parameters.map(|(name, value)| (name.to_owned(), value)).into();
+        Self { id: id.to_owned(), parameters }
+    }
+
+    /// The same effect, `factor` times as strong. An effect whose strength is not given stays as it is.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        if let Some(name) = find(&self.id).and_then(Specification::strength).map(|p| p.name)
+            && let Some(value) = scaled.parameters.get_mut(name)
+        {
+            *value *= factor;
+        }
+        scaled
+    }
+
+    /// Whether it shows only where the mirror is read while it moves.
+    pub fn needs_motion(&self) -> bool {
+        find(&self.id).is_some_and(|s| s.depends_on.contains(&"velocity"))
+    }
+
+    /// Makes the mechanism for `device`.
+    pub fn build(&self, device: &Device) -> Result<Box<dyn Mechanism>, EffectError> {
+        let id = || self.id.clone();
+        let specification = find(&self.id).ok_or_else(|| EffectError::Id { id: id() })?;
+        let known = specification.parameters;
+        for name in self.parameters.keys() {
+            if !known.iter().any(|p| p.name == name) {
+                let expected = known.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+                return Err(EffectError::Parameter { id: id(), parameter: name.clone(), expected });
+            }
+        }
+        let mut values = BTreeMap::new();
+        for parameter in known {
+            let (name, unit, (least, most)) = (parameter.name, parameter.unit, parameter.range);
+            let value = self.parameters.get(name).copied().or(parameter.default);
+            let value = value.ok_or_else(|| EffectError::Missing { id: id(), parameter: name, unit })?;
+            if !(least..=most).contains(&value) {
+                return Err(EffectError::Range { id: id(), parameter: name, value, least, most, unit });
+            }
+            values.insert(name, value);
+        }
+        (specification.build)(&Values(values), device)
+            .map_err(|reason| EffectError::Refused { id: id(), reason })
+    }
+}
+
+impl FromStr for Injected {
+    type Err = EffectError;
+
+    fn from_str(text: &str) -> Result<Self, EffectError> {
+        let wrong = || EffectError::Text { text: text.to_owned() };
+        let (id, rest) = text.split_once(':').ok_or_else(wrong)?;
+        let mut parameters = BTreeMap::new();
+        for part in rest.split(',').filter(|part| !part.trim().is_empty()) {
+            let (name, value) = part.split_once('=').ok_or_else(wrong)?;
+            let (name, value) = (name.trim().to_owned(), value.trim());
+            let number = value.parse().map_err(|_| EffectError::Number {
+                id: id.to_owned(),
+                parameter: name.clone(),
+                value: value.to_owned(),
+            })?;
+            if parameters.insert(name, number).is_some() {
+                return Err(wrong());
+            }
+        }
+        Ok(Self { id: id.trim().to_owned(), parameters })
+    }
+}

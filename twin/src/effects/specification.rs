@@ -1,0 +1,105 @@
+//! What is known of an effect before it is injected: its name, its parameters and where it shows.
+
+use std::collections::BTreeMap;
+use std::ops::Index;
+
+use super::Mechanism;
+use crate::device::Device;
+
+/// Whether an effect is the same on a second recording of the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scope {
+    /// It belongs to the device and holds on any recording.
+    Device,
+    /// It happened in the time of one recording: a step, a drift since switch-on.
+    Recording,
+}
+
+/// How a parameter is drawn where a random effect is wanted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drawn {
+    /// The strength, to which the effect is proportional: drawn as +1 or −1, to be scaled.
+    Strength,
+    /// The strength of an effect that knows one sign only: drawn as 1, to be scaled.
+    PositiveStrength,
+    /// Uniformly between two values.
+    Uniform(f64, f64),
+    /// A whole number between two values, both included.
+    Whole(u32, u32),
+    /// Uniformly between two fractions of the recording's duration, in seconds.
+    OfDuration(f64, f64),
+    /// An angle in degrees of either sign, its size between two fractions of the commanded stroke.
+    EitherSide(f64, f64),
+    /// A length in degrees between so many steps and a fraction of the whole stroke.
+    FromSteps(f64, f64),
+    /// As `FromSteps`, in arcseconds.
+    PeriodFromSteps(f64, f64),
+}
+
+/// One parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Its name, with the unit in it.
+    pub name: &'static str,
+    /// Its unit as printed.
+    pub unit: &'static str,
+    /// What it is where it is not given; none where it must be given.
+    pub default: Option<f64>,
+    /// The least and the largest value that make sense.
+    pub range: (f64, f64),
+    /// How it is drawn.
+    pub drawn: Drawn,
+}
+
+impl Parameter {
+    /// Whether the effect is proportional to it.
+    pub fn is_strength(&self) -> bool {
+        matches!(self.drawn, Drawn::Strength | Drawn::PositiveStrength)
+    }
+}
+
+/// Makes the mechanism of an effect for a device from its values, or says what is wrong with them.
+pub type Build = fn(&Values, &Device) -> Result<Box<dyn Mechanism>, String>;
+
+/// What is known of an effect.
+pub struct Specification {
+    /// Its id; outside the table of effects it begins with `ooc_`.
+    pub id: &'static str,
+    /// What it is, in words.
+    pub title: &'static str,
+    /// Whether a second recording of the device shows it again.
+    pub scope: Scope,
+    /// The variables of which any may rightly be named as the place where it shows.
+    pub depends_on: &'static [&'static str],
+    /// The second factor, where the effect is a product.
+    pub times: Option<&'static str>,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// How its mechanism is made.
+    pub build: Build,
+}
+
+impl Specification {
+    /// Whether it stands in the table of effects.
+    pub fn catalogued(&self) -> bool {
+        !self.id.starts_with("ooc_")
+    }
+
+    /// The parameter that the effect is proportional to.
+    pub fn strength(&self) -> Option<&'static Parameter> {
+        self.parameters.iter().find(|p| p.is_strength())
+    }
+}
+
+/// The values of an effect's parameters, all present and in their ranges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Values(pub(super) BTreeMap<&'static str, f64>);
+
+impl Index<&str> for Values {
+    type Output = f64;
+
+    /// The value of a parameter that the effect's own specification names.
+    fn index(&self, name: &str) -> &f64 {
+        &self.0[name]
+    }
+}
