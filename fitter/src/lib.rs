@@ -22,6 +22,7 @@ mod pretty;
 pub mod recording;
 pub mod statistics;
 pub mod summary;
+pub mod terms;
 mod trust_region;
 pub mod units;
 pub mod weights;

@@ -10,6 +10,7 @@ use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
 use crate::mirror::is_identifier;
 use crate::pretty::Pretty;
+use crate::terms::Term;
 
 /// Why a coefficients file is refused.
 #[derive(Debug, Error)]
@@ -130,6 +131,7 @@ fn contradiction(file: &Coefficients) -> Option<String> {
     }
     finite("`base.coefficients`", &base.coefficients)
         .or_else(|| finite("`base.extrapolation`", &[base.extrapolation.constant, base.extrapolation.slope]))
+        .or_else(|| file.terms.iter().find_map(Term::contradiction))
         .or_else(|| finite("`base.centre`", &[base.centre]))
         .or_else(|| finite("`valid_range`", &[range.from, range.to]))
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::error_model::{ErrorModel, Sensor};
 use crate::order::OrderSelection;
 use crate::statistics::Statistics;
+use crate::terms::Term;
 
 pub use file::{CoefficientsError, parse, read};
 
@@ -43,6 +44,9 @@ pub struct Coefficients {
     /// Residual statistics before and after.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub statistics: Option<Statistics>,
+    /// What further effects add to the error of the base model.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<Term>,
 }
 
 /// Always in [`Coefficients::schema`].
@@ -238,6 +242,7 @@ impl Coefficients {
             identification: None,
             order_selection: None,
             statistics: None,
+            terms: Vec::new(),
         }
     }
 
