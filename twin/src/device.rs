@@ -66,6 +66,18 @@ impl Device {
         }
     }
 
+    /// The same device with the mismatch of its two probes multiplied by `factor`; 0 matches them perfectly.
+    ///
+    /// As drawn, a device leaks up to 0.1″ (rms) of the plate's translation into the angle in a climatic
+    /// chamber: honest, but an effect, where a recording is meant to hold none. To be called before
+    /// [`with_effects`](Self::with_effects).
+    pub fn with_mismatch(&self, factor: f64) -> Self {
+        let mut device = self.clone();
+        device.probes.share = 0.5 + factor * (self.probes.share - 0.5);
+        device.probes.in_common_mm.iter_mut().for_each(|c| *c *= factor);
+        device
+    }
+
     /// The same device with these effects hidden in it, in place of any others.
     ///
     /// # Errors

@@ -112,6 +112,21 @@ fn translation_leaks_far_less_than_the_noise() {
 }
 
 #[test]
+fn matched_probes_leak_nothing() {
+    let device = Device::from_seed(3);
+    let leak = |device: &Device, angle: f64| device.probes.translation_leak(angle, &device.geometry).abs();
+    for angle in [-0.024, -0.01, 0.003, 0.02] {
+        let whole = leak(&device, angle);
+        approx::assert_relative_eq!(
+            leak(&device.with_mismatch(0.2), angle),
+            0.2 * whole,
+            max_relative = 0.02
+        );
+        assert!(leak(&device.with_mismatch(0.0), angle) < 1e-6);
+    }
+}
+
+#[test]
 fn verification_stays_inside_what_calibration_covered() {
     let paper = AngularError::paper();
     for seed in 0..20 {
