@@ -71,6 +71,31 @@ impl Basis {
         }
     }
 
+    /// Σ cₖ pₖ in powers of (reading − `origin`), converted with some 30 digits and rounded once.
+    pub fn in_powers(&self, c: &[f64], origin: f64) -> Vec<f64> {
+        let c: Vec<Double> = c.iter().map(|c| Double::from(*c)).collect();
+        self.rounded_powers(&c, origin)
+    }
+
+    /// As [`Basis::in_powers`], of coefficients that are known to more digits.
+    pub(crate) fn rounded_powers(&self, c: &[Double], origin: f64) -> Vec<f64> {
+        let rows = self.powers(origin, c.len() - 1);
+        (0..c.len())
+            .map(|power| rows.iter().zip(c).fold(Double::ZERO, |sum, (row, c)| sum + row[power] * *c).round())
+            .collect()
+    }
+
+    /// Covariance of the coefficients of the powers of (reading − `origin`), from that of the basis.
+    pub fn covariance_in_powers(&self, covariance: &[Vec<f64>], origin: f64) -> Vec<Vec<f64>> {
+        let n = covariance.len();
+        let rows = self.powers(origin, n - 1);
+        let map = |k: usize, power: usize| rows[k][power].round();
+        let half: Vec<Vec<f64>> = (0..n)
+            .map(|i| (0..n).map(|l| (0..n).map(|k| map(k, i) * covariance[k][l]).sum()).collect())
+            .collect();
+        (0..n).map(|i| (0..n).map(|j| (0..n).map(|l| half[i][l] * map(l, j)).sum()).collect()).collect()
+    }
+
     /// The reading itself in the basis: reading = first·p₀ + second·p₁. The order has to be 1 at least.
     pub(crate) fn linear(&self) -> (Double, Double) {
         // p₁ = ((reading − centre)/h − α₀) p₀/ν₁ and p₀ = 1/ν₀.

@@ -21,6 +21,20 @@ pub struct Cli {
 enum Command {
     /// Choose the order, identify the coefficients, write coefficients.json
     Fit(FitArgs),
+    /// Write the corrected reading of every row of a recording
+    Apply(ApplyArgs),
+}
+
+#[derive(Args)]
+struct ApplyArgs {
+    /// The recording (CSV, or CSV.gz); it needs no reference
+    recording: PathBuf,
+    /// The coefficients, as `fitter fit` or `diagnose` wrote them
+    #[arg(long)]
+    coefficients: PathBuf,
+    /// Where to write the corrected angles (CSV)
+    #[arg(long, default_value = "angles.csv")]
+    out: PathBuf,
 }
 
 #[derive(Args)]
@@ -74,7 +88,21 @@ fn finite(text: &str) -> std::result::Result<f64, String> {
 pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Fit(args) => fit(&args),
+        Command::Apply(args) => apply(&args),
     }
+}
+
+fn apply(args: &ApplyArgs) -> Result<()> {
+    output::not_the_input(&args.out, &[&args.recording, &args.coefficients]).into_diagnostic()?;
+    let coefficients = fitter::coefficients::read(&args.coefficients).into_diagnostic()?;
+    let recording = read(&args.recording, Purpose::Apply)?;
+    let applied = fitter::apply(&recording, &coefficients).into_diagnostic()?;
+    fitter::apply::write(&args.out, &recording, &coefficients.sensor, &applied).into_diagnostic()?;
+    for note in &applied.notes {
+        eprintln!("warning: {note}");
+    }
+    println!("{}: {} rows corrected, written {}", recording.file, recording.rows(), args.out.display());
+    Ok(())
 }
 
 fn fit(args: &FitArgs) -> Result<()> {

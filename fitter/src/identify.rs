@@ -113,26 +113,6 @@ impl Problem<'_> {
     }
 }
 
-/// A polynomial Σ cₖ pₖ in powers of (reading − origin), rounded once.
-pub(crate) fn to_powers(basis: &Basis, c: &[Double], origin: f64) -> Vec<f64> {
-    let order = c.len() - 1;
-    let rows = basis.powers(origin, order);
-    (0..=order)
-        .map(|power| rows.iter().zip(c).fold(Double::ZERO, |sum, (row, c)| sum + row[power] * *c).round())
-        .collect()
-}
-
-/// Covariance of the coefficients of the powers, from that of the basis.
-pub(crate) fn covariance_of_powers(basis: &Basis, covariance: &[Vec<f64>], origin: f64) -> Vec<Vec<f64>> {
-    let n = covariance.len();
-    let rows = basis.powers(origin, n - 1);
-    let map = |k: usize, power: usize| rows[k][power].round();
-    let half: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|l| (0..n).map(|k| map(k, i) * covariance[k][l]).sum()).collect())
-        .collect();
-    (0..n).map(|i| (0..n).map(|j| (0..n).map(|l| half[i][l] * map(l, j)).sum()).collect()).collect()
-}
-
 /// The direction in (Δd, a₀ … aₙ) that no recording determines.
 pub(crate) struct NullDirection {
     /// Change of Δd (first) and of a₀ … aₙ, scaled so that Δd changes by 1 mm.

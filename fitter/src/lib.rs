@@ -5,6 +5,7 @@
 //! numbers are those of Fan et al., "Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling
 //! and Correction" (2019).
 
+pub mod apply;
 mod basis;
 pub mod coefficients;
 pub mod dependence;
@@ -27,6 +28,7 @@ mod trust_region;
 pub mod units;
 pub mod weights;
 
+pub use apply::{Applied, ApplyError, ApplyNote, apply};
 pub use basis::{Basis, MAX_ORDER};
 pub use coefficients::Coefficients;
 pub use error_model::{ErrorModel, Sensor};

@@ -246,6 +246,14 @@ impl Coefficients {
         }
     }
 
+    /// Puts another polynomial in the place of the base, its order and extrapolation with it.
+    pub fn set_base(&mut self, coefficients: Vec<f64>) {
+        let (from, to) = (self.valid_range.from, self.valid_range.to);
+        self.base.order = coefficients.len().saturating_sub(1);
+        self.base.extrapolation = extrapolation(&coefficients, self.base.centre, from, to);
+        self.base.coefficients = coefficients;
+    }
+
     /// The error at a reading as in [`ErrorModel::error`], outside the valid range by the extrapolation.
     pub fn error_beyond(&self, reading: f64) -> f64 {
         let line = &self.base.extrapolation;

@@ -8,7 +8,7 @@ use crate::coefficients::{
 };
 use crate::double_double::Double;
 use crate::error_model::{ErrorModel, Sensor};
-use crate::identify::{covariance_of_powers, null_direction, to_powers};
+use crate::identify::null_direction;
 use crate::mirror::Mirror;
 use crate::order::{OrderScore, OrderSelection, Scores};
 use crate::points::Points;
@@ -43,7 +43,7 @@ pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
         Sensor::Direct { .. } => readable(0.5 * (calibrated.from + calibrated.to)),
     };
     let model =
-        ErrorModel { sensor: sensor.clone(), centre, coefficients: to_powers(&data.basis, c, centre) };
+        ErrorModel { sensor: sensor.clone(), centre, coefficients: data.basis.rounded_powers(c, centre) };
     check_conversion(parts, &model)?;
 
     let rounded: Vec<f64> = c.iter().map(|c| c.round()).collect();
@@ -53,7 +53,7 @@ pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
     let scaled: Vec<Vec<f64>> = (factor.inverse(order).into_iter())
         .map(|row| row.into_iter().map(|value| value * variance).collect())
         .collect();
-    let covariance = covariance_of_powers(&data.basis, &scaled, centre);
+    let covariance = data.basis.covariance_in_powers(&scaled, centre);
     let mut file = Coefficients::of_model(&model, calibrated.from, calibrated.to, &options.command);
     file.recording = Provenance {
         file: recording.file.clone(),

@@ -1,0 +1,205 @@
+//! `fitter apply`: the corrected reading of every row of a recording.
+//!
+//! Inside the valid range that is θ − Δθ − terms (Eq. 13 with the terms of further effects). Outside it a
+//! polynomial of high order is worth nothing: there the least-squares line through it stands in its place,
+//! and of the terms only those that extrapolate (constant, slope, periodic).
+
+use std::io::Write;
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::coefficients::Coefficients;
+use crate::error_model::Sensor;
+use crate::output::{OutputError, write_whole};
+use crate::recording::{Readings, Recording};
+use crate::terms::{self, Evaluated, Observables};
+
+/// Why coefficients cannot be applied to a recording.
+#[derive(Debug, Error)]
+pub enum ApplyError {
+    #[error(
+        "{file}: has the columns of {recording}, and the coefficients are those of {model}; give the coefficients \
+         of this sensor"
+    )]
+    OtherSensor { file: String, recording: &'static str, model: &'static str },
+    #[error(
+        "{file}: found readings {variable} from {from:.6} to {to:.6}, a thousand times beyond the calibrated range \
+         {valid_from:.6} to {valid_to:.6}, expected the same unit; convert them"
+    )]
+    Unit { file: String, variable: String, from: f64, to: f64, valid_from: f64, valid_to: f64 },
+}
+
+/// What a reader of the corrected angles should know.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ApplyNote {
+    /// Rows outside the valid range.
+    Extrapolated { rows: usize, of: usize, from: f64, to: f64, valid_from: f64, valid_to: f64, unit: String },
+    /// A term needs a column that is not there.
+    MissingColumn { effect: String, column: String },
+    /// A term holds on the recording it was found in only.
+    OtherRecording { effect: String },
+    /// A term was left out on rows with a blank.
+    Blank { effect: String, rows: usize },
+}
+
+impl std::fmt::Display for ApplyNote {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ApplyNote::Extrapolated { rows, of, from, to, valid_from, valid_to, unit } => write!(
+                f,
+                "{rows} of {of} rows lie outside the calibrated range {valid_from} to {valid_to} {unit} (readings {from} \
+                 to {to} {unit}): there only a constant, a slope and periodic terms are used"
+            ),
+            ApplyNote::MissingColumn { effect, column } => write!(
+                f,
+                "column `{column}` is missing, which `{effect}` depends on: that effect is not corrected"
+            ),
+            ApplyNote::OtherRecording { effect } => write!(
+                f,
+                "`{effect}` holds only on the recording it was found in and is left out on this one"
+            ),
+            ApplyNote::Blank { effect, rows } => {
+                write!(
+                    f,
+                    "{rows} rows have a blank in a column that `{effect}` depends on: not corrected there"
+                )
+            }
+        }
+    }
+}
+
+/// Corrected readings of a recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Applied {
+    /// Corrected angle in radians; direct: corrected reading in the sensor's unit. One per row.
+    pub corrected: Vec<f64>,
+    /// Whether the row lies outside the valid range.
+    pub extrapolated: Vec<bool>,
+    /// What a reader should know.
+    pub notes: Vec<ApplyNote>,
+}
+
+/// Corrects every row of a recording.
+///
+/// # Errors
+/// [`ApplyError`] if the recording is of another kind of sensor, or in another unit.
+pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
+    let sensor = &coefficients.sensor;
+    let (pair, direct) = ("an eddy-current pair", "a direct sensor");
+    let file = || recording.file.clone();
+    match (&recording.readings, sensor) {
+        (Readings::Pair { .. }, Sensor::Direct { .. }) => {
+            return Err(ApplyError::OtherSensor { file: file(), recording: pair, model: direct });
+        }
+        (Readings::Direct { .. }, Sensor::EddyCurrentPair { .. }) => {
+            return Err(ApplyError::OtherSensor { file: file(), recording: direct, model: pair });
+        }
+        _ => {}
+    }
+    let valid = &coefficients.valid_range;
+    let rows = recording.rows();
+    let (from, to) = (0..rows).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+        (low.min(recording.reading(row)), high.max(recording.reading(row)))
+    });
+    // An eddy-current pair cannot leave its calibrated range by much; a direct sensor may be anywhere.
+    if matches!(sensor, Sensor::EddyCurrentPair { .. }) {
+        let (largest, calibrated) = (from.abs().max(to.abs()), valid.from.abs().max(valid.to.abs()));
+        if largest > 100.0 * calibrated {
+            let (variable, valid_from, valid_to) = (valid.variable.clone(), valid.from, valid.to);
+            return Err(ApplyError::Unit { file: file(), variable, from, to, valid_from, valid_to });
+        }
+    }
+    let same = recording.sha256 == coefficients.recording.sha256;
+    let evaluated = terms::evaluate(&coefficients.terms, &Observables { recording, sensor }, same);
+    let model = coefficients.error_model();
+    let scale = sensor.per_internal();
+    let mut applied = Applied {
+        corrected: Vec::with_capacity(rows),
+        extrapolated: Vec::with_capacity(rows),
+        notes: Vec::new(),
+    };
+    for row in 0..rows {
+        let reading = recording.reading(row);
+        let inside = valid.contains(reading);
+        let (base, explicit) = if inside {
+            (model.error(reading), evaluated.inside[row])
+        } else {
+            (coefficients.error_beyond(reading), evaluated.outside[row])
+        };
+        let corrected = sensor.calculated(reading) - base;
+        applied.corrected.push(if coefficients.terms.is_empty() {
+            corrected
+        } else {
+            evaluated.solve_periodic(scale * corrected - explicit) / scale
+        });
+        applied.extrapolated.push(!inside);
+    }
+    applied.notes = notes(&applied, &evaluated, coefficients, (from, to));
+    Ok(applied)
+}
+
+fn notes(
+    applied: &Applied,
+    evaluated: &Evaluated,
+    coefficients: &Coefficients,
+    (from, to): (f64, f64),
+) -> Vec<ApplyNote> {
+    let mut notes = Vec::new();
+    let rows = applied.extrapolated.iter().filter(|outside| **outside).count();
+    if rows > 0 {
+        let valid = &coefficients.valid_range;
+        notes.push(ApplyNote::Extrapolated {
+            rows,
+            of: applied.extrapolated.len(),
+            from,
+            to,
+            valid_from: valid.from,
+            valid_to: valid.to,
+            unit: coefficients.units.reading.clone(),
+        });
+    }
+    let missing = evaluated.missing.iter().cloned();
+    notes.extend(missing.map(|(effect, m)| ApplyNote::MissingColumn { effect, column: m.observable }));
+    notes
+        .extend(evaluated.other_recording.iter().cloned().map(|effect| ApplyNote::OtherRecording { effect }));
+    notes.extend(evaluated.blank.iter().cloned().map(|(effect, rows)| ApplyNote::Blank { effect, rows }));
+    notes
+}
+
+/// The name of the column that [`write()`] gives the corrected readings: `angle_arcsec`, `corrected_mm` ….
+pub fn column_name(sensor: &Sensor) -> String {
+    match sensor {
+        Sensor::EddyCurrentPair { .. } => "angle_arcsec".to_string(),
+        Sensor::Direct { unit, .. } => format!("corrected_{unit}"),
+    }
+}
+
+/// Writes `t_s`, the corrected reading (arcseconds; direct: the sensor's unit) and `extrapolated` (0 or 1).
+///
+/// # Errors
+/// [`OutputError`]; nothing is left behind.
+pub fn write(
+    path: &Path,
+    recording: &Recording,
+    sensor: &Sensor,
+    applied: &Applied,
+) -> Result<(), OutputError> {
+    let scale = sensor.per_internal();
+    write_whole(path, |file: &mut dyn Write| {
+        writeln!(file, "t_s,{},extrapolated", column_name(sensor))?;
+        for (row, corrected) in applied.corrected.iter().enumerate() {
+            let outside = u8::from(applied.extrapolated[row]);
+            match sensor {
+                // A millionth of an arcsecond is far below anything that a recording holds.
+                Sensor::EddyCurrentPair { .. } => {
+                    writeln!(file, "{},{:.6},{outside}", recording.time_s[row], scale * corrected)?;
+                }
+                Sensor::Direct { .. } => {
+                    writeln!(file, "{},{:.12e},{outside}", recording.time_s[row], corrected)?;
+                }
+            }
+        }
+        Ok(())
+    })
+}
