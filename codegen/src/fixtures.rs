@@ -1,0 +1,28 @@
+//! Devices that tests start from.
+
+use fitter::coefficients::{Base, Coefficients, Provenance, ValidRange};
+use fitter::error_model::{ErrorModel, Sensor};
+
+/// The device of the paper, Eq. 12.
+pub fn paper_model() -> ErrorModel {
+    ErrorModel {
+        sensor: Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 },
+        centre: 0.0,
+        coefficients: vec![-6.15e-5, 0.1439, -0.039, 0.14, 0.18, -0.86, -1.21, 5.58, 2.88, -12.4],
+    }
+}
+
+/// Coefficients of the paper's device over |s| ≤ 0.38 mm.
+pub fn paper_coefficients() -> Coefficients {
+    let model = paper_model();
+    Coefficients {
+        schema: "arcsmith-coefficients".into(),
+        version: 1,
+        tool: "by hand".into(),
+        command: "none".into(),
+        recording: Provenance { file: "paper.csv".into(), sha256: "0".repeat(64), rows: 210, passes: 6 },
+        sensor: model.sensor,
+        valid_range: ValidRange { variable: "s_mm".into(), from: -0.38, to: 0.38 },
+        base: Base { order: 9, centre: 0.0, coefficients: model.coefficients },
+    }
+}
