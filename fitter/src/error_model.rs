@@ -46,20 +46,12 @@ impl ErrorModel {
     pub fn error(&self, reading: f64) -> f64 {
         let x = reading - self.centre;
         let polynomial = self.coefficients.iter().rev().fold(0.0, |sum, a| sum * x + a);
-        match self.sensor {
-            Sensor::EddyCurrentPair { probe_distance_mm: d, .. } => {
-                d / (reading * reading + d * d) * polynomial
-            }
-            Sensor::Direct { .. } => polynomial,
-        }
+        self.sensor.gain(reading) * polynomial
     }
 
     /// The uncorrected angle θ of Eq. 1 in radians; for a direct sensor the reading itself.
     pub fn uncorrected(&self, reading: f64) -> f64 {
-        match self.sensor {
-            Sensor::EddyCurrentPair { probe_distance_mm: d, .. } => (reading / d).atan(),
-            Sensor::Direct { .. } => reading,
-        }
+        self.sensor.calculated(reading)
     }
 
     /// The corrected angle θ − Δθ of Eq. 13 in radians; for a direct sensor the corrected reading in its unit.

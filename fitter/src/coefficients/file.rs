@@ -1,0 +1,149 @@
+//! Reading and writing the coefficients file.
+
+use std::path::Path;
+
+use serde::Serialize;
+use thiserror::Error;
+
+use super::{Coefficients, SCHEMA, VERSION};
+use crate::basis::MAX_ORDER;
+use crate::error_model::Sensor;
+use crate::mirror::is_identifier;
+use crate::pretty::Pretty;
+
+/// Why a coefficients file is refused.
+#[derive(Debug, Error)]
+pub enum CoefficientsError {
+    #[error("{file}: cannot be read ({reason}); give the path of a coefficients.json")]
+    Unreadable { file: String, reason: String },
+    #[error("{file}, line {line}: is not JSON ({reason}); the file is damaged, fit again")]
+    NotJson { file: String, line: usize, reason: String },
+    #[error("{file}: `schema` is {found}, expected \"{SCHEMA}\"; this is no coefficients file")]
+    NotCoefficients { file: String, found: String },
+    #[error(
+        "{file}: was written as version {found} of the format and this program reads up to {VERSION}; use a \
+         newer program, or fit again with this one"
+    )]
+    Newer { file: String, found: u64 },
+    #[error("{file}: is damaged ({reason}); fit again")]
+    Damaged { file: String, reason: String },
+}
+
+/// Reads `coefficients.json`.
+///
+/// # Errors
+/// One of [`CoefficientsError`], each a sentence that names the file: not JSON, not a coefficients file,
+/// newer than this program, or damaged (a field missing, unknown or contradicting another).
+pub fn read(path: &Path) -> Result<Coefficients, CoefficientsError> {
+    let file = path.display().to_string();
+    match std::fs::read_to_string(path) {
+        Ok(text) => parse(&file, &text),
+        Err(error) => Err(CoefficientsError::Unreadable { file, reason: error.to_string() }),
+    }
+}
+
+/// Parses the text of a coefficients file; `file` is the name that stands in messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> {
+    let file = file.to_string();
+    let value: serde_json::Value = match serde_json::from_str(text) {
+        Ok(value) => value,
+        Err(error) => {
+            let (line, reason) = (error.line(), error.to_string());
+            return Err(CoefficientsError::NotJson { file, line, reason });
+        }
+    };
+    match value.get("schema") {
+        Some(serde_json::Value::String(schema)) if schema == SCHEMA => {}
+        Some(other) => return Err(CoefficientsError::NotCoefficients { file, found: other.to_string() }),
+        None => return Err(CoefficientsError::NotCoefficients { file, found: "missing".to_string() }),
+    }
+    match value.get("version").and_then(serde_json::Value::as_u64) {
+        Some(version) if version > u64::from(VERSION) => {
+            return Err(CoefficientsError::Newer { file, found: version });
+        }
+        Some(version) if version > 0 => {}
+        _ => {
+            return Err(CoefficientsError::Damaged { file, reason: "`version` is no number".to_string() });
+        }
+    }
+    let coefficients: Coefficients = match serde_json::from_str(text) {
+        Ok(coefficients) => coefficients,
+        Err(error) => return Err(CoefficientsError::Damaged { file, reason: error.to_string() }),
+    };
+    match contradiction(&coefficients) {
+        Some(reason) => Err(CoefficientsError::Damaged { file, reason }),
+        None => Ok(coefficients),
+    }
+}
+
+/// What in the file contradicts itself. (JSON has no NaN and no infinity, but numbers beyond the range of
+/// `f64` would become one.)
+fn contradiction(file: &Coefficients) -> Option<String> {
+    let finite = |what: &str, values: &[f64]| {
+        values.iter().find(|value| !value.is_finite()).map(|value| format!("{what} holds {value}"))
+    };
+    let base = &file.base;
+    if base.coefficients.len() != base.order + 1 {
+        let (order, found) = (base.order, base.coefficients.len());
+        return Some(format!(
+            "order {order} needs {} coefficients, `base.coefficients` has {found}",
+            order + 1
+        ));
+    }
+    if base.order > MAX_ORDER {
+        return Some(format!("order {} is above {MAX_ORDER}", base.order));
+    }
+    let range = &file.valid_range;
+    if range.from.partial_cmp(&range.to) != Some(std::cmp::Ordering::Less) {
+        return Some(format!("`valid_range` runs from {} to {}", range.from, range.to));
+    }
+    if range.variable != file.sensor.reading_name() {
+        return Some(format!("`valid_range.variable` is `{}`", range.variable));
+    }
+    match &file.sensor {
+        Sensor::EddyCurrentPair { probe_distance_mm, initial_gap_mm } => {
+            if !(probe_distance_mm.is_finite() && *probe_distance_mm > 0.0) {
+                return Some(format!("`probe_distance_mm` is {probe_distance_mm}"));
+            }
+            if !(initial_gap_mm.is_finite() && *initial_gap_mm > 0.0) {
+                return Some(format!("`initial_gap_mm` is {initial_gap_mm}"));
+            }
+        }
+        Sensor::Direct { unit, revolution } => {
+            if !is_identifier(unit) {
+                return Some(format!("`unit` is `{unit}`, which cannot be part of a name"));
+            }
+            if revolution.is_some_and(|turn| !(turn.is_finite() && turn > 0.0)) {
+                return Some("`revolution` is not above zero".to_string());
+            }
+        }
+    }
+    if let Some(identification) = &file.identification {
+        let covariance = &identification.covariance;
+        let n = base.coefficients.len();
+        if !covariance.is_empty() && (covariance.len() != n || covariance.iter().any(|row| row.len() != n)) {
+            return Some(format!("`covariance` is not {n} by {n}"));
+        }
+    }
+    finite("`base.coefficients`", &base.coefficients)
+        .or_else(|| finite("`base.extrapolation`", &[base.extrapolation.constant, base.extrapolation.slope]))
+        .or_else(|| finite("`base.centre`", &[base.centre]))
+        .or_else(|| finite("`valid_range`", &[range.from, range.to]))
+}
+
+impl Coefficients {
+    /// The file's text: JSON for people as well, every number with the digits that give it back exactly.
+    pub fn to_json(&self) -> String {
+        let mut text = Vec::new();
+        let mut serializer = serde_json::Serializer::with_formatter(&mut text, Pretty::default());
+        // Writing plain structs of numbers and strings into memory has no way to fail.
+        if self.serialize(&mut serializer).is_err() {
+            return String::new();
+        }
+        text.push(b'\n');
+        String::from_utf8(text).unwrap_or_default()
+    }
+}

@@ -1,0 +1,297 @@
+//! From a recording to coefficients: the whole way in one call.
+
+mod calibrate;
+mod error;
+mod result;
+
+use crate::basis::{Basis, MAX_ORDER};
+use crate::coefficients::Coefficients;
+use crate::dependence::{self, Dependence};
+use crate::double_double::Double;
+use crate::gram::{Factor, Grams, Row};
+use crate::identify::Problem;
+use crate::mirror::Mirror;
+use crate::order::{self, Scores, Splits};
+use crate::points::{Grouping, Points};
+use crate::recording::Recording;
+use crate::statistics::PointMoments;
+use crate::weights::{self, Scatter};
+
+pub use calibrate::Calibrated;
+pub use error::{FitError, FitNote};
+
+/// How the least-squares problem is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Solver {
+    /// Householder QR in an orthonormal basis.
+    #[default]
+    Qr,
+    /// The paper's trust region method on Eq. 11 with Δd among the parameters.
+    TrustRegion,
+}
+
+/// What is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Fitted {
+    /// All rows, weighted by the scatter between passes. The default: with the same angles in every pass it
+    /// gives the same as the averages, it keeps the residuals of every reading, and it stays right where
+    /// angles were read unequally often.
+    #[default]
+    Rows,
+    /// The averages over passes of Eq. 7, each angle counting alike.
+    Averages,
+}
+
+/// What a fit can be told.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The order; none chooses it by cross-validation.
+    pub order: Option<usize>,
+    /// Candidate orders.
+    pub candidates: std::ops::RangeInclusive<usize>,
+    /// The splits of the cross-validation.
+    pub splits: Splits,
+    /// Solver.
+    pub solver: Solver,
+    /// Rows or averages.
+    pub fitted: Fitted,
+    /// Δd in millimetres, measured elsewhere; it frees a₁.
+    pub probe_distance_error_mm: Option<f64>,
+    /// The command that is recorded in the result.
+    pub command: String,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            order: None,
+            candidates: 1..=MAX_ORDER,
+            splits: Splits::default(),
+            solver: Solver::default(),
+            fitted: Fitted::default(),
+            probe_distance_error_mm: None,
+            command: String::from("fitter fit"),
+        }
+    }
+}
+
+/// What came out of a fit.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The coefficients file.
+    pub coefficients: Coefficients,
+    /// Readings and angular errors of every row as they were fitted.
+    pub calibrated: Calibrated,
+    /// Angular error less the model, row by row, in the internal unit (radians; direct: the sensor's).
+    pub residual: Vec<f64>,
+    /// Which rows belong to one calibration point.
+    pub points: Points,
+    /// Weight of every point's rows, 1 on average.
+    pub weights: Vec<f64>,
+    /// The orthonormal basis over the recording's readings.
+    pub basis: Basis,
+    /// What the residual depends on beyond chance, the most significant first.
+    pub dependences: Vec<Dependence>,
+    /// What a reader of the result should know.
+    pub notes: Vec<FitNote>,
+}
+
+/// Fits the angular error model (Eq. 6) to a recording of the given mirror.
+///
+/// # Errors
+/// One of [`FitError`]: the recording is not of this kind of sensor, its units contradict each other, or it
+/// does not determine the parameters.
+///
+/// # Example
+/// ```
+/// use fitter::{Options, fit};
+///
+/// let (recording, mirror) = fitter::default_recording()?;
+/// let fit = fit(&recording, &mirror, &Options::default())?;
+/// let model = fit.coefficients.error_model();
+/// // At s = 0.3 mm, in radians: the corrected angle differs from atan(s/d) by some tenths of a degree.
+/// let error_rad = model.uncorrected(0.3) - model.corrected(0.3);
+/// assert!(error_rad.to_degrees().abs() < 0.3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Fit, FitError> {
+    let mut notes: Vec<FitNote> = recording.notes.iter().cloned().map(FitNote::Reading).collect();
+    let mut calibrated = Calibrated::of(recording, &mirror.sensor)?;
+    let points = Points::of(recording, &calibrated.reading);
+    calibrated.check_spread(recording, &points, &mirror.sensor)?;
+    let zero = calibrated.set_zero(&points, &mirror.sensor);
+
+    let (weights, scatter) = scatter(&calibrated, &points, mirror);
+    match (&scatter, recording.passes().len()) {
+        (_, 1) => notes.push(FitNote::SinglePass),
+        (None, _) => notes.push(FitNote::NothingRepeats),
+        _ => {}
+    }
+    let data = Data::of(&calibrated, recording, &points, &weights, mirror, options);
+    let selection = data.select(options)?;
+    let order = data.order(options, selection.as_ref())?;
+    if selection.is_none() {
+        notes.push(FitNote::OrderGiven);
+    }
+    let c = data.solve(mirror, options, order)?;
+    let residual = calibrated.residual(&mirror.sensor, &data.basis, &c);
+    let coefficients = result::coefficients(&result::Parts {
+        recording,
+        mirror,
+        options,
+        points: &points,
+        calibrated: &calibrated,
+        zero,
+        scatter,
+        selection: selection.as_ref(),
+        data: &data,
+        c: &c,
+        residual: &residual,
+    })?;
+    let dependences = dependence::of_residual(recording, &calibrated, &residual, &data.basis, order, mirror);
+    let basis = data.basis;
+    Ok(Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes })
+}
+
+/// Weights per point and the pooled scatter between passes; none where no angle repeats.
+fn scatter(calibrated: &Calibrated, points: &Points, mirror: &Mirror) -> (Vec<f64>, Option<Scatter>) {
+    if points.grouping == Grouping::Block || !points.single_angles {
+        return (vec![1.0; points.count()], None);
+    }
+    let scale = mirror.sensor.per_internal();
+    let variances = PointMoments::of(points, |row| scale * calibrated.error[row]).variances();
+    let degrees_of_freedom: usize = variances.iter().map(|v| v.freedom).sum();
+    if degrees_of_freedom == 0 {
+        return (vec![1.0; points.count()], None);
+    }
+    let pooled =
+        variances.iter().map(|v| v.value * v.freedom as f64).sum::<f64>() / degrees_of_freedom as f64;
+    let (weights, weighted) = weights::weights(&variances);
+    let standard_deviation = crate::statistics::readable(pooled.sqrt());
+    (weights, Some(Scatter { standard_deviation, degrees_of_freedom, weighted }))
+}
+
+/// The least-squares problem, ready to be solved for any order.
+pub(crate) struct Data<'a> {
+    pub basis: Basis,
+    grams: Grams,
+    /// Number of distinct readings in each point.
+    distinct: Vec<usize>,
+    reading: std::borrow::Cow<'a, [f64]>,
+    error: std::borrow::Cow<'a, [f64]>,
+    point: std::borrow::Cow<'a, [u32]>,
+    weights: std::borrow::Cow<'a, [f64]>,
+    grouping: Grouping,
+}
+
+/// Up to so many rows the basis is made orthonormal over every row, above over the points.
+const BASIS_ROWS: usize = 4096;
+/// At most so many folds of passes, and so many cells of folds and points.
+const MOST_FOLDS: usize = 40;
+const MOST_CELLS: usize = 8192;
+
+impl<'a> Data<'a> {
+    fn of(
+        calibrated: &'a Calibrated,
+        recording: &Recording,
+        points: &'a Points,
+        weights: &'a [f64],
+        mirror: &Mirror,
+        options: &Options,
+    ) -> Data<'a> {
+        use std::borrow::Cow;
+        let passes = recording.passes();
+        let averaged = options.fitted == Fitted::Averages;
+        let (reading, error, point, weights): (Cow<[f64]>, Cow<[f64]>, Cow<[u32]>, Cow<[f64]>) = if averaged {
+            let means = PointMoments::of(points, |row| calibrated.error[row]).mean;
+            let numbers: Vec<u32> = (0..points.count() as u32).collect();
+            let even = vec![1.0; points.count()];
+            (Cow::Borrowed(&points.reading), means.into(), numbers.into(), even.into())
+        } else {
+            let (reading, error) = (&calibrated.reading, &calibrated.error);
+            (reading.into(), error.into(), (&points.of_row).into(), weights.into())
+        };
+        let folds =
+            if averaged { 1 } else { passes.len().min(MOST_FOLDS).min((MOST_CELLS / points.count()).max(1)) };
+        let weight_of = |row: usize| {
+            let gain = mirror.sensor.gain(reading[row]);
+            weights[point[row] as usize] * gain * gain
+        };
+        let basis = if reading.len() <= BASIS_ROWS {
+            let squares: Vec<f64> = (0..reading.len()).map(weight_of).collect();
+            Basis::new(&reading, &squares, MAX_ORDER)
+        } else {
+            let squares: Vec<f64> = (points.reading.iter().zip(&points.rows).zip(weights.iter()))
+                .map(|((s, rows), weight)| weight * *rows as f64 * mirror.sensor.gain(*s).powi(2))
+                .collect();
+            Basis::new(&points.reading, &squares, MAX_ORDER)
+        };
+        let mut last = (0, 0);
+        let mut fold_of = |row: usize| {
+            let pass = recording.pass[row];
+            if row == 0 || pass != last.0 {
+                let rank = passes.partition_point(|p| *p < pass);
+                last = (pass, rank * folds / passes.len());
+            }
+            last.1
+        };
+        let rows = (0..reading.len()).map(|row| Row {
+            reading: reading[row],
+            gain: mirror.sensor.gain(reading[row]),
+            error: error[row],
+            fold: if averaged { 0 } else { fold_of(row) },
+            point: point[row] as usize,
+        });
+        let grams = Grams::of(&basis, folds, points.count(), rows);
+        let distinct = match (points.single_angles, averaged) {
+            (false, false) => points.rows.clone(),
+            _ => vec![1; points.count()],
+        };
+        Data { basis, grams, distinct, reading, error, point, weights, grouping: points.grouping }
+    }
+
+    /// Scores all candidate orders; none where the order is given and there is too little to score with.
+    fn select(&self, options: &Options) -> Result<Option<Scores>, FitError> {
+        let (first, last) = (*options.candidates.start(), *options.candidates.end());
+        let scores = order::select(&self.grams, &self.weights, &self.distinct, first, last, &options.splits);
+        if scores.is_none() && options.order.is_none() {
+            let points = self.distinct.iter().sum();
+            return Err(FitError::TooFewToHoldOut { points, grouping: self.grouping.name() });
+        }
+        Ok(scores)
+    }
+
+    fn order(&self, options: &Options, scores: Option<&Scores>) -> Result<usize, FitError> {
+        let order =
+            options.order.or(scores.map(|scores| scores.chosen)).unwrap_or(*options.candidates.start());
+        if order > self.basis.order() {
+            let points = self.distinct.iter().sum::<usize>().min(self.basis.order() + 1);
+            return Err(FitError::TooFewPoints { points, parameters: order + 1, order });
+        }
+        Ok(order)
+    }
+
+    fn solve(&self, mirror: &Mirror, options: &Options, order: usize) -> Result<Vec<Double>, FitError> {
+        let problem = Problem {
+            basis: &self.basis,
+            order,
+            reading: &self.reading,
+            gain: &|reading| mirror.sensor.gain(reading),
+            error: &self.error,
+            weight: &|row| self.weights[self.point[row] as usize],
+        };
+        match options.solver {
+            Solver::Qr => problem.solve_qr(),
+            Solver::TrustRegion => problem.solve_trust_region(matches!(
+                mirror.sensor,
+                crate::error_model::Sensor::EddyCurrentPair { .. }
+            )),
+        }
+    }
+
+    /// Factor of the weighted sums over everything, rows of the fit, and weighted squares of the residual.
+    fn normal(&self, c: &[f64]) -> (Factor, usize, f64) {
+        let sums = self.grams.total(|_, point| self.weights[point]);
+        (sums.factor(), sums.rows, sums.squares(c))
+    }
+}

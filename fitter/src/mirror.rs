@@ -1,0 +1,185 @@
+//! The nominal mirror, `mirror.toml`: what the simulation believes of the sensor and its geometry.
+
+use std::path::Path;
+
+use thiserror::Error;
+use toml::{Table, Value};
+
+use crate::error_model::Sensor;
+use crate::recording::nearest;
+
+/// The nominal sensor and its reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mirror {
+    /// The sensor and its geometry.
+    pub sensor: Sensor,
+    /// Accuracy of the reference in arcseconds, where the file states it.
+    pub reference_accuracy_arcsec: Option<f64>,
+}
+
+/// Why a mirror file is refused.
+#[derive(Debug, Error)]
+pub enum MirrorError {
+    #[error("{file}: cannot be read ({reason}); give the path of a mirror.toml")]
+    Unreadable { file: String, reason: String },
+    #[error("{file}, line {line}: is not TOML ({reason}); correct the line")]
+    Syntax { file: String, line: usize, reason: String },
+    #[error(
+        "{file}: unknown key `{key}`, expected one of {expected}{}",
+        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
+    )]
+    UnknownKey { file: String, key: String, expected: String, nearest: Option<String> },
+    #[error("{file}: `{key}` is missing, expected {expected}; add it")]
+    MissingKey { file: String, key: &'static str, expected: &'static str },
+    #[error("{file}: `{key}` is {found}, expected {expected}; correct it")]
+    Value { file: String, key: String, found: String, expected: &'static str },
+}
+
+const KEYS: [(&str, &[&str]); 3] = [
+    ("geometry", &["probe_distance_mm", "initial_gap_mm"]),
+    ("reference", &["accuracy_arcsec"]),
+    ("sensor", &["kind", "unit", "revolution"]),
+];
+
+impl Mirror {
+    /// The mirror of Fan et al. (2019): probes 12 mm apart, 0.3 mm from their pads, an autocollimator of 1″.
+    pub fn paper() -> Mirror {
+        Mirror {
+            sensor: Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 },
+            reference_accuracy_arcsec: Some(1.0),
+        }
+    }
+
+    /// Reads `mirror.toml`.
+    ///
+    /// # Errors
+    /// One of [`MirrorError`]; an unknown key is refused and the nearest known one suggested.
+    pub fn read(path: &Path) -> Result<Mirror, MirrorError> {
+        let file = path.display().to_string();
+        match std::fs::read_to_string(path) {
+            Ok(text) => Mirror::parse(&file, &text),
+            Err(error) => Err(MirrorError::Unreadable { file, reason: error.to_string() }),
+        }
+    }
+
+    /// Parses the text of a mirror file; `file` is the name that stands in messages.
+    ///
+    /// # Errors
+    /// As [`Mirror::read`].
+    pub fn parse(file: &str, text: &str) -> Result<Mirror, MirrorError> {
+        let table: Table = text.parse().map_err(|error: toml::de::Error| MirrorError::Syntax {
+            file: file.to_string(),
+            line: error.span().map_or(0, |span| 1 + text[..span.start].matches('\n').count()),
+            reason: error.message().to_string(),
+        })?;
+        let reader = Reader { file, table: &table };
+        reader.check_keys()?;
+        let kind = match reader.get("sensor.kind") {
+            None => "eddy-current-pair",
+            Some(Value::String(kind)) => kind.as_str(),
+            Some(other) => return Err(reader.wrong("sensor.kind", other, KINDS)),
+        };
+        let sensor = match kind {
+            "eddy-current-pair" => Sensor::EddyCurrentPair {
+                probe_distance_mm: reader.positive("geometry.probe_distance_mm", "the distance d in mm")?,
+                initial_gap_mm: reader.positive("geometry.initial_gap_mm", "the gap at rest in mm")?,
+            },
+            "direct" => Sensor::Direct {
+                unit: reader.unit()?,
+                revolution: match reader.get("sensor.revolution") {
+                    Some(_) => Some(reader.positive("sensor.revolution", "one turn")?),
+                    None => None,
+                },
+            },
+            _ => return Err(reader.wrong("sensor.kind", &Value::String(kind.to_string()), KINDS)),
+        };
+        let reference_accuracy_arcsec = match reader.get("reference.accuracy_arcsec") {
+            Some(_) => Some(reader.positive("reference.accuracy_arcsec", "the accuracy in arcsec")?),
+            None => None,
+        };
+        Ok(Mirror { sensor, reference_accuracy_arcsec })
+    }
+}
+
+const KINDS: &str = "\"direct\" or \"eddy-current-pair\"";
+
+/// A parsed file and its name.
+struct Reader<'a> {
+    file: &'a str,
+    table: &'a Table,
+}
+
+impl Reader<'_> {
+    fn check_keys(&self) -> Result<(), MirrorError> {
+        let unknown = |key: String, among: Vec<&str>| MirrorError::UnknownKey {
+            file: self.file.to_string(),
+            nearest: nearest(key.rsplit('.').next().unwrap_or(&key), among.iter().copied())
+                .map(str::to_string),
+            expected: among.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "),
+            key,
+        };
+        for (section, content) in self.table {
+            let Some((_, keys)) = KEYS.iter().find(|(name, _)| name == section) else {
+                return Err(unknown(section.clone(), KEYS.iter().map(|(name, _)| *name).collect()));
+            };
+            let Value::Table(content) = content else {
+                return Err(self.wrong(section, content, "a table of keys"));
+            };
+            if let Some(key) = content.keys().find(|key| !keys.contains(&key.as_str())) {
+                return Err(unknown(format!("{section}.{key}"), keys.to_vec()));
+            }
+        }
+        Ok(())
+    }
+
+    fn get(&self, key: &str) -> Option<&Value> {
+        let (section, key) = key.split_once('.')?;
+        self.table.get(section)?.get(key)
+    }
+
+    fn wrong(&self, key: &str, found: &Value, expected: &'static str) -> MirrorError {
+        let file = self.file.to_string();
+        MirrorError::Value { file, key: key.to_string(), found: found.to_string(), expected }
+    }
+
+    fn positive(&self, key: &'static str, meaning: &'static str) -> Result<f64, MirrorError> {
+        let value = match self.get(key) {
+            None => {
+                return Err(MirrorError::MissingKey { file: self.file.to_string(), key, expected: meaning });
+            }
+            Some(Value::Float(value)) => *value,
+            Some(Value::Integer(value)) => *value as f64,
+            Some(other) => return Err(self.wrong(key, other, "a number")),
+        };
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(self.wrong(key, &Value::Float(value), "a finite number above zero"))
+        }
+    }
+
+    /// The unit reaches column names and generated identifiers, so that it has to be one itself.
+    fn unit(&self) -> Result<String, MirrorError> {
+        match self.get("sensor.unit") {
+            None => Err(MirrorError::MissingKey {
+                file: self.file.to_string(),
+                key: "sensor.unit",
+                expected: "the unit of `measured` and `reference`, for example \"mm\"",
+            }),
+            Some(Value::String(unit)) if is_identifier(unit) => Ok(unit.clone()),
+            Some(other) => Err(self.wrong(
+                "sensor.unit",
+                other,
+                "letters, digits and underscores, a letter first (\"mm\", \"deg\", \"um\"): it becomes part of names",
+            )),
+        }
+    }
+}
+
+/// Whether `name` may become part of a name in generated source: ASCII letters, digits and underscores,
+/// a letter first, at most 24 of them.
+pub fn is_identifier(name: &str) -> bool {
+    name.len() <= 24
+        && name.starts_with(|first: char| first.is_ascii_alphabetic())
+        && name.chars().all(|sign| sign.is_ascii_alphanumeric() || sign == '_')
+}

@@ -1,0 +1,92 @@
+//! What can be wrong with a recording before anything is computed from it: one message each, which says
+//! where, what was found, what was expected and how to mend it.
+
+use thiserror::Error;
+
+/// A place in a recording's file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Place {
+    /// The file as it was named.
+    pub file: String,
+    /// Line number, the header being line 1.
+    pub line: u64,
+    /// The column's name.
+    pub column: String,
+}
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, line {}, column `{}`", self.file, self.line, self.column)
+    }
+}
+
+/// Why a recording is refused.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    #[error("{file}: there is no such file; check the path of the recording")]
+    NotFound { file: String },
+    #[error("{file}: is a directory, expected a recording (CSV, or CSV.gz); name the file itself")]
+    IsDirectory { file: String },
+    #[error("{file}: cannot be read ({reason}); check the file's permissions and medium")]
+    Unreadable { file: String, reason: String },
+    #[error("{file}: is empty, expected a header row and one row per reading; record or export it again")]
+    Empty { file: String },
+    #[error("{file}: has a header but no reading, expected one row per reading; export the rows as well")]
+    NoRows { file: String },
+    #[error(
+        "{file}: ends in .gz but is not a whole gzip file ({reason}); copy it again, or drop .gz from the \
+         name of a plain CSV"
+    )]
+    DamagedGzip { file: String, reason: String },
+    #[error(
+        "{file}, line {line}: found bytes that are not UTF-8 text, expected a CSV text file; export it as \
+         UTF-8 CSV"
+    )]
+    NotText { file: String, line: u64 },
+    #[error(
+        "{file}, line 1: found columns separated by {found}, expected commas (and a point in numbers); export \
+         it as comma-separated values"
+    )]
+    Separator { file: String, found: &'static str },
+    #[error("{file}, line 1: column {number} has no name, expected a name in every field of the header")]
+    UnnamedColumn { file: String, number: usize },
+    #[error("{file}, line 1: column `{column}` stands there twice; keep one of the two or rename the other")]
+    DoubledColumn { file: String, column: String },
+    #[error(
+        "{file}, line 1: column `{column}` is missing; found {found}{}",
+        similar.as_ref().map_or(String::from("; add it"), |s| format!("; rename `{s}`, if that is what it is"))
+    )]
+    MissingColumn { file: String, column: String, found: String, similar: Option<String> },
+    #[error(
+        "{file}, line 1: found both `{pair}` and `{direct}`, expected the columns of one sensor: `x1_mm`, \
+         `x2_mm`, `reference_arcsec`, or `measured`, `reference`; drop one group"
+    )]
+    TwoSensors { file: String, pair: String, direct: String },
+    #[error(
+        "{file}, line {line}: found {found} fields, expected {expected} as in the header; mend the row (a \
+         comma as decimal sign, or a row cut short?)"
+    )]
+    FieldCount { file: String, line: u64, found: u64, expected: u64 },
+    #[error("{place}: found `{found}`, expected a number; correct the cell or drop the row")]
+    NotANumber { place: Place, found: String },
+    #[error(
+        "{place}: found `{found}`, expected a finite number; drop the row, or leave the cell of an optional \
+         column blank where nothing was measured"
+    )]
+    NotFinite { place: Place, found: String },
+    #[error("{place}: is blank, expected a number (only optional columns may have blanks); drop the row")]
+    Blank { place: Place },
+    #[error("{place}: found `{found}`, expected the whole number of the pass (0, 1, 2 …); number the passes")]
+    PassNumber { place: Place, found: String },
+    #[error("{place}: found `{found}`, expected 1 (forward) or -1 (backward); correct the direction")]
+    Direction { place: Place, found: String },
+    #[error(
+        "{file}, line {line}: repeats line {first} in every column (t_s = {time_s}); drop one of the two rows"
+    )]
+    DuplicateRow { file: String, line: u64, first: u64, time_s: f64 },
+    #[error(
+        "{file}, column `pass`: pass {pass} has no row, although passes {first} to {last} are there; renumber \
+         the passes or put the missing one back"
+    )]
+    EmptyPass { file: String, pass: i64, first: i64, last: i64 },
+}

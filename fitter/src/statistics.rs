@@ -1,0 +1,156 @@
+//! Residual statistics before and after the correction, over all readings and per calibration point.
+
+use serde::{Deserialize, Serialize};
+
+use crate::points::Points;
+use crate::weights::{Scatter, Variance};
+
+/// Angular errors over all readings, in [`crate::error_model::Sensor::error_unit`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spread {
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest absolute value.
+    pub max: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Largest absolute value of the mean at one calibration point.
+    pub max_of_point_means: f64,
+}
+
+/// One calibration point (or block).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointStatistics {
+    /// Mean reading there: s in mm, or the direct sensor's.
+    pub reading: f64,
+    /// Number of readings.
+    pub readings: usize,
+    /// Mean error before the correction.
+    pub mean_before: f64,
+    /// Mean error after it (of a mean over passes: the fit error of the paper's Figure 7b).
+    pub mean_after: f64,
+    /// Standard deviation of the errors about their mean, after the correction; none for one reading.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_deviation: Option<f64>,
+}
+
+/// All statistics of a fit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Statistics {
+    /// Unit of every figure here.
+    pub unit: String,
+    /// Errors as calibrated (Eq. 8).
+    pub before: Spread,
+    /// What the model leaves of them.
+    pub after: Spread,
+    /// The scatter between passes; none where no angle repeats.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between_passes: Option<Scatter>,
+    /// What a point is: see [`crate::points::Grouping`].
+    pub points_are: String,
+    /// Per point, by ascending reading.
+    pub points: Vec<PointStatistics>,
+}
+
+/// Mean and sum of squared deviations of each point's values (Welford's recurrence).
+pub(crate) struct PointMoments {
+    pub mean: Vec<f64>,
+    squares: Vec<f64>,
+    count: Vec<usize>,
+}
+
+impl PointMoments {
+    pub fn of(points: &Points, value: impl Fn(usize) -> f64) -> PointMoments {
+        let count = points.count();
+        let mut moments =
+            PointMoments { mean: vec![0.0; count], squares: vec![0.0; count], count: vec![0; count] };
+        for (row, point) in points.of_row.iter().enumerate() {
+            let point = *point as usize;
+            moments.count[point] += 1;
+            let step = value(row) - moments.mean[point];
+            moments.mean[point] += step / moments.count[point] as f64;
+            moments.squares[point] += step * (value(row) - moments.mean[point]);
+        }
+        moments
+    }
+
+    pub fn variances(&self) -> Vec<Variance> {
+        (self.squares.iter().zip(&self.count))
+            .map(|(squares, count)| {
+                let freedom = count - 1;
+                Variance { value: if freedom > 0 { squares / freedom as f64 } else { 0.0 }, freedom }
+            })
+            .collect()
+    }
+}
+
+fn spread(points: &Points, means: &[f64], value: impl Fn(usize) -> f64) -> Spread {
+    let rows = points.of_row.len();
+    let (mut squares, mut sum, mut max) = (0.0, 0.0, 0.0f64);
+    for row in 0..rows {
+        let value = value(row);
+        squares += value * value;
+        sum += value;
+        max = max.max(value.abs());
+    }
+    Spread {
+        rms: readable((squares / rows as f64).sqrt()),
+        max: readable(max),
+        mean: readable(sum / rows as f64),
+        max_of_point_means: readable(means.iter().fold(0.0, |max, mean| mean.abs().max(max))),
+    }
+}
+
+/// Statistics of errors and residuals given in the internal unit; `scale` turns it into `unit`.
+pub(crate) fn statistics(
+    points: &Points,
+    error: &[f64],
+    residual: &[f64],
+    scale: f64,
+    unit: &str,
+    between_passes: Option<Scatter>,
+) -> Statistics {
+    let before = PointMoments::of(points, |row| scale * error[row]);
+    let after = PointMoments::of(points, |row| scale * residual[row]);
+    let deviations = after.variances();
+    Statistics {
+        unit: unit.to_string(),
+        before: spread(points, &before.mean, |row| scale * error[row]),
+        after: spread(points, &after.mean, |row| scale * residual[row]),
+        between_passes,
+        points_are: points.grouping.name().to_string(),
+        points: (0..points.count())
+            .map(|point| PointStatistics {
+                reading: readable(points.reading[point]),
+                readings: points.rows[point],
+                mean_before: readable(before.mean[point]),
+                mean_after: readable(after.mean[point]),
+                standard_deviation: (deviations[point].freedom > 0)
+                    .then(|| readable(deviations[point].value.sqrt())),
+            })
+            .collect(),
+    }
+}
+
+/// A descriptive figure to nine significant digits: more than it means, and few enough that it does not
+/// change with the last bit of a library's logarithm.
+pub(crate) fn readable(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    format!("{value:.8e}").parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_readable_number_has_nine_digits() {
+        assert_eq!(readable(std::f64::consts::PI * 1e-7), 3.14159265e-7);
+        assert_eq!(readable(-1234567891.23), -1234567890.0);
+    }
+}
