@@ -1,6 +1,6 @@
 //! Devices that tests start from.
 
-use fitter::coefficients::{Base, Coefficients, Provenance, ValidRange};
+use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 
 /// The device of the paper, Eq. 12.
@@ -14,15 +14,5 @@ pub fn paper_model() -> ErrorModel {
 
 /// Coefficients of the paper's device over |s| ≤ 0.38 mm.
 pub fn paper_coefficients() -> Coefficients {
-    let model = paper_model();
-    Coefficients {
-        schema: "arcsmith-coefficients".into(),
-        version: 1,
-        tool: "by hand".into(),
-        command: "none".into(),
-        recording: Provenance { file: "paper.csv".into(), sha256: "0".repeat(64), rows: 210, passes: 6 },
-        sensor: model.sensor,
-        valid_range: ValidRange { variable: "s_mm".into(), from: -0.38, to: 0.38 },
-        base: Base { order: 9, centre: 0.0, coefficients: model.coefficients },
-    }
+    Coefficients::of_model(&paper_model(), -0.38, 0.38, "by hand")
 }

@@ -161,17 +161,3 @@ pub fn generate(
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
     Ok(Generated { files, certificate, routines })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    #[test]
-    fn dump() {
-        let mut o = Options::default();
-        if std::env::var("FLAG").is_ok() {
-            o.out_of_range = crate::options::OutOfRange::Flag;
-        }
-        let g = generate(&crate::fixtures::paper_coefficients(), "abc", &o).unwrap();
-        crate::files::write(std::path::Path::new("/tmp/gen"), &g.files).unwrap();
-    }
-}

@@ -8,6 +8,7 @@
 pub mod approximate;
 pub mod bound;
 pub mod certificate;
+pub mod cli;
 pub mod exact;
 pub mod files;
 #[cfg(test)]
@@ -24,4 +25,5 @@ pub mod quantize;
 pub mod reference;
 pub mod render;
 pub mod routine;
+pub mod source;
 pub mod text;
