@@ -1,1 +1,29 @@
+//! Generates the firmware correction of a scanning mirror with a proven error bound.
+//!
+//! Coefficients ([`fitter`]) and [`options`] become a [`routine`]: the function ([`reference`]) is
+//! approximated ([`approximate`]), its coefficients rounded to a format ([`quantize`]), written as a
+//! [`program`] of typed operations, and bounded ([`bound`]). The program is rendered in Rust and C
+//! ([`render`]) with a [`certificate`].
 
+pub mod approximate;
+pub mod bound;
+pub mod certificate;
+pub mod cli;
+pub mod exact;
+pub mod files;
+#[cfg(test)]
+mod fixtures;
+pub mod fused;
+pub mod generate;
+pub mod input;
+pub mod interpret;
+pub mod options;
+pub mod output;
+pub mod program;
+pub mod quantity;
+pub mod quantize;
+pub mod reference;
+pub mod render;
+pub mod routine;
+pub mod source;
+pub mod text;

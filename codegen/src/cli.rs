@@ -1,0 +1,348 @@
+//! The command line: arguments, and what is printed.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use indicatif::ProgressBar;
+use miette::{IntoDiagnostic, Result, miette};
+
+use crate::files;
+use crate::fused::Format;
+use crate::generate::{Generated, generate};
+use crate::input::{Arity, Encoding, Input};
+use crate::options::{CShift, Options, OutOfRange, RoutineOptions};
+use crate::output::Output;
+use crate::source::Source;
+use crate::text;
+
+/// Generates the firmware correction of a scanning mirror, in Rust and C, with a proven error bound.
+///
+/// Without arguments, the embedded recording is fitted and `generated/` written.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    arguments: Arguments,
+}
+
+const EXAMPLES: &str = "Examples:
+  codegen
+  codegen --coefficients coefficients.json --out firmware/angle --format q31 --input x1x2-counts \\
+          --bits 16 --gain 1.2207e-5 --output nano
+  codegen --recording slit.csv.gz --mirror slit.toml --bound 0.0001mm --out slit
+  codegen check --coefficients coefficients.json --out firmware/angle";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Compares what is in the output folder with what would be generated; exit code 1 where it is stale.
+    Check(Arguments),
+}
+
+#[derive(Debug, Args)]
+struct Arguments {
+    /// Coefficients file, as written by `fitter fit`.
+    #[arg(long, conflicts_with = "recording")]
+    coefficients: Option<PathBuf>,
+    /// Recording, fitted on the way.
+    #[arg(long, requires = "mirror")]
+    recording: Option<PathBuf>,
+    /// Nominal mirror of the recording.
+    #[arg(long, requires = "recording")]
+    mirror: Option<PathBuf>,
+    /// Output folder.
+    #[arg(long, default_value = "generated")]
+    out: PathBuf,
+    /// Largest acceptable bound in arcseconds [default: 0.01].
+    #[arg(long, conflicts_with = "bound")]
+    bound_arcsec: Option<f64>,
+    /// Largest acceptable bound with its unit, for example 0.0001mm [default: a millionth of the range].
+    #[arg(long)]
+    bound: Option<String>,
+    /// Degree of the polynomial [default: the lowest that meets the bound].
+    #[arg(long)]
+    degree: Option<usize>,
+    /// Smallest reading, in mm (direct sensor: its unit) [default: what the recording covers].
+    #[arg(long, requires = "to", allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Largest reading.
+    #[arg(long, requires = "from", allow_negative_numbers = true)]
+    to: Option<f64>,
+    /// Let the range exceed what the recording covers.
+    #[arg(long)]
+    extrapolate: bool,
+    /// Number formats of the evaluation, one routine each.
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "q31,f32")]
+    format: Vec<FormatName>,
+    /// What the routines are given [default: the reading, q31 for q31 and f32 for f32].
+    #[arg(long, value_enum)]
+    input: Option<InputName>,
+    /// What the reading of a Q31 word's 2^31 is [default: the smallest power of two above the range].
+    #[arg(long)]
+    full_scale: Option<f64>,
+    /// Width of the converter's word, for counts.
+    #[arg(long, default_value_t = 16)]
+    bits: u32,
+    /// Change of a displacement (direct sensor: of the reading) by one count.
+    #[arg(long, allow_negative_numbers = true)]
+    gain: Option<f64>,
+    /// The count that stands for zero [default: the middle].
+    #[arg(long, allow_negative_numbers = true)]
+    offset: Option<f64>,
+    /// What the routines return [default: pow2 for q31, f32 for f32].
+    #[arg(long, value_enum)]
+    output: Option<OutputName>,
+    /// What happens to readings outside the range.
+    #[arg(long, value_enum, default_value = "clamp")]
+    out_of_range: OutOfRangeName,
+    /// Right shifts of negative numbers in C: none, or the compiler's.
+    #[arg(long, value_enum, default_value = "strict")]
+    c_shift: CShiftName,
+    /// Name of crate, files and functions [default: corrected_angle; direct sensor: corrected_<unit>].
+    #[arg(long)]
+    name: Option<String>,
+    /// The same as the command `check`.
+    #[arg(long)]
+    check: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum FormatName {
+    /// 32-bit integers, high words of products.
+    Q31,
+    /// IEEE binary32.
+    F32,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum InputName {
+    /// The reading (s = x₂ − x₁ of a pair) as a float.
+    F32,
+    /// The reading as a Q31 word.
+    Q31,
+    /// The reading in counts.
+    Counts,
+    /// x₁ and x₂ as floats in millimetres.
+    X1x2F32,
+    /// x₁ and x₂ as Q31 words.
+    X1x2Q31,
+    /// x₁ and x₂ in counts.
+    X1x2Counts,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OutputName {
+    /// An integer, a power-of-two fraction of the unit.
+    Pow2,
+    /// An integer, 10⁻⁹ of the unit: nanoradians.
+    Nano,
+    /// An integer, 10⁻⁶ of the unit.
+    Micro,
+    /// A float in the unit.
+    F32,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OutOfRangeName {
+    /// The value at the nearest end.
+    Clamp,
+    /// The same, and the caller is told.
+    Flag,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum CShiftName {
+    /// Fully defined by C99.
+    Strict,
+    /// Arithmetic right shift, checked at compile time.
+    Arithmetic,
+}
+
+/// Runs the program; the exit code is 0, or 1 where `check` found something stale.
+///
+/// # Errors
+/// Anything that is wrong with the input, in a sentence; nothing is written then.
+pub fn run(cli: Cli) -> Result<ExitCode> {
+    match cli.command {
+        Some(Command::Check(arguments)) => check(&arguments),
+        None if cli.arguments.check => check(&cli.arguments),
+        None => write(&cli.arguments),
+    }
+}
+
+fn write(arguments: &Arguments) -> Result<ExitCode> {
+    let generated = prepare(arguments)?;
+    let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
+    if !arguments.quiet {
+        print!("{}", summary(&generated));
+        println!("{}: {} files, {changed} changed", arguments.out.display(), generated.files.len());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn check(arguments: &Arguments) -> Result<ExitCode> {
+    let generated = prepare(arguments)?;
+    let differences = files::compare(&arguments.out, &generated.files);
+    if differences.is_empty() {
+        if !arguments.quiet {
+            println!("{}: {} files, all up to date", arguments.out.display(), generated.files.len());
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    for (file, difference) in &differences {
+        println!("{} {difference}", arguments.out.join(file).display());
+    }
+    println!("{} of {} files are stale: run codegen again", differences.len(), generated.files.len());
+    Ok(ExitCode::from(1))
+}
+
+fn prepare(arguments: &Arguments) -> Result<Generated> {
+    let bar = ProgressBar::hidden();
+    if !arguments.quiet && std::io::stderr().is_terminal() {
+        bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar.set_message("reading");
+    let source = match (&arguments.coefficients, &arguments.recording, &arguments.mirror) {
+        (Some(path), _, _) => Source::Coefficients(path.clone()),
+        (None, Some(recording), Some(mirror)) => {
+            Source::Recording { recording: recording.clone(), mirror: mirror.clone() }
+        }
+        _ => Source::Embedded,
+    };
+    let (coefficients, sha256) = source.load().map_err(|e| miette!("{e}"))?;
+    bar.set_message("approximating and bounding");
+    let unit = crate::quantity::Quantity::of(&coefficients.error_model()).bound_unit;
+    let options = options(arguments, &unit)?;
+    let generated = generate(&coefficients, &sha256, &options).map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    Ok(generated)
+}
+
+fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
+    let bound = match (&arguments.bound_arcsec, &arguments.bound) {
+        (Some(bound), _) if unit == "arcsec" => Some(*bound),
+        (Some(_), _) => {
+            return Err(miette!(
+                "this sensor's bound is in {unit}: give --bound with its unit, 0.0001{unit}"
+            ));
+        }
+        (None, Some(text)) => Some(bound_with_unit(text, unit)?),
+        (None, None) => None,
+    };
+    let encoding = |probes: bool, name: InputName| -> Result<Encoding> {
+        Ok(match name {
+            InputName::F32 | InputName::X1x2F32 => Encoding::F32,
+            InputName::Q31 | InputName::X1x2Q31 => Encoding::Q31 { full_scale: arguments.full_scale },
+            InputName::Counts | InputName::X1x2Counts => {
+                let Some(gain) = arguments.gain else {
+                    return Err(miette!(
+                        "counts need --gain, the change of the {} by one count",
+                        if probes { "displacement" } else { "reading" }
+                    ));
+                };
+                let middle = f64::from(1u32 << arguments.bits.clamp(1, 31).saturating_sub(1));
+                Encoding::Counts { bits: arguments.bits, gain, offset: arguments.offset.unwrap_or(middle) }
+            }
+        })
+    };
+    let input = match arguments.input {
+        None => None,
+        Some(name) => {
+            let probes = matches!(name, InputName::X1x2F32 | InputName::X1x2Q31 | InputName::X1x2Counts);
+            let arity = if probes { Arity::Probes } else { Arity::Reading };
+            Some(Input { arity, encoding: encoding(probes, name)? })
+        }
+    };
+    let output = arguments.output.map(|name| match name {
+        OutputName::Pow2 => Output::PowerOfTwo,
+        OutputName::Nano => Output::Nano,
+        OutputName::Micro => Output::Micro,
+        OutputName::F32 => Output::F32,
+    });
+    let routine = |name: &FormatName| {
+        let format = match name {
+            FormatName::Q31 => Format::Q31,
+            FormatName::F32 => Format::F32 { fused: false },
+        };
+        let mut usual = RoutineOptions::of(format);
+        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
+            *full_scale = arguments.full_scale;
+        }
+        RoutineOptions { format, input: input.unwrap_or(usual.input), output: output.unwrap_or(usual.output) }
+    };
+    Ok(Options {
+        routines: arguments.format.iter().map(routine).collect(),
+        bound,
+        degree: arguments.degree,
+        range: arguments.from.zip(arguments.to),
+        extrapolate: arguments.extrapolate,
+        out_of_range: match arguments.out_of_range {
+            OutOfRangeName::Clamp => OutOfRange::Clamp,
+            OutOfRangeName::Flag => OutOfRange::Flag,
+        },
+        c_shift: match arguments.c_shift {
+            CShiftName::Strict => CShift::Strict,
+            CShiftName::Arithmetic => CShift::Arithmetic,
+        },
+        name: arguments.name.clone(),
+        command: recorded_command(std::env::args().skip(1)),
+    })
+}
+
+/// `0.01mm`: a number and the unit that the sensor has.
+fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
+    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c == 'µ');
+    let found = text[digits.len()..].trim();
+    // An exponent's `e` belongs to the number.
+    let value = digits.trim().parse::<f64>();
+    match value {
+        Ok(value) if found == unit => Ok(value),
+        Ok(_) => Err(miette!(
+            "--bound {text}: the unit is {found:?}, this sensor's is {unit:?}: give for example {digits}{unit}"
+        )),
+        Err(_) => Err(miette!("--bound {text}: not a number with a unit: give for example 0.01{unit}")),
+    }
+}
+
+/// The command as it stands in the heads: without what does not change the files.
+fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
+    let mut words = vec!["codegen".to_string()];
+    let mut arguments = arguments.peekable();
+    while let Some(word) = arguments.next() {
+        match word.as_str() {
+            "check" | "--check" | "-q" | "--quiet" => {}
+            "--out" => {
+                arguments.next();
+            }
+            other if other.starts_with("--out=") => {}
+            other if other.contains(char::is_whitespace) => words.push(format!("'{other}'")),
+            _ => words.push(word),
+        }
+    }
+    words.join(" ")
+}
+
+/// What was chosen and why, on one screen.
+fn summary(generated: &Generated) -> String {
+    let mut lines = String::new();
+    for (routine, entry) in generated.routines.iter().zip(generated.certificate.routines.iter().step_by(2)) {
+        let degree = routine.design.degree;
+        let line = format!(
+            "{:<24} degree {degree:>2}   proven within {} {}   best of this degree {:.2e}\n",
+            entry.routine,
+            text::rounded_up(entry.bound),
+            entry.unit,
+            entry.minimax,
+        );
+        lines.push_str(&line);
+    }
+    lines
+}

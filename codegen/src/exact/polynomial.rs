@@ -1,0 +1,223 @@
+//! Polynomials with interval coefficients, and certified bounds of what they reach on an interval.
+
+use super::Interval;
+
+/// c₀ + c₁v + c₂v² + … with the coefficients enclosed; never empty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial {
+    coefficients: Vec<Interval>,
+}
+
+impl Polynomial {
+    /// From c₀, c₁, c₂, …
+    pub fn new(mut coefficients: Vec<Interval>) -> Self {
+        if coefficients.is_empty() {
+            coefficients.push(Interval::zero());
+        }
+        Polynomial { coefficients }
+    }
+
+    /// A constant.
+    pub fn constant(value: Interval) -> Self {
+        Polynomial { coefficients: vec![value] }
+    }
+
+    /// c₀ + c₁v.
+    pub fn linear(c0: Interval, c1: Interval) -> Self {
+        Polynomial { coefficients: vec![c0, c1] }
+    }
+
+    /// The coefficients, constant first.
+    pub fn coefficients(&self) -> &[Interval] {
+        &self.coefficients
+    }
+
+    /// The value at `v` (Horner).
+    pub fn at(&self, v: &Interval) -> Interval {
+        self.coefficients.iter().rev().fold(Interval::zero(), |sum, c| &(&sum * v) + c)
+    }
+
+    /// Sum.
+    pub fn add(&self, other: &Polynomial) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+
+    /// Difference.
+    pub fn sub(&self, other: &Polynomial) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+
+    fn zip(&self, other: &Polynomial, op: impl Fn(&Interval, &Interval) -> Interval) -> Self {
+        let zero = Interval::zero();
+        let n = self.coefficients.len().max(other.coefficients.len());
+        let at = |p: &Polynomial, k: usize| p.coefficients.get(k).unwrap_or(&zero).clone();
+        Polynomial::new((0..n).map(|k| op(&at(self, k), &at(other, k))).collect())
+    }
+
+    /// Product.
+    pub fn mul(&self, other: &Polynomial) -> Self {
+        let mut product = vec![Interval::zero(); self.coefficients.len() + other.coefficients.len() - 1];
+        for (i, a) in self.coefficients.iter().enumerate() {
+            for (j, b) in other.coefficients.iter().enumerate() {
+                product[i + j] = &product[i + j] + &(a * b);
+            }
+        }
+        Polynomial::new(product)
+    }
+
+    /// Product with a number.
+    pub fn scale(&self, factor: &Interval) -> Self {
+        Polynomial::new(self.coefficients.iter().map(|c| c * factor).collect())
+    }
+
+    /// Product with a power of two.
+    pub fn mul_pow2(&self, exponent: i64) -> Self {
+        Polynomial::new(self.coefficients.iter().map(|c| c.mul_pow2(exponent)).collect())
+    }
+
+    /// The same function of v·2^exponent: p(2^exponent v).
+    pub fn stretch_pow2(&self, exponent: i64) -> Self {
+        let stretched = self.coefficients.iter().zip(0..).map(|(c, k)| c.mul_pow2(exponent * k));
+        Polynomial::new(stretched.collect())
+    }
+
+    /// The Taylor shift p(centre + h) as a polynomial of h.
+    pub fn shift(&self, centre: &Interval) -> Self {
+        let mut c = self.coefficients.clone();
+        for first in 0..c.len() {
+            for k in (first..c.len() - 1).rev() {
+                c[k] = &c[k] + &(&c[k + 1] * centre);
+            }
+        }
+        Polynomial::new(c)
+    }
+
+    /// The derivative.
+    pub fn derivative(&self) -> Self {
+        let d = self.coefficients.iter().zip(0..).skip(1).map(|(c, k)| c * &Interval::from_int(k));
+        Polynomial::new(d.collect())
+    }
+
+    /// Drops the highest terms whose sum stays below `tolerance` where |v| ≤ `radius`; returns what was
+    /// dropped at most.
+    pub fn truncate(&mut self, radius: &Interval, tolerance: &Interval) -> Interval {
+        let mut dropped = Interval::zero();
+        while self.coefficients.len() > 1 {
+            let k = self.coefficients.len() - 1;
+            let power = (0..k).fold(Interval::from_int(1), |p, _| (&p * radius).upper());
+            let next = (&dropped + &(&self.coefficients[k].magnitude() * &power)).upper();
+            if !next.certainly_le(tolerance) {
+                break;
+            }
+            dropped = next;
+            self.coefficients.pop();
+        }
+        dropped
+    }
+
+    /// An enclosure of the values for |v| ≤ `radius`: centred form, first order exact.
+    pub fn range_around_zero(&self, radius: &Interval) -> Interval {
+        let mut power = Interval::from_int(1);
+        let mut spread = Interval::zero();
+        for c in &self.coefficients[1..] {
+            power = (&power * radius).upper();
+            spread = (&spread + &(&c.magnitude() * &power)).upper();
+        }
+        &self.coefficients[0] + &spread.symmetric()
+    }
+
+    /// An enclosure of the values on [`from`, `to`] (points).
+    pub fn range(&self, from: &Interval, to: &Interval) -> Interval {
+        let centre = from.hull(to).midpoint();
+        let radius = (to - &centre).magnitude().hull(&(from - &centre).magnitude()).upper();
+        self.shift(&centre).range_around_zero(&radius)
+    }
+
+    /// A certified enclosure of max |p(v)| over [`from`, `to`] (points): its upper end is an upper bound
+    /// of the maximum and exceeds it by at most `tolerance`; its lower end is reached.
+    ///
+    /// Branch and bound: each piece is bounded by its centred form, which near an extremum is off by the
+    /// square of the piece's width only.
+    pub fn supremum(&self, from: &Interval, to: &Interval, tolerance: &Interval) -> Interval {
+        let mut reached = self.at(from).magnitude_lower();
+        let mut bound = Interval::zero();
+        let mut open = vec![(from.clone(), to.clone())];
+        while let Some((a, b)) = open.pop() {
+            let centre = a.hull(&b).midpoint();
+            let here = self.range(&a, &b).magnitude();
+            let middle = self.at(&centre).magnitude_lower();
+            if reached.certainly_le(&middle) {
+                reached = middle;
+            }
+            if here.certainly_le(&bound) {
+                continue;
+            }
+            if here.certainly_le(&(&reached + tolerance)) || centre == a || centre == b {
+                bound = bound.magnitude_max(&here);
+            } else {
+                open.push((a, centre.clone()));
+                open.push((centre, b));
+            }
+        }
+        reached.hull(&bound)
+    }
+}
+
+impl Interval {
+    /// The smallest absolute value that is certainly reached by the enclosed number, as a point.
+    fn magnitude_lower(&self) -> Interval {
+        let (lo, hi) = (self.lower(), self.upper());
+        let zero = Interval::zero();
+        if zero.certainly_le(&lo) {
+            lo
+        } else if hi.certainly_le(&zero) {
+            -hi
+        } else {
+            zero
+        }
+    }
+
+    fn magnitude_max(&self, other: &Interval) -> Interval {
+        if self.certainly_le(other) { other.clone() } else { self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn poly(c: &[f64]) -> Polynomial {
+        Polynomial::new(c.iter().map(|&c| Interval::from_f64(c)).collect())
+    }
+
+    #[test]
+    fn chebyshev_t5_reaches_one() {
+        let t5 = poly(&[0.0, 5.0, 0.0, -20.0, 0.0, 16.0]);
+        let one = Interval::from_int(1);
+        let sup = t5.supremum(&-one.clone(), &one, &Interval::from_f64(1e-9));
+        assert!(one.certainly_le(&sup.upper()), "{} is not an upper bound", sup.to_f64_up());
+        assert!(sup.to_f64_up() < 1.0 + 2e-9);
+        assert!(sup.to_f64_down() > 1.0 - 1e-6);
+    }
+
+    proptest! {
+        #[test]
+        fn the_supremum_is_never_exceeded(c in prop::collection::vec(-2.0..2.0f64, 1..8), at in 0.0..1.0f64) {
+            let p = poly(&c);
+            let (a, b) = (Interval::from_f64(-0.5), Interval::from_f64(0.75));
+            let sup = p.supremum(&a, &b, &Interval::from_f64(1e-6));
+            let v = Interval::from_f64(-0.5 + 1.25 * at);
+            prop_assert!(p.at(&v).magnitude_lower().certainly_le(&sup.upper()));
+        }
+
+        #[test]
+        fn shifting_moves_the_argument(c in prop::collection::vec(-2.0..2.0f64, 1..8), x in -1.0..1.0f64) {
+            let p = poly(&c);
+            let shifted = p.shift(&Interval::from_f64(x));
+            let direct = p.at(&Interval::from_f64(x + 0.0));
+            let diff = &shifted.at(&Interval::zero()) - &direct;
+            prop_assert!(diff.magnitude().to_f64_up() < 1e-80);
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! The method of one fused polynomial: the whole corrected angle θ(s) − Δθ(s) by Horner's scheme, in fixed
+//! point or in floats.
+
+use crate::approximate::minimax;
+use crate::bound::{self, Bound, Overflows};
+use crate::exact::{Interval, Polynomial};
+use crate::input::{Arithmetic, InputPlan};
+use crate::output::{Output, OutputError};
+use crate::program::{Op, Operand, Program, Stage, Type};
+use crate::quantize;
+use crate::reference::Reference;
+
+/// The number format of the evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// 32-bit integers, 64-bit products of which the high word is kept.
+    Q31,
+    /// IEEE binary32.
+    F32 {
+        /// Fused multiply–add on purpose, instead of a product and a sum that are rounded each.
+        fused: bool,
+    },
+}
+
+impl Format {
+    /// The name by which users ask for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Q31 => "q31",
+            Format::F32 { fused: false } => "f32",
+            Format::F32 { fused: true } => "f32-fma",
+        }
+    }
+
+    /// What the variable must be.
+    pub fn arithmetic(self) -> Arithmetic {
+        match self {
+            Format::Q31 => Arithmetic::Word,
+            Format::F32 { .. } => Arithmetic::Float,
+        }
+    }
+}
+
+/// A routine as designed: program, bound, and what its output word stands for.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// The whole program.
+    pub program: Program,
+    /// The bound, in the reference's unit.
+    pub bound: Bound,
+    /// Degree of the polynomial.
+    pub degree: usize,
+    /// Supremum error of the best polynomial of this degree, before its coefficients were rounded.
+    pub minimax: f64,
+    /// What one output word (float: 1) stands for, in the reference's unit.
+    pub unit: Interval,
+    /// Fractional bits of the output, where it is a power-of-two fraction.
+    pub fraction_bits: Option<i64>,
+}
+
+/// Why there is no design.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// The output cannot be expressed.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// No format is coarse enough.
+    #[error(transparent)]
+    Overflows(#[from] Overflows),
+}
+
+/// Designs the routine of the given degree.
+///
+/// # Errors
+/// [`DesignError`] where the output's format cannot hold the range.
+pub fn design(
+    plan: &InputPlan,
+    reference: &Reference,
+    format: Format,
+    output: Output,
+    degree: usize,
+) -> Result<Design, DesignError> {
+    let (from, to) = range_in_v(plan);
+    let best = minimax(&reference.polynomial, degree, &from, &to);
+    let minimax = distance(&best, reference, &from, &to).to_f64_up();
+    let build = |grid: Grid| -> Result<Design, DesignError> {
+        let mut units: Vec<i64> = best
+            .coefficients()
+            .iter()
+            .zip(&grid.bits)
+            .map(|(c, &k)| c.mul_pow2(k).round_to_i64().unwrap_or(0))
+            .collect();
+        let (program, unit) = grid.program(plan, format, output, &units)?;
+        // Which correction of the coefficients brings the program, with all its biases, nearest.
+        let residual = reference.polynomial.sub(&bound::output_polynomial(&program, plan)?.scale(&unit));
+        let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::from_int(1).mul_pow2(-k).to_f64()).collect();
+        let correction = quantize::nearest(&residual, &lsb, &from, &to);
+        units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
+        let (program, unit) = grid.program(plan, format, output, &units)?;
+        let bound = bound::bound(&program, plan, reference, &unit)?;
+        let fraction_bits = grid.fraction_bits(format, output);
+        Ok(Design { program, bound, degree, minimax, unit, fraction_bits })
+    };
+    if let Format::F32 { .. } = format {
+        return build(Grid::float(&best));
+    }
+    // A sum may touch the end of its type by a few units: then one bit less.
+    let fixed = |common: bool| {
+        let grid = |headroom| Grid::fixed(&best, &from, &to, output, headroom, common);
+        build(grid(0))
+            .or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(grid(1)) } else { Err(e) })
+    };
+    // One binary point for all is simpler and an instruction a step cheaper; finer ones must earn that.
+    let (common, stepped) = (fixed(true)?, fixed(false)?);
+    Ok(if common.bound.total <= WORTH_A_SHIFT * stepped.bound.total { common } else { stepped })
+}
+
+/// Enclosure of the supremum error of the best polynomial of `degree`, in the reference's unit.
+pub fn best_error(plan: &InputPlan, reference: &Reference, degree: usize) -> Interval {
+    let (from, to) = range_in_v(plan);
+    distance(&minimax(&reference.polynomial, degree, &from, &to), reference, &from, &to)
+}
+
+fn range_in_v(plan: &InputPlan) -> (Interval, Interval) {
+    let exponent = plan.program.variable_exponent;
+    (plan.word_from.mul_pow2(-exponent), plan.word_to.mul_pow2(-exponent))
+}
+
+fn distance(polynomial: &Polynomial, reference: &Reference, from: &Interval, to: &Interval) -> Interval {
+    let difference = polynomial.sub(&reference.polynomial);
+    let rough = difference.at(from).magnitude().hull(&Interval::from_int(1).mul_pow2(-100)).magnitude();
+    &difference.supremum(from, to, &rough.mul_pow2(-8)) + &reference.remainder.symmetric()
+}
+
+/// A common binary point is kept while its bound is at most so much larger.
+const WORTH_A_SHIFT: f64 = 1.25;
+
+/// Where the binary point of every coefficient stands: cₖ of vᵏ is an integer times 2^−bits[k].
+struct Grid {
+    bits: Vec<i64>,
+}
+
+impl Grid {
+    /// Fixed point: as many bits as the largest partial sum of Horner's scheme from coefficient k on leaves,
+    /// never more than a later one, so that only left shifts are needed on the way; or, `common`, the
+    /// coarsest of these for all.
+    fn fixed(
+        best: &Polynomial,
+        from: &Interval,
+        to: &Interval,
+        output: Output,
+        headroom: i64,
+        common: bool,
+    ) -> Self {
+        let c = best.coefficients();
+        let room = |k: usize| {
+            let partial = Polynomial::new(c[k..].to_vec());
+            let tolerance = partial.range(from, to).magnitude().mul_pow2(-10);
+            let reach = partial.supremum(from, to, &tolerance).upper().hull(&c[k]);
+            30 - headroom - reach.log2_floor().unwrap_or(-120).max(-120)
+        };
+        let mut bits: Vec<i64> = (0..c.len()).map(room).collect();
+        // The last sum cannot be finer than what is added to it.
+        if bits.len() > 1 {
+            bits[0] = bits[0].min(bits[1]);
+        }
+        bits[0] = bits[0].min(output.most_fraction_bits());
+        for k in 1..bits.len() {
+            bits[k] = bits[k].min(bits[k - 1]);
+        }
+        if common {
+            let coarsest = bits[bits.len() - 1];
+            bits.fill(coarsest);
+        }
+        Grid { bits }
+    }
+
+    /// Floats: 24 bits each.
+    fn float(best: &Polynomial) -> Self {
+        Grid {
+            bits: best.coefficients().iter().map(|c| 23 - c.log2_floor().unwrap_or(-100).max(-100)).collect(),
+        }
+    }
+
+    fn fraction_bits(&self, format: Format, output: Output) -> Option<i64> {
+        (format == Format::Q31 && output == Output::PowerOfTwo).then(|| self.bits[0])
+    }
+
+    /// The program with coefficients `units[k]·2^−bits[k]`, and what its output word stands for.
+    fn program(
+        &self,
+        plan: &InputPlan,
+        format: Format,
+        output: Output,
+        units: &[i64],
+    ) -> Result<(Program, Interval), OutputError> {
+        let mut p = plan.program.clone();
+        let x = Operand::Step(p.variable);
+        let n = units.len() - 1;
+        match format {
+            Format::Q31 => {
+                let value = |k: usize| Interval::from_int(units[k]).mul_pow2(-self.bits[k]).to_f64();
+                let note = |k: usize| format!("c{k} = {:.9e}, in 2^-{}", value(k), self.bits[k]);
+                let mut y = Operand::Int(units[n]);
+                if n == 0 {
+                    let zero = Operand::Int(0);
+                    y = p.push(
+                        Stage::Evaluation,
+                        "y",
+                        Type::I32,
+                        Op::MulAddHigh { a: zero, b: x, shift: 0, c: y },
+                        note(0),
+                    );
+                }
+                for k in (0..n).rev() {
+                    let shift = (self.bits[k] - self.bits[k + 1]) as u32;
+                    let op = Op::MulAddHigh { a: y, b: x, shift, c: Operand::Int(units[k]) };
+                    y = p.push(Stage::Evaluation, "y", Type::I32, op, note(k));
+                }
+                let unit = output.from_fixed(&mut p, y, self.bits[0])?;
+                Ok((p, unit))
+            }
+            Format::F32 { fused } => {
+                let e = p.variable_exponent;
+                let coefficient = |k: usize| {
+                    let exact = Interval::from_int(units[k]).mul_pow2(-self.bits[k] - e * k as i64);
+                    Operand::Float(exact.to_f64() as f32)
+                };
+                let mut y = coefficient(n);
+                if n == 0 {
+                    let zero = Operand::Float(0.0);
+                    y = p.push(
+                        Stage::Evaluation,
+                        "y",
+                        Type::F32,
+                        Op::MulAddF32 { a: zero, b: x, c: y, fused },
+                        "",
+                    );
+                }
+                for k in (0..n).rev() {
+                    let op = Op::MulAddF32 { a: y, b: x, c: coefficient(k), fused };
+                    y = p.push(Stage::Evaluation, "y", Type::F32, op, format!("c{k}"));
+                }
+                let unit = output.from_float(&mut p)?;
+                Ok((p, unit))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::input::{Arity, Encoding, Input};
+    use crate::options::{Options, RoutineOptions};
+    use crate::quantity::Quantity;
+    use crate::routine;
+
+    /// Proven bounds on the paper's device over |s| ≤ 0.38 mm at degree 9, in arcsec.
+    #[test]
+    fn bounds_on_the_device_of_the_paper() {
+        let reading = |encoding| Input { arity: Arity::Reading, encoding };
+        let q31 = reading(Encoding::Q31 { full_scale: Some(0.4) });
+        let counts = reading(Encoding::Counts { bits: 16, gain: 0.8 / 65536.0, offset: 32768.0 });
+        let (f32, fused) = (Format::F32 { fused: false }, Format::F32 { fused: true });
+        let coefficients = paper_coefficients();
+        let quantity = Quantity::of(&coefficients.error_model());
+        for (format, input, output, arcsec) in [
+            (Format::Q31, q31, Output::PowerOfTwo, 1.0e-4),
+            (Format::Q31, q31, Output::Nano, 2.1e-4),
+            (Format::Q31, counts, Output::PowerOfTwo, 1.0e-4),
+            (Format::Q31, reading(Encoding::F32), Output::PowerOfTwo, 1.0e-4),
+            (Format::Q31, reading(Encoding::F32), Output::F32, 3.5e-4),
+            (f32, reading(Encoding::F32), Output::F32, 9e-4),
+            (fused, reading(Encoding::F32), Output::F32, 6.5e-4),
+        ] {
+            let wanted = RoutineOptions { format, input, output };
+            let options = Options { degree: Some(9), ..Options::default() };
+            let routine = routine::design(&coefficients, &options, &wanted).unwrap();
+            let bound = quantity.in_bound_unit(routine.design.bound.total);
+            assert!(bound <= arcsec, "{wanted:?}: {bound:e}");
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! From coefficients and options to a set of files: the Rust crate, the C pair and the certificate.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use fitter::coefficients::Coefficients;
+use minijinja::value::Serde;
+use minijinja::{Value, context};
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use crate::certificate::{self, Certificate, Entry};
+use crate::options::Options;
+use crate::quantity::Quantity;
+use crate::render::{RenderError, Renderer, View};
+use crate::routine::{self, Routine, RoutineError};
+use crate::text;
+
+/// Program and version, as the heads of the files name it.
+pub const TOOL: &str = concat!("codegen ", env!("CARGO_PKG_VERSION"));
+
+/// What was generated: nothing is written yet.
+#[derive(Debug, Clone)]
+pub struct Generated {
+    /// Contents by path, relative to the output folder.
+    pub files: BTreeMap<PathBuf, String>,
+    /// The certificate, which is also among the files.
+    pub certificate: Certificate,
+    /// The routines as designed.
+    pub routines: Vec<Routine>,
+}
+
+/// Why nothing was generated.
+#[derive(Debug, thiserror::Error)]
+pub enum GenerateError {
+    /// A routine could not be designed.
+    #[error(transparent)]
+    Routine(#[from] RoutineError),
+    /// A name that no source can carry.
+    #[error(
+        "{what} {name:?} is not an identifier: give letters, digits and underscores, a letter first, and no keyword of C or Rust"
+    )]
+    Name {
+        /// What the name is for.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// Two routines would have one name.
+    #[error("format {0} is asked for twice: each format gives one routine")]
+    Twice(&'static str),
+    /// Fused multiply–add has no portable name in `no_std` Rust.
+    #[error("f32-fma cannot be generated: `core` has no fused multiply-add; use f32")]
+    NoFusedInRust,
+    /// A defect of a template.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A defect of serialisation.
+    #[error("the certificate cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// SHA-256 in hexadecimal.
+pub fn sha256(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Generates all files for `coefficients`; `coefficients_sha256` is that of their file.
+///
+/// # Errors
+/// [`GenerateError`], which says what to change.
+pub fn generate(
+    coefficients: &Coefficients,
+    coefficients_sha256: &str,
+    options: &Options,
+) -> Result<Generated, GenerateError> {
+    let quantity = Quantity::of(&coefficients.error_model());
+    if !text::is_identifier(&quantity.unit) {
+        return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
+    }
+    let name = options.name.clone().unwrap_or_else(|| quantity.default_name.clone());
+    if !text::is_identifier(&name) {
+        return Err(GenerateError::Name { what: "the name", name });
+    }
+    for (i, r) in options.routines.iter().enumerate() {
+        if options.routines[..i].iter().any(|other| other.format.name() == r.format.name()) {
+            return Err(GenerateError::Twice(r.format.name()));
+        }
+        if r.format == (crate::fused::Format::F32 { fused: true }) {
+            return Err(GenerateError::NoFusedInRust);
+        }
+    }
+    let routines: Vec<Routine> = options
+        .routines
+        .par_iter()
+        .map(|wanted| routine::design(coefficients, options, wanted))
+        .collect::<Result<_, _>>()?;
+
+    let renderer = Renderer::new()?;
+    let provenance = renderer.render(
+        "provenance.txt",
+        context! {
+            tool => TOOL, command => &*options.command,
+            coefficients => context! { sha256 => coefficients_sha256, recording => Value::from(Serde(&coefficients.recording)) },
+        },
+    )?;
+    let mut described: Vec<(Entry, View)> = Vec::new();
+    for routine in &routines {
+        let function = format!("{name}_{}", routine.options.format.name().replace('-', "_"));
+        let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
+        let view = renderer.view(routine, &entry, &quantity, options)?;
+        described.push((entry, view));
+    }
+    described.sort_by(|(_, a), (_, b)| a.name().cmp(b.name()));
+    let views: Vec<&View> = described.iter().map(|(_, view)| view).collect();
+    let all = Value::from(Serde(&views));
+    let mut files = BTreeMap::new();
+    let common = || context! { tool => TOOL, name => &*name, description => &*quantity.title, provenance => &*provenance, routines => all.clone() };
+    files.insert(PathBuf::from("Cargo.toml"), renderer.render("rust/Cargo.toml", common())?);
+    files.insert(PathBuf::from("src/lib.rs"), renderer.render("rust/lib.rs", common())?);
+    for view in &views {
+        let context = context! { provenance => &*provenance, contract => view.contract(), routine => Value::from(Serde(view)) };
+        let path = PathBuf::from(format!("src/{}.rs", view.name()));
+        files.insert(path, renderer.render("rust/routine.rs", context)?);
+    }
+    let mut helpers: Vec<&str> = Vec::new();
+    for helper in views.iter().flat_map(|view| view.helpers()) {
+        if !helpers.contains(helper) {
+            helpers.push(helper);
+        }
+    }
+    // The guard of the floats stands before any function.
+    helpers.sort_by_key(|helper| *helper != "float_guard");
+    let (header, guard) = (format!("{name}.h"), format!("{}_H", name.to_uppercase()));
+    let c = || {
+        context! {
+            provenance => &*provenance, routines => all.clone(), header => &*header, guard => &*guard,
+            helpers => helpers.clone(), uses_fmaf => false,
+        }
+    };
+    files.insert(PathBuf::from(format!("c/{name}.h")), renderer.render("c/header.h", c())?);
+    files.insert(PathBuf::from(format!("c/{name}.c")), renderer.render("c/source.c", c())?);
+
+    let mut entries = Vec::new();
+    for (entry, view) in &described {
+        for (language, file) in [("rust", format!("src/{}.rs", view.name())), ("c", format!("c/{name}.c"))] {
+            let file_sha256 = files.get(&PathBuf::from(&file)).map(|text| sha256(text)).unwrap_or_default();
+            entries.push(Entry { language: language.into(), file, file_sha256, ..entry.clone() });
+        }
+    }
+    let certificate = Certificate {
+        schema: "arcsmith-certificate".into(),
+        version: 1,
+        tool: TOOL.into(),
+        command: options.command.clone(),
+        coefficients_sha256: coefficients_sha256.into(),
+        recording: coefficients.recording.file.clone(),
+        recording_sha256: coefficients.recording.sha256.clone(),
+        routines: entries,
+    };
+    files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
+    Ok(Generated { files, certificate, routines })
+}

@@ -1,0 +1,110 @@
+//! Integer inputs: Q31 words and counts. Everything up to the variable is exact.
+
+use super::{Arithmetic, Arity, InputError, InputPlan, Names, empty_program, power_of_two, push_arguments};
+use crate::exact::Interval;
+use crate::program::{Op, Operand, Stage, Type};
+use crate::reference::ReadingMap;
+
+/// An integer encoding: number = (word − offset)·lsb, word in lo…hi.
+pub(super) struct Word {
+    pub(super) ty: Type,
+    pub(super) lsb: Interval,
+    pub(super) offset: Interval,
+    pub(super) lo: i64,
+    pub(super) hi: i64,
+    pub(super) meaning: String,
+}
+
+/// The plan for an integer encoding.
+pub(super) fn plan(
+    arity: Arity,
+    names: &Names,
+    word: Word,
+    from: f64,
+    to: f64,
+    arithmetic: Arithmetic,
+    what: &'static str,
+) -> Result<InputPlan, InputError> {
+    let (lo, hi) = match arity {
+        Arity::Reading => (word.lo, word.hi),
+        Arity::Probes => (word.lo - word.hi, word.hi - word.lo),
+    };
+    let in_words = |reading: f64| &Interval::from_f64(reading).div(&word.lsb) + &word.offset;
+    let first = in_words(from).ceil_to_i64().unwrap_or(i64::MIN);
+    let last = in_words(to).floor_to_i64().unwrap_or(i64::MAX);
+    let reaches = |w: i64| ((&Interval::from_int(w) - &word.offset).to_f64()) * word.lsb.to_f64();
+    // One word beyond the end of the range is not missed.
+    if first < lo || last > hi + 1 {
+        return Err(InputError::DoesNotReach {
+            from: reaches(lo),
+            to: reaches(hi),
+            range_from: from,
+            range_to: to,
+            what,
+        });
+    }
+    let last = last.min(hi);
+    if last <= first {
+        return Err(InputError::NoResolution(from, to));
+    }
+
+    let mut p = empty_program();
+    let suffix = match word.ty {
+        Type::U16 | Type::U32 => "_counts",
+        _ => "_q31",
+    };
+    let difference = if word.ty == Type::U16 { Type::I32 } else { Type::I64 };
+    push_arguments(&mut p, arity, names, suffix, word.ty, &word.meaning, difference);
+    let clamp = Op::Clamp { a: Operand::Step(p.reading), lo: first, hi: last };
+    let mut word_step = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
+    p.clamped = p.output();
+
+    // Centre where that gains a bit or more; then shift as far left as 32 bits allow.
+    let middle = first + (last - first) / 2;
+    let largest = |centre: i64| (first - centre).abs().max((last - centre).abs());
+    let centre = if largest(middle) * 2 <= largest(0) { middle } else { 0 };
+    if centre != 0 {
+        let from_middle = Op::Sub { a: word_step, b: Operand::Int(centre) };
+        word_step = p.push(Stage::Input, "offset", Type::I32, from_middle, "from the middle of the range");
+    }
+    let (word_first, word_last) = (first - centre, last - centre);
+    let widest = largest(centre);
+    let exponent = match arithmetic {
+        Arithmetic::Word => {
+            let mut shift = 0;
+            while widest << (shift + 1) <= i64::from(i32::MAX) {
+                shift += 1;
+            }
+            if shift > 0 {
+                let left = Op::ShiftLeft { a: word_step, by: shift };
+                p.push(Stage::Input, "x", Type::I32, left, "v·2³²");
+            }
+            p.variable_exponent = 32;
+            32 - i64::from(shift)
+        }
+        Arithmetic::Float => {
+            let bits = 64 - i64::from(widest.leading_zeros());
+            let x = p.push(Stage::Input, "x", Type::F32, Op::ToF32 { a: word_step }, "");
+            let scale = Operand::Float(power_of_two(-bits) as f32);
+            p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
+            p.variable_exponent = 0;
+            bits
+        }
+    };
+    p.name_variable();
+    // word = centre + v·2^exponent, so reading = (centre − offset + v·2^exponent)·lsb.
+    let slope = Interval::from_int(1).mul_pow2(exponent);
+    let map = ReadingMap {
+        offset: &(&Interval::from_int(centre) - &word.offset) * &word.lsb,
+        slope: &slope * &word.lsb,
+    };
+    let shift = p.variable_exponent - exponent;
+    Ok(InputPlan {
+        word_from: Interval::from_int(word_first).mul_pow2(shift),
+        word_to: Interval::from_int(word_last).mul_pow2(shift),
+        reading_word: (Interval::from_int(centre), slope),
+        resolution: word.lsb.to_f64_up(),
+        program: p,
+        map,
+    })
+}

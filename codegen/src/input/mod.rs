@@ -1,0 +1,261 @@
+//! What a routine is given: the two probes' displacements or their difference, as floats, as Q31 words or as
+//! counts of an analogue-to-digital converter; and how it becomes the normalised variable v.
+
+mod float;
+mod integer;
+
+use fitter::error_model::Sensor;
+
+use crate::exact::Interval;
+use crate::program::{Argument, Op, Program, Stage, Type};
+use crate::reference::ReadingMap;
+
+/// The form in which one number arrives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Encoding {
+    /// The reading itself in the sensor's unit (pair: millimetres).
+    F32,
+    /// A fraction of `full_scale` (in the sensor's unit) with 31 fractional bits.
+    Q31 {
+        /// What 2³¹ stands for; `None`: the smallest power of two above the range.
+        full_scale: Option<f64>,
+    },
+    /// Counts: number = (count − offset)·gain, in the sensor's unit.
+    Counts {
+        /// Width of the converter's word.
+        bits: u32,
+        /// Change of the number by one count; not zero.
+        gain: f64,
+        /// The count that stands for zero; cancels in a difference of two probes.
+        offset: f64,
+    },
+}
+
+/// Whether both probes or one number are handed over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arity {
+    /// The reading: s = x₂ − x₁ of a pair, or a direct sensor's reading.
+    Reading,
+    /// x₁ and x₂ of a pair; the routine takes the difference.
+    Probes,
+}
+
+/// The input of a routine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Input {
+    /// How many numbers.
+    pub arity: Arity,
+    /// In which form.
+    pub encoding: Encoding,
+}
+
+/// Which arithmetic the variable is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arithmetic {
+    /// A signed word X = v·2³².
+    Word,
+    /// A float.
+    Float,
+}
+
+/// The first steps of a program, up to the normalised variable, and what the variable means.
+#[derive(Debug, Clone)]
+pub struct InputPlan {
+    /// A program that ends with the variable.
+    pub program: Program,
+    /// What v means.
+    pub map: ReadingMap,
+    /// Smallest and largest word of the variable (v·2^exponent), as points.
+    pub word_from: Interval,
+    /// See `word_from`.
+    pub word_to: Interval,
+    /// The reading step as c₀ + c₁v, before any rounding, in its own words.
+    pub reading_word: (Interval, Interval),
+    /// The change of the reading (in its unit) by one step of the input, 0 for a float.
+    pub resolution: f64,
+}
+
+/// What is wrong with an input for a range.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InputError {
+    /// Two probes need a pair.
+    #[error("a direct sensor has one reading: use an input without x1x2")]
+    OneReading,
+    /// A gain that is 0, negative or not finite.
+    #[error("the converter's gain is {0}: give the change of the reading by one count, a positive number")]
+    Gain(f64),
+    /// A width that no converter has.
+    #[error("a converter of {0} bits: give 1 to 24")]
+    Bits(u32),
+    /// A full scale that is 0, negative or not finite.
+    #[error("the full scale is {0}: give the reading that the largest word stands for, a positive number")]
+    FullScale(f64),
+    /// The encoding does not reach the range.
+    #[error(
+        "the input reaches {from}…{to} only, the range is {range_from}…{range_to}: narrow the range or change {what}"
+    )]
+    DoesNotReach {
+        /// What the encoding can express.
+        from: f64,
+        /// See `from`.
+        to: f64,
+        /// What is wanted.
+        range_from: f64,
+        /// See `range_from`.
+        range_to: f64,
+        /// The option to change.
+        what: &'static str,
+    },
+    /// Fewer than two representable inputs in the range.
+    #[error("the range {0}…{1} holds fewer than two inputs of this form")]
+    NoResolution(f64, f64),
+    /// Beyond float.
+    #[error("the range {0}…{1} is beyond what a 32-bit float holds")]
+    BeyondFloat(f64, f64),
+}
+
+impl Input {
+    /// Plans the steps from the arguments to the variable, for readings `from`…`to` of `sensor`.
+    ///
+    /// The plan's range is the set of representable inputs inside `from`…`to`, never wider.
+    ///
+    /// # Errors
+    /// [`InputError`] where the encoding does not fit the sensor or the range.
+    pub fn plan(
+        &self,
+        sensor: &Sensor,
+        from: f64,
+        to: f64,
+        arithmetic: Arithmetic,
+    ) -> Result<InputPlan, InputError> {
+        if self.arity == Arity::Probes && matches!(sensor, Sensor::Direct { .. }) {
+            return Err(InputError::OneReading);
+        }
+        let names = Names::of(sensor);
+        match self.encoding {
+            Encoding::F32 => float::plan(self.arity, &names, from, to, arithmetic),
+            Encoding::Q31 { full_scale } => {
+                let largest = from.abs().max(to.abs());
+                let full_scale = full_scale.unwrap_or_else(|| power_of_two(exponent_above(largest)));
+                if !(full_scale.is_finite() && full_scale > 0.0) {
+                    return Err(InputError::FullScale(full_scale));
+                }
+                let lsb = Interval::from_f64(full_scale).mul_pow2(-31);
+                let meaning = format!("2⁻³¹ of {full_scale} {}", names.unit);
+                let word = integer::Word {
+                    ty: Type::I32,
+                    lsb,
+                    offset: Interval::zero(),
+                    lo: i32::MIN.into(),
+                    hi: i32::MAX.into(),
+                    meaning,
+                };
+                integer::plan(self.arity, &names, word, from, to, arithmetic, "the full scale")
+            }
+            Encoding::Counts { bits, gain, offset } => {
+                if !(gain.is_finite() && gain > 0.0) {
+                    return Err(InputError::Gain(gain));
+                }
+                if !(1..=24).contains(&bits) {
+                    return Err(InputError::Bits(bits));
+                }
+                let ty = if bits <= 16 { Type::U16 } else { Type::U32 };
+                let both = self.arity == Arity::Probes;
+                let meaning = if both {
+                    format!("counts of a {bits}-bit converter, {gain} {} each", names.unit)
+                } else {
+                    format!("counts of a {bits}-bit converter, {gain} {} each, zero at {offset}", names.unit)
+                };
+                let word = integer::Word {
+                    ty,
+                    lsb: Interval::from_f64(gain),
+                    offset: if both { Interval::zero() } else { Interval::from_f64(offset) },
+                    lo: 0,
+                    hi: (1 << bits) - 1,
+                    meaning,
+                };
+                integer::plan(
+                    self.arity,
+                    &names,
+                    word,
+                    from,
+                    to,
+                    arithmetic,
+                    "the converter's bits, gain or offset",
+                )
+            }
+        }
+    }
+}
+
+/// How the reading and its unit are called in the generated source.
+struct Names {
+    reading: &'static str,
+    unit: String,
+}
+
+impl Names {
+    fn of(sensor: &Sensor) -> Self {
+        match sensor {
+            Sensor::EddyCurrentPair { .. } => Names { reading: "s", unit: "mm".into() },
+            Sensor::Direct { unit, .. } => Names { reading: "measured", unit: unit.clone() },
+        }
+    }
+}
+
+/// The smallest e with 2^e ≥ x, for 0 < x < ∞.
+fn exponent_above(x: f64) -> i64 {
+    let mut exponent = 0;
+    while power_of_two(exponent) < x {
+        exponent += 1;
+    }
+    while exponent > -1000 && power_of_two(exponent - 1) >= x {
+        exponent -= 1;
+    }
+    exponent
+}
+
+/// 2^exponent, exactly, for normal numbers.
+fn power_of_two(exponent: i64) -> f64 {
+    f64::from_bits(((exponent + 1023) as u64) << 52)
+}
+
+fn empty_program() -> Program {
+    Program {
+        arguments: Vec::new(),
+        steps: Vec::new(),
+        reading: 0,
+        clamped: 0,
+        variable: 0,
+        variable_exponent: 0,
+    }
+}
+
+/// Pushes the arguments and, for two probes, their difference; the reading is the last step.
+fn push_arguments(
+    p: &mut Program,
+    arity: Arity,
+    names: &Names,
+    suffix: &str,
+    ty: Type,
+    meaning: &str,
+    difference: Type,
+) {
+    let argument = |p: &mut Program, name: String, what: &str| {
+        let index = p.arguments.len();
+        p.arguments.push(Argument { name: name.clone(), ty, meaning: format!("{what}, {meaning}") });
+        p.push(Stage::Input, &name, ty, Op::Input { index }, "")
+    };
+    match arity {
+        Arity::Reading => {
+            let what = if names.reading == "s" { "s = x₂ − x₁" } else { "the reading" };
+            argument(p, format!("{}{suffix}", names.reading), what);
+        }
+        Arity::Probes => {
+            let x1 = argument(p, format!("x1{suffix}"), "x₁, Eq. 2");
+            let x2 = argument(p, format!("x2{suffix}"), "x₂, Eq. 3");
+            p.push(Stage::Input, "s", difference, Op::Sub { a: x2, b: x1 }, "s = x₂ − x₁");
+        }
+    }
+    p.reading = p.output();
+}

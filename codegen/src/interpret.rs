@@ -1,0 +1,99 @@
+//! Runs a [`Program`] on words, operation by operation, exactly as the generated source would.
+
+use crate::program::{Op, Operand, Program, Type};
+
+/// A word in a register.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Word {
+    /// Of an integer type.
+    Int(i64),
+    /// Of type `f32`.
+    Float(f32),
+}
+
+impl Word {
+    /// The same bits as the generated routine would return, widened: floats by their bit pattern.
+    pub fn bits(self) -> i64 {
+        match self {
+            Word::Int(v) => v,
+            Word::Float(v) => v.to_bits().into(),
+        }
+    }
+}
+
+/// What a routine returns.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// The result, which for a reading outside the valid range belongs to the nearest end of the range.
+    pub word: Word,
+    /// Whether the reading lay inside the valid range.
+    pub in_range: bool,
+}
+
+/// A step's result left its type: the program is wrong, and its bound would have refused it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("step {step} gives {value}, which its type {ty:?} does not hold")]
+pub struct Overflow {
+    /// Index of the step.
+    pub step: usize,
+    /// The value.
+    pub value: i128,
+    /// The type it should have fitted.
+    pub ty: Type,
+}
+
+/// Runs `program` on one word for each argument.
+///
+/// # Errors
+/// [`Overflow`] where an integer leaves its type, which no bounded program does.
+pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overflow> {
+    let mut results: Vec<Word> = Vec::with_capacity(program.steps.len());
+    for (index, step) in program.steps.iter().enumerate() {
+        let int = |operand: Operand| match operand {
+            Operand::Step(i) => match results[i] {
+                Word::Int(v) => i128::from(v),
+                Word::Float(v) => v as i128,
+            },
+            Operand::Int(v) => i128::from(v),
+            Operand::Float(v) => v as i128,
+        };
+        let float = |operand: Operand| match operand {
+            Operand::Step(i) => match results[i] {
+                Word::Float(v) => v,
+                Word::Int(v) => v as f32,
+            },
+            Operand::Int(v) => v as f32,
+            Operand::Float(v) => v,
+        };
+        let result = match &step.op {
+            Op::Input { index } => arguments[*index],
+            Op::ClampF32 { a, lo, hi } => {
+                let value = float(*a);
+                Word::Float(if value >= *lo { if value > *hi { *hi } else { value } } else { *lo })
+            }
+            Op::ToF32 { a } => Word::Float(int(*a) as f32),
+            Op::MulF32 { a, b } => Word::Float(float(*a) * float(*b)),
+            Op::MulAddF32 { a, b, c, fused: true } => Word::Float(float(*a).mul_add(float(*b), float(*c))),
+            Op::MulAddF32 { a, b, c, fused: false } => Word::Float(float(*a) * float(*b) + float(*c)),
+            Op::Sub { a, b } if step.ty == Type::F32 => Word::Float(float(*a) - float(*b)),
+            Op::Sub { a, b } => narrow(index, step.ty, int(*a) - int(*b))?,
+            Op::Clamp { a, lo, hi } => narrow(index, step.ty, int(*a).clamp((*lo).into(), (*hi).into()))?,
+            Op::ShiftLeft { a, by } => narrow(index, step.ty, int(*a) << by)?,
+            Op::ShiftRight { a, by } => narrow(index, step.ty, int(*a) >> by)?,
+            Op::Truncate { a } => narrow(index, step.ty, float(*a) as i128)?,
+            Op::MulAddHigh { a, b, shift, c } => {
+                narrow(index, step.ty, int(*c) + ((int(*a) * int(*b) >> 32) << shift))?
+            }
+        };
+        results.push(result);
+    }
+    Ok(Outcome {
+        word: results[program.output()],
+        in_range: results[program.reading] == results[program.clamped],
+    })
+}
+
+fn narrow(step: usize, ty: Type, value: i128) -> Result<Word, Overflow> {
+    let fits = ty.range().is_some_and(|(lo, hi)| i128::from(lo) <= value && value <= i128::from(hi));
+    if fits { Ok(Word::Int(value as i64)) } else { Err(Overflow { step, value, ty }) }
+}

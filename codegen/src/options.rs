@@ -1,0 +1,90 @@
+//! What a user can ask for.
+
+use serde::Serialize;
+
+use crate::fused::Format;
+use crate::input::{Arity, Encoding, Input};
+use crate::output::Output;
+
+/// What happens to a reading outside the valid range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OutOfRange {
+    /// The value at the nearest end of the range.
+    #[default]
+    Clamp,
+    /// The same, and the caller is told.
+    Flag,
+}
+
+/// How C takes the high word of a negative product.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CShift {
+    /// Fully defined by C99.
+    #[default]
+    Strict,
+    /// Right shift of negatives, checked at compile time.
+    Arithmetic,
+}
+
+/// One routine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RoutineOptions {
+    /// Number format of the evaluation.
+    pub format: Format,
+    /// What it is given.
+    pub input: Input,
+    /// What it returns.
+    pub output: Output,
+}
+
+impl RoutineOptions {
+    /// The usual input and output of a format: the reading as a word of the same kind.
+    pub fn of(format: Format) -> Self {
+        let (encoding, output) = match format {
+            Format::Q31 => (Encoding::Q31 { full_scale: None }, Output::PowerOfTwo),
+            Format::F32 { .. } => (Encoding::F32, Output::F32),
+        };
+        RoutineOptions { format, input: Input { arity: Arity::Reading, encoding }, output }
+    }
+}
+
+/// A whole generation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The routines, at least one; all for the same coefficients, each of another format.
+    pub routines: Vec<RoutineOptions>,
+    /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: 0.01″.
+    pub bound: Option<f64>,
+    /// The polynomial's degree; `None`: the lowest that meets the bound.
+    pub degree: Option<usize>,
+    /// Readings from and to, in mm (direct sensor: its unit); `None`: what the recording covers.
+    pub range: Option<(f64, f64)>,
+    /// Whether `range` may exceed what the recording covers.
+    pub extrapolate: bool,
+    /// Outside the range.
+    pub out_of_range: OutOfRange,
+    /// Right shifts in C.
+    pub c_shift: CShift,
+    /// Base name of crate, files and functions; `None`: after the quantity.
+    pub name: Option<String>,
+    /// The command that reproduces the result, for the heads of the files.
+    pub command: String,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32 { fused: false })],
+            bound: None,
+            degree: None,
+            range: None,
+            extrapolate: false,
+            out_of_range: OutOfRange::Clamp,
+            c_shift: CShift::Strict,
+            name: None,
+            command: "codegen".into(),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The routine as an explicit program of typed operations.
+//!
+//! This one object is interpreted ([`crate::interpret`]), bounded ([`crate::bound`]) and rendered
+//! ([`crate::render`]): what is proved is what is printed. Every word length, shift and rounding stands
+//! here; the back-ends take no arithmetic decision.
+
+use serde::Serialize;
+
+/// A machine type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Type {
+    /// Unsigned, 16 bits.
+    U16,
+    /// Unsigned, 32 bits.
+    U32,
+    /// Signed, 32 bits.
+    I32,
+    /// Signed, 64 bits.
+    I64,
+    /// IEEE 754 binary32.
+    F32,
+}
+
+impl Type {
+    /// Smallest and largest value of an integer type; `None` for a float.
+    pub fn range(self) -> Option<(i64, i64)> {
+        match self {
+            Type::U16 => Some((0, u16::MAX.into())),
+            Type::U32 => Some((0, u32::MAX.into())),
+            Type::I32 => Some((i32::MIN.into(), i32::MAX.into())),
+            Type::I64 => Some((i64::MIN, i64::MAX)),
+            Type::F32 => None,
+        }
+    }
+}
+
+/// What an operation works on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Operand {
+    /// The result of an earlier step.
+    Step(usize),
+    /// An integer constant.
+    Int(i64),
+    /// A float constant.
+    Float(f32),
+}
+
+/// One operation. Integers never overflow (proved by [`crate::bound`]); floats round to nearest, ties to even.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Op {
+    /// The routine's argument number `index`.
+    Input { index: usize },
+    /// a − b, exactly: of two floats rounded once.
+    Sub { a: Operand, b: Operand },
+    /// a limited to lo…hi and narrowed to `i32`.
+    Clamp { a: Operand, lo: i64, hi: i64 },
+    /// a limited to lo…hi; NaN counts as below.
+    ClampF32 { a: Operand, lo: f32, hi: f32 },
+    /// a·2^by, exactly.
+    ShiftLeft { a: Operand, by: u32 },
+    /// ⌊a·2^−by⌋.
+    ShiftRight { a: Operand, by: u32 },
+    /// A float to an integer, toward zero.
+    Truncate { a: Operand },
+    /// An integer to a float, to nearest.
+    ToF32 { a: Operand },
+    /// a·b of two floats, rounded once.
+    MulF32 { a: Operand, b: Operand },
+    /// c + ⌊a·b·2⁻³²⌋·2^shift: a 32×32→64-bit product of which the high word is kept.
+    MulAddHigh { a: Operand, b: Operand, shift: u32, c: Operand },
+    /// c + a·b of floats: rounded once where `fused`, otherwise after the product and after the sum.
+    MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
+}
+
+/// Which part of the routine a step belongs to; its rounding is listed there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    /// From the arguments to the normalised variable.
+    Input,
+    /// From the normalised variable to the angle.
+    Evaluation,
+    /// From the angle to the output's format.
+    Output,
+}
+
+/// An operation with its result's type and name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// What is done.
+    pub op: Op,
+    /// Type of the result.
+    pub ty: Type,
+    /// Name of the variable that takes the result; a name that repeats is assigned again.
+    pub name: String,
+    /// What the step means, for the reader of the generated source.
+    pub note: String,
+    /// Where its rounding is listed.
+    pub stage: Stage,
+}
+
+/// An argument of the routine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Argument {
+    /// Its name, an identifier.
+    pub name: String,
+    /// Its type.
+    pub ty: Type,
+    /// Its meaning and unit, for the reader of the generated source.
+    pub meaning: String,
+}
+
+/// A whole routine: steps in order, each using earlier ones only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Program {
+    /// The arguments.
+    pub arguments: Vec<Argument>,
+    /// The operations.
+    pub steps: Vec<Step>,
+    /// The step that holds the reading as it came: the argument, or the difference of the two.
+    pub reading: usize,
+    /// The step that limits the reading to the valid range.
+    pub clamped: usize,
+    /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
+    pub variable: usize,
+    /// See `variable`.
+    pub variable_exponent: i64,
+}
+
+impl Program {
+    /// The last step: the routine's result.
+    pub fn output(&self) -> usize {
+        self.steps.len() - 1
+    }
+
+    /// The type of the result.
+    pub fn output_type(&self) -> Type {
+        self.steps[self.output()].ty
+    }
+
+    /// Makes the last step the normalised variable and calls it `x`.
+    pub fn name_variable(&mut self) {
+        self.variable = self.output();
+        self.steps[self.variable].name = "x".into();
+    }
+
+    /// Appends a step and gives the operand that stands for it.
+    pub fn push(&mut self, stage: Stage, name: &str, ty: Type, op: Op, note: impl Into<String>) -> Operand {
+        self.steps.push(Step { op, ty, name: name.into(), note: note.into(), stage });
+        Operand::Step(self.output())
+    }
+}

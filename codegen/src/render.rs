@@ -1,0 +1,302 @@
+//! From a routine to source text. All target-language text stands in `templates/`; here the program is only
+//! laid out as data for them. No arithmetic is decided.
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+use serde::Serialize;
+
+use crate::certificate::{Entry, result_meaning, rust_type};
+use crate::options::{CShift, Options, OutOfRange};
+use crate::program::{Op, Operand, Program, Type};
+use crate::quantity::Quantity;
+use crate::routine::Routine;
+use crate::text;
+
+/// A template could not be rendered: a defect of the template, never of the user's input.
+#[derive(Debug, thiserror::Error)]
+#[error("template {template}: {cause:#}")]
+pub struct RenderError {
+    /// Which one.
+    pub template: &'static str,
+    /// What minijinja says.
+    #[source]
+    pub cause: Box<minijinja::Error>,
+}
+
+/// The templates, compiled in.
+const TEMPLATES: [(&str, &str); 7] = [
+    ("provenance.txt", include_str!("../../templates/provenance.txt.jinja")),
+    ("contract.txt", include_str!("../../templates/contract.txt.jinja")),
+    ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
+    ("rust/lib.rs", include_str!("../../templates/rust/lib.rs.jinja")),
+    ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
+    ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
+    ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
+];
+
+/// A routine as the templates see it.
+#[derive(Debug, Clone, Serialize)]
+pub struct View {
+    name: String,
+    degree: usize,
+    variable: &'static str,
+    quantity: Quantity,
+    formula: String,
+    symbol: String,
+    arguments: Vec<Value>,
+    result_meaning: String,
+    result_name: String,
+    output_type: &'static str,
+    c_output_type: &'static str,
+    range_text: String,
+    extrapolated: Option<String>,
+    flag: bool,
+    fixed: bool,
+    float_input: bool,
+    bound_text: String,
+    parts: Vec<Value>,
+    resolution_text: Option<String>,
+    steps: Vec<Value>,
+    helpers: Vec<&'static str>,
+    in_range: Value,
+    /// The contract as rendered text, for files that hold several routines.
+    contract: String,
+}
+
+/// Renders templates with the project's filters.
+pub struct Renderer {
+    environment: Environment<'static>,
+}
+
+impl Renderer {
+    /// Compiles the templates.
+    ///
+    /// # Errors
+    /// [`RenderError`] where one of them is not well-formed.
+    pub fn new() -> Result<Self, RenderError> {
+        let mut environment = Environment::new();
+        environment.set_undefined_behavior(UndefinedBehavior::Strict);
+        if let Ok(syntax) = SyntaxConfig::builder().keep_trailing_newline(true).build() {
+            environment.set_syntax(syntax);
+        }
+        environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
+        environment.add_filter("comment", |text: &str, mark: &str| text::comment(text, mark));
+        environment.add_filter("grouped", |value: i64| text::grouped(value));
+        environment.add_filter("c_int", c_int);
+        for (name, source) in TEMPLATES {
+            environment
+                .add_template(name, source)
+                .map_err(|cause| RenderError { template: name, cause: Box::new(cause) })?;
+        }
+        Ok(Renderer { environment })
+    }
+
+    /// Renders one template.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the template asks for what is not there.
+    pub fn render(&self, template: &'static str, context: Value) -> Result<String, RenderError> {
+        let failed = |cause| RenderError { template, cause: Box::new(cause) };
+        self.environment.get_template(template).map_err(failed)?.render(context).map_err(failed)
+    }
+
+    /// Lays a routine out for the templates.
+    ///
+    /// # Errors
+    /// [`RenderError`] of the contract's template.
+    pub fn view(
+        &self,
+        routine: &Routine,
+        entry: &Entry,
+        quantity: &Quantity,
+        options: &Options,
+    ) -> Result<View, RenderError> {
+        let program = &routine.design.program;
+        let output = &program.steps[program.output()];
+        let unit = &quantity.bound_unit;
+        let parts = entry.parts.iter().filter(|p| p.value > 0.0);
+        let mut view = View {
+            name: entry.routine.clone(),
+            degree: entry.degree,
+            variable: if program.variable_exponent == 32 { "x/2³²" } else { "x" },
+            quantity: quantity.clone(),
+            formula: quantity.formula.clone(),
+            symbol: quantity.symbol.clone(),
+            arguments: program
+                .arguments
+                .iter()
+                .map(|a| context! { name => &*a.name, meaning => &*a.meaning, type => rust_type(a.ty), c_type => c_type(a.ty) })
+                .collect(),
+            result_meaning: result_meaning(entry, routine.options.output),
+            result_name: output.name.clone(),
+            output_type: rust_type(output.ty),
+            c_output_type: c_type(output.ty),
+            range_text: range_text(routine, quantity),
+            extrapolated: entry.range.recorded.map(|(a, b)| format!("{a:?}…{b:?} {}", quantity.reading_unit)),
+            flag: options.out_of_range == OutOfRange::Flag,
+            float_input: program.arguments.iter().any(|a| a.ty == Type::F32),
+            fixed: program.steps.iter().any(|s| s.ty == Type::I32),
+            bound_text: format!("{} {unit}", text::rounded_up(entry.bound)),
+            parts: parts
+                .map(|p| {
+                    let lsb = format!("({:.2} LSB)", p.lsb);
+                    let value_text = format!("{} {unit} {lsb:>13}", text::rounded_up(p.value));
+                    context! { what => &*p.what, value_text }
+                })
+                .collect(),
+            resolution_text: (entry.input_resolution > 0.0)
+                .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
+            steps: steps(program),
+            helpers: helpers(program, options.c_shift),
+            in_range: in_range(program),
+            contract: String::new(),
+        };
+        view.contract = self.render("contract.txt", context! { routine => Value::from(Serde(&view)) })?;
+        Ok(view)
+    }
+}
+
+impl View {
+    /// Helpers that the routine's source needs.
+    pub fn helpers(&self) -> &[&'static str] {
+        &self.helpers
+    }
+
+    /// The rendered contract.
+    pub fn contract(&self) -> &str {
+        &self.contract
+    }
+
+    /// Name of the routine and of the module that holds it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+fn c_type(ty: Type) -> &'static str {
+    match ty {
+        Type::U16 => "uint16_t",
+        Type::U32 => "uint32_t",
+        Type::I32 => "int32_t",
+        Type::I64 => "int64_t",
+        Type::F32 => "float",
+    }
+}
+
+/// A C constant; −2³¹ has no literal of type `int`.
+fn c_int(value: i64) -> String {
+    if value == i64::from(i32::MIN) { "INT32_MIN".into() } else { value.to_string() }
+}
+
+fn operand(program: &Program, operand: &Operand) -> Value {
+    match operand {
+        Operand::Step(i) => context! { kind => "step", name => &*program.steps[*i].name },
+        Operand::Int(value) => context! { kind => "int", value },
+        Operand::Float(value) => context! {
+            kind => "float",
+            decimal => text::float_decimal(*value),
+            magnitude_decimal => text::float_decimal(value.abs()),
+            hex => text::float_hex(*value),
+            negative => value.is_sign_negative(),
+            magnitude_hex => text::float_hex(value.abs()),
+        },
+    }
+}
+
+fn type_of(program: &Program, operand: &Operand) -> Type {
+    match operand {
+        Operand::Step(i) => program.steps[*i].ty,
+        Operand::Int(_) => Type::I32,
+        Operand::Float(_) => Type::F32,
+    }
+}
+
+fn steps(program: &Program) -> Vec<Value> {
+    let assigned =
+        |name: &str, among: &[crate::program::Step]| among.iter().filter(|s| s.name == name).count();
+    let laid_out = program.steps.iter().enumerate().map(|(index, step)| {
+        let operand = |o: &Operand| operand(program, o);
+        let op = match &step.op {
+            Op::Input { .. } => context! { kind => "input" },
+            Op::Sub { a, b } => context! { kind => "sub", a => operand(a), b => operand(b) },
+            Op::Clamp { a, lo, hi } => {
+                let from = type_of(program, a);
+                let wide = if matches!(from, Type::I32 | Type::U16) { "i32" } else { "i64" };
+                context! { kind => "clamp", a => operand(a), lo, hi, wide, cast => from != Type::I32 }
+            }
+            Op::ClampF32 { a, lo, hi } => context! {
+                kind => "clamp_f32", a => operand(a),
+                lo => text::float_decimal(*lo), hi => text::float_decimal(*hi),
+                lo_hex => text::float_hex(*lo), hi_hex => text::float_hex(*hi),
+            },
+            Op::ShiftLeft { a, by } => {
+                context! { kind => "shift_left", a => operand(a), by, factor => 1u64 << by }
+            }
+            Op::ShiftRight { a, by } => context! { kind => "shift_right", a => operand(a), by },
+            Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
+            Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
+            Op::MulF32 { a, b } => context! { kind => "mul_f32", a => operand(a), b => operand(b) },
+            Op::MulAddHigh { a, b, shift, c } => context! {
+                kind => "mul_add_high", a => operand(a), b => operand(b), shift,
+                factor => 1u64 << shift, c => operand(c),
+            },
+            Op::MulAddF32 { a, b, c, fused } => context! {
+                kind => "mul_add_f32", a => operand(a), b => operand(b), c => operand(c), fused,
+            },
+        };
+        context! {
+            name => &*step.name,
+            type => rust_type(step.ty),
+            c_type => c_type(step.ty),
+            note => &*step.note,
+            reassigned => assigned(&step.name, &program.steps[..index]) > 0,
+            last => index == program.output(),
+            constant => assigned(&step.name, &program.steps) == 1,
+            op,
+        }
+    });
+    laid_out.collect()
+}
+
+/// The helper functions that the steps call, in the order in which they are defined.
+fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
+    let mut helpers = Vec::new();
+    if program.steps.iter().any(|s| s.ty == Type::F32) {
+        helpers.push("float_guard");
+    }
+    for step in &program.steps {
+        let helper = match &step.op {
+            Op::Clamp { a, .. } if matches!(type_of(program, a), Type::I32 | Type::U16) => "limit_i32",
+            Op::Clamp { .. } => "limit_i64",
+            Op::ClampF32 { .. } => "limit_f32",
+            Op::MulAddHigh { .. } if shift == CShift::Strict => "mul_high_strict",
+            Op::MulAddHigh { .. } => "mul_high_arithmetic",
+            _ => continue,
+        };
+        if !helpers.contains(&helper) {
+            helpers.push(helper);
+        }
+    }
+    helpers
+}
+
+/// How the routine tells that a reading was inside the range.
+fn in_range(program: &Program) -> Value {
+    let (raw, limited) = (&program.steps[program.reading], &program.steps[program.clamped]);
+    let wide = (raw.ty != limited.ty).then_some(rust_type(raw.ty));
+    context! { raw => &*raw.name, limited => &*limited.name, wide }
+}
+
+fn range_text(routine: &Routine, quantity: &Quantity) -> String {
+    let (from, to) = routine.range;
+    let (unit, reading) = (&quantity.reading_unit, &quantity.reading);
+    let program = &routine.design.program;
+    let words = match &program.steps[program.clamped].op {
+        Op::Clamp { lo, hi, .. } => {
+            format!(", that is {} … {} in words of the input", text::grouped(*lo), text::grouped(*hi))
+        }
+        _ => String::new(),
+    };
+    format!("{from:?} {unit} ≤ {reading} ≤ {to:?} {unit}{words}")
+}

@@ -1,0 +1,187 @@
+//! From coefficients and options to a routine that is designed and bounded.
+
+use fitter::coefficients::Coefficients;
+
+use crate::exact::Interval;
+use crate::fused::{self, Design, DesignError};
+use crate::input::{InputError, InputPlan};
+use crate::options::{Options, RoutineOptions};
+use crate::quantity::Quantity;
+use crate::reference::{Reference, TooSteep};
+
+/// The highest degree that is tried.
+pub const LARGEST_DEGREE: usize = 16;
+
+/// A designed routine with everything that is known about it.
+#[derive(Debug, Clone)]
+pub struct Routine {
+    /// What was asked for.
+    pub options: RoutineOptions,
+    /// The program and its bound, in the result's unit.
+    pub design: Design,
+    /// The input's steps and range.
+    pub plan: InputPlan,
+    /// The enclosed function.
+    pub reference: Reference,
+    /// Smallest and largest reading for which it is valid.
+    pub range: (f64, f64),
+}
+
+/// Why there is no routine.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RoutineError {
+    /// The range is wider than the recording.
+    #[error(
+        "the range {from}…{to} {unit} is wider than the recording, which covers {covered_from}…{covered_to} {unit}: \
+         nothing is known of the error beyond; narrow it, or give --extrapolate and read what the generated head says"
+    )]
+    BeyondRecording {
+        /// Asked for.
+        from: f64,
+        /// Asked for.
+        to: f64,
+        /// Recorded.
+        covered_from: f64,
+        /// Recorded.
+        covered_to: f64,
+        /// Unit of the reading.
+        unit: String,
+    },
+    /// An empty, reversed or not finite range.
+    #[error("the range {0}…{1} is empty: give its lower end first, both as finite numbers")]
+    EmptyRange(f64, f64),
+    /// The bound cannot be met.
+    #[error(
+        "no {format} routine of degree {LARGEST_DEGREE} or less is proven within {wanted:e} {unit}: \
+         the best is {reachable:.3e} {unit} at degree {degree}; ask for that, or for another format, input or output"
+    )]
+    Unreachable {
+        /// The format.
+        format: &'static str,
+        /// The bound asked for.
+        wanted: f64,
+        /// The best bound.
+        reachable: f64,
+        /// Its degree.
+        degree: usize,
+        /// Unit of the bounds.
+        unit: String,
+    },
+    /// A bound that is 0, negative or not finite.
+    #[error("the bound is {0}: give a positive number")]
+    Bound(f64),
+    /// A degree that is not tried.
+    #[error("the degree is {0}: give 1 to {LARGEST_DEGREE}")]
+    Degree(usize),
+    /// The input does not fit.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The range is too wide for the geometry.
+    #[error(transparent)]
+    TooSteep(#[from] TooSteep),
+    /// No program of this format.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+}
+
+/// Designs the routine `wanted` for `coefficients`: of the lowest degree whose proven bound is small enough.
+///
+/// # Errors
+/// [`RoutineError`], which says what to change.
+pub fn design(
+    coefficients: &Coefficients,
+    options: &Options,
+    wanted: &RoutineOptions,
+) -> Result<Routine, RoutineError> {
+    let model = coefficients.error_model();
+    let quantity = Quantity::of(&model);
+    let range = range(coefficients, options, &quantity)?;
+    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    if !(target.is_finite() && target > 0.0) {
+        return Err(RoutineError::Bound(target));
+    }
+    let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format.arithmetic())?;
+    // The reference holds a little beyond the range, where the variable's rounding may reach.
+    let one = Interval::from_int(1);
+    let reach = &one + &one.mul_pow2(-20);
+    let exponent = plan.program.variable_exponent;
+    let ends = plan.word_from.hull(&plan.word_to).mul_pow2(-exponent);
+    let reference = Reference::new(
+        &model,
+        &plan.map,
+        &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
+        &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
+    )?;
+    let finish = |design| Routine {
+        options: wanted.clone(),
+        design,
+        plan: plan.clone(),
+        reference: reference.clone(),
+        range,
+    };
+    let degrees = match options.degree {
+        Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => return Err(RoutineError::Degree(degree)),
+        Some(degree) => degree..=degree,
+        None => 1..=LARGEST_DEGREE,
+    };
+    let mut best: Option<(f64, usize)> = None;
+    for degree in degrees {
+        let approximation =
+            quantity.in_bound_unit(fused::best_error(&plan, &reference, degree).to_f64_down());
+        // Where the best polynomial is too far away already, only the best reachable bound is of interest.
+        if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
+            continue;
+        }
+        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)?;
+        let bound = quantity.in_bound_unit(design.bound.total);
+        if bound <= target {
+            return Ok(finish(design));
+        }
+        if best.is_none_or(|(b, _)| bound < b) {
+            best = Some((bound, degree));
+        }
+    }
+    let (reachable, degree) = best.unwrap_or((f64::INFINITY, LARGEST_DEGREE));
+    let format = wanted.format.name();
+    Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
+}
+
+/// The range that is wanted, held against what was recorded.
+fn range(
+    coefficients: &Coefficients,
+    options: &Options,
+    quantity: &Quantity,
+) -> Result<(f64, f64), RoutineError> {
+    let covered = (coefficients.valid_range.from, coefficients.valid_range.to);
+    let (from, to) = options.range.unwrap_or(covered);
+    if !(from.is_finite() && to.is_finite() && from < to) {
+        return Err(RoutineError::EmptyRange(from, to));
+    }
+    if !options.extrapolate && (from < covered.0 || to > covered.1) {
+        return Err(RoutineError::BeyondRecording {
+            from,
+            to,
+            covered_from: covered.0,
+            covered_to: covered.1,
+            unit: quantity.reading_unit.clone(),
+        });
+    }
+    Ok((from, to))
+}
+
+impl Routine {
+    /// An upper estimate of the result's change by one unit of the reading, for telling the input's resolution.
+    pub fn slope(&self) -> f64 {
+        let exponent = self.plan.program.variable_exponent;
+        let slope = self.reference.polynomial.derivative();
+        let ends = [&self.plan.word_from, &self.plan.word_to].map(|w| w.mul_pow2(-exponent));
+        let largest = slope.range(&ends[0], &ends[1]).magnitude();
+        largest.div(&self.plan.map.slope.magnitude()).to_f64_up()
+    }
+
+    /// Whether, and if so what, the recording covers where the range goes beyond it.
+    pub fn extrapolated(&self, coefficients: &Coefficients) -> Option<(f64, f64)> {
+        let covered = (coefficients.valid_range.from, coefficients.valid_range.to);
+        (self.range.0 < covered.0 || self.range.1 > covered.1).then_some(covered)
+    }
+}

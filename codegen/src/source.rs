@@ -1,0 +1,82 @@
+//! Where the coefficients come from: a file, a recording that is fitted here, or the embedded recording.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fitter::coefficients::{Coefficients, CoefficientsError};
+use fitter::{FitError, Mirror, MirrorError, Recording, RecordingError};
+
+use crate::generate::sha256;
+
+/// What the user named.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Source {
+    /// A coefficients file.
+    Coefficients(PathBuf),
+    /// A recording and its nominal mirror.
+    Recording {
+        /// The recording.
+        recording: PathBuf,
+        /// The mirror.
+        mirror: PathBuf,
+    },
+    /// The recording that is embedded in `fitter`.
+    Embedded,
+}
+
+/// The source cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// The coefficients file.
+    #[error(transparent)]
+    Coefficients(#[from] CoefficientsError),
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// The mirror.
+    #[error(transparent)]
+    Mirror(#[from] MirrorError),
+    /// The fit.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+impl Source {
+    /// The coefficients and the SHA-256 of their file (where they were fitted here: of the file that `fitter
+    /// fit` would have written).
+    ///
+    /// # Errors
+    /// [`SourceError`] where a file cannot be read or the fit fails.
+    pub fn load(&self) -> Result<(Coefficients, String), SourceError> {
+        match self {
+            Source::Coefficients(path) => {
+                let coefficients = fitter::coefficients::read(path)?;
+                let text = fs::read_to_string(path).unwrap_or_default();
+                Ok((coefficients, sha256(&text)))
+            }
+            Source::Recording { recording, mirror } => {
+                let mirror = Mirror::read(mirror)?;
+                fitted(&Recording::read(recording)?, &mirror, &fit_command(recording))
+            }
+            Source::Embedded => {
+                let (recording, mirror) = fitter::default_recording()?;
+                fitted(&recording, &mirror, "fitter fit (the embedded recording)")
+            }
+        }
+    }
+}
+
+fn fit_command(recording: &Path) -> String {
+    format!("fitter fit {}", recording.display())
+}
+
+fn fitted(
+    recording: &Recording,
+    mirror: &Mirror,
+    command: &str,
+) -> Result<(Coefficients, String), SourceError> {
+    let options = fitter::Options { command: command.into(), ..fitter::Options::default() };
+    let coefficients = fitter::fit(recording, mirror, &options)?.coefficients;
+    let sha256 = sha256(&coefficients.to_json());
+    Ok((coefficients, sha256))
+}

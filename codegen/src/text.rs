@@ -1,0 +1,113 @@
+//! Numbers as text for heads and sources. A stated bound is never rounded down.
+
+/// Three significant digits, rounded up: `9.15e-5`.
+pub fn rounded_up(value: f64) -> String {
+    if value <= 0.0 {
+        return "0".into();
+    }
+    let nearest = format!("{value:.2e}");
+    match nearest.parse::<f64>() {
+        Ok(shown) if shown < value => {
+            // The next number of three digits; formatting has shown 'value' below 'nearest + 1 unit'.
+            let exponent = nearest.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0);
+            let unit = format!("1e{}", exponent - 2).parse::<f64>().unwrap_or(0.0);
+            format!("{:.2e}", shown + unit)
+        }
+        _ => nearest,
+    }
+}
+
+/// Decimal digits in groups of three: `-346_002_501`.
+pub fn grouped(value: i64) -> String {
+    let digits = value.unsigned_abs().to_string();
+    let groups: Vec<&str> = digits
+        .as_bytes()
+        .rchunks(3)
+        .rev()
+        .map(|group| std::str::from_utf8(group).unwrap_or_default())
+        .collect();
+    format!("{}{}", if value < 0 { "-" } else { "" }, groups.join("_"))
+}
+
+/// The shortest decimal that reads back as the same float.
+pub fn float_decimal(value: f32) -> String {
+    format!("{value:?}")
+}
+
+/// The exact hexadecimal form of C99, without the suffix: `-0x1.8cp-3`.
+pub fn float_hex(value: f32) -> String {
+    let sign = if value.is_sign_negative() { "-" } else { "" };
+    let bits = value.abs().to_bits();
+    let (exponent, fraction) = ((bits >> 23) as i32, bits & 0x7f_ffff);
+    if exponent == 0 && fraction == 0 {
+        return format!("{sign}0.0");
+    }
+    let (lead, exponent) = if exponent == 0 { (0, -126) } else { (1, exponent - 127) };
+    let digits = format!("{:06x}", fraction << 1);
+    let digits = digits.trim_end_matches('0');
+    let point = if digits.is_empty() { "" } else { "." };
+    format!("{sign}0x{lead}{point}{digits}p{exponent}")
+}
+
+/// Text as comment lines, each with `mark` in front and no space at the end.
+pub fn comment(text: &str, mark: &str) -> String {
+    text.trim_end()
+        .lines()
+        .map(|line| format!("{mark} {line}").trim_end().to_string())
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// Whether a name can stand in generated source: a letter, then letters, digits and underscores, no keyword.
+pub fn is_identifier(name: &str) -> bool {
+    let mut characters = name.chars();
+    characters.next().is_some_and(|c| c.is_ascii_alphabetic())
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && !KEYWORDS.contains(&name)
+}
+
+/// Words of C99 and Rust that no name may take.
+const KEYWORDS: &[&str] = &[
+    "abstract", "as", "async", "auto", "await", "become", "box", "break", "case", "char", "const",
+    "continue", "crate", "default", "do", "double", "dyn", "else", "enum", "extern", "false", "final",
+    "float", "fn", "for", "gen", "goto", "if", "impl", "in", "inline", "int", "let", "long", "loop", "macro",
+    "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "register", "restrict", "return",
+    "self", "Self", "short", "signed", "sizeof", "static", "struct", "super", "switch", "trait", "true",
+    "try", "type", "typedef", "typeof", "union", "unsafe", "unsigned", "unsized", "use", "virtual", "void",
+    "volatile", "where", "while", "yield",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn hexadecimal_floats() {
+        assert_eq!(float_hex(1.0), "0x1p0");
+        assert_eq!(float_hex(-0.1875), "-0x1.8p-3");
+        assert_eq!(float_hex(0.0), "0.0");
+        assert_eq!(float_hex(f32::from_bits(1)), "0x0.000002p-126");
+    }
+
+    #[test]
+    fn groups_of_three() {
+        assert_eq!(grouped(-346_002_501), "-346_002_501");
+        assert_eq!(grouped(12), "12");
+        assert_eq!(grouped(1_000), "1_000");
+    }
+
+    #[test]
+    fn identifiers() {
+        assert!(is_identifier("corrected_angle") && is_identifier("mm"));
+        assert!(!is_identifier("µm") && !is_identifier("9mm") && !is_identifier("fn") && !is_identifier(""));
+    }
+
+    proptest! {
+        #[test]
+        fn a_bound_is_never_rounded_down(value in 1e-30..1e6f64) {
+            let shown: f64 = rounded_up(value).parse().unwrap();
+            prop_assert!(shown >= value && shown <= value * 1.011);
+        }
+    }
+}
