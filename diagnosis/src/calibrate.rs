@@ -1,0 +1,233 @@
+//! How strong the strongest of all candidates is when there is nothing: the distribution of every family's
+//! largest statistic, and of the best family over all, by resampling the recording's own whitened residual
+//! through the same projections. Correlation left over because φ is only known with an uncertainty is put
+//! into the resamples by drawing φ from its posterior; the level's uncertainty by drawing its χ².
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use statrs::function::{erf::erfc, gamma::gamma_ur};
+
+use crate::dictionary::{Dictionary, Projected};
+use crate::effects::Effect;
+use crate::linear::{Columns, dot};
+use crate::noise::Noise;
+
+/// False alarms allowed over the whole search.
+pub const FALSE_ALARMS: f64 = 0.006;
+/// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
+/// resamples that it is then applied to would look better than it is.
+pub const RESAMPLES: usize = 360;
+/// Part of the resamples that the tails are fitted to.
+const TAIL: f64 = 0.2;
+/// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
+const PRIOR_TAIL: f64 = 150.0;
+/// How much less of the allowed false alarms a generic family gets than a catalogued one.
+pub const GENERIC_SHARE: f64 = 0.4;
+
+/// P(M > m) = K exp(−a m) for a family's largest statistic m = −ln P(χ²_d > S).
+#[derive(Debug, Clone, Copy)]
+pub struct Tail {
+    /// ln K.
+    pub log_count: f64,
+    /// a.
+    pub slope: f64,
+}
+
+impl Tail {
+    /// −ln p of a family whose largest statistic is `m`.
+    pub fn surprise(&self, m: f64) -> f64 {
+        (self.slope * m - self.log_count).max(0.0)
+    }
+
+    /// The statistic at which −ln p is `surprise`.
+    pub fn at(&self, surprise: f64) -> f64 {
+        (surprise + self.log_count) / self.slope
+    }
+
+    /// Fits the tail to resampled maxima: exceedances over a high quantile, exponential.
+    fn fit(maxima: &mut [f64]) -> Tail {
+        maxima.sort_by(f64::total_cmp);
+        let count = maxima.len();
+        let kept = ((count as f64 * TAIL) as usize).max(10).min(count - 1);
+        let threshold = maxima[count - kept - 1];
+        let excess: f64 = maxima[count - kept..].iter().map(|m| m - threshold).sum();
+        // Gamma prior on the slope, centred on 1.
+        let slope = (kept as f64 + PRIOR_TAIL) / (excess + PRIOR_TAIL);
+        let part = kept as f64 / count as f64;
+        Tail { log_count: part.ln() + slope * threshold, slope }
+    }
+}
+
+/// What resampling found.
+pub struct Calibration {
+    /// One tail per family.
+    pub families: Vec<Tail>,
+    /// Tail of the best family's −ln(p/share).
+    pub overall: Tail,
+    /// −ln(p/share) that the best family must reach.
+    pub threshold: f64,
+}
+
+impl Calibration {
+    /// −ln of the family-wise p-value of a family's −ln p.
+    pub fn family_wise(&self, surprise: f64, share: f64) -> f64 {
+        self.overall.surprise(surprise + share.ln())
+    }
+
+    /// The sum of squares that a candidate of rank `rank` of `family` must explain to be taken.
+    pub fn price(&self, family: usize, share: f64, rank: usize) -> f64 {
+        chi_squared_at(self.families[family].at(self.threshold - share.ln()), rank)
+    }
+}
+
+/// −ln P(χ²_d > s).
+pub fn log_tail(s: f64, d: usize) -> f64 {
+    if s <= 0.0 || d == 0 {
+        return 0.0;
+    }
+    match d {
+        1 if s < 1000.0 => -erfc((0.5 * s).sqrt()).ln(),
+        1 => 0.5 * s + 0.5 * (std::f64::consts::PI * 0.5 * s).ln(),
+        2 => 0.5 * s,
+        _ if s < 1000.0 => -gamma_ur(0.5 * d as f64, 0.5 * s).max(1e-300).ln(),
+        _ => {
+            // Leading term of the incomplete gamma function's expansion.
+            let a = 0.5 * d as f64;
+            let x = 0.5 * s;
+            x - (a - 1.0) * x.ln() + statrs::function::gamma::ln_gamma(a)
+        }
+    }
+}
+
+/// The s at which −ln P(χ²_d > s) is `m`.
+pub fn chi_squared_at(m: f64, d: usize) -> f64 {
+    let (mut low, mut high) = (0.0, 2.0 * m + 4.0 * d as f64 + 20.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if log_tail(middle, d) < m { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// Largest statistic of every family for one column of scores.
+pub fn family_maxima(
+    dictionary: &Dictionary,
+    projected: &Projected,
+    catalogue: &[Box<dyn Effect>],
+    scores: &[f64],
+    scale: f64,
+) -> Vec<f64> {
+    let mut best = vec![0.0; dictionary.families.len()];
+    for (f, family) in dictionary.families.iter().enumerate() {
+        // Candidates of one rank share one tail: only the largest needs it.
+        let mut by_rank: [f64; 8] = [0.0; 8];
+        for c in family.candidates.clone() {
+            let range = projected.of[c].clone();
+            let rank = range.len();
+            if rank == 0 {
+                continue;
+            }
+            let values = &scores[range];
+            if let crate::dictionary::Kind::Effect(e) = family.kind
+                && rank == 1
+                && !catalogue[e].plausible(&values[..1])
+            {
+                continue;
+            }
+            let s = dot(values, values) * scale;
+            if rank < 8 {
+                by_rank[rank] = by_rank[rank].max(s);
+            } else {
+                best[f] = f64::max(best[f], log_tail(s, rank));
+            }
+        }
+        for (rank, s) in by_rank.iter().enumerate() {
+            best[f] = f64::max(best[f], log_tail(*s, rank));
+        }
+    }
+    best
+}
+
+/// Resamples the search. `residual_rank` is the rank of the base.
+pub fn calibrate(
+    dictionary: &Dictionary,
+    projected: &Projected,
+    catalogue: &[Box<dyn Effect>],
+    noise: &Noise,
+    shares: &[f64],
+) -> Calibration {
+    let n = projected.columns.rows;
+    let mut random = ChaCha8Rng::seed_from_u64(0x5eed_0f_d1a6);
+    let mut resamples = Columns::new(n);
+    let mut scales = Vec::with_capacity(RESAMPLES);
+    for b in 0..2 * RESAMPLES {
+        let phi = quantile(
+            &noise.phi_posterior,
+            ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64,
+        );
+        resamples.push(&resample(noise, phi, &mut random));
+        // χ² of the level's freedom, by the Wilson–Hilferty cube.
+        let z = standard_normal(&mut random);
+        let v = 2.0 / (9.0 * noise.freedom);
+        scales.push(1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2));
+    }
+    let products = projected.columns.products(&resamples);
+    let k = projected.columns.count();
+    let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES)
+        .map(|b| family_maxima(dictionary, projected, catalogue, &products[b * k..(b + 1) * k], scales[b]))
+        .collect();
+    let families: Vec<Tail> = (0..dictionary.families.len())
+        .map(|f| Tail::fit(&mut maxima[..RESAMPLES].iter().map(|m| m[f]).collect::<Vec<f64>>()))
+        .collect();
+    let mut best: Vec<f64> = maxima[RESAMPLES..]
+        .iter()
+        .map(|m| {
+            (0..m.len())
+                .filter(|f| shares[*f] > 0.0)
+                .map(|f| families[f].surprise(m[f]) + shares[f].ln())
+                .fold(f64::NEG_INFINITY, f64::max)
+        })
+        .collect();
+    let overall = Tail::fit(&mut best);
+    let threshold = overall.at(-FALSE_ALARMS.ln());
+    Calibration { families, overall, threshold }
+}
+
+/// One resample: whitened residuals drawn with random signs, given the correlation φ, whitened by the
+/// estimate.
+fn resample(noise: &Noise, phi: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let n = noise.whitened_residual.len();
+    let innovation = (1.0 - phi * phi).sqrt();
+    let scale = 1.0 / (1.0 - noise.phi * noise.phi).sqrt();
+    let mut previous = 0.0;
+    (0..n)
+        .map(|i| {
+            let bits = random.next_u64();
+            let pick = ((bits >> 1) % n as u64) as usize;
+            let w =
+                if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] };
+            let z = if i == 0 { w } else { phi * previous + innovation * w };
+            let u = if i == 0 { z } else { (z - noise.phi * previous) * scale };
+            previous = z;
+            u
+        })
+        .collect()
+}
+
+fn quantile(posterior: &[(f64, f64)], part: f64) -> f64 {
+    let mut sum = 0.0;
+    for (value, weight) in posterior {
+        sum += weight;
+        if sum >= part {
+            return *value;
+        }
+    }
+    posterior.last().map_or(0.0, |p| p.0)
+}
+
+/// A standard normal number (Box–Muller).
+fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
+    let u: f64 = random.random::<f64>().max(1e-300);
+    let v: f64 = random.random();
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}

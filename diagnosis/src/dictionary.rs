@@ -1,0 +1,150 @@
+//! Every candidate explanation of a recording, in families: one family per catalogued effect (its shapes on
+//! a grid), one per generic dependence, and one that only raises the order of the base polynomial. The
+//! dictionary holds them whitened, and projects them off whatever is already in the model.
+
+use crate::base::base_columns;
+use crate::effects::{Effect, Place};
+use crate::generic;
+use crate::linear::{Basis, Columns, add_scaled, dot};
+use crate::noise::Noise;
+use crate::rows::Rows;
+
+/// What a family stands for.
+pub enum Kind {
+    /// The effect of this index in the catalogue.
+    Effect(usize),
+    /// A generic dependence.
+    Generic(Place),
+    /// A higher order of the base polynomial: neither an effect nor a mismatch.
+    Order,
+}
+
+/// One family.
+pub struct Family {
+    /// What it stands for.
+    pub kind: Kind,
+    /// Range of its candidates.
+    pub candidates: std::ops::Range<usize>,
+}
+
+/// One candidate.
+pub struct Candidate {
+    /// Its family.
+    pub family: usize,
+    /// Its shape parameters; for a generic family the number of the group.
+    pub shape: Vec<f64>,
+    /// Its columns in the dictionary.
+    pub columns: std::ops::Range<usize>,
+}
+
+/// All families and candidates of a recording.
+pub struct Dictionary {
+    /// The families.
+    pub families: Vec<Family>,
+    /// The candidates.
+    pub candidates: Vec<Candidate>,
+    /// Raw columns.
+    pub raw: Columns,
+}
+
+/// Orders up to which the base polynomial may be raised beyond the one absorbed from the start.
+pub const HIGHEST_ORDER: usize = 13;
+
+/// Part of a column's length that must be left outside the model for it to be a candidate at all: what is
+/// left of a smooth curve after a polynomial is mostly the noise of its argument.
+pub const SMALLEST_PART: f64 = 0.02;
+
+/// Candidates after projection: orthonormal columns per candidate.
+pub struct Projected {
+    /// Orthonormal columns.
+    pub columns: Columns,
+    /// For every candidate the range of its columns (empty where nothing is left of it).
+    pub of: Vec<std::ops::Range<usize>>,
+}
+
+impl Dictionary {
+    /// Builds the dictionary of the effects that the recording can show (`skip` names ids to leave out).
+    pub fn new(rows: &Rows, catalogue: &[Box<dyn Effect>], order: usize, skip: &[String]) -> Dictionary {
+        let mut d =
+            Dictionary { families: Vec::new(), candidates: Vec::new(), raw: Columns::new(rows.len()) };
+        for (index, effect) in catalogue.iter().enumerate() {
+            if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id()) {
+                continue;
+            }
+            let starts = effect.starts(rows);
+            let groups = starts.into_iter().map(|s| (effect.signature(rows, &s), s)).collect();
+            d.add(Kind::Effect(index), groups);
+        }
+        for family in generic::families(rows) {
+            let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
+            d.add(Kind::Generic(family.place), groups);
+        }
+        let highest = highest_order(rows);
+        if highest > order {
+            let all = base_columns(rows, highest);
+            let groups =
+                (order + 1..=highest).map(|m| (all[order + 1..=m].to_vec(), vec![m as f64])).collect();
+            d.add(Kind::Order, groups);
+        }
+        d
+    }
+
+    fn add(&mut self, kind: Kind, groups: Vec<(Vec<Vec<f64>>, Vec<f64>)>) {
+        let family = self.families.len();
+        let first = self.candidates.len();
+        for (columns, shape) in groups {
+            let start = self.raw.count();
+            columns.iter().for_each(|c| self.raw.push(c));
+            self.candidates.push(Candidate { family, shape, columns: start..self.raw.count() });
+        }
+        self.families.push(Family { kind, candidates: first..self.candidates.len() });
+    }
+
+    /// All columns whitened.
+    pub fn whitened(&self, noise: &Noise) -> Columns {
+        let mut out = Columns::new(self.raw.rows);
+        for k in 0..self.raw.count() {
+            out.push(&noise.whiten(self.raw.get(k)));
+        }
+        out
+    }
+
+    /// Every candidate's part outside `basis`, orthonormalised within the candidate.
+    pub fn project(&self, whitened: &Columns, basis: &Basis) -> Projected {
+        let components = basis.columns.products(whitened);
+        let rank = basis.rank();
+        let mut columns = Columns::new(whitened.rows);
+        let mut of = Vec::with_capacity(self.candidates.len());
+        for candidate in &self.candidates {
+            let first = columns.count();
+            for k in candidate.columns.clone() {
+                let column = whitened.get(k);
+                let length = dot(column, column).sqrt();
+                let mut w = column.to_vec();
+                for j in 0..rank {
+                    add_scaled(&mut w, -components[k * rank + j], basis.columns.get(j));
+                }
+                for j in first..columns.count() {
+                    let a = dot(columns.get(j), &w);
+                    add_scaled(&mut w, -a, columns.get(j));
+                }
+                let left = dot(&w, &w).sqrt();
+                if left > SMALLEST_PART * length {
+                    w.iter_mut().for_each(|v| *v /= left);
+                    columns.push(&w);
+                }
+            }
+            of.push(first..columns.count());
+        }
+        Projected { columns, of }
+    }
+}
+
+/// The highest order of the base that the recording can carry.
+pub fn highest_order(rows: &Rows) -> usize {
+    let (low, high) = rows.stroke();
+    let places = (high - low) / rows.step();
+    let by_places = (places * 0.6) as usize;
+    let by_rows = rows.len() / 6;
+    HIGHEST_ORDER.min(by_places).min(by_rows).max(1)
+}

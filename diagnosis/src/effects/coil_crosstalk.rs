@@ -1,0 +1,46 @@
+//! The voice coil's field or force reaches the probes.
+
+use super::{Effect, Place, Reading, present, reading};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct CoilCrosstalk;
+
+impl Effect for CoilCrosstalk {
+    fn id(&self) -> &'static str {
+        "coil_crosstalk"
+    }
+
+    fn title(&self) -> &'static str {
+        "crosstalk of the coil current"
+    }
+
+    fn formula(&self) -> &'static str {
+        "η · i, η in arcsec/A"
+    }
+
+    fn source(&self) -> &'static str {
+        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013), section 3.4: eddy-current probes and stray fields"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["cross_axis_coupling", "thermal_gain_drift"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("coil_a")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        present(&rows.coil_a, "coil_a").map(drop)
+    }
+
+    fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
+        rows.coil_a.clone().into_iter().collect()
+    }
+
+    fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let unit = &rows.unit;
+        vec![reading(format!("coefficient_{unit}_per_a"), amplitudes[0], format!("{unit}/A"))]
+    }
+}

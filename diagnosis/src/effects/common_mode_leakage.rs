@@ -1,0 +1,46 @@
+//! A translation of the mirror leaks into the angle: the probes differ in gain.
+
+use super::{Effect, Place, Reading, present, reading};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct CommonModeLeakage;
+
+impl Effect for CommonModeLeakage {
+    fn id(&self) -> &'static str {
+        "common_mode_leakage"
+    }
+
+    fn title(&self) -> &'static str {
+        "common-mode leakage"
+    }
+
+    fn formula(&self) -> &'static str {
+        "λ (x₁+x₂)/2, λ in arcsec/µm"
+    }
+
+    fn source(&self) -> &'static str {
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror (2019), section 2.1: the common mode cancels only if the probes are alike"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["cross_axis_coupling", "coil_crosstalk"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("common_mode_um")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        present(&rows.common_mode_um, "common mode of x1_mm and x2_mm").map(drop)
+    }
+
+    fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
+        rows.common_mode_um.clone().into_iter().collect()
+    }
+
+    fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let unit = &rows.unit;
+        vec![reading(format!("coefficient_{unit}_per_um"), amplitudes[0], format!("{unit}/um"))]
+    }
+}

@@ -1,0 +1,83 @@
+//! A flaw of a pad or of the mirror at one angle: a bump.
+
+use super::{Effect, Place, Range, Reading, edge_unit, logarithmic, reading};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct LocalDefect;
+
+impl Effect for LocalDefect {
+    fn id(&self) -> &'static str {
+        "local_defect"
+    }
+
+    fn title(&self) -> &'static str {
+        "a local defect at one angle"
+    }
+
+    fn formula(&self) -> &'static str {
+        "H exp(−(θ − c)²/(2 w²))"
+    }
+
+    fn source(&self) -> &'static str {
+        "Tan et al., on the tilt and flaws of an eddy-current target, as cited by Fan et al. (2019), reference 22"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["periodic_error", "sensor_clipping"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("angle_deg")
+    }
+
+    fn repeatable(&self) -> bool {
+        true
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a local defect".into()) }
+    }
+
+    fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
+        let (low, high) = rows.stroke();
+        let widths = self.ranges(rows)[1];
+        let mut starts = Vec::new();
+        for width in logarithmic(widths.low * 1.3, widths.high * 0.8, 3) {
+            let count = (((high - low) / (1.4 * width)).ceil() as usize).clamp(6, 48);
+            for k in 0..=count {
+                starts.push(vec![low + (high - low) * k as f64 / count as f64, width]);
+            }
+        }
+        starts
+    }
+
+    fn ranges(&self, rows: &Rows) -> Vec<Range> {
+        let (low, high) = rows.stroke();
+        // Narrower than half a step it is one reading; wider than an eighth of the stroke, a polynomial.
+        let widest = (high - low) / 8.0;
+        vec![
+            Range { low, high, logarithmic: false, whole: false },
+            Range {
+                low: (0.5 * rows.step()).clamp((high - low) / 300.0, 0.5 * widest),
+                high: widest,
+                logarithmic: true,
+                whole: false,
+            },
+        ]
+    }
+
+    fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
+        let bump = |theta: &f64| (-0.5 * ((theta - shape[0]) / shape[1]).powi(2)).exp();
+        vec![rows.theta.iter().map(bump).collect()]
+    }
+
+    fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let (suffix, per) = edge_unit(rows);
+        vec![
+            reading(format!("height_{}", rows.unit), amplitudes[0], rows.unit.as_str()),
+            reading(format!("centre_{suffix}"), shape[0] / per, suffix),
+            reading(format!("width_{suffix}"), shape[1] / per, suffix),
+        ]
+    }
+}

@@ -1,0 +1,195 @@
+//! The catalogue of physical effects that can stand between a recording and its simulation: one file
+//! each, one line in [`catalogue`]. An effect's contribution is linear in its amplitudes and may depend on
+//! a few shape parameters (time constants, periods, thresholds, …) that the search finds.
+
+mod backlash;
+mod coil_crosstalk;
+mod common_mode_leakage;
+mod cross_axis_coupling;
+mod hysteresis;
+mod local_defect;
+mod mount_step;
+mod operators;
+mod periodic_error;
+mod read_lag;
+mod sensor_clipping;
+mod thermal_gain_drift;
+mod thermal_lag;
+mod thermal_zero_drift;
+mod time_drift;
+mod warmup_drift;
+
+pub use operators::{low_pass, play};
+
+use crate::rows::Rows;
+
+/// Where a mismatch lives: an observable, or an observable times another.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Name of the observable as in `locations`.
+    pub variable: String,
+    /// The observable that multiplies it, where it is a product.
+    pub times: Option<String>,
+}
+
+impl Place {
+    /// The place of a plain dependence.
+    pub fn on(variable: &str) -> Place {
+        Place { variable: variable.into(), times: None }
+    }
+
+    /// The place of a product.
+    pub fn product(variable: &str, times: &str) -> Place {
+        Place { variable: variable.into(), times: Some(times.into()) }
+    }
+}
+
+/// A shape parameter's range.
+#[derive(Debug, Clone, Copy)]
+pub struct Range {
+    /// Smallest value.
+    pub low: f64,
+    /// Largest value.
+    pub high: f64,
+    /// Whether it is searched on a logarithmic scale.
+    pub logarithmic: bool,
+    /// Whether it only takes whole values (a row, a number of harmonics).
+    pub whole: bool,
+}
+
+/// What a reader is told of one parameter.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// Its name in the diagnosis, with its unit.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// A physical effect.
+pub trait Effect: Sync + Send {
+    /// Identifier in the diagnosis and the coefficients file.
+    fn id(&self) -> &'static str;
+    /// Name for a reader.
+    fn title(&self) -> &'static str;
+    /// What it adds to the angular error, with units.
+    fn formula(&self) -> &'static str;
+    /// Where the physics is described.
+    fn source(&self) -> &'static str;
+    /// Ids of the effects that it is most easily taken for.
+    fn confused_with(&self) -> &'static [&'static str];
+    /// The observable that it depends on.
+    fn place(&self, rows: &Rows) -> Place;
+    /// Whether a correction can undo it at run time from what the mirror measures then.
+    fn runtime_correctable(&self) -> bool {
+        true
+    }
+    /// Why this recording cannot show it.
+    ///
+    /// # Errors
+    /// A sentence naming what is missing.
+    fn testable(&self, rows: &Rows) -> Result<(), String>;
+    /// Shapes from which the search starts; one empty shape where there is no shape parameter.
+    fn starts(&self, _rows: &Rows) -> Vec<Vec<f64>> {
+        vec![Vec::new()]
+    }
+    /// Ranges of the shape parameters.
+    fn ranges(&self, _rows: &Rows) -> Vec<Range> {
+        Vec::new()
+    }
+    /// The columns that the amplitudes multiply, in the recording's unit per unit amplitude.
+    fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>>;
+    /// Whether these amplitudes can be this effect.
+    fn plausible(&self, _amplitudes: &[f64]) -> bool {
+        true
+    }
+    /// Whether it can occur more than once in a recording (a second step, a second defect).
+    fn repeatable(&self) -> bool {
+        false
+    }
+    /// A shape that follows from the amplitudes found (play whose width is its own amplitude).
+    fn consistent_shape(&self, _amplitudes: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+    /// A richer form of the same effect to be tried once this one is found (a further harmonic).
+    fn richer(&self, _rows: &Rows, _shape: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
+    /// The parameters as they are reported.
+    fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading>;
+}
+
+/// All effects, in the order in which ties are broken: the simpler explanation first.
+pub fn catalogue() -> Vec<Box<dyn Effect>> {
+    vec![
+        Box::new(thermal_zero_drift::ThermalZeroDrift),
+        Box::new(thermal_gain_drift::ThermalGainDrift),
+        Box::new(time_drift::TimeDrift),
+        Box::new(warmup_drift::WarmupDrift),
+        Box::new(thermal_lag::ThermalLag),
+        Box::new(mount_step::MountStep),
+        Box::new(backlash::Backlash),
+        Box::new(hysteresis::Hysteresis),
+        Box::new(periodic_error::PeriodicError),
+        Box::new(common_mode_leakage::CommonModeLeakage),
+        Box::new(cross_axis_coupling::CrossAxisCoupling),
+        Box::new(coil_crosstalk::CoilCrosstalk),
+        Box::new(sensor_clipping::SensorClipping),
+        Box::new(local_defect::LocalDefect),
+        Box::new(read_lag::ReadLag),
+    ]
+}
+
+/// `needed` or a sentence that says which column is missing.
+fn present<'a>(column: &'a Option<Vec<f64>>, name: &str) -> Result<&'a Vec<f64>, String> {
+    let values = column.as_ref().ok_or_else(|| format!("the recording has no usable column {name}"))?;
+    let (low, high) = crate::rows::range(values);
+    if high > low { Ok(values) } else { Err(format!("the column {name} is constant")) }
+}
+
+/// A logarithmic grid of `count` values.
+fn logarithmic(low: f64, high: f64, count: usize) -> Vec<f64> {
+    (0..count).map(|k| low * (high / low).powf(k as f64 / (count.max(2) - 1) as f64)).collect()
+}
+
+/// The unit at which angles are printed, and how many of the recording's units it is: degrees for arcsec,
+/// otherwise the sensor's own.
+fn edge_unit(rows: &Rows) -> (&str, f64) {
+    if rows.unit == "arcsec" { ("deg", 3600.0) } else { (&rows.unit, 1.0) }
+}
+
+/// dθ/dt from the neighbouring rows of the same pass, in the recording's unit per second.
+pub fn velocity(rows: &Rows) -> Vec<f64> {
+    let n = rows.len();
+    (0..n)
+        .map(|i| {
+            let before = if i > 0 && rows.pass[i - 1] == rows.pass[i] { i - 1 } else { i };
+            let after = if i + 1 < n && rows.pass[i + 1] == rows.pass[i] { i + 1 } else { i };
+            let dt = rows.t_s[after] - rows.t_s[before];
+            if dt > 0.0 { (rows.theta[after] - rows.theta[before]) / dt } else { 0.0 }
+        })
+        .collect()
+}
+
+/// One reading.
+fn reading(name: impl Into<String>, value: f64, unit: impl Into<String>) -> Reading {
+    Reading { name: name.into(), value, unit: unit.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::catalogue;
+
+    #[test]
+    fn every_confusion_names_an_effect_of_the_catalogue() {
+        let effects = catalogue();
+        for effect in &effects {
+            for other in effect.confused_with() {
+                assert!(effects.iter().any(|e| e.id() == *other), "{}: {other}", effect.id());
+                assert_ne!(*other, effect.id());
+            }
+        }
+    }
+}

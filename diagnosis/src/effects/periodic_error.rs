@@ -1,0 +1,97 @@
+//! An error that repeats with the true angle: a grating, a resolver's poles, the teeth of a gear.
+//!
+//! The angle Θ in the argument is the true one. While a recording is diagnosed the reference gives it, up to
+//! the phase; when a correction is applied, it is solved for.
+
+use super::{Effect, Place, Range, Reading, reading};
+use crate::rows::Rows;
+
+/// Most periods over the stroke that are searched.
+const MOST_CYCLES: f64 = 64.0;
+/// Most harmonics.
+const MOST_HARMONICS: f64 = 6.0;
+
+/// See the module's description.
+pub struct PeriodicError;
+
+impl Effect for PeriodicError {
+    fn id(&self) -> &'static str {
+        "periodic_error"
+    }
+
+    fn title(&self) -> &'static str {
+        "an error that repeats with the angle"
+    }
+
+    fn formula(&self) -> &'static str {
+        "A sin(2πΘ/p + φ) and further harmonics, Θ the true angle"
+    }
+
+    fn source(&self) -> &'static str {
+        "Heydemann, Determination and correction of quadrature fringe measurement errors, Appl. Opt. 20 (1981)"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["local_defect", "sensor_clipping"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("angle_deg")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a periodic error".into()) }
+    }
+
+    fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
+        let (low, high) = rows.stroke();
+        let range = self.ranges(rows)[0];
+        let (fewest, most) = ((high - low) / range.high, (high - low) / range.low);
+        let mut cycles = fewest;
+        let mut starts = Vec::new();
+        while cycles <= most {
+            starts.push(vec![(high - low) / cycles, 1.0]);
+            cycles += 0.35;
+        }
+        starts
+    }
+
+    fn ranges(&self, rows: &Rows) -> Vec<Range> {
+        let (low, high) = rows.stroke();
+        let stroke = high - low;
+        // Longer periods are polynomials; shorter ones than two and a fifth steps cannot be told from longer.
+        let most = (stroke / (2.2 * rows.step())).clamp(2.0, MOST_CYCLES);
+        vec![
+            Range { low: stroke / most, high: stroke / 1.5, logarithmic: true, whole: false },
+            Range { low: 1.0, high: 1.0, logarithmic: false, whole: true },
+        ]
+    }
+
+    fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
+        let turn = std::f64::consts::TAU / shape[0];
+        let origin = crate::rows::mean(&rows.truth);
+        (1..=shape[1] as usize)
+            .flat_map(|h| {
+                let phase = rows.truth.iter().map(move |t| h as f64 * turn * (t - origin));
+                [phase.clone().map(f64::sin).collect(), phase.map(f64::cos).collect()]
+            })
+            .collect()
+    }
+
+    fn richer(&self, rows: &Rows, shape: &[f64]) -> Option<Vec<f64>> {
+        let harmonics = shape[1] + 1.0;
+        let resolved = shape[0] / harmonics >= 2.2 * rows.step();
+        (harmonics <= MOST_HARMONICS && resolved).then(|| vec![shape[0], harmonics])
+    }
+
+    fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let size = |h: usize| amplitudes[2 * h].hypot(amplitudes[2 * h + 1]);
+        let strongest = (0..amplitudes.len() / 2).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(0);
+        let unit = rows.unit.as_str();
+        vec![
+            reading(format!("amplitude_{unit}"), size(strongest), unit),
+            reading(format!("period_{unit}"), shape[0] / (strongest + 1) as f64, unit),
+            reading("harmonics", (amplitudes.len() / 2) as f64, "1"),
+        ]
+    }
+}

@@ -1,0 +1,55 @@
+//! Sensor and reference are read at different times while the mirror moves.
+
+use super::{Effect, Place, Reading, reading, velocity};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct ReadLag;
+
+impl Effect for ReadLag {
+    fn id(&self) -> &'static str {
+        "read_lag"
+    }
+
+    fn title(&self) -> &'static str {
+        "readings taken at different times"
+    }
+
+    fn formula(&self) -> &'static str {
+        "τ dθ/dt, τ in s"
+    }
+
+    fn source(&self) -> &'static str {
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror (2019), section 3: the readings are synchronised by a cable"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["backlash", "hysteresis"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("velocity")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        if rows.command_deg.is_some() {
+            return Err("the readings are settled ones at commanded angles: nothing moves".into());
+        }
+        let velocity = velocity(rows);
+        let (low, high) = crate::rows::range(&velocity);
+        let middle = crate::rows::mean(&velocity).abs().max(1e-12);
+        if high - low > 0.2 * middle {
+            Ok(())
+        } else {
+            Err("the speed is constant: a delay is a constant offset".into())
+        }
+    }
+
+    fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
+        vec![velocity(rows)]
+    }
+
+    fn readings(&self, _rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        vec![reading("delay_s", amplitudes[0], "s")]
+    }
+}

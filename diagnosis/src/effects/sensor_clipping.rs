@@ -1,0 +1,66 @@
+//! A probe runs out of its range on one side: from there on its slope is another.
+
+use super::{Effect, Place, Range, Reading, edge_unit, logarithmic, reading};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct SensorClipping;
+
+impl Effect for SensorClipping {
+    fn id(&self) -> &'static str {
+        "sensor_clipping"
+    }
+
+    fn title(&self) -> &'static str {
+        "a probe at the end of its range"
+    }
+
+    fn formula(&self) -> &'static str {
+        "b·max(0, θ − θ_c), or b·min(0, θ − θ_c) on the negative side"
+    }
+
+    fn source(&self) -> &'static str {
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror (2019), section 2.1: probes of 0.5 mm range"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["local_defect", "periodic_error"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("angle_deg")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a change of slope".into()) }
+    }
+
+    fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
+        let (low, high) = rows.stroke();
+        let half = 0.5 * (high - low);
+        let first = (1.3 * rows.step() / half).clamp(0.02, 0.3);
+        logarithmic(first, 0.8, 9)
+            .into_iter()
+            .flat_map(|part| [vec![high - part * half, 1.0], vec![low + part * half, -1.0]])
+            .collect()
+    }
+
+    fn ranges(&self, rows: &Rows) -> Vec<Range> {
+        let (low, high) = rows.stroke();
+        let margin = 1.05 * rows.step().min(0.1 * (high - low));
+        vec![
+            Range { low: low + margin, high: high - margin, logarithmic: false, whole: false },
+            Range { low: 1.0, high: 1.0, logarithmic: false, whole: true },
+        ]
+    }
+
+    fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
+        let beyond = |theta: &f64| shape[1] * (shape[1] * (theta - shape[0])).max(0.0);
+        vec![rows.theta.iter().map(beyond).collect()]
+    }
+
+    fn readings(&self, rows: &Rows, shape: &[f64], _amplitudes: &[f64]) -> Vec<Reading> {
+        let (suffix, per) = edge_unit(rows);
+        vec![reading(format!("threshold_{suffix}"), shape[0] / per, suffix)]
+    }
+}

@@ -1,0 +1,47 @@
+//! The scale of the displacement probes changes with temperature.
+
+use super::{Effect, Place, Reading, present, reading};
+use crate::rows::{Rows, centred};
+
+/// See the module's description.
+pub struct ThermalGainDrift;
+
+impl Effect for ThermalGainDrift {
+    fn id(&self) -> &'static str {
+        "thermal_gain_drift"
+    }
+
+    fn title(&self) -> &'static str {
+        "gain drift with temperature"
+    }
+
+    fn formula(&self) -> &'static str {
+        "γ·10⁻⁶ θ (T − T̄), γ in ppm/K"
+    }
+
+    fn source(&self) -> &'static str {
+        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013), section 3.4: eddy-current probes"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["thermal_lag", "coil_crosstalk"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::product("temperature_c", "angle_deg")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        present(&rows.temperature_c, "temperature_c").map(drop)
+    }
+
+    fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
+        let product =
+            |t: &Vec<f64>| centred(t).iter().zip(&rows.theta).map(|(t, theta)| 1e-6 * theta * t).collect();
+        rows.temperature_c.iter().map(product).collect()
+    }
+
+    fn readings(&self, _rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        vec![reading("coefficient_ppm_per_k", amplitudes[0], "ppm/K")]
+    }
+}

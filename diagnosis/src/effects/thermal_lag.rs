@@ -1,0 +1,64 @@
+//! The zero follows a temperature that lags behind that of the base plate.
+
+use super::{Effect, Place, Range, Reading, logarithmic, low_pass, present, reading};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct ThermalLag;
+
+impl Effect for ThermalLag {
+    fn id(&self) -> &'static str {
+        "thermal_lag"
+    }
+
+    fn title(&self) -> &'static str {
+        "zero drift with a temperature that lags"
+    }
+
+    fn formula(&self) -> &'static str {
+        "k (T_L − T̄), τ dT_L/dt = T − T_L, T_L = T at the first row"
+    }
+
+    fn source(&self) -> &'static str {
+        "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["thermal_zero_drift", "time_drift", "warmup_drift"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("temperature_c")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        present(&rows.temperature_c, "temperature_c").map(drop)
+    }
+
+    fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
+        let range = self.ranges(rows)[0];
+        logarithmic(range.low, range.high, 8).into_iter().map(|tau| vec![tau]).collect()
+    }
+
+    fn ranges(&self, rows: &Rows) -> Vec<Range> {
+        // Shorter than a few rows it is the zero drift; longer than the recording it is a ramp.
+        let rows_s = rows.duration_s() / rows.len().max(2) as f64;
+        vec![Range { low: 3.0 * rows_s, high: rows.duration_s(), logarithmic: true, whole: false }]
+    }
+
+    fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
+        let lagged = |t: &Vec<f64>| {
+            let mean = crate::rows::mean(t);
+            low_pass(&rows.t_s, t, shape[0]).iter().map(|z| z - mean).collect()
+        };
+        rows.temperature_c.iter().map(lagged).collect()
+    }
+
+    fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let unit = &rows.unit;
+        vec![
+            reading(format!("coefficient_{unit}_per_k"), amplitudes[0], format!("{unit}/K")),
+            reading("time_constant_s", shape[0], "s"),
+        ]
+    }
+}

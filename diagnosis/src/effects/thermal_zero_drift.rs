@@ -1,0 +1,46 @@
+//! The zero of the angle moves with the temperature of the base plate.
+
+use super::{Effect, Place, Reading, present, reading};
+use crate::rows::{Rows, centred};
+
+/// See the module's description.
+pub struct ThermalZeroDrift;
+
+impl Effect for ThermalZeroDrift {
+    fn id(&self) -> &'static str {
+        "thermal_zero_drift"
+    }
+
+    fn title(&self) -> &'static str {
+        "zero drift with temperature"
+    }
+
+    fn formula(&self) -> &'static str {
+        "k (T − T̄), k in arcsec/K"
+    }
+
+    fn source(&self) -> &'static str {
+        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013), section 2.5: drift"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["thermal_lag", "time_drift", "warmup_drift"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("temperature_c")
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        present(&rows.temperature_c, "temperature_c").map(drop)
+    }
+
+    fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
+        rows.temperature_c.iter().map(|t| centred(t)).collect()
+    }
+
+    fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let unit = &rows.unit;
+        vec![reading(format!("coefficient_{unit}_per_k"), amplitudes[0], format!("{unit}/K"))]
+    }
+}

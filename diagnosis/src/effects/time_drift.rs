@@ -1,0 +1,50 @@
+//! A drift in proportion to time, whatever its cause.
+
+use super::{Effect, Place, Reading, reading};
+use crate::rows::Rows;
+
+/// See the module's description.
+pub struct TimeDrift;
+
+impl Effect for TimeDrift {
+    fn id(&self) -> &'static str {
+        "time_drift"
+    }
+
+    fn title(&self) -> &'static str {
+        "drift in proportion to time"
+    }
+
+    fn formula(&self) -> &'static str {
+        "ρ t, ρ in arcsec/h"
+    }
+
+    fn source(&self) -> &'static str {
+        "Allan, Statistics of atomic frequency standards, Proc. IEEE 54 (1966): the ramp among the slow disturbances"
+    }
+
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["warmup_drift", "thermal_zero_drift", "thermal_lag"]
+    }
+
+    fn place(&self, _rows: &Rows) -> Place {
+        Place::on("t_s")
+    }
+
+    fn runtime_correctable(&self) -> bool {
+        false
+    }
+
+    fn testable(&self, rows: &Rows) -> Result<(), String> {
+        if rows.t_s.last() > rows.t_s.first() { Ok(()) } else { Err("time stands still".into()) }
+    }
+
+    fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
+        vec![rows.t_s.iter().map(|t| t / 3600.0).collect()]
+    }
+
+    fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
+        let unit = &rows.unit;
+        vec![reading(format!("rate_{unit}_per_h"), amplitudes[0], format!("{unit}/h"))]
+    }
+}

@@ -1,0 +1,96 @@
+//! From rows to the set of terms that explains them, and the search that found it: noise about a saturated
+//! model first, then, once something is found, noise about what was found and the search again.
+
+use crate::base::base_columns;
+use crate::dictionary::highest_order;
+use crate::effects::Effect;
+use crate::generic::{saturated, scaled, times};
+use crate::linear::dot;
+use crate::noise::{Noise, estimate};
+use crate::rows::Rows;
+use crate::search::{Found, Search, Term};
+
+/// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
+/// straight line for a sensor that reports the angle itself (its polynomial must extrapolate).
+pub fn first_order(rows: &Rows) -> usize {
+    let wanted = if rows.pair { 9 } else { 1 };
+    wanted.min(highest_order(rows))
+}
+
+/// What was found.
+pub struct Explanation<'a> {
+    /// The search with its final noise and calibration.
+    pub search: Search<'a>,
+    /// The terms, refined.
+    pub terms: Vec<Term>,
+    /// The strongest family before anything was taken.
+    pub alarm: Option<Found>,
+}
+
+/// What the noise's variance may depend on.
+fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
+    let x = rows.scaled_reading();
+    let centre = |v: Vec<f64>| crate::rows::centred(&v);
+    let mut out = vec![
+        centre(times(&x, &x)),
+        centre(x.iter().map(|x| x.abs()).collect()),
+        centre(x.clone()),
+        centre(scaled(&rows.t_s)),
+    ];
+    if let Some(t) = &rows.temperature_c {
+        out.push(centre(scaled(t)));
+    }
+    out
+}
+
+/// Explains a recording. `skip` leaves effects out of the catalogue by id.
+pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[String]) -> Explanation<'a> {
+    let order = first_order(rows);
+    let base = base_columns(rows, order);
+    let covariates = covariates(rows);
+    let noise: Noise = estimate(&rows.error, &saturated(rows, &base), &covariates);
+    let search = Search::new(rows, catalogue, order, noise, skip);
+    let alarm = strongest(&search);
+    if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
+        return Explanation { search, terms: Vec::new(), alarm };
+    }
+    let mut terms = search.run(Vec::new());
+    let mut search = search;
+    // Noise about what was found: nothing of it is left in the floor, and less freedom is spent.
+    for _ in 0..2 {
+        let mut model = base.clone();
+        model.extend(terms.iter().flat_map(|t| t.columns.clone()));
+        let unexplained = terms.iter().any(|t| search.is_generic(t.family));
+        if unexplained {
+            let all = saturated(rows, &base);
+            model.extend(all.into_iter().skip(base.len()));
+        }
+        let noise = estimate(&rows.error, &model, &covariates);
+        let again = Search::new(rows, catalogue, order, noise, skip);
+        let next = again.run(terms.clone());
+        let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
+        search = again;
+        terms = next;
+        if same {
+            break;
+        }
+    }
+    Explanation { search, terms, alarm }
+}
+
+/// The family with the smallest p-value beside the base alone.
+fn strongest(search: &Search) -> Option<Found> {
+    search
+        .survey(&[])
+        .into_iter()
+        .filter(|f| search.effect(f.term.family).is_some() || search.is_generic(f.term.family))
+        .max_by(|a, b| search.family_wise(a).total_cmp(&search.family_wise(b)))
+}
+
+impl Explanation<'_> {
+    /// Amplitudes of every term and of the base in the cleaned observations, and the covariance factor.
+    pub fn whitened_residual_level(&self) -> f64 {
+        let (basis, residual) = self.search.fit(&self.terms);
+        (dot(&residual, &residual) / (residual.len() - basis.rank()).max(1) as f64).sqrt()
+    }
+}

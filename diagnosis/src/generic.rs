@@ -1,0 +1,267 @@
+//! Structure that no physics of the catalogue explains must still be found and located: smooth curves of
+//! every observable, of histories and of products, offsets of passes, and differences of direction. These
+//! families compete with the catalogue; where one of them wins, the verdict says so.
+
+use crate::base::legendre;
+use crate::effects::{Place, low_pass, play};
+use crate::rows::{Rows, mean, range};
+
+/// One family: what it depends on and the candidates in it, each a group of columns.
+pub struct Generic {
+    /// Where it lives.
+    pub place: Place,
+    /// Groups of columns; the family's statistic is the largest over its groups.
+    pub groups: Vec<Vec<Vec<f64>>>,
+}
+
+/// An observable scaled to −1 … 1, with its name.
+pub struct Scaled {
+    /// Name as in `locations`.
+    pub name: String,
+    /// Scaled values.
+    pub z: Vec<f64>,
+}
+
+/// The observables beside angle, time, pass and direction that vary at all.
+pub fn observables(rows: &Rows) -> Vec<Scaled> {
+    let mut out = Vec::new();
+    let mut add = |name: &str, values: Option<&Vec<f64>>| {
+        if let Some(values) = values {
+            let (low, high) = range(values);
+            if high - low > 1e-9 * high.abs().max(low.abs()).max(1e-300) {
+                out.push(Scaled { name: name.into(), z: scaled(values) });
+            }
+        }
+    };
+    add("temperature_c", rows.temperature_c.as_ref());
+    add("common_mode_um", rows.common_mode_um.as_ref());
+    add("cross_arcsec", rows.cross_arcsec.as_ref());
+    add("coil_a", rows.coil_a.as_ref());
+    for column in &rows.extra {
+        add(&column.name, Some(&column.values));
+    }
+    out
+}
+
+/// Values mapped linearly onto −1 … 1.
+pub fn scaled(values: &[f64]) -> Vec<f64> {
+    let (low, high) = range(values);
+    let half = (0.5 * (high - low)).max(1e-300);
+    values.iter().map(|v| (v - 0.5 * (low + high)) / half).collect()
+}
+
+/// Product of two columns.
+pub fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a * b).collect()
+}
+
+/// All generic families for this recording.
+pub fn families(rows: &Rows) -> Vec<Generic> {
+    let n = rows.len();
+    let x = rows.scaled_reading();
+    let x2 = times(&x, &x);
+    let t = scaled(&rows.t_s);
+    let observables = observables(rows);
+    let mut out = Vec::new();
+    let mut add = |place: Place, groups: Vec<Vec<Vec<f64>>>| out.push(Generic { place, groups });
+
+    for (k, o) in observables.iter().enumerate() {
+        let curve = legendre(&o.z, 4);
+        add(Place::on(&o.name), vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()]);
+        let z2 = curve[2].clone();
+        add(
+            Place::product(&o.name, "angle_deg"),
+            vec![vec![times(&o.z, &x)], vec![times(&o.z, &x), times(&o.z, &x2), times(&z2, &x)]],
+        );
+        let square = times(&o.z, &o.z);
+        let duration = rows.duration_s();
+        let history = [0.01, 0.03, 0.1, 0.3]
+            .iter()
+            .flat_map(|part| {
+                let tau = part * duration;
+                let slow = low_pass(&rows.t_s, &o.z, tau);
+                let rate = o.z.iter().zip(&slow).map(|(z, s)| z - s).collect::<Vec<f64>>();
+                [vec![rate], vec![low_pass(&rows.t_s, &square, tau)]]
+            })
+            .collect();
+        add(Place::product(&o.name, "history"), history);
+        add(Place::product(&o.name, "direction"), vec![vec![times(&o.z, &rows.direction)]]);
+        add(Place::product(&o.name, "t_s"), vec![vec![times(&o.z, &t)]]);
+        for other in &observables[k + 1..] {
+            add(Place::product(&o.name, &other.name), vec![vec![times(&o.z, &other.z)]]);
+        }
+    }
+
+    // Time.
+    let curve = legendre(&t, 6);
+    add(Place::on("t_s"), vec![curve[1..=2].to_vec(), curve[1..=4].to_vec(), curve[1..=6].to_vec()]);
+    let waves = (1..=24)
+        .map(|k| {
+            let turn = std::f64::consts::PI * k as f64;
+            vec![t.iter().map(|t| (turn * t).sin()).collect(), t.iter().map(|t| (turn * t).cos()).collect()]
+        })
+        .collect();
+    add(Place::on("t_s"), waves);
+    let breaks: Vec<f64> = (1..24).map(|k| -1.0 + k as f64 / 12.0).collect();
+    add(
+        Place::on("t_s"),
+        breaks.iter().map(|b| vec![t.iter().map(|t| (t - b).max(0.0)).collect()]).collect(),
+    );
+    add(
+        Place::product("t_s", "angle_deg"),
+        vec![vec![times(&t, &x)], vec![times(&t, &x), times(&t, &x2), times(&curve[2], &x)]],
+    );
+    let after = |b: f64| t.iter().zip(&x).map(move |(t, x)| if *t >= b { *x } else { 0.0 });
+    add(Place::product("t_s", "angle_deg"), breaks.iter().map(|b| vec![after(*b).collect()]).collect());
+
+    // Passes.
+    let passes = rows.passes();
+    if passes.len() > 2 && passes.len() <= 40 && passes.len() * 5 <= n {
+        let mark = |p: i64| rows.pass.iter().map(move |q| if *q == p { 1.0 } else { 0.0 });
+        add(Place::on("pass"), vec![passes[1..].iter().map(|p| mark(*p).collect()).collect()]);
+        let slopes = passes[1..].iter().map(|p| mark(*p).zip(&x).map(|(m, x)| m * x).collect()).collect();
+        add(Place::product("pass", "angle_deg"), vec![slopes]);
+    }
+
+    // Direction and history of the angle.
+    if rows.both_directions() {
+        let d = &rows.direction;
+        add(Place::on("direction"), vec![vec![d.clone()]]);
+        add(
+            Place::product("direction", "angle_deg"),
+            vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)]],
+        );
+        let memory = [0.1, 0.3, 0.6].map(|r| {
+            let p = play(&x, r);
+            x.iter().zip(&p).map(|(x, p)| x - p).collect::<Vec<f64>>()
+        });
+        let mut groups = vec![memory.to_vec()];
+        for length in [0.1, 0.25, 0.6] {
+            groups.push(vec![since_turning(rows, &x, length, false)]);
+            groups.push(vec![since_turning(rows, &x, length, true)]);
+        }
+        for length in [0.03, 0.1, 0.25, 0.6] {
+            groups.push(vec![following_direction(rows, &x, length)]);
+        }
+        groups.push(vec![remembered_turning(&x, 0.02)]);
+        add(Place::on("history"), groups);
+    }
+    let duration = rows.duration_s();
+    let slow = [0.004, 0.012, 0.04, 0.12].iter().map(|part| vec![low_pass(&rows.t_s, &x, part * duration)]);
+    add(Place::on("history"), slow.collect());
+    let waits: Vec<f64> = (0..n).map(|i| if i > 0 { rows.t_s[i] - rows.t_s[i - 1] } else { 0.0 }).collect();
+    let typical = 3.0 * mean(&waits);
+    add(Place::on("velocity"), vec![vec![waits.iter().map(|w| w.min(typical)).collect()]]);
+
+    // The angle itself, beyond any polynomial.
+    let knots = angle_knots(rows);
+    if knots >= 8 {
+        add(Place::on("angle_deg"), vec![hats(&x, knots)]);
+    }
+    out
+}
+
+/// A part that dies away with the travel since the last turning point; `signed` gives it the sign of the
+/// direction.
+fn since_turning(rows: &Rows, x: &[f64], length: f64, signed: bool) -> Vec<f64> {
+    let mut turning = x[0];
+    (0..x.len())
+        .map(|i| {
+            if i > 0 && rows.direction[i] != rows.direction[i - 1] {
+                turning = x[i - 1];
+            }
+            let part = (-(x[i] - turning).abs() / length).exp();
+            if signed { part * rows.direction[i] } else { part }
+        })
+        .collect()
+}
+
+/// A state that follows the direction of motion with the travel, from nothing at the first row: the simplest
+/// of the rate-independent memories with one state (Duhem).
+fn following_direction(rows: &Rows, x: &[f64], length: f64) -> Vec<f64> {
+    let mut state = 0.0;
+    (0..x.len())
+        .map(|i| {
+            if i > 0 {
+                state += (rows.direction[i] - state) * -(-(x[i] - x[i - 1]).abs() / length).exp_m1();
+            }
+            state
+        })
+        .collect()
+}
+
+/// The place of the last turning point, nothing before the first: what remains of an extreme once visited. A
+/// turn counts when it is left by more than `least`.
+fn remembered_turning(x: &[f64], least: f64) -> Vec<f64> {
+    let (mut extreme, mut sign, mut memory) = (x[0], 0.0, 0.0);
+    let mut out = Vec::with_capacity(x.len());
+    for &x in x {
+        if sign == 0.0 && (x - extreme).abs() > least {
+            sign = (x - extreme).signum();
+            extreme = x;
+        } else if sign * (x - extreme) > 0.0 {
+            extreme = x;
+        } else if sign * (extreme - x) > least && sign != 0.0 {
+            memory = extreme;
+            sign = -sign;
+            extreme = x;
+        }
+        out.push(memory);
+    }
+    out
+}
+
+/// How many pieces the angle can be cut into so that every piece has several rows at more than one place.
+pub fn angle_knots(rows: &Rows) -> usize {
+    let (low, high) = rows.stroke();
+    let places = (high - low) / rows.step();
+    (places / 1.5).min(rows.len() as f64 / 8.0).min(24.0) as usize
+}
+
+/// Piecewise linear hats over −1 … 1 with `count` knots.
+pub fn hats(x: &[f64], count: usize) -> Vec<Vec<f64>> {
+    let spacing = 2.0 / (count - 1) as f64;
+    (0..count)
+        .map(|k| {
+            let knot = -1.0 + k as f64 * spacing;
+            x.iter().map(|x| (1.0 - (x - knot).abs() / spacing).max(0.0)).collect()
+        })
+        .collect()
+}
+
+/// The saturated model about which the noise is measured: the base, every angle by itself, smooth in time,
+/// linear in the observables, and what has memory. It must absorb every effect well enough that what is
+/// left is noise, and no more than a quarter of the rows' freedom.
+pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let n = rows.len();
+    let x = rows.scaled_reading();
+    let t = scaled(&rows.t_s);
+    let mut columns = base.to_vec();
+    if let Some(temperature) = &rows.temperature_c {
+        let z = scaled(temperature);
+        columns.push(z.clone());
+        columns.push(times(&z, &x));
+        columns.push(low_pass(&rows.t_s, &z, 0.03 * rows.duration_s()));
+        columns.push(low_pass(&rows.t_s, &z, 0.12 * rows.duration_s()));
+    }
+    for o in observables(rows).iter().filter(|o| o.name != "temperature_c") {
+        columns.push(o.z.clone());
+        columns.push(times(&o.z, &o.z));
+    }
+    if rows.both_directions() {
+        for k in 0..3 {
+            let power: Vec<f64> = x.iter().map(|x| x.powi(k)).collect();
+            columns.push(times(&rows.direction, &power));
+        }
+    }
+    columns.push(t.iter().map(|t| -(-(t + 1.0) / 0.1).exp_m1()).collect());
+    columns.push(times(&t, &x));
+    let in_time = (n / 24).clamp(3, 14);
+    columns.extend(hats(&t, in_time));
+    let knots = if rows.passes().len() == 1 { (n / 12).min(150) } else { angle_knots(rows) };
+    if knots >= 4 {
+        columns.extend(hats(&x, knots));
+    }
+    columns.truncate((n * 2 / 5).max(base.len()));
+    columns
+}

@@ -1,0 +1,241 @@
+//! The little linear algebra that the search needs: orthonormal bases in the whitened metric, built one
+//! column at a time, and one matrix product for all candidates and all resamples at once.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+
+/// Relative length below which what is left of a column after projection is rounding.
+const DEPENDENT: f64 = 1e-7;
+
+/// Inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four partial sums: the compiler may not reorder a floating-point sum by itself.
+    let mut sums = [0.0; 4];
+    let (chunks_a, chunks_b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in chunks_a.zip(chunks_b) {
+        for k in 0..4 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums[0] + sums[1] + sums[2] + sums[3] + rest
+}
+
+/// `y += a x`.
+pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
+}
+
+/// Columns of equal length, stored one after another.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    /// Length of a column.
+    pub rows: usize,
+    data: Vec<f64>,
+}
+
+impl Columns {
+    /// No columns yet, each to be of length `rows`.
+    pub fn new(rows: usize) -> Columns {
+        Columns { rows, data: Vec::new() }
+    }
+
+    /// Number of columns.
+    pub fn count(&self) -> usize {
+        if self.rows == 0 { 0 } else { self.data.len() / self.rows }
+    }
+
+    /// Column `k`.
+    pub fn get(&self, k: usize) -> &[f64] {
+        &self.data[k * self.rows..(k + 1) * self.rows]
+    }
+
+    /// Column `k`, to be changed.
+    pub fn get_mut(&mut self, k: usize) -> &mut [f64] {
+        &mut self.data[k * self.rows..(k + 1) * self.rows]
+    }
+
+    /// Appends a column.
+    pub fn push(&mut self, column: &[f64]) {
+        self.data.extend_from_slice(column);
+    }
+
+    /// Drops all columns from `count` on.
+    pub fn truncate(&mut self, count: usize) {
+        self.data.truncate(count * self.rows);
+    }
+
+    /// All inner products of these columns with those of `other`: `count × other.count`, by columns.
+    pub fn products(&self, other: &Columns) -> Vec<f64> {
+        let (m, n, k) = (self.count(), other.count(), self.rows);
+        let mut out = vec![0.0; m * n];
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut out, m, n),
+            Accum::Replace,
+            MatRef::from_column_major_slice(&self.data, k, m).transpose(),
+            MatRef::from_column_major_slice(&other.data, k, n),
+            1.0,
+            Par::Seq,
+        );
+        out
+    }
+}
+
+/// An orthonormal basis, grown column by column (modified Gram–Schmidt, twice).
+#[derive(Debug, Clone, Default)]
+pub struct Basis {
+    /// The orthonormal columns.
+    pub columns: Columns,
+}
+
+impl Basis {
+    /// An empty basis for columns of length `rows`.
+    pub fn new(rows: usize) -> Basis {
+        Basis { columns: Columns::new(rows) }
+    }
+
+    /// Number of columns.
+    pub fn rank(&self) -> usize {
+        self.columns.count()
+    }
+
+    /// Takes from `v` its part in the basis.
+    pub fn project_off(&self, v: &mut [f64]) {
+        for k in 0..self.rank() {
+            let q = self.columns.get(k);
+            let a = dot(q, v);
+            add_scaled(v, -a, q);
+        }
+    }
+
+    /// Adds a column after projecting off the others; `false` where nothing but rounding is left of it.
+    pub fn add(&mut self, v: &[f64]) -> bool {
+        let length = dot(v, v).sqrt();
+        let mut w = v.to_vec();
+        self.project_off(&mut w);
+        let once = dot(&w, &w).sqrt();
+        if !(once > DEPENDENT * length) {
+            return false;
+        }
+        if once < 0.1 * length {
+            self.project_off(&mut w);
+        }
+        let left = dot(&w, &w).sqrt();
+        if !(left > DEPENDENT * length) {
+            return false;
+        }
+        w.iter_mut().for_each(|x| *x /= left);
+        self.columns.push(&w);
+        true
+    }
+}
+
+/// Least squares of `y` on `columns` through the normal equations' Cholesky factor after scaling.
+pub struct LeastSquares {
+    /// Coefficients, one per column.
+    pub coefficients: Vec<f64>,
+    /// Inverse of XᵀX, by rows.
+    pub inverse: Vec<f64>,
+    /// Sum of squares of the residual.
+    pub rss: f64,
+}
+
+/// Solves min ‖y − X c‖ by Gram–Schmidt (stable for the polynomial columns that occur here). Columns that
+/// depend on earlier ones get the coefficient 0 and variance 0.
+pub fn least_squares(columns: &[Vec<f64>], y: &[f64]) -> LeastSquares {
+    let p = columns.len();
+    let n = y.len();
+    let mut q = Columns::new(n);
+    // r[j][k]: component of column k along q_j.
+    let mut r = vec![0.0; p * p];
+    let mut kept: Vec<Option<usize>> = Vec::with_capacity(p);
+    for (k, column) in columns.iter().enumerate() {
+        let length = dot(column, column).sqrt();
+        let mut w = column.clone();
+        for _ in 0..2 {
+            for j in 0..q.count() {
+                let a = dot(q.get(j), &w);
+                r[j * p + k] += a;
+                add_scaled(&mut w, -a, q.get(j));
+            }
+        }
+        let left = dot(&w, &w).sqrt();
+        if left > DEPENDENT * length && length > 0.0 {
+            let j = q.count();
+            r[j * p + k] = left;
+            w.iter_mut().for_each(|x| *x /= left);
+            q.push(&w);
+            kept.push(Some(j));
+        } else {
+            kept.push(None);
+        }
+    }
+    let mut residual = y.to_vec();
+    let mut z = Vec::with_capacity(q.count());
+    for j in 0..q.count() {
+        let a = dot(q.get(j), &residual);
+        add_scaled(&mut residual, -a, q.get(j));
+        z.push(a);
+    }
+    let used: Vec<usize> = (0..p).filter(|&k| kept[k].is_some()).collect();
+    let m = used.len();
+    // R of the used columns is upper triangular; invert it by back substitution.
+    let at = |j: usize, k: usize| r[j * p + used[k]];
+    let mut r_inverse = vec![0.0; m * m];
+    for k in 0..m {
+        r_inverse[k * m + k] = 1.0 / at(k, k);
+        for j in (0..k).rev() {
+            let sum: f64 = (j + 1..=k).map(|i| at(j, i) * r_inverse[i * m + k]).sum();
+            r_inverse[j * m + k] = -sum / at(j, j);
+        }
+    }
+    let mut coefficients = vec![0.0; p];
+    let mut inverse = vec![0.0; p * p];
+    for a in 0..m {
+        coefficients[used[a]] = (a..m).map(|k| r_inverse[a * m + k] * z[k]).sum();
+        for b in 0..m {
+            inverse[used[a] * p + used[b]] =
+                (a.max(b)..m).map(|k| r_inverse[a * m + k] * r_inverse[b * m + k]).sum();
+        }
+    }
+    LeastSquares { coefficients, inverse, rss: dot(&residual, &residual) }
+}
+
+/// Cholesky factor (lower, by rows) of a symmetric positive definite matrix, and its log-determinant;
+/// columns that are dependent get a unit pivot and are left out of the determinant.
+pub fn cholesky(matrix: &[f64], n: usize) -> (Vec<f64>, f64) {
+    let mut l = vec![0.0; n * n];
+    let mut log_determinant = 0.0;
+    for i in 0..n {
+        for j in 0..=i {
+            let sum: f64 = matrix[i * n + j] - (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum::<f64>();
+            if i == j {
+                if sum > 1e-10 * matrix[i * n + i] && sum > 0.0 {
+                    l[i * n + i] = sum.sqrt();
+                    log_determinant += sum.ln();
+                } else {
+                    for k in 0..i {
+                        l[i * n + k] = 0.0;
+                    }
+                    l[i * n + i] = f64::INFINITY;
+                }
+            } else {
+                l[i * n + j] = sum / l[j * n + j];
+            }
+        }
+    }
+    (l, log_determinant)
+}
+
+/// ‖L⁻¹ b‖², the quadratic form bᵀ(LLᵀ)⁻¹b.
+pub fn quadratic_form(l: &[f64], b: &[f64]) -> f64 {
+    let n = b.len();
+    let mut z = vec![0.0; n];
+    for i in 0..n {
+        let sum: f64 = b[i] - (0..i).map(|k| l[i * n + k] * z[k]).sum::<f64>();
+        z[i] = sum / l[i * n + i];
+    }
+    dot(&z, &z)
+}

@@ -1,0 +1,286 @@
+//! The noise floor and its covariance, from the recording itself: the scatter about a saturated model
+//! (base, every angle by itself, smooth in time, linear in every observable), robust against outliers,
+//! with a variance that may change along the recording and an autocorrelation from row to row.
+//!
+//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary first-order autoregression, Rᵢⱼ = φ^|i−j|.
+//! φ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
+//! its whole posterior: a test that took the estimate for the truth would raise false alarms.
+
+use crate::linear::{Basis, Columns, cholesky, dot, quadratic_form};
+use crate::rows::median;
+
+/// Where the redescending influence function leaves the straight line, starts to fall, and is zero, in σ
+/// (Hampel's three-part function): a Gaussian row is practically never touched.
+const HAMPEL: (f64, f64, f64) = (3.0, 4.5, 8.0);
+/// Prior probability that successive rows are uncorrelated.
+const PRIOR_UNCORRELATED: f64 = 0.5;
+/// Gain in −2 log likelihood that a dependence of the variance must bring, per parameter.
+const VARIANCE_GAIN: f64 = 6.6;
+
+/// The noise of a recording.
+#[derive(Debug, Clone)]
+pub struct Noise {
+    /// Standard deviation of every row as far as estimates from the cleaned observations are concerned.
+    pub sigma: Vec<f64>,
+    /// Root mean square of the cleaned observations' noise: the floor.
+    pub level: f64,
+    /// Correlation of successive rows used for whitening (posterior mean).
+    pub phi: f64,
+    /// Posterior of the correlation: values with weights that sum to one.
+    pub phi_posterior: Vec<(f64, f64)>,
+    /// Degrees of freedom of the estimate of the overall level.
+    pub freedom: f64,
+    /// The observations with gross outliers moved to where the influence function puts them.
+    pub clean: Vec<f64>,
+    /// Whitened residual of the saturated model, of variance one: what resampling draws from.
+    pub whitened_residual: Vec<f64>,
+}
+
+impl Noise {
+    /// Makes noise white: each row divided by its σ, less φ times its predecessor, scaled to variance one.
+    pub fn whiten(&self, v: &[f64]) -> Vec<f64> {
+        let scale = 1.0 / (1.0 - self.phi * self.phi).sqrt();
+        let mut previous = 0.0;
+        v.iter()
+            .zip(&self.sigma)
+            .enumerate()
+            .map(|(i, (x, s))| {
+                let z = x / s;
+                let u = if i == 0 { z } else { (z - self.phi * previous) * scale };
+                previous = z;
+                u
+            })
+            .collect()
+    }
+}
+
+/// Estimates the noise of `y` about the span of `model` (raw columns). `covariates` are what the variance may
+/// depend on, centred; a dependence is kept only where it improves the likelihood clearly.
+pub fn estimate(y: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
+    let n = y.len();
+    let mut shape = vec![1.0; n];
+    let (mut basis, mut clean) = robust_fit(y, model, &shape);
+    let residual = standardised(&clean, &basis, &shape);
+    let fitted = variance_shape(&residual, &basis, covariates);
+    if fitted.iter().any(|s| (s - 1.0).abs() > 1e-9) {
+        shape = fitted;
+        (basis, clean) = robust_fit(y, model, &shape);
+    }
+    let residual = standardised(&clean, &basis, &shape);
+    let posterior = correlation(&clean, model, &shape);
+    let phi = posterior.iter().map(|(p, w)| p * w).sum::<f64>();
+
+    // The overall level about the whitened saturated model.
+    let unit = Noise {
+        sigma: shape.clone(),
+        phi,
+        phi_posterior: posterior,
+        freedom: 1.0,
+        level: 0.0,
+        clean,
+        whitened_residual: residual,
+    };
+    let mut whitened = Basis::new(n);
+    for column in model {
+        whitened.add(&unit.whiten(column));
+    }
+    let mut r = unit.whiten(&unit.clean);
+    whitened.project_off(&mut r);
+    let freedom = (n - whitened.rank()).max(1) as f64;
+    let scale = (dot(&r, &r) / freedom).sqrt().max(1e-300);
+    // What an influence function costs: the estimates' variance is E ψ²/(E ψ′)² (Huber, Robust Statistics,
+    // 1981, section 7.6, with his correction for the number of fitted columns).
+    let slopes: Vec<f64> = y
+        .iter()
+        .zip(&unit.clean)
+        .zip(&unit.sigma)
+        .map(|((y, c), s)| hampel_slope((y - c) / (scale * s)))
+        .collect();
+    let slope = crate::rows::mean(&slopes).max(0.2);
+    let spread = slopes.iter().map(|v| (v - slope).powi(2)).sum::<f64>() / n as f64;
+    let price = (1.0 + whitened.rank() as f64 / n as f64 * spread / (slope * slope)) / slope;
+    // Leverage shrinks each residual: give it back its variance.
+    for (i, r) in r.iter_mut().enumerate() {
+        let leverage: f64 = (0..whitened.rank()).map(|k| whitened.columns.get(k)[i].powi(2)).sum();
+        *r /= scale * (1.0 - leverage).max(0.05).sqrt();
+    }
+    Noise {
+        sigma: unit.sigma.iter().map(|s| s * scale * price).collect(),
+        level: crate::rows::rms(&unit.sigma) * scale,
+        freedom,
+        whitened_residual: r,
+        ..unit
+    }
+}
+
+/// Residual of `clean` in units of `shape`.
+fn standardised(clean: &[f64], basis: &Basis, shape: &[f64]) -> Vec<f64> {
+    let mut r: Vec<f64> = clean.iter().zip(shape).map(|(y, s)| y / s).collect();
+    basis.project_off(&mut r);
+    r
+}
+
+/// Weighted fit with outliers pulled in; returns the weighted basis and the cleaned observations.
+fn robust_fit(y: &[f64], model: &[Vec<f64>], shape: &[f64]) -> (Basis, Vec<f64>) {
+    let n = y.len();
+    let mut basis = Basis::new(n);
+    for column in model {
+        basis.add(&column.iter().zip(shape).map(|(v, s)| v / s).collect::<Vec<f64>>());
+    }
+    let target: Vec<f64> = y.iter().zip(shape).map(|(v, s)| v / s).collect();
+    let mut pseudo = target.clone();
+    for _ in 0..6 {
+        let mut from_fit = pseudo.clone();
+        basis.project_off(&mut from_fit);
+        // Residual of the true observation about the fit to the cleaned ones.
+        let residual: Vec<f64> =
+            target.iter().zip(&pseudo).zip(&from_fit).map(|((t, p), r)| t - (p - r)).collect();
+        let mut absolute: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
+        let freedom = (n as f64 - basis.rank() as f64).max(1.0) / n as f64;
+        let scale = 1.482_6 * median(&mut absolute) / freedom.sqrt();
+        if !(scale > 0.0) {
+            break;
+        }
+        for i in 0..n {
+            pseudo[i] = target[i] - residual[i] + scale * hampel(residual[i] / scale);
+        }
+    }
+    (basis, pseudo.iter().zip(shape).map(|(v, s)| v * s).collect())
+}
+
+/// Hampel's influence function.
+fn hampel(z: f64) -> f64 {
+    let (a, b, c) = HAMPEL;
+    let size = z.abs();
+    let value = if size <= a {
+        size
+    } else if size <= b {
+        a
+    } else if size <= c {
+        a * (c - size) / (c - b)
+    } else {
+        0.0
+    };
+    value.copysign(z)
+}
+
+/// Slope of Hampel's function at a row, from how far the row was moved: 1 where it was left alone.
+fn hampel_slope(moved: f64) -> f64 {
+    let (a, b, c) = HAMPEL;
+    let moved = moved.abs();
+    if moved < 1e-12 {
+        1.0
+    } else if moved <= b - a {
+        0.0
+    } else if moved < c {
+        -a / (c - b)
+    } else {
+        0.0
+    }
+}
+
+/// σ relative to its geometric mean at every row: log σ² linear in the covariates that earn it.
+fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> Vec<f64> {
+    let n = residual.len();
+    let squares: Vec<f64> = (0..n)
+        .map(|i| {
+            let leverage: f64 = (0..basis.rank()).map(|k| basis.columns.get(k)[i].powi(2)).sum();
+            residual[i] * residual[i] / (1.0 - leverage).max(0.2)
+        })
+        .collect();
+    let fit = |chosen: &[usize]| -> (f64, Vec<f64>) {
+        // Fisher scoring of the gamma likelihood with a log link; the information is ZᵀZ/2, constant.
+        let mut z: Vec<Vec<f64>> = vec![vec![1.0; n]];
+        z.extend(chosen.iter().map(|&k| covariates[k].clone()));
+        let mut q = Basis::new(n);
+        z.iter().for_each(|c| {
+            q.add(c);
+        });
+        let mean = (squares.iter().sum::<f64>() / n as f64).max(1e-300);
+        let mut log_variance = vec![mean.ln(); n];
+        for _ in 0..12 {
+            let mut score: Vec<f64> =
+                (0..n).map(|i| (squares[i] / log_variance[i].exp()).min(30.0) - 1.0).collect();
+            let whole = score.clone();
+            q.project_off(&mut score);
+            for i in 0..n {
+                log_variance[i] += (whole[i] - score[i]).clamp(-1.0, 1.0);
+            }
+        }
+        let deviance = (0..n).map(|i| log_variance[i] + squares[i] / log_variance[i].exp()).sum::<f64>();
+        (deviance, log_variance)
+    };
+    let mut chosen: Vec<usize> = Vec::new();
+    let (mut deviance, mut log_variance) = fit(&chosen);
+    while chosen.len() < 3 {
+        let next = (0..covariates.len())
+            .filter(|k| !chosen.contains(k))
+            .map(|k| {
+                let mut with = chosen.clone();
+                with.push(k);
+                (k, fit(&with))
+            })
+            .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+        match next {
+            Some((k, (d, l))) if d < deviance - VARIANCE_GAIN => {
+                chosen.push(k);
+                deviance = d;
+                log_variance = l;
+            }
+            _ => break,
+        }
+    }
+    let centre = crate::rows::mean(&log_variance);
+    log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
+}
+
+/// Posterior of φ by restricted likelihood on a grid, with a prior mass on exactly zero.
+fn correlation(clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> Vec<(f64, f64)> {
+    let n = clean.len();
+    let mut x = Columns::new(n);
+    for column in model.iter().map(|c| c.as_slice()).chain([clean]) {
+        let scaled: Vec<f64> = column.iter().zip(shape).map(|(v, s)| v / s).collect();
+        let length = dot(&scaled, &scaled).sqrt().max(1e-300);
+        // Only the data's own scale matters to the likelihood; unit columns keep the factor well scaled.
+        x.push(&scaled.iter().map(|v| v / length).collect::<Vec<f64>>());
+    }
+    let m = x.count();
+    let p = m - 1;
+    let mut shifted = Columns::new(n);
+    for k in 0..m {
+        let mut column = vec![0.0; n];
+        column[1..].copy_from_slice(&x.get(k)[..n - 1]);
+        shifted.push(&column);
+    }
+    let (g0, g1) = (x.products(&x), x.products(&shifted));
+    let edge = |a: usize, b: usize| x.get(a)[0] * x.get(b)[0] + x.get(a)[n - 1] * x.get(b)[n - 1];
+    let edges: Vec<f64> = (0..m * m).map(|i| edge(i % m, i / m)).collect();
+    let restricted = |phi: f64| -> f64 {
+        let one = 1.0 - phi * phi;
+        let at = |a: usize, b: usize| {
+            ((1.0 + phi * phi) * g0[b * m + a]
+                - phi * (g1[b * m + a] + g1[a * m + b])
+                - phi * phi * edges[b * m + a])
+                / one
+        };
+        let xx: Vec<f64> = (0..p * p).map(|i| at(i / p, i % p)).collect();
+        let xy: Vec<f64> = (0..p).map(|k| at(k, p)).collect();
+        let (factor, log_determinant) = cholesky(&xx, p);
+        let rank = (0..p).filter(|k| factor[k * p + k].is_finite()).count();
+        let left = (at(p, p) - quadratic_form(&factor, &xy)).max(1e-300);
+        -0.5 * ((n as f64 - 1.0) * one.ln() + log_determinant + (n - rank) as f64 * left.ln())
+    };
+    let at_zero = restricted(0.0);
+    let grid: Vec<f64> = (-15..=48).map(|k| k as f64 * 0.02).collect();
+    let weights: Vec<f64> = grid.iter().map(|phi| (restricted(*phi) - at_zero).min(600.0).exp()).collect();
+    // The slab is uniform over the grid.
+    let slab = weights.iter().sum::<f64>() / grid.len() as f64;
+    let total = PRIOR_UNCORRELATED + (1.0 - PRIOR_UNCORRELATED) * slab;
+    let mut posterior = vec![(0.0, PRIOR_UNCORRELATED / total)];
+    let each = (1.0 - PRIOR_UNCORRELATED) / (total * grid.len() as f64);
+    posterior.extend(grid.iter().zip(&weights).map(|(phi, w)| (*phi, w * each)));
+    posterior.retain(|(_, w)| *w > 1e-5);
+    let sum: f64 = posterior.iter().map(|(_, w)| w).sum();
+    posterior.iter_mut().for_each(|(_, w)| *w /= sum);
+    posterior
+}

@@ -1,0 +1,180 @@
+//! From a recording and the nominal mirror to the rows of a diagnosis: calculated angle, angular error, the
+//! observables that can be used, and a sentence for every one that cannot.
+
+use fitter::error_model::Sensor;
+use fitter::recording::{Note, Readings};
+use fitter::{Mirror, Recording};
+use thiserror::Error;
+
+use crate::rows::{Column, Rows, mean, range};
+
+/// Why a recording cannot be diagnosed at all.
+#[derive(Debug, Error)]
+pub enum ObserveError {
+    /// The mirror file is for another kind of sensor.
+    #[error(
+        "{file}: the recording holds {found}, but the mirror file describes {expected}; give the mirror file that belongs to it"
+    )]
+    Kind { file: String, found: &'static str, expected: &'static str },
+    /// There is no reference.
+    #[error(
+        "{file}: no reference column, expected {expected}; without a reference there is no error to diagnose"
+    )]
+    NoReference { file: String, expected: &'static str },
+    /// Too few rows for any statement.
+    #[error(
+        "{file}: {rows} readings, expected at least {needed}: too short to hold anything against the noise; record more passes"
+    )]
+    TooShort { file: String, rows: usize, needed: usize },
+    /// The simulation does not fit the recording's rows.
+    #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
+    Simulation { file: String, found: String, expected: String },
+}
+
+/// Fewest rows of which anything is said.
+pub const FEWEST_ROWS: usize = 16;
+
+/// The user's own simulation of the same rows.
+#[derive(Debug, Clone)]
+pub struct Simulated {
+    /// The predicted reference, in the recording's unit.
+    pub reference: Vec<f64>,
+}
+
+/// Prepares a recording for diagnosis.
+///
+/// # Errors
+/// See [`ObserveError`].
+pub fn observe(
+    recording: &Recording,
+    mirror: &Mirror,
+    simulated: Option<&Simulated>,
+) -> Result<Rows, ObserveError> {
+    let file = recording.file.clone();
+    let n = recording.rows();
+    let sensor = &mirror.sensor;
+    let per = sensor.per_internal();
+    let pair = matches!(sensor, Sensor::EddyCurrentPair { .. });
+    let (reference, is_pair) = match &recording.readings {
+        Readings::Pair { reference_arcsec, .. } => (reference_arcsec, true),
+        Readings::Direct { reference, .. } => (reference, false),
+    };
+    const PAIR: &str = "an eddy-current pair (x1_mm, x2_mm)";
+    const DIRECT: &str = "a sensor that reports the angle or position itself (measured)";
+    if pair != is_pair {
+        let (found, expected) = if is_pair { (PAIR, DIRECT) } else { (DIRECT, PAIR) };
+        return Err(ObserveError::Kind { file, found, expected });
+    }
+    let Some(truth) = reference.clone() else {
+        let expected = if is_pair { "reference_arcsec" } else { "reference" };
+        return Err(ObserveError::NoReference { file, expected });
+    };
+    if n < FEWEST_ROWS {
+        return Err(ObserveError::TooShort { file, rows: n, needed: FEWEST_ROWS });
+    }
+    if let Some(simulated) = simulated
+        && simulated.reference.len() != n
+    {
+        return Err(ObserveError::Simulation {
+            file,
+            found: format!("{} simulated rows", simulated.reference.len()),
+            expected: format!("{n}"),
+        });
+    }
+    let reading: Vec<f64> = (0..n).map(|i| recording.reading(i)).collect();
+    let weight: Vec<f64> = reading.iter().map(|r| sensor.gain(*r)).collect();
+    let theta: Vec<f64> = reading.iter().map(|r| per * sensor.calculated(*r)).collect();
+    let expected = simulated.map_or(theta.as_slice(), |s| s.reference.as_slice());
+    let error: Vec<f64> = expected.iter().zip(&truth).map(|(e, t)| e - t).collect();
+    let mut not_testable = Vec::new();
+    let mut usable = |name: &str, values: &[f64]| -> Option<Vec<f64>> {
+        let blanks = values.iter().filter(|v| !v.is_finite()).count();
+        if blanks > 0 {
+            not_testable.push(format!(
+                "{name}: {blanks} of {n} rows are blank; nothing that depends on it can be tested"
+            ));
+            return None;
+        }
+        let (low, high) = range(values);
+        if low == 0.0 && high == 0.0 {
+            not_testable.push(format!(
+                "{name}: all zero, as if nothing were connected; nothing that depends on it can be tested"
+            ));
+            return None;
+        }
+        if high - low <= 1e-12 * high.abs().max(low.abs()) {
+            not_testable
+                .push(format!("{name}: constant at {low}; a dependence on it cannot be told from an offset"));
+            return None;
+        }
+        Some(values.to_vec())
+    };
+    let mut take = |name: &str| recording.column(name).and_then(|values| usable(name, values));
+    let cross_arcsec = take("cross_arcsec");
+    let temperature_c = take("temperature_c");
+    let coil_a = take("coil_a");
+    let common_mode_um = match &recording.readings {
+        Readings::Pair { x1_mm, x2_mm, .. } => {
+            let values: Vec<f64> = x1_mm.iter().zip(x2_mm).map(|(a, b)| 500.0 * (a + b)).collect();
+            usable("common mode of x1_mm and x2_mm", &values)
+        }
+        Readings::Direct { .. } => None,
+    };
+    let known = ["cross_arcsec", "temperature_c", "coil_a"];
+    let extra: Vec<Column> = recording
+        .further
+        .iter()
+        .filter(|c| !known.contains(&c.name.as_str()))
+        .filter_map(|c| usable(&c.name, &c.values).map(|values| Column { name: c.name.clone(), values }))
+        .collect();
+    let direction: Vec<f64> = recording.direction.iter().map(|d| f64::from(*d)).collect();
+    let mut rows = Rows {
+        unit: sensor.error_unit().to_string(),
+        pair,
+        t_s: recording.time_s.clone(),
+        pass: recording.pass.iter().map(|p| i64::from(*p)).collect(),
+        direction,
+        reading,
+        weight,
+        theta,
+        truth,
+        error,
+        common_mode_um,
+        cross_arcsec,
+        temperature_c,
+        coil_a,
+        command_deg: recording.command_deg.clone().filter(|c| c.iter().all(|v| v.is_finite())),
+        extra,
+        not_testable,
+    };
+    note_time(recording, &mut rows);
+    if !rows.both_directions() {
+        rows.not_testable.push(
+            "passes of one direction only: backlash, hysteresis, lag and gain cannot be told apart".into(),
+        );
+    }
+    Ok(rows)
+}
+
+/// What time itself forbids or limits. Time that runs backward is replaced by the row number.
+fn note_time(recording: &Recording, rows: &mut Rows) {
+    let backward = recording.notes.iter().any(|n| matches!(n, Note::TimeBackward { .. }))
+        || rows.t_s.windows(2).any(|w| w[1] < w[0]);
+    if backward {
+        rows.not_testable.push(
+            "t_s: time runs backward; the order of the rows stands for it, and rates and time constants are \
+             per row, not per second"
+                .into(),
+        );
+        rows.t_s = (0..rows.len()).map(|i| i as f64).collect();
+        return;
+    }
+    let gaps: Vec<f64> = rows.t_s.windows(2).map(|w| w[1] - w[0]).collect();
+    let (_, longest) = range(&gaps);
+    if longest > 20.0 * mean(&gaps) && longest > 0.05 * rows.duration_s() {
+        rows.not_testable.push(format!(
+            "t_s: a gap of {longest:.0} s without readings; what happened in it (a step, a drift, a warm-up) \
+             cannot be told apart"
+        ));
+    }
+}

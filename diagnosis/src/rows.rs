@@ -1,0 +1,181 @@
+//! What a diagnosis sees of a recording: the angular error of every row, the base model's columns, and the
+//! observables on which a mismatch may depend. Everything here is in the recording's own unit (arcsec for
+//! an eddy-current pair, the sensor's unit otherwise).
+
+/// One observable of a recording.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Its name, as it stands in `locations`.
+    pub name: String,
+    /// Its value at every row.
+    pub values: Vec<f64>,
+}
+
+/// The rows of a recording as a diagnosis needs them; every vector has one entry per row.
+#[derive(Debug, Clone, Default)]
+pub struct Rows {
+    /// Unit of the angle and its error: `arcsec`, or that of a direct sensor.
+    pub unit: String,
+    /// Whether the sensor is an eddy-current pair (Eq. 6) or reports the angle or position itself.
+    pub pair: bool,
+    /// Time in seconds, not decreasing.
+    pub t_s: Vec<f64>,
+    /// Number of the pass.
+    pub pass: Vec<i64>,
+    /// +1 forward, −1 backward.
+    pub direction: Vec<f64>,
+    /// The reading that the base polynomial is written in: s in mm, or `measured`.
+    pub reading: Vec<f64>,
+    /// d/(s²+d²) in 1/mm (Eq. 6); 1 for a direct sensor.
+    pub weight: Vec<f64>,
+    /// The calculated angle θ (Eq. 1), or `measured`.
+    pub theta: Vec<f64>,
+    /// The true angle as the reference saw it, α₀ not removed.
+    pub truth: Vec<f64>,
+    /// The angular error Δθ_M = θ − Θ (Eq. 8), α₀ not removed; less the user's simulation where given.
+    pub error: Vec<f64>,
+    /// (x₁+x₂)/2 in µm, for a pair.
+    pub common_mode_um: Option<Vec<f64>>,
+    /// `cross_arcsec`.
+    pub cross_arcsec: Option<Vec<f64>>,
+    /// `temperature_c`.
+    pub temperature_c: Option<Vec<f64>>,
+    /// `coil_a`.
+    pub coil_a: Option<Vec<f64>>,
+    /// `command_deg`.
+    pub command_deg: Option<Vec<f64>>,
+    /// Any further numeric column.
+    pub extra: Vec<Column>,
+    /// What the recording cannot show and why (columns with blanks, constants, …).
+    pub not_testable: Vec<String>,
+}
+
+impl Rows {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.t_s.is_empty()
+    }
+
+    /// Centre and half range of the reading; the base polynomial's argument is (reading − centre)/half.
+    /// A pair is centred on 0 (Eq. 5).
+    pub fn reading_scale(&self) -> (f64, f64) {
+        let (low, high) = range(&self.reading);
+        let centre = if self.pair { 0.0 } else { 0.5 * (low + high) };
+        let half = (high - centre).abs().max((low - centre).abs());
+        (centre, if half > 0.0 { half } else { 1.0 })
+    }
+
+    /// The reading scaled to −1 … 1.
+    pub fn scaled_reading(&self) -> Vec<f64> {
+        let (centre, half) = self.reading_scale();
+        self.reading.iter().map(|r| (r - centre) / half).collect()
+    }
+
+    /// Lowest and highest θ.
+    pub fn stroke(&self) -> (f64, f64) {
+        range(&self.theta)
+    }
+
+    /// A typical distance in θ between successive rows of one pass.
+    pub fn step(&self) -> f64 {
+        let mut steps: Vec<f64> = (1..self.len())
+            .filter(|&i| self.pass[i] == self.pass[i - 1])
+            .map(|i| (self.theta[i] - self.theta[i - 1]).abs())
+            .collect();
+        median(&mut steps).max(1e-12)
+    }
+
+    /// Duration in seconds.
+    pub fn duration_s(&self) -> f64 {
+        let (low, high) = range(&self.t_s);
+        (high - low).max(1e-9)
+    }
+
+    /// The true angle per degree in this unit: 3600 for arcsec; for `deg` 1; otherwise 1 (edges then
+    /// print the sensor's own unit).
+    pub fn per_degree(&self) -> f64 {
+        if self.unit == "arcsec" { 3600.0 } else { 1.0 }
+    }
+
+    /// Whether the recording has both directions.
+    pub fn both_directions(&self) -> bool {
+        self.direction.iter().any(|d| *d > 0.0) && self.direction.iter().any(|d| *d < 0.0)
+    }
+
+    /// Numbers of the passes in order of appearance.
+    pub fn passes(&self) -> Vec<i64> {
+        let mut passes: Vec<i64> = Vec::new();
+        for p in &self.pass {
+            if passes.last() != Some(p) && !passes.contains(p) {
+                passes.push(*p);
+            }
+        }
+        passes
+    }
+
+    /// The rows for which `keep` holds.
+    pub fn filter(&self, keep: impl Fn(usize) -> bool) -> Rows {
+        let index: Vec<usize> = (0..self.len()).filter(|&i| keep(i)).collect();
+        let pick = |v: &Vec<f64>| index.iter().map(|&i| v[i]).collect::<Vec<f64>>();
+        let pick_some = |v: &Option<Vec<f64>>| v.as_ref().map(pick);
+        Rows {
+            unit: self.unit.clone(),
+            pair: self.pair,
+            t_s: pick(&self.t_s),
+            pass: index.iter().map(|&i| self.pass[i]).collect(),
+            direction: pick(&self.direction),
+            reading: pick(&self.reading),
+            weight: pick(&self.weight),
+            theta: pick(&self.theta),
+            truth: pick(&self.truth),
+            error: pick(&self.error),
+            common_mode_um: pick_some(&self.common_mode_um),
+            cross_arcsec: pick_some(&self.cross_arcsec),
+            temperature_c: pick_some(&self.temperature_c),
+            coil_a: pick_some(&self.coil_a),
+            command_deg: pick_some(&self.command_deg),
+            extra: self
+                .extra
+                .iter()
+                .map(|c| Column { name: c.name.clone(), values: pick(&c.values) })
+                .collect(),
+            not_testable: self.not_testable.clone(),
+        }
+    }
+}
+
+/// Smallest and largest value.
+pub fn range(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)))
+}
+
+/// Median; 0 of nothing.
+pub fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    let (_, m, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    *m
+}
+
+/// Arithmetic mean.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Values less their mean.
+pub fn centred(values: &[f64]) -> Vec<f64> {
+    let m = mean(values);
+    values.iter().map(|v| v - m).collect()
+}
+
+/// Root mean square.
+pub fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
