@@ -356,11 +356,11 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             let inside = first == last && (0..=(i64::from(u32::MAX) >> by)).contains(&first);
             exactly(if inside { Interval::from_int(first) } else { Interval::from_int(i64::MAX) })
         }
-        Op::Wrap { a, by } => {
-            let a = value(a);
-            let rows = a.range.midpoint().mul_pow2(i64::from(*by) - 32).round_to_i64().unwrap_or(0);
-            let start = Polynomial::constant(Interval::from_int(rows).mul_pow2(32));
-            finish(a.polynomial.mul_pow2((*by).into()).sub(&start), a.evaluation, a.output, Interval::zero())
+        Op::Wrap { a, add, by } => {
+            let (a, add, by) = (value(a), Interval::from_int(*add), i64::from(*by));
+            let rows = (&a.range.midpoint() + &add).mul_pow2(by - 32).round_to_i64().unwrap_or(0);
+            let start = Polynomial::constant(&Interval::from_int(rows).mul_pow2(32) - &add.mul_pow2(by));
+            finish(a.polynomial.mul_pow2(by).sub(&start), a.evaluation, a.output, Interval::zero())
         }
         Op::Entry { index, column } => {
             let row = value(index).range.floor_to_i64().and_then(|i| usize::try_from(i).ok());

@@ -177,7 +177,7 @@ mod tests {
     use super::*;
     use crate::fixtures::paper_coefficients;
     use crate::input::{Arity, Encoding, Input};
-    use crate::options::{Options, RoutineOptions};
+    use crate::options::{Method, Options, RoutineOptions};
     use crate::quantity::Quantity;
     use crate::routine;
 
@@ -199,7 +199,7 @@ mod tests {
             (f32, reading(Encoding::F32), Output::F32, 9e-4),
             (fused, reading(Encoding::F32), Output::F32, 6.5e-4),
         ] {
-            let wanted = RoutineOptions { format, input, output };
+            let wanted = RoutineOptions { method: Method::Fused, format, input, output };
             let options = Options { degree: Some(9), ..Options::default() };
             let routine = routine::design(&coefficients, &options, &wanted).unwrap();
             let bound = quantity.in_bound_unit(routine.design.bound.total);

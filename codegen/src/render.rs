@@ -251,7 +251,7 @@ fn steps(program: &Program) -> Vec<Value> {
             Op::Index { a, add, by } => {
                 context! { kind => "index", a => operand(a), add => *add as u32, by }
             }
-            Op::Wrap { a, by } => context! { kind => "wrap", a => operand(a), by },
+            Op::Wrap { a, add, by } => context! { kind => "wrap", a => operand(a), add => *add as u32, by },
             Op::Entry { index, column } => context! { kind => "entry", index => operand(index), column },
             Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
             Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
