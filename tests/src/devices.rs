@@ -1,6 +1,6 @@
 //! Devices, ranges, formats, inputs and outputs at random: what the bound must hold for.
 
-use codegen::fused::Format;
+use codegen::format::Format;
 use codegen::input::{Arity, Encoding, Input};
 use codegen::options::{Options, OutOfRange, RoutineOptions};
 use codegen::output::Output;

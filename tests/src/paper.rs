@@ -3,7 +3,7 @@
 
 use codegen::interpret::{Word, interpret};
 use codegen::options::{Options, RoutineOptions};
-use codegen::{fused::Format, input, routine};
+use codegen::{format::Format, input, routine};
 use fitter::order::OrderScore;
 use fitter::{Mirror, Recording};
 use rayon::prelude::*;
