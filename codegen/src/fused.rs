@@ -50,15 +50,25 @@ pub fn design(
     if let Format::F32 { .. } = format {
         return build(Grid::float(&best));
     }
-    // A sum may touch the end of its type by a few units: then one bit less.
+    // A sum may leave its type, at its end by a few units, or where the search moved a high coefficient far:
+    // then one bit less, and again.
     let fixed = |common: bool| {
         let grid = |headroom| Grid::fixed(&best, (&from, &to), format, output, headroom, common);
-        build(grid(0))
-            .or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(grid(1)) } else { Err(e) })
+        let mut last = build(grid(0));
+        for headroom in 1..=MOST_HEADROOM {
+            if !matches!(last, Err(DesignError::Overflows(_))) {
+                break;
+            }
+            last = build(grid(headroom));
+        }
+        last
     };
     // One binary point for all is simpler and an instruction a step cheaper; finer ones must earn that.
-    let (common, stepped) = (fixed(true)?, fixed(false)?);
-    Ok(if common.bound.total <= WORTH_A_SHIFT * stepped.bound.total { common } else { stepped })
+    match (fixed(true), fixed(false)) {
+        (Ok(common), Ok(stepped)) if common.bound.total > WORTH_A_SHIFT * stepped.bound.total => Ok(stepped),
+        (Ok(common), _) => Ok(common),
+        (Err(_), stepped) => stepped,
+    }
 }
 
 /// Enclosure of the supremum error of the best polynomial of `degree`, in the reference's unit.
@@ -80,6 +90,9 @@ fn distance(polynomial: &Polynomial, reference: &Reference, from: &Interval, to:
 
 /// A common binary point is kept while its bound is at most so much larger.
 const WORTH_A_SHIFT: f64 = 1.25;
+
+/// So many bits are given up at most where a sum would leave its type.
+const MOST_HEADROOM: i64 = 4;
 
 /// Where the binary point of every coefficient stands: cₖ of vᵏ is an integer times 2^−bits[k].
 struct Grid {
