@@ -12,6 +12,9 @@ use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
 
+/// The highest degree that is tried.
+pub const LARGEST_DEGREE: usize = 16;
+
 /// Designs the routine of the given degree.
 ///
 /// # Errors

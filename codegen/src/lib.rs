@@ -9,8 +9,10 @@ pub mod approximate;
 pub mod bound;
 pub mod certificate;
 pub mod cli;
+pub mod cost;
 pub mod design;
 pub mod exact;
+pub mod explore;
 pub mod files;
 #[cfg(test)]
 mod fixtures;
@@ -22,6 +24,7 @@ pub mod interpret;
 pub mod options;
 pub mod output;
 pub mod piecewise;
+pub mod plot;
 pub mod program;
 pub mod quantity;
 pub mod quantize;

@@ -4,15 +4,12 @@ use fitter::coefficients::Coefficients;
 
 use crate::design::{Design, DesignError};
 use crate::exact::Interval;
-use crate::fused;
+use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
 use crate::options::{Method, Options, RoutineOptions};
 use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
-
-/// The highest degree that is tried.
-pub const LARGEST_DEGREE: usize = 16;
 
 /// A designed routine with everything that is known about it.
 #[derive(Debug, Clone)]
