@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::files;
@@ -15,8 +15,10 @@ use crate::generate::{Generated, generate};
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{CShift, Options, OutOfRange, RoutineOptions};
 use crate::output::Output;
+use crate::quantity::Quantity;
 use crate::source::Source;
 use crate::text;
+use crate::verify::Checks;
 
 /// Generates the firmware correction of a scanning mirror, in Rust and C, with a proven error bound.
 ///
@@ -41,6 +43,27 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Compares what is in the output folder with what would be generated; exit code 1 where it is stale.
     Check(Arguments),
+    /// Checks the generated files from outside: recomputes the certificate and sweeps the compiled Rust and C
+    /// against a bounded reference; exit code 1 where anything does not hold.
+    Verify {
+        #[command(flatten)]
+        arguments: Arguments,
+        #[command(flatten)]
+        checks: CheckArguments,
+    },
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// Sweep every representable input, not only a part of them.
+    #[arg(long)]
+    exhaustive: bool,
+    /// Sweep the C once more with undefined behaviour watched for.
+    #[arg(long)]
+    sanitize: bool,
+    /// Print the report as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -172,6 +195,7 @@ enum CShiftName {
 pub fn run(cli: Cli) -> Result<ExitCode> {
     match cli.command {
         Some(Command::Check(arguments)) => check(&arguments),
+        Some(Command::Verify { arguments, checks }) => verify(&arguments, &checks),
         None if cli.arguments.check => check(&cli.arguments),
         None => write(&cli.arguments),
     }
@@ -203,7 +227,33 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::from(1))
 }
 
+fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    let (generated, quantity, options) = prepare_all(arguments)?;
+    let bar = ProgressBar::hidden();
+    if !arguments.quiet && std::io::stderr().is_terminal() {
+        bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+    }
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent}% {per_sec} {eta}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    let wanted = Checks { exhaustive: checks.exhaustive, sanitize: checks.sanitize };
+    let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
+        .map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    if checks.json {
+        println!("{}", serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.quiet || !report.holds() {
+        print!("{}", report.text());
+    }
+    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
 fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.0)
+}
+
+fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> {
     let bar = ProgressBar::hidden();
     if !arguments.quiet && std::io::stderr().is_terminal() {
         bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
@@ -219,11 +269,11 @@ fn prepare(arguments: &Arguments) -> Result<Generated> {
     };
     let (coefficients, sha256) = source.load().map_err(|e| miette!("{e}"))?;
     bar.set_message("approximating and bounding");
-    let unit = crate::quantity::Quantity::of(&coefficients.error_model()).bound_unit;
-    let options = options(arguments, &unit)?;
+    let quantity = Quantity::of(&coefficients.error_model());
+    let options = options(arguments, &quantity.bound_unit)?;
     let generated = generate(&coefficients, &sha256, &options).map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
-    Ok(generated)
+    Ok((generated, quantity, options))
 }
 
 fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
@@ -318,7 +368,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     let mut arguments = arguments.peekable();
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "check" | "--check" | "-q" | "--quiet" => {}
+            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--json" | "-q" | "--quiet" => {}
             "--out" => {
                 arguments.next();
             }
