@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use fitter::coefficients::Coefficients;
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::cost::Core;
@@ -22,6 +22,7 @@ use crate::plot;
 use crate::quantity::Quantity;
 use crate::source::Source;
 use crate::text;
+use crate::verify::Checks;
 
 /// Generates the firmware correction of a scanning mirror, in Rust and C, with a proven error bound.
 ///
@@ -48,6 +49,14 @@ enum Command {
     Check(Arguments),
     /// Lists the routines that no other beats in bound, instructions and flash, for every core.
     Explore(ExploreArguments),
+    /// Checks the generated files from outside: recomputes the certificate and sweeps the compiled Rust and C
+    /// against a bounded reference; exit code 1 where anything does not hold.
+    Verify {
+        #[command(flatten)]
+        arguments: Arguments,
+        #[command(flatten)]
+        checks: CheckArguments,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -60,6 +69,19 @@ struct ExploreArguments {
     /// Also draw the bounds against the instructions, as an SVG picture.
     #[arg(long)]
     svg: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// Sweep every representable input, not only a part of them.
+    #[arg(long)]
+    exhaustive: bool,
+    /// Sweep the C once more with undefined behaviour watched for.
+    #[arg(long)]
+    sanitize: bool,
+    /// Print the report as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -236,6 +258,7 @@ pub fn run(cli: Cli) -> Result<ExitCode> {
     match cli.command {
         Some(Command::Check(arguments)) => check(&arguments),
         Some(Command::Explore(arguments)) => explore(&arguments),
+        Some(Command::Verify { arguments, checks }) => verify(&arguments, &checks),
         None if cli.arguments.check => check(&cli.arguments),
         None => write(&cli.arguments),
     }
@@ -267,17 +290,40 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::from(1))
 }
 
+fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    let (generated, quantity, options) = prepare_all(arguments)?;
+    let bar = progress(arguments);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent}% {per_sec} {eta}") {
+        bar.set_style(style);
+    }
+    let wanted = Checks { exhaustive: checks.exhaustive, sanitize: checks.sanitize };
+    let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
+        .map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    if checks.json {
+        println!("{}", serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.quiet || !report.holds() {
+        print!("{}", report.text());
+    }
+    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
 fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.0)
+}
+
+fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> {
     let bar = progress(arguments);
     let (coefficients, sha256) = load(arguments)?;
-    let mut options = options(arguments, &Quantity::of(&coefficients.error_model()).bound_unit)?;
+    let quantity = Quantity::of(&coefficients.error_model());
+    let mut options = options(arguments, &quantity.bound_unit)?;
     if let Some(target) = arguments.target {
         options.routines = vec![chosen(arguments, target.core(), &coefficients, &mut options, &bar)?];
     }
     bar.set_message("approximating and bounding");
     let generated = generate(&coefficients, &sha256, &options).map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
-    Ok(generated)
+    Ok((generated, quantity, options))
 }
 
 /// Progress on standard error, where that is a terminal.
@@ -484,7 +530,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     let mut arguments = arguments.peekable();
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "check" | "--check" | "-q" | "--quiet" => {}
+            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--json" | "-q" | "--quiet" => {}
             "--out" => {
                 arguments.next();
             }

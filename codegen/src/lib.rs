@@ -33,3 +33,4 @@ pub mod render;
 pub mod routine;
 pub mod source;
 pub mod text;
+pub mod verify;

@@ -25,7 +25,7 @@ pub struct RenderError {
 }
 
 /// The templates, compiled in.
-const TEMPLATES: [(&str, &str); 7] = [
+const TEMPLATES: &[(&str, &str)] = &[
     ("provenance.txt", include_str!("../../templates/provenance.txt.jinja")),
     ("contract.txt", include_str!("../../templates/contract.txt.jinja")),
     ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
@@ -33,6 +33,8 @@ const TEMPLATES: [(&str, &str); 7] = [
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
+    ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
+    ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];
 
 /// A routine as the templates see it.
@@ -88,7 +90,7 @@ impl Renderer {
         environment.add_filter("comment", |text: &str, mark: &str| text::comment(text, mark));
         environment.add_filter("grouped", |value: i64| text::grouped(value));
         environment.add_filter("c_int", c_int);
-        for (name, source) in TEMPLATES {
+        for &(name, source) in TEMPLATES {
             environment
                 .add_template(name, source)
                 .map_err(|cause| RenderError { template: name, cause: Box::new(cause) })?;
@@ -186,7 +188,8 @@ impl View {
     }
 }
 
-fn c_type(ty: Type) -> &'static str {
+/// A type in C's words.
+pub fn c_type(ty: Type) -> &'static str {
     match ty {
         Type::U16 => "uint16_t",
         Type::U32 => "uint32_t",
