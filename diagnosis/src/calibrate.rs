@@ -59,6 +59,7 @@ impl Tail {
 }
 
 /// What resampling found.
+#[derive(Debug, Clone)]
 pub struct Calibration {
     /// One tail per family.
     pub families: Vec<Tail>,

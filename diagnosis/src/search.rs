@@ -62,6 +62,7 @@ pub struct Search<'a> {
     pub calibration: Calibration,
     /// Share of the false alarms per family.
     pub shares: Vec<f64>,
+    base_order: usize,
     whitened: Columns,
     base: Basis,
     /// Whitened cleaned observations less the base.
@@ -79,12 +80,7 @@ impl<'a> Search<'a> {
     ) -> Search<'a> {
         let dictionary = Dictionary::new(rows, catalogue, order, skip);
         let whitened = dictionary.whitened(&noise);
-        let mut base = Basis::new(rows.len());
-        for column in base_columns(rows, order) {
-            base.add(&noise.whiten(&column));
-        }
-        let mut target = noise.whiten(&noise.clean);
-        base.project_off(&mut target);
+        let (base, target) = base_and_target(rows, order, &noise);
         let shares: Vec<f64> = dictionary
             .families
             .iter()
@@ -99,7 +95,38 @@ impl<'a> Search<'a> {
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
         let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &alarm);
-        Search { rows, catalogue, dictionary, noise, calibration, shares, whitened, base, target }
+        Search {
+            rows,
+            catalogue,
+            dictionary,
+            noise,
+            calibration,
+            shares,
+            base_order: order,
+            whitened,
+            base,
+            target,
+        }
+    }
+
+    /// The same search with another noise (rows that count as unmeasured), its calibration kept.
+    pub fn masked(whole: &Search<'a>, noise: Noise, skip: &[String]) -> Search<'a> {
+        let order = whole.base_order;
+        let dictionary = Dictionary::new(whole.rows, whole.catalogue, order, skip);
+        let whitened = dictionary.whitened(&noise);
+        let (base, target) = base_and_target(whole.rows, order, &noise);
+        Search {
+            rows: whole.rows,
+            catalogue: whole.catalogue,
+            dictionary,
+            noise,
+            calibration: whole.calibration.clone(),
+            shares: whole.shares.clone(),
+            base_order: order,
+            whitened,
+            base,
+            target,
+        }
     }
 
     /// Whether the term is a catalogued effect, and which.
@@ -500,4 +527,15 @@ impl<'a> Search<'a> {
             }
         }
     }
+}
+
+/// The whitened base and the observations less it.
+fn base_and_target(rows: &Rows, order: usize, noise: &Noise) -> (Basis, Vec<f64>) {
+    let mut base = Basis::new(rows.len());
+    for column in base_columns(rows, order) {
+        base.add(&noise.whiten(&column));
+    }
+    let mut target = noise.whiten(&noise.clean);
+    base.project_off(&mut target);
+    (base, target)
 }

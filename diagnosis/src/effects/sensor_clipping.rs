@@ -1,6 +1,8 @@
 //! A probe runs out of its range on one side: from there on its slope is another.
 
-use super::{Effect, Place, Range, Reading, edge_unit, logarithmic, reading};
+use fitter::terms::{Hinge, Operator, Side};
+
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, logarithmic, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -57,6 +59,11 @@ impl Effect for SensorClipping {
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let beyond = |theta: &f64| shape[1] * (shape[1] * (theta - shape[0])).max(0.0);
         vec![rows.theta.iter().map(beyond).collect()]
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        let side = if shape[1] > 0.0 { Side::Above } else { Side::Below };
+        Handed::scaled(Operator::Hinge(Hinge::of(angle_observable(rows), shape[0], side)), shape[1])
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], _amplitudes: &[f64]) -> Vec<Reading> {
