@@ -150,9 +150,11 @@ pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<
         c: &c,
         residual: &residual,
     })?;
-    let dependences = dependence::of_residual(recording, &calibrated, &residual, &data.basis, order, mirror);
     let basis = data.basis;
-    Ok(Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes })
+    let dependences = Vec::new();
+    let mut fit = Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes };
+    fit.dependences = dependence::dependences(recording, &fit);
+    Ok(fit)
 }
 
 /// Weights per point and the pooled scatter between passes; none where no angle repeats.
