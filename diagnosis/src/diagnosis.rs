@@ -96,7 +96,7 @@ pub fn diagnose(
     };
     let said = verdict::say(&explanation, &effects, &after);
     let coefficients = hand_on::coefficients(recording, mirror, &rows, &effects, &after, &options.command);
-    let mut fit = held_out::prove(&explanation, &effects, &before, &after, &options.skip);
+    let mut fit = held_out::prove(&explanation, &before, &after);
     if let Some((other, other_rows)) = &other {
         let plain = hand_on::coefficients(recording, mirror, &rows, &effects, &before, &options.command);
         fit.held_out_by = other.file.clone();

@@ -6,7 +6,6 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::base::base_columns;
-use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::generic::saturated;
 use crate::linear::least_squares;
@@ -69,13 +68,7 @@ pub fn groups(rows: &Rows) -> (Vec<usize>, usize, &'static str) {
 }
 
 /// Holds out every group in turn.
-pub fn prove(
-    explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
-    before: &Model,
-    after: &Model,
-    skip: &[String],
-) -> Fit {
+pub fn prove(explanation: &Explanation, before: &Model, after: &Model) -> Fit {
     let search = &explanation.search;
     let rows = search.rows;
     let residual = |m: &Model| -> Vec<f64> { rows.error.iter().zip(m.value()).map(|(e, v)| e - v).collect() };
@@ -98,7 +91,7 @@ pub fn prove(
         .into_par_iter()
         .map(|fold| {
             let held: Vec<bool> = group.iter().map(|g| out_of(*g) == fold).collect();
-            predict(explanation, catalogue, before.order, after, &held, skip)
+            predict(explanation, before.order, after, &held)
         })
         .collect();
     let pick = |which: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
@@ -129,11 +122,9 @@ pub fn prove(
 /// Predictions of the base alone and of the model that a search without the held-out rows finds.
 fn predict(
     explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
     order_before: usize,
     after: &Model,
     held: &[bool],
-    skip: &[String],
 ) -> (Vec<f64>, Vec<f64>) {
     let search = &explanation.search;
     let rows = search.rows;
@@ -155,10 +146,8 @@ fn predict(
         let same = base.clone();
         return (base, same);
     }
-    let again = Search::masked(search, noise.clone(), skip);
+    let again = Search::with_noise(search, noise.clone());
     let terms: Vec<Term> = again.run(Vec::new());
-    // A generic term that only marks passes says nothing of a pass that was not seen.
-    let _ = catalogue;
     (base, value(after.order, &terms))
 }
 

@@ -185,15 +185,32 @@ fn alternatives(
     let mut with = others.clone();
     with.push(term.clone());
     let best = search.explained(&with) - search.explained(&others);
+    // A thermometer's own noise blurs every explanation that goes by the temperature: by that part of it.
+    let blurred = 4.0 * search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
+    let is_thermal = |f: usize| {
+        search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
+    };
     let mut found: Vec<(usize, f64)> = search
         .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
         .into_iter()
-        .filter(|f| f.explained > best - ALTERNATIVE_MARGIN)
+        .filter(|f| {
+            let thermal = is_thermal(term.family) || is_thermal(f.term.family);
+            f.explained > best - ALTERNATIVE_MARGIN - if thermal { blurred * best } else { 0.0 }
+        })
         .filter_map(|f| search.effect(f.term.family).map(|e| (e, f.explained / best.max(1e-300))))
         .collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
     found.retain(|(e, _)| catalogue[*e].testable(search.rows).is_ok());
     found
+}
+
+/// Part of a slow observable's variance that is its reading noise, from second differences.
+fn roughness(values: &[f64]) -> f64 {
+    let seconds: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+    let whole = crate::rows::rms(&centred(values)).powi(2);
+    // The median of squares is deaf to the jumps between passes; 0.455 is that of χ²₁.
+    let mut squares: Vec<f64> = seconds.iter().map(|s| s * s).collect();
+    crate::rows::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
 }
 
 /// The values of an observable by its name in `locations`.

@@ -2,7 +2,7 @@
 
 use fitter::terms::{Hinge, Operator, Side};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, logarithmic, reading};
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -41,8 +41,11 @@ impl Effect for SensorClipping {
         let (low, high) = rows.stroke();
         let half = 0.5 * (high - low);
         let first = (1.3 * rows.step() / half).clamp(0.02, 0.3);
-        logarithmic(first, 0.8, 9)
-            .into_iter()
+        // Beside a polynomial of order 9 the merit has several maxima over the threshold: a start for every
+        // step of the angle, or for every fortieth of the stroke.
+        let count = ((0.85 - first) * half / rows.step()).clamp(6.0, 20.0) as usize;
+        (0..=count)
+            .map(|k| first + (0.85 - first) * k as f64 / count as f64)
             .flat_map(|part| [vec![high - part * half, 1.0], vec![low + part * half, -1.0]])
             .collect()
     }
