@@ -1,8 +1,0 @@
-//! The report.
-
-use crate::diagnosis::Outcome;
-
-/// The page.
-pub fn page(_outcome: &Outcome) -> String {
-    String::new()
-}
