@@ -62,10 +62,10 @@ pub enum FitError {
     #[error("the singular value decomposition did not converge; the recording's readings are degenerate")]
     Singular,
     #[error(
-        "written in powers of the reading, order {order} loses {loss:.1e} rad, more than 1e-10 rad, because the \
+        "{file}: written in powers of the reading, order {order} loses {loss:.1e} rad, more than 1e-10 rad, because the \
          readings lie far from zero for their range; lower --order or record angles on both sides of zero"
     )]
-    Conversion { order: usize, loss: f64 },
+    Conversion { file: String, order: usize, loss: f64 },
 }
 
 /// What a reader of a fit should know.

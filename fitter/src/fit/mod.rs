@@ -289,14 +289,20 @@ impl<'a> Data<'a> {
             let gain = mirror.sensor.gain(reading[row]);
             weights[point[row] as usize] * gain * gain
         };
+        let distinct = match (points.single_angles, averaged) {
+            (false, false) => points.rows.clone(),
+            _ => vec![1; points.count()],
+        };
+        // The scatter of the readings of one angle is noise and determines no polynomial.
+        let order = distinct.iter().sum::<usize>().saturating_sub(1).min(MAX_ORDER);
         let basis = if reading.len() <= BASIS_ROWS {
             let squares: Vec<f64> = (0..reading.len()).map(weight_of).collect();
-            Basis::new(reading, &squares, MAX_ORDER)
+            Basis::new(reading, &squares, order)
         } else {
             let squares: Vec<f64> = (points.reading.iter().zip(&points.rows).zip(weights.iter()))
                 .map(|((s, rows), weight)| weight * *rows as f64 * mirror.sensor.gain(*s).powi(2))
                 .collect();
-            Basis::new(&points.reading, &squares, MAX_ORDER)
+            Basis::new(&points.reading, &squares, order)
         };
         let mut last = (0, 0);
         let mut fold_of = |row: usize| {
@@ -315,10 +321,6 @@ impl<'a> Data<'a> {
             point: point[row] as usize,
         });
         let grams = Grams::of(&basis, folds, points.count(), rows);
-        let distinct = match (points.single_angles, averaged) {
-            (false, false) => points.rows.clone(),
-            _ => vec![1; points.count()],
-        };
         Data { file: &prepared.file, basis, grams, distinct, rows: fitted, grouping: points.grouping }
     }
 

@@ -36,7 +36,7 @@ pub(super) fn coefficients(parts: &Parts, c: &[Double], residual: &[f64]) -> Res
     };
     let model =
         ErrorModel { sensor: sensor.clone(), centre, coefficients: data.basis.rounded_powers(c, centre) };
-    check_conversion(calibrated, residual, &model)?;
+    check_conversion(&recording.file, calibrated, residual, &model)?;
 
     let rounded: Vec<f64> = c.iter().map(|c| c.round()).collect();
     let (factor, rows, squares) = data.normal(&rounded);
@@ -80,7 +80,12 @@ pub(super) fn coefficients(parts: &Parts, c: &[Double], residual: &[f64]) -> Res
 }
 
 /// The model in powers of the reading against the orthogonal one, at every row.
-fn check_conversion(calibrated: &Calibrated, residual: &[f64], model: &ErrorModel) -> Result<(), FitError> {
+fn check_conversion(
+    file: &str,
+    calibrated: &Calibrated,
+    residual: &[f64],
+    model: &ErrorModel,
+) -> Result<(), FitError> {
     let order = model.coefficients.len() - 1;
     let loss = (0..calibrated.reading.len())
         .map(|row| (calibrated.error[row] - residual[row] - model.error(calibrated.reading[row])).abs())
@@ -91,7 +96,7 @@ fn check_conversion(calibrated: &Calibrated, residual: &[f64], model: &ErrorMode
         Sensor::EddyCurrentPair { .. } => CONVERSION_RAD,
         Sensor::Direct { .. } => 1e-9 * largest.max(f64::MIN_POSITIVE),
     };
-    if loss <= allowed { Ok(()) } else { Err(FitError::Conversion { order, loss }) }
+    if loss <= allowed { Ok(()) } else { Err(FitError::Conversion { file: file.to_string(), order, loss }) }
 }
 
 fn parameters(
