@@ -10,10 +10,10 @@ use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::files;
-use crate::fused::Format;
+use crate::format::Format;
 use crate::generate::{Generated, generate};
 use crate::input::{Arity, Encoding, Input};
-use crate::options::{CShift, Options, OutOfRange, RoutineOptions};
+use crate::options::{CShift, Method, Options, OutOfRange, RoutineOptions};
 use crate::output::Output;
 use crate::source::Source;
 use crate::text;
@@ -78,6 +78,9 @@ struct Arguments {
     /// Number formats of the evaluation, one routine each.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "q31,f32")]
     format: Vec<FormatName>,
+    /// A table of polynomials instead of one, as degree and number of segments: 2x32.
+    #[arg(long)]
+    table: Option<String>,
     /// What the routines are given [default: the reading, q31 for q31 and f32 for f32].
     #[arg(long, value_enum)]
     input: Option<InputName>,
@@ -117,6 +120,10 @@ struct Arguments {
 enum FormatName {
     /// 32-bit integers, high words of products.
     Q31,
+    /// The same from 16-bit halves, for cores without a long multiplication.
+    Q31Split,
+    /// 16-bit integers, 32-bit products.
+    Q15,
     /// IEEE binary32.
     F32,
 }
@@ -267,16 +274,24 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         OutputName::Micro => Output::Micro,
         OutputName::F32 => Output::F32,
     });
+    let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
     let routine = |name: &FormatName| {
         let format = match name {
             FormatName::Q31 => Format::Q31,
+            FormatName::Q31Split => Format::Q31Split,
+            FormatName::Q15 => Format::Q15,
             FormatName::F32 => Format::F32 { fused: false },
         };
         let mut usual = RoutineOptions::of(format);
         if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
             *full_scale = arguments.full_scale;
         }
-        RoutineOptions { format, input: input.unwrap_or(usual.input), output: output.unwrap_or(usual.output) }
+        RoutineOptions {
+            method,
+            format,
+            input: input.unwrap_or(usual.input),
+            output: output.unwrap_or(usual.output),
+        }
     };
     Ok(Options {
         routines: arguments.format.iter().map(routine).collect(),
@@ -295,6 +310,19 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         name: arguments.name.clone(),
         command: recorded_command(std::env::args().skip(1)),
     })
+}
+
+/// `2x32`: the degree and the number of segments, a power of two.
+fn table(text: &str) -> Result<Method> {
+    let parts = text.split_once('x').and_then(|(d, n)| Some((d.parse().ok()?, n.parse::<u32>().ok()?)));
+    match parts {
+        Some((degree, segments)) if segments.is_power_of_two() => {
+            Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros() })
+        }
+        _ => Err(miette!(
+            "--table {text}: give degree and number of segments, a power of two: for example 2x32"
+        )),
+    }
 }
 
 /// `0.01mm`: a number and the unit that the sensor has.

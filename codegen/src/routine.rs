@@ -2,10 +2,12 @@
 
 use fitter::coefficients::Coefficients;
 
+use crate::design::{Design, DesignError};
 use crate::exact::Interval;
-use crate::fused::{self, Design, DesignError};
+use crate::fused;
 use crate::input::{InputError, InputPlan};
-use crate::options::{Options, RoutineOptions};
+use crate::options::{Method, Options, RoutineOptions};
+use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
 
@@ -67,6 +69,33 @@ pub enum RoutineError {
         /// Unit of the bounds.
         unit: String,
     },
+    /// A table of unusual size.
+    #[error(
+        "a table of {segments} polynomials of degree {degree}: give degree 1 to 3 and 2 to 4096 segments, 2x32 for example"
+    )]
+    Table {
+        /// Degree.
+        degree: usize,
+        /// Segments.
+        segments: usize,
+    },
+    /// A table in a format without 32-bit words.
+    #[error("a table needs 32-bit words: format q31 or q31-split, not {0}")]
+    TableFormat(&'static str),
+    /// The table's bound is too large.
+    #[error(
+        "{suffix} is proven within {reachable:.3e} {unit} only, not {wanted:e}: ask for more segments or a higher degree"
+    )]
+    TableUnreachable {
+        /// Format and table.
+        suffix: String,
+        /// The bound asked for.
+        wanted: f64,
+        /// The bound that this table has.
+        reachable: f64,
+        /// Unit of the bounds.
+        unit: String,
+    },
     /// A bound that is 0, negative or not finite.
     #[error("the bound is {0}: give a positive number")]
     Bound(f64),
@@ -119,6 +148,27 @@ pub fn design(
         reference: reference.clone(),
         range,
     };
+    if let Method::Piecewise { degree, segments_log2 } = wanted.method {
+        if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
+            return Err(RoutineError::Table { degree, segments: 1 << segments_log2.min(31) });
+        }
+        if wanted.format.bits() != 31 {
+            return Err(RoutineError::TableFormat(wanted.format.name()));
+        }
+        let design =
+            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)?;
+        let bound = quantity.in_bound_unit(design.bound.total);
+        if bound <= target {
+            return Ok(finish(design));
+        }
+        let unit = quantity.bound_unit;
+        return Err(RoutineError::TableUnreachable {
+            suffix: wanted.suffix(),
+            wanted: target,
+            reachable: bound,
+            unit,
+        });
+    }
     let degrees = match options.degree {
         Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => return Err(RoutineError::Degree(degree)),
         Some(degree) => degree..=degree,

@@ -24,7 +24,7 @@ extern "C" {
  * Result: `f32`, in rad.
  * Range:  -0.35615450000000004 mm ≤ s ≤ 0.35615189999999997 mm.
  *         Outside, the result is that at the nearest end of the range, for NaN that at the lower end.
- * Method: one polynomial of degree 8 for the whole angle, by Horner's scheme in x.
+ * Method: one polynomial of degree 8 for the whole function, by Horner's scheme in x.
  *
  * Bound:  |result − (θ − Δθ)| ≤ 8.28e-4 arcsec, for every input in the range. Of this
  *           1.05e-4 arcsec    (0.27 LSB)  best polynomial of this degree against the exact function
@@ -42,7 +42,7 @@ float corrected_angle_f32(float s_mm);
  * Result: `i32`, one unit is 2^−32 rad.
  * Range:  -0.35615450000000004 mm ≤ s ≤ 0.35615189999999997 mm, that is -1_529_671_929 … 1_529_660_762 in words of the input.
  *         Outside, the result is that at the nearest end of the range.
- * Method: one polynomial of degree 8 for the whole angle, by Horner's scheme in x/2³².
+ * Method: one polynomial of degree 8 for the whole function, by Horner's scheme in x/2³².
  *
  * Bound:  |result − (θ − Δθ)| ≤ 1.51e-4 arcsec, for every input in the range. Of this
  *           1.05e-4 arcsec    (2.17 LSB)  best polynomial of this degree against the exact function

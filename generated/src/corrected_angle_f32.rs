@@ -13,7 +13,7 @@
 //! Result: `f32`, in rad.
 //! Range:  -0.35615450000000004 mm ≤ s ≤ 0.35615189999999997 mm.
 //!         Outside, the result is that at the nearest end of the range, for NaN that at the lower end.
-//! Method: one polynomial of degree 8 for the whole angle, by Horner's scheme in x.
+//! Method: one polynomial of degree 8 for the whole function, by Horner's scheme in x.
 //!
 //! Bound:  |result − (θ − Δθ)| ≤ 8.28e-4 arcsec, for every input in the range. Of this
 //!           1.05e-4 arcsec    (0.27 LSB)  best polynomial of this degree against the exact function
@@ -39,7 +39,6 @@ pub const fn corrected_angle_f32(s_mm: f32) -> f32 {
     let y = y * x + 0.07165434; // c1
     y * x + 1.32602e-6 // c0
 }
-
 /// `value` limited to `lo`…`hi`; NaN gives `lo`.
 const fn limit(value: f32, lo: f32, hi: f32) -> f32 {
     if value >= lo {

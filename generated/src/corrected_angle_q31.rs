@@ -13,7 +13,7 @@
 //! Result: `i32`, one unit is 2^−32 rad.
 //! Range:  -0.35615450000000004 mm ≤ s ≤ 0.35615189999999997 mm, that is -1_529_671_929 … 1_529_660_762 in words of the input.
 //!         Outside, the result is that at the nearest end of the range.
-//! Method: one polynomial of degree 8 for the whole angle, by Horner's scheme in x/2³².
+//! Method: one polynomial of degree 8 for the whole function, by Horner's scheme in x/2³².
 //!
 //! Bound:  |result − (θ − Δθ)| ≤ 1.51e-4 arcsec, for every input in the range. Of this
 //!           1.05e-4 arcsec    (2.17 LSB)  best polynomial of this degree against the exact function
@@ -41,7 +41,6 @@ pub const fn corrected_angle_q31(s_q31: i32) -> i32 {
     let y = mul_high(y, x).wrapping_add(307_753_036); // c1 = 7.165433746e-2, in 2^-32
     mul_high(y, x).wrapping_add(5_696) // c0 = 1.326203346e-6, in 2^-32
 }
-
 /// `value` limited to `lo`…`hi`.
 const fn limit(value: i32, lo: i32, hi: i32) -> i32 {
     if value < lo {
