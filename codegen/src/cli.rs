@@ -240,6 +240,8 @@ enum OutOfRangeName {
     Clamp,
     /// The same, and the caller is told.
     Flag,
+    /// Nothing: the formula continues there, without a bound but without overflow; saves instructions.
+    Continue,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -451,6 +453,7 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         out_of_range: match arguments.out_of_range {
             OutOfRangeName::Clamp => OutOfRange::Clamp,
             OutOfRangeName::Flag => OutOfRange::Flag,
+            OutOfRangeName::Continue => OutOfRange::Continue,
         },
         c_shift: match arguments.c_shift {
             CShiftName::Strict => CShift::Strict,

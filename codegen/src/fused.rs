@@ -53,10 +53,12 @@ pub fn design(
     if let Format::F32 { .. } = format {
         return build(Grid::float(&best));
     }
+    let in_v = |word: &Interval| word.mul_pow2(-plan.program.variable_exponent);
+    let reach = (in_v(&plan.reach.0), in_v(&plan.reach.1));
     // A sum may leave its type, at its end by a few units, or where the search moved a high coefficient far:
     // then one bit less, and again.
     let fixed = |common: bool| {
-        let grid = |headroom| Grid::fixed(&best, (&from, &to), format, output, headroom, common);
+        let grid = |headroom| Grid::fixed(&best, (&reach.0, &reach.1), format, output, headroom, common);
         let mut last = build(grid(0));
         for headroom in 1..=MOST_HEADROOM {
             if !matches!(last, Err(DesignError::Overflows(_))) {

@@ -152,10 +152,13 @@ impl Program {
         self.steps[self.output()].ty
     }
 
-    /// Makes the last step the normalised variable and calls it `x`.
+    /// Makes the last step the normalised variable and calls it `x`, unless it is an argument.
     pub fn name_variable(&mut self) {
         self.variable = self.output();
-        self.steps[self.variable].name = "x".into();
+        let step = &mut self.steps[self.variable];
+        if !matches!(step.op, Op::Input { .. }) {
+            step.name = "x".into();
+        }
     }
 
     /// Bytes of flash that the table takes.

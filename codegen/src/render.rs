@@ -54,6 +54,7 @@ pub struct View {
     range_text: String,
     extrapolated: Option<String>,
     flag: bool,
+    continues: bool,
     fixed: bool,
     float_input: bool,
     bound_text: String,
@@ -145,6 +146,7 @@ impl Renderer {
             range_text: range_text(routine, quantity),
             extrapolated: entry.range.recorded.map(|(a, b)| format!("{a:?}…{b:?} {}", quantity.reading_unit)),
             flag: options.out_of_range == OutOfRange::Flag,
+            continues: options.out_of_range == OutOfRange::Continue,
             float_input: program.arguments.iter().any(|a| a.ty == Type::F32),
             fixed: program.steps.iter().any(|s| s.ty == Type::I32),
             bound_text: format!("{} {unit}", text::rounded_up(entry.bound)),
@@ -234,7 +236,9 @@ fn steps(program: &Program) -> Vec<Value> {
         let operand = |o: &Operand| operand(program, o);
         let op = match &step.op {
             Op::Input { .. } => context! { kind => "input" },
-            Op::Sub { a, b } => context! { kind => "sub", a => operand(a), b => operand(b) },
+            Op::Sub { a, b } => context! {
+                kind => "sub", a => operand(a), b => operand(b), cast => type_of(program, a) != step.ty,
+            },
             Op::Clamp { a, lo, hi } => {
                 let from = type_of(program, a);
                 let wide = if matches!(from, Type::I32 | Type::U16) { "i32" } else { "i64" };

@@ -6,7 +6,7 @@ use crate::design::{Design, DesignError};
 use crate::exact::Interval;
 use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
-use crate::options::{Method, Options, RoutineOptions};
+use crate::options::{Method, Options, OutOfRange, RoutineOptions};
 use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
@@ -126,7 +126,13 @@ pub fn design(
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
     }
-    let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format.arithmetic())?;
+    let plan = wanted.input.plan(
+        &model.sensor,
+        range.0,
+        range.1,
+        wanted.format.arithmetic(),
+        options.out_of_range != OutOfRange::Continue,
+    )?;
     // The reference holds a little beyond the range, where the variable's rounding may reach.
     let one = Interval::from_int(1);
     let reach = &one + &one.mul_pow2(-20);
