@@ -14,6 +14,7 @@ pub mod files;
 #[cfg(test)]
 mod fixtures;
 pub mod fused;
+pub mod gappa;
 pub mod generate;
 pub mod input;
 pub mod interpret;

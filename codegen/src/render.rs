@@ -33,6 +33,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
+    ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];

@@ -17,6 +17,7 @@ use crate::options::{Options, OutOfRange};
 use crate::program::{Program, Type};
 use crate::render::{Renderer, c_type};
 use crate::routine::Routine;
+use crate::text::double_hex;
 
 /// A language of the generated sources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -289,16 +290,4 @@ fn results_at_ends(subject: &Subject<'_>) -> Result<(u32, u32), VerifyError> {
         Ok(interpret(program, &arguments)?.word.bits() as u32)
     };
     Ok((at(subject.yardstick.range.0)?, at(subject.yardstick.range.1)?))
-}
-
-/// The exact hexadecimal form of C99.
-fn double_hex(value: f64) -> String {
-    let bits = value.to_bits();
-    let (exponent, fraction) = (((bits >> 52) & 0x7ff) as i32, bits & ((1 << 52) - 1));
-    let sign = if value.is_sign_negative() { "-" } else { "" };
-    if exponent == 0 && fraction == 0 {
-        return format!("{sign}0.0");
-    }
-    let (lead, exponent) = if exponent == 0 { (0, -1022) } else { (1, exponent - 1023) };
-    format!("{sign}0x{lead}.{fraction:013x}p{exponent}")
 }
