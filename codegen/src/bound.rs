@@ -32,6 +32,8 @@ pub struct Bound {
     pub evaluation: f64,
     /// Rounding to the output's format.
     pub output: f64,
+    /// The largest `evaluation` + `output` on any piece, in output words.
+    pub rounding: f64,
     /// Smallest and largest output word (float: value), over every argument, valid or not.
     pub output_range: (f64, f64),
 }
@@ -88,10 +90,12 @@ pub fn bound(
     let slope = reference.polynomial.derivative();
     let mut worst: Option<(Interval, Bound)> = None;
     let mut output_range: Option<Interval> = None;
+    let mut rounding = 0.0f64;
     for (a, b) in pieces(program, words(program, plan)) {
         let piece = Piece::new(program, plan, &a, &b);
         let out = run(program, &piece)?;
         output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
+        rounding = rounding.max((&out.evaluation + &out.output).to_f64_up());
         let difference = out.polynomial.scale(unit).sub(&reference.polynomial);
         let rough = difference.at(&piece.centre).magnitude().upper();
         let tolerance =
@@ -112,6 +116,7 @@ pub fn bound(
                 input: parts[1],
                 evaluation: parts[2],
                 output: parts[3],
+                rounding: 0.0,
                 output_range: (0.0, 0.0),
             };
             worst = Some((total, bound));
@@ -126,7 +131,7 @@ pub fn bound(
     }
     let range = output_range.unwrap_or_else(Interval::zero);
     let (_, bound) = worst.unwrap_or_else(|| unreachable!("there is at least one piece"));
-    Ok(Bound { output_range: (range.to_f64_down(), range.to_f64_up()), ..bound })
+    Ok(Bound { rounding, output_range: (range.to_f64_down(), range.to_f64_up()), ..bound })
 }
 
 /// The words of the variable for readings in the range: the plan's, widened by its rounding.

@@ -18,6 +18,7 @@ pub mod files;
 mod fixtures;
 pub mod format;
 pub mod fused;
+pub mod gappa;
 pub mod generate;
 pub mod input;
 pub mod interpret;

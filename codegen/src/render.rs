@@ -33,6 +33,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
+    ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];
@@ -336,11 +337,12 @@ fn range_text(routine: &Routine, quantity: &Quantity) -> String {
     let (from, to) = routine.range;
     let (unit, reading) = (&quantity.reading_unit, &quantity.reading);
     let program = &routine.design.program;
-    let words = match &program.steps[program.clamped].op {
-        Op::Clamp { lo, hi, .. } => {
-            format!(", that is {} … {} in words of the input", text::grouped(*lo), text::grouped(*hi))
+    let words = match program.steps[program.reading].ty {
+        Type::F32 => String::new(),
+        _ => {
+            let [lo, hi] = [program.valid.0, program.valid.1].map(|word| text::grouped(word as i64));
+            format!(", that is {lo} … {hi} in words of the input")
         }
-        _ => String::new(),
     };
     format!("{from:?} {unit} ≤ {reading} ≤ {to:?} {unit}{words}")
 }

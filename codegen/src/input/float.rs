@@ -37,6 +37,7 @@ pub(super) fn plan(
     push_arguments(&mut p, arity, names, &format!("_{}", names.unit), Type::F32, &meaning, Type::F32);
     let mut x = Operand::Step(p.reading);
     p.clamped = p.reading;
+    p.valid = (first.into(), last.into());
     if clamped {
         let clamp = Op::ClampF32 { a: x, lo: first, hi: last };
         x = p.push(Stage::Input, "limited", Type::F32, clamp, "the valid range");

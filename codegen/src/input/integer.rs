@@ -58,6 +58,7 @@ pub(super) fn plan(
     push_arguments(&mut p, arity, names, suffix, word.ty, &word.meaning, difference);
     let mut word_step = Operand::Step(p.reading);
     p.clamped = p.reading;
+    p.valid = (first as f64, last as f64);
     // What the words can be on arrival.
     let (least, most) = if clamped {
         let clamp = Op::Clamp { a: word_step, lo: first, hi: last };

@@ -17,6 +17,7 @@ use crate::options::{Options, OutOfRange};
 use crate::program::{Program, Type};
 use crate::render::{Renderer, c_type};
 use crate::routine::Routine;
+use crate::text::double_hex;
 
 /// A language of the generated sources.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -50,20 +51,23 @@ pub struct Subject<'a> {
     pub yardstick: Yardstick,
     /// Whether it tells readings outside the range.
     pub flag: bool,
+    /// Whether nothing is promised of its results there.
+    pub continues: bool,
 }
 
 impl<'a> Subject<'a> {
     /// The routines of a generation.
     pub fn all(generated: &'a Generated, options: &Options) -> Vec<Self> {
         let named = |routine: &'a Routine| {
-            let format = routine.options.format.name();
-            let entry = generated.certificate.routines.iter().find(|e| e.format == format);
+            let suffix = format!("_{}", routine.options.suffix());
+            let entry = generated.certificate.routines.iter().find(|e| e.routine.ends_with(&suffix));
             Subject {
                 name: entry.map(|e| e.routine.clone()).unwrap_or_default(),
                 routine,
                 domain: Domain::of(&routine.design.program),
                 yardstick: Yardstick::of(routine),
                 flag: options.out_of_range == OutOfRange::Flag,
+                continues: options.out_of_range == OutOfRange::Continue,
             }
         };
         generated.routines.iter().map(named).collect()
@@ -248,6 +252,7 @@ fn render(subject: &Subject<'_>, language: Language, base: &str) -> Result<Strin
         domain => Value::from(Serde(&subject.domain)),
         size => subject.domain.size(program),
         flag => subject.flag,
+        continues => subject.continues,
         from_bits, c_from_bits,
         spread_bits => format!("{spread:08x}"),
         at_lo_bits => format!("{at_lo:08x}"), at_hi_bits => format!("{at_hi:08x}"),
@@ -289,16 +294,4 @@ fn results_at_ends(subject: &Subject<'_>) -> Result<(u32, u32), VerifyError> {
         Ok(interpret(program, &arguments)?.word.bits() as u32)
     };
     Ok((at(subject.yardstick.range.0)?, at(subject.yardstick.range.1)?))
-}
-
-/// The exact hexadecimal form of C99.
-fn double_hex(value: f64) -> String {
-    let bits = value.to_bits();
-    let (exponent, fraction) = (((bits >> 52) & 0x7ff) as i32, bits & ((1 << 52) - 1));
-    let sign = if value.is_sign_negative() { "-" } else { "" };
-    if exponent == 0 && fraction == 0 {
-        return format!("{sign}0.0");
-    }
-    let (lead, exponent) = if exponent == 0 { (0, -1022) } else { (1, exponent - 1023) };
-    format!("{sign}0x{lead}.{fraction:013x}p{exponent}")
 }
