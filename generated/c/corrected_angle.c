@@ -37,35 +37,35 @@ static int32_t limit_i32(int32_t value, int32_t lo, int32_t hi)
 {
     int32_t limited = value;
 
-    if (value < lo) {
+    if (limited < lo) {
         limited = lo;
-    } else if (value > hi) {
+    }
+    if (limited > hi) {
         limited = hi;
-    } else {
-        /* inside */
     }
     return limited;
 }
 
-/* floor(a * b / 2^32). No negative number is shifted right: the product is biased to be unsigned. */
+/* floor(a * b / 2^32): what is divided is a multiple of 2^32, so that the division is exact. */
 static int32_t mul_high(int32_t a, int32_t b)
 {
-    const uint64_t biased = (uint64_t)((int64_t)a * (int64_t)b) + 0x8000000000000000u;
+    const int64_t product = (int64_t)a * (int64_t)b;
+    const int64_t low = (int64_t)((uint64_t)product & 0xffffffffu);
 
-    return (int32_t)((int64_t)(biased >> 32) - 2147483648);
+    return (int32_t)((product - low) / 4294967296);
 }
 
 float corrected_angle_f32(float s_mm)
 {
     const float x = limit_f32(s_mm, -0x1.6cb3c2p-2f, 0x1.6cb314p-2f); /* the valid range */
-    float y = -0x1.c52e26p-2f * x - 0x1.5e3a22p-3f; /* c7 */
-    y = y * x + 0x1.331c96p-3f; /* c6 */
-    y = y * x + 0x1.6565f8p-5f; /* c5 */
-    y = y * x - 0x1.30cacep-6f; /* c4 */
-    y = y * x - 0x1.606658p-7f; /* c3 */
-    y = y * x + 0x1.b3c2f8p-9f; /* c2 */
-    y = y * x + 0x1.257f06p-4f; /* c1 */
-    y = y * x + 0x1.63f366p-20f; /* c0 */
+    float y = (-0x1.c52e26p-2f * x) - 0x1.5e3a22p-3f; /* c7 */
+    y = (y * x) + 0x1.331c96p-3f; /* c6 */
+    y = (y * x) + 0x1.6565f8p-5f; /* c5 */
+    y = (y * x) - 0x1.30cacep-6f; /* c4 */
+    y = (y * x) - 0x1.606658p-7f; /* c3 */
+    y = (y * x) + 0x1.b3c2f8p-9f; /* c2 */
+    y = (y * x) + 0x1.257f06p-4f; /* c1 */
+    y = (y * x) + 0x1.63f366p-20f; /* c0 */
 
     return y;
 }
