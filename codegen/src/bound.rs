@@ -44,6 +44,8 @@ pub struct Overflows {
     pub step: usize,
     /// Name of its variable.
     pub name: String,
+    /// Which part of the routine it belongs to.
+    pub stage: Stage,
     /// What it can reach.
     pub from: f64,
     /// See `from`.
@@ -282,7 +284,7 @@ fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
         return Ok(());
     }
     let (from, to) = (range.to_f64_down(), range.to_f64_up());
-    Err(Overflows { step: index, name: step.name.clone(), from, to, ty: step.ty })
+    Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
 }
 
 /// Ranges only, for every argument, valid or not.
