@@ -12,6 +12,9 @@ use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
 
+/// The highest degree that is tried.
+pub const LARGEST_DEGREE: usize = 16;
+
 /// Designs the routine of the given degree.
 ///
 /// # Errors
@@ -52,11 +55,13 @@ pub fn design(
     if let Format::F32 { .. } = format {
         return build(Grid::float(&best), true);
     }
+    let in_v = |word: &Interval| word.mul_pow2(-plan.program.variable_exponent);
+    let reach = (in_v(&plan.reach.0), in_v(&plan.reach.1));
     // A sum may leave its type at its end by a few units: then one bit less, and again. On a short range the
     // search may move high coefficients so far, for next to nothing, that no headroom is enough: then each
     // coefficient is rounded alone.
     let fixed = |common: bool| {
-        let grid = |headroom| Grid::fixed(&best, (&from, &to), format, output, headroom, common);
+        let grid = |headroom| Grid::fixed(&best, (&reach.0, &reach.1), format, output, headroom, common);
         let attempts = (0..=MOST_HEADROOM).map(|bits| (bits, true)).chain([(1, false), (2, false)]);
         let mut last = build(grid(0), true);
         for (headroom, search) in attempts.skip(1) {
@@ -194,7 +199,7 @@ mod tests {
     use super::*;
     use crate::fixtures::paper_coefficients;
     use crate::input::{Arity, Encoding, Input};
-    use crate::options::{Options, RoutineOptions};
+    use crate::options::{Method, Options, RoutineOptions};
     use crate::quantity::Quantity;
     use crate::routine;
 
@@ -216,7 +221,7 @@ mod tests {
             (f32, reading(Encoding::F32), Output::F32, 9e-4),
             (fused, reading(Encoding::F32), Output::F32, 6.5e-4),
         ] {
-            let wanted = RoutineOptions { format, input, output };
+            let wanted = RoutineOptions { method: Method::Fused, format, input, output };
             let options = Options { degree: Some(9), ..Options::default() };
             let routine = routine::design(&coefficients, &options, &wanted).unwrap();
             let bound = quantity.in_bound_unit(routine.design.bound.total);
