@@ -46,6 +46,8 @@ pub struct Overflows {
     pub step: usize,
     /// Name of its variable.
     pub name: String,
+    /// Which part of the routine it belongs to.
+    pub stage: Stage,
     /// What it can reach.
     pub from: f64,
     /// See `from`.
@@ -245,6 +247,14 @@ fn input_error(program: &Program, plan: &InputPlan, words: &Interval) -> Interva
                     error = (&error + &half_ulp(&value)).upper();
                 }
             }
+            // A reading between the end of the range and the last float inside rounds to that float or to the
+            // next, which is limited to it: then the error is up to a whole unit in the last place.
+            Op::ClampF32 { .. }
+                if words.lower().certainly_le(&plan.word_from.upper())
+                    || plan.word_to.lower().certainly_le(&words.upper()) =>
+            {
+                error = (&error + &error).upper();
+            }
             Op::Input { .. } | Op::Sub { .. } | Op::Clamp { .. } | Op::ClampF32 { .. } => {}
             other => unreachable!("{other:?} is no step of an input"),
         }
@@ -291,7 +301,7 @@ fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
         return Ok(());
     }
     let (from, to) = (range.to_f64_down(), range.to_f64_up());
-    Err(Overflows { step: index, name: step.name.clone(), from, to, ty: step.ty })
+    Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
 }
 
 /// Ranges only, for every argument, valid or not.

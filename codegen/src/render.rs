@@ -330,7 +330,9 @@ fn product_helper(op: &Op) -> &'static str {
 fn in_range(program: &Program) -> Value {
     let (raw, limited) = (&program.steps[program.reading], &program.steps[program.clamped]);
     let wide = (raw.ty != limited.ty).then_some(rust_type(raw.ty));
-    context! { raw => &*raw.name, limited => &*limited.name, wide }
+    // C compares a `uint32_t` with a signed word only after a conversion; the limits are not negative.
+    let unsigned = raw.ty == Type::U32;
+    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned }
 }
 
 fn range_text(routine: &Routine, quantity: &Quantity) -> String {

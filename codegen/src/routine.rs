@@ -159,7 +159,8 @@ pub fn design(
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
         let design =
-            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)?;
+            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)
+                .map_err(|e| e.for_output(wanted.output))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -185,7 +186,8 @@ pub fn design(
         if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
             continue;
         }
-        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)?;
+        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)
+            .map_err(|e| e.for_output(wanted.output))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
