@@ -432,7 +432,10 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
     let ends = ends(arguments)?;
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
     let routine = |format: Format| {
-        let usual = RoutineOptions::of(format);
+        let mut usual = RoutineOptions::of(format);
+        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
+            *full_scale = arguments.full_scale;
+        }
         RoutineOptions {
             method,
             format,
@@ -496,6 +499,12 @@ fn ends(arguments: &Arguments) -> Result<Ends> {
         OutputName::Micro => Output::Micro,
         OutputName::F32 => Output::F32,
     });
+    let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
+    if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
+        return Err(miette!(
+            "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
+        ));
+    }
     Ok(Ends { input, output })
 }
 
