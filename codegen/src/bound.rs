@@ -63,14 +63,18 @@ struct Value {
     range: Interval,
 }
 
-/// The output as a polynomial of v, with every bias: what the coefficient search starts from.
+/// The output as a polynomial of v, with every bias, where the variable's word lies in `from`…`to`: what the
+/// coefficient search starts from.
 ///
 /// # Errors
 /// [`Overflows`] as for [`bound`].
-pub fn output_polynomial(program: &Program, plan: &InputPlan) -> Result<Polynomial, Overflows> {
-    let whole = words(program, plan);
-    let piece = Piece::new(program, plan, &whole.0, &whole.1);
-    Ok(run(program, &piece)?.polynomial)
+pub fn output_polynomial(
+    program: &Program,
+    plan: &InputPlan,
+    from: &Interval,
+    to: &Interval,
+) -> Result<Polynomial, Overflows> {
+    Ok(run(program, &Piece::new(program, plan, from, to))?.polynomial)
 }
 
 /// Bounds `program` against `reference`; one output word (float: 1) stands for `unit` of the reference's unit.
@@ -83,18 +87,11 @@ pub fn bound(
     reference: &Reference,
     unit: &Interval,
 ) -> Result<Bound, Overflows> {
-    let (from, to) = words(program, plan);
-    let width = &to - &from;
-    let cut = |i: i64| (&from + &(&width * &Interval::from_ratio(i, PIECES))).midpoint();
     let slope = reference.polynomial.derivative();
     let mut worst: Option<(Interval, Bound)> = None;
     let mut output_range: Option<Interval> = None;
     let mut rounding = 0.0f64;
-    for i in 0..PIECES {
-        let (a, b) = (
-            if i == 0 { from.clone() } else { cut(i) },
-            if i + 1 == PIECES { to.clone() } else { cut(i + 1) },
-        );
+    for (a, b) in pieces(program, plan) {
         let piece = Piece::new(program, plan, &a, &b);
         let out = run(program, &piece)?;
         output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
@@ -131,10 +128,50 @@ pub fn bound(
 }
 
 /// The words that the variable can take: the plan's, widened by its rounding.
-pub(crate) fn words(program: &Program, plan: &InputPlan) -> (Interval, Interval) {
+pub fn words(program: &Program, plan: &InputPlan) -> (Interval, Interval) {
     let whole = plan.word_from.hull(&plan.word_to);
     let error = input_error(program, plan, &whole).mul_pow2(program.variable_exponent);
-    (&plan.word_from - &error, (&plan.word_to + &error))
+    (&plan.word_from - &error, &plan.word_to + &error)
+}
+
+/// The pieces on which a program is bounded: its table's segments, or equal parts.
+fn pieces(program: &Program, plan: &InputPlan) -> Vec<(Interval, Interval)> {
+    let (from, to) = words(program, plan);
+    if program.index().is_some() {
+        return segments(program, plan).into_iter().map(|(_, a, b)| (a, b)).collect();
+    }
+    let width = &to - &from;
+    let cut = |i: i64| (&from + &(&width * &Interval::from_ratio(i, PIECES))).midpoint();
+    let ends: Vec<Interval> = (0..=PIECES)
+        .map(|i| {
+            if i == 0 {
+                from.clone()
+            } else if i == PIECES {
+                to.clone()
+            } else {
+                cut(i)
+            }
+        })
+        .collect();
+    ends.windows(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect()
+}
+
+/// The rows of the table that can be reached, with the first and last word that reaches each.
+pub fn segments(program: &Program, plan: &InputPlan) -> Vec<(usize, Interval, Interval)> {
+    let (from, to) = words(program, plan);
+    let Some((add, by)) = program.index() else { return Vec::new() };
+    let (first, last) = (from.floor_to_i64().unwrap_or(i64::MIN), to.ceil_to_i64().unwrap_or(i64::MAX));
+    let row = |word: i64| (word + add) >> by;
+    (row(first)..=row(last))
+        .map(|i| {
+            let (a, b) = ((i << by) - add, ((i + 1) << by) - add - 1);
+            (
+                usize::try_from(i).unwrap_or(usize::MAX),
+                Interval::from_int(a.max(first)),
+                Interval::from_int(b.min(last)),
+            )
+        })
+        .collect()
 }
 
 /// A range of the variable's words, and what is known on it before evaluation begins.
@@ -192,6 +229,12 @@ fn input_error(program: &Program, plan: &InputPlan, words: &Interval) -> Interva
                 error = (&error + &Interval::from_int(1).mul_pow2(-150)).upper();
             }
             Op::Truncate { .. } => error = (&error + &Interval::from_int(1)).upper(),
+            Op::ShiftRight { by, .. } => {
+                // `add` is half of what is shifted out: rounded to nearest.
+                let by = -i64::from(*by);
+                exact = (exact.0.mul_pow2(by), exact.1.mul_pow2(by));
+                error = (&error.mul_pow2(by) + &Interval::from_int(1).mul_pow2(-1)).upper();
+            }
             Op::ToF32 { .. } => {
                 let value = affine(&exact);
                 if !value.magnitude().certainly_le(&Interval::from_int(1 << 24)) {
@@ -218,6 +261,7 @@ fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> {
         let value = if index < program.variable {
             before_variable(step, &values)
         } else if index == program.variable {
+            fits(index, step, &before_variable(step, &values).range)?;
             let identity = Polynomial::linear(
                 Interval::zero(),
                 Interval::from_int(1).mul_pow2(program.variable_exponent),
@@ -229,17 +273,21 @@ fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> {
                 range: piece.words.clone(),
             }
         } else {
-            after_variable(step, &values, piece)
+            after_variable(program, step, &values, piece)
         };
-        if let Some((lo, hi)) = step.ty.range()
-            && !value.range.inside(&Interval::from_int(lo).hull(&Interval::from_int(hi)))
-        {
-            let (from, to) = (value.range.to_f64_down(), value.range.to_f64_up());
-            return Err(Overflows { step: index, name: step.name.clone(), from, to, ty: step.ty });
-        }
+        fits(index, step, &value.range)?;
         values.push(value);
     }
     Ok(values.pop().unwrap_or_else(|| unreachable!("a program has steps")))
+}
+
+/// Whether a step's range lies within its type.
+fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
+    if step.ty.range().is_none() || range.inside(&of_type(step.ty)) {
+        return Ok(());
+    }
+    let (from, to) = (range.to_f64_down(), range.to_f64_up());
+    Err(Overflows { step: index, name: step.name.clone(), from, to, ty: step.ty })
 }
 
 /// Ranges only, for every argument, valid or not.
@@ -250,16 +298,19 @@ fn before_variable(step: &Step, values: &[Value]) -> Value {
         Operand::Float(v) => Interval::from_f64((*v).into()),
     };
     let range = match &step.op {
-        Op::Input { .. } => match step.ty.range() {
-            Some((lo, hi)) => Interval::from_int(lo).hull(&Interval::from_int(hi)),
-            None => Interval::zero(),
-        },
+        Op::Input { .. } => of_type(step.ty),
         Op::Clamp { lo, hi, .. } => Interval::from_int(*lo).hull(&Interval::from_int(*hi)),
         Op::ClampF32 { lo, hi, .. } => {
             Interval::from_f64((*lo).into()).hull(&Interval::from_f64((*hi).into()))
         }
         Op::Sub { a, b } => &range(a) - &range(b),
         Op::ShiftLeft { a, by } => range(a).mul_pow2((*by).into()),
+        // One word wider, for the floor; the sum must fit as well, or it shows here.
+        Op::ShiftRight { a, add, by } => {
+            let sum = &range(a) + &Interval::from_int(*add);
+            let fits = sum.inside(&of_type(Type::I32));
+            if fits { &sum.mul_pow2(-i64::from(*by)) + &Interval::from_int(1).symmetric() } else { sum }
+        }
         // Floats have no range to leave; a float that becomes an integer is the variable itself.
         _ => Interval::zero(),
     };
@@ -272,7 +323,7 @@ fn before_variable(step: &Step, values: &[Value]) -> Value {
 }
 
 /// Polynomial, error and range of a step of the evaluation or the output.
-fn after_variable(step: &Step, values: &[Value], piece: &Piece) -> Value {
+fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piece) -> Value {
     let value = |operand: &Operand| match operand {
         Operand::Step(i) => values[*i].clone(),
         Operand::Int(v) => exactly(Interval::from_int(*v)),
@@ -290,15 +341,36 @@ fn after_variable(step: &Step, values: &[Value], piece: &Piece) -> Value {
         };
     match &step.op {
         Op::MulAddHigh { a, b, shift, c } => {
-            let (a, b, c) = (value(a), value(b), value(c));
-            let by = i64::from(*shift) - 32;
-            let (product, evaluation, output) = product(&a, &b);
-            // ⌊x⌋ lies in x − 1 … x: −½ on the mean, ±½ of error, each times 2^shift.
-            let half = Interval::from_int(1).mul_pow2(i64::from(*shift) - 1);
-            let polynomial = product.mul_pow2(by).add(&c.polynomial).sub(&Polynomial::constant(half.clone()));
-            let evaluation = (&evaluation.mul_pow2(by) + &c.evaluation).upper();
-            let output = (&output.mul_pow2(by) + &c.output).upper();
-            finish(polynomial, evaluation, output, half)
+            mul_add(value(a), value(b), value(c), *shift, 32, 1, piece, &finish)
+        }
+        Op::MulAddSplit { a, b, shift, c } => {
+            mul_add(value(a), value(b), value(c), *shift, 32, 3, piece, &finish)
+        }
+        Op::MulAddShort { a, b, by, c } => {
+            let (a, b) = (value(a), value(b));
+            let product = &a.range * &b.range;
+            if !product.inside(&of_type(Type::I32)) {
+                return exactly(product);
+            }
+            mul_add(a, b, value(c), 0, i64::from(*by), 1, piece, &finish)
+        }
+        Op::Index { a, add, by } => {
+            let row = |word: Interval| (word.floor_to_i64().unwrap_or(i64::MIN) + add) >> by;
+            let (first, last) = (row(value(a).range.lower()), row(value(a).range.upper()));
+            // A piece lies within one segment; beyond the table's rows it is out of the type's range.
+            let inside = first == last && (0..=(i64::from(u32::MAX) >> by)).contains(&first);
+            exactly(if inside { Interval::from_int(first) } else { Interval::from_int(i64::MAX) })
+        }
+        Op::Wrap { a, add, by } => {
+            let (a, add, by) = (value(a), Interval::from_int(*add), i64::from(*by));
+            let rows = (&a.range.midpoint() + &add).mul_pow2(by - 32).round_to_i64().unwrap_or(0);
+            let start = Polynomial::constant(&Interval::from_int(rows).mul_pow2(32) - &add.mul_pow2(by));
+            finish(a.polynomial.mul_pow2(by).sub(&start), a.evaluation, a.output, Interval::zero())
+        }
+        Op::Entry { index, column } => {
+            let row = value(index).range.floor_to_i64().and_then(|i| usize::try_from(i).ok());
+            let entry = row.and_then(|i| program.table.get(i)).and_then(|r| r.get(*column));
+            exactly(Interval::from_int(entry.copied().unwrap_or(i64::MAX)))
         }
         Op::MulF32 { a, b } => {
             let (product, evaluation, output) = product(&value(a), &value(b));
@@ -331,6 +403,37 @@ fn after_variable(step: &Step, values: &[Value], piece: &Piece) -> Value {
         }
         other => unreachable!("{other:?} is no step of an evaluation"),
     }
+}
+
+/// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a
+/// bias and whose half width is an error. What is added to c must fit the type as well.
+#[allow(clippy::too_many_arguments)]
+fn mul_add(
+    a: Value,
+    b: Value,
+    c: Value,
+    shift: u32,
+    scale: i64,
+    floors: i64,
+    piece: &Piece,
+    finish: &dyn Fn(Polynomial, Interval, Interval, Interval) -> Value,
+) -> Value {
+    let by = i64::from(shift) - scale;
+    let (product, evaluation, output) = product(&a, &b);
+    let half = Interval::from_int(floors).mul_pow2(i64::from(shift) - 1);
+    let product = product.mul_pow2(by).sub(&Polynomial::constant(half.clone()));
+    let (evaluation, output) = (evaluation.mul_pow2(by), output.mul_pow2(by));
+    let high = inflated(&product, &(&(&evaluation + &output) + &half), piece);
+    if !high.inside(&of_type(Type::I32)) {
+        return exactly(high);
+    }
+    let (evaluation, output) = ((&evaluation + &c.evaluation).upper(), (&output + &c.output).upper());
+    finish(product.add(&c.polynomial), evaluation, output, half)
+}
+
+/// All values of an integer type.
+fn of_type(ty: Type) -> Interval {
+    ty.range().map_or_else(Interval::zero, |(lo, hi)| Interval::from_int(lo).hull(&Interval::from_int(hi)))
 }
 
 fn exactly(constant: Interval) -> Value {

@@ -40,8 +40,10 @@ pub struct Entry {
     pub language: String,
     /// Number format of the evaluation.
     pub format: String,
-    /// Degree of the polynomial.
+    /// Degree of the polynomial, or of each of the table's.
     pub degree: usize,
+    /// Number of polynomials in the table; 1 without one.
+    pub segments: usize,
     /// Unit of `bound` and of the parts.
     pub unit: String,
     /// What the routine is given.
@@ -151,6 +153,7 @@ pub fn entry(
         language: String::new(),
         format: routine.options.format.name().into(),
         degree: design.degree,
+        segments: design.segments,
         unit: quantity.bound_unit.clone(),
         input: design
             .program

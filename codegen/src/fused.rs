@@ -2,72 +2,18 @@
 //! point or in floats.
 
 use crate::approximate::minimax;
-use crate::bound::{self, Bound, Overflows};
+use crate::bound;
+use crate::design::{Design, DesignError};
 use crate::exact::{Interval, Polynomial};
-use crate::input::{Arithmetic, InputPlan};
+use crate::format::Format;
+use crate::input::InputPlan;
 use crate::output::{Output, OutputError};
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
 
-/// The number format of the evaluation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// 32-bit integers, 64-bit products of which the high word is kept.
-    Q31,
-    /// IEEE binary32.
-    F32 {
-        /// Fused multiply–add on purpose, instead of a product and a sum that are rounded each.
-        fused: bool,
-    },
-}
-
-impl Format {
-    /// The name by which users ask for it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Format::Q31 => "q31",
-            Format::F32 { fused: false } => "f32",
-            Format::F32 { fused: true } => "f32-fma",
-        }
-    }
-
-    /// What the variable must be.
-    pub fn arithmetic(self) -> Arithmetic {
-        match self {
-            Format::Q31 => Arithmetic::Word,
-            Format::F32 { .. } => Arithmetic::Float,
-        }
-    }
-}
-
-/// A routine as designed: program, bound, and what its output word stands for.
-#[derive(Debug, Clone)]
-pub struct Design {
-    /// The whole program.
-    pub program: Program,
-    /// The bound, in the reference's unit.
-    pub bound: Bound,
-    /// Degree of the polynomial.
-    pub degree: usize,
-    /// Supremum error of the best polynomial of this degree, before its coefficients were rounded.
-    pub minimax: f64,
-    /// What one output word (float: 1) stands for, in the reference's unit.
-    pub unit: Interval,
-    /// Fractional bits of the output, where it is a power-of-two fraction.
-    pub fraction_bits: Option<i64>,
-}
-
-/// Why there is no design.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DesignError {
-    /// The output cannot be expressed.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// No format is coarse enough.
-    #[error(transparent)]
-    Overflows(#[from] Overflows),
-}
+/// The highest degree that is tried.
+pub const LARGEST_DEGREE: usize = 16;
 
 /// Designs the routine of the given degree.
 ///
@@ -91,28 +37,41 @@ pub fn design(
             .map(|(c, &k)| c.mul_pow2(k).round_to_i64().unwrap_or(0))
             .collect();
         let (program, unit) = grid.program(plan, format, output, &units)?;
+        let words = bound::words(&program, plan);
         // Which correction of the coefficients brings the program, with all its biases, nearest.
-        let residual = reference.polynomial.sub(&bound::output_polynomial(&program, plan)?.scale(&unit));
+        let residual = reference
+            .polynomial
+            .sub(&bound::output_polynomial(&program, plan, &words.0, &words.1)?.scale(&unit));
         let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::from_int(1).mul_pow2(-k).to_f64()).collect();
         let correction = quantize::nearest(&residual, &lsb, &from, &to);
         units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
         let (program, unit) = grid.program(plan, format, output, &units)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = grid.fraction_bits(format, output);
-        Ok(Design { program, bound, degree, minimax, unit, fraction_bits })
+        Ok(Design { program, bound, degree, segments: 1, minimax, unit, fraction_bits })
     };
     if let Format::F32 { .. } = format {
         return build(Grid::float(&best));
     }
-    // A sum may touch the end of its type by a few units: then one bit less.
+    // A sum may leave its type, at its end by a few units, or where the search moved a high coefficient far:
+    // then one bit less, and again.
     let fixed = |common: bool| {
-        let grid = |headroom| Grid::fixed(&best, &from, &to, output, headroom, common);
-        build(grid(0))
-            .or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(grid(1)) } else { Err(e) })
+        let grid = |headroom| Grid::fixed(&best, (&from, &to), format, output, headroom, common);
+        let mut last = build(grid(0));
+        for headroom in 1..=MOST_HEADROOM {
+            if !matches!(last, Err(DesignError::Overflows(_))) {
+                break;
+            }
+            last = build(grid(headroom));
+        }
+        last
     };
     // One binary point for all is simpler and an instruction a step cheaper; finer ones must earn that.
-    let (common, stepped) = (fixed(true)?, fixed(false)?);
-    Ok(if common.bound.total <= WORTH_A_SHIFT * stepped.bound.total { common } else { stepped })
+    match (fixed(true), fixed(false)) {
+        (Ok(common), Ok(stepped)) if common.bound.total > WORTH_A_SHIFT * stepped.bound.total => Ok(stepped),
+        (Ok(common), _) => Ok(common),
+        (Err(_), stepped) => stepped,
+    }
 }
 
 /// Enclosure of the supremum error of the best polynomial of `degree`, in the reference's unit.
@@ -135,6 +94,9 @@ fn distance(polynomial: &Polynomial, reference: &Reference, from: &Interval, to:
 /// A common binary point is kept while its bound is at most so much larger.
 const WORTH_A_SHIFT: f64 = 1.25;
 
+/// So many bits are given up at most where a sum would leave its type.
+const MOST_HEADROOM: i64 = 4;
+
 /// Where the binary point of every coefficient stands: cₖ of vᵏ is an integer times 2^−bits[k].
 struct Grid {
     bits: Vec<i64>,
@@ -146,8 +108,8 @@ impl Grid {
     /// coarsest of these for all.
     fn fixed(
         best: &Polynomial,
-        from: &Interval,
-        to: &Interval,
+        (from, to): (&Interval, &Interval),
+        format: Format,
         output: Output,
         headroom: i64,
         common: bool,
@@ -157,14 +119,11 @@ impl Grid {
             let partial = Polynomial::new(c[k..].to_vec());
             let tolerance = partial.range(from, to).magnitude().mul_pow2(-10);
             let reach = partial.supremum(from, to, &tolerance).upper().hull(&c[k]);
-            30 - headroom - reach.log2_floor().unwrap_or(-120).max(-120)
+            format.bits() - 1 - headroom - reach.log2_floor().unwrap_or(-120).max(-120)
         };
         let mut bits: Vec<i64> = (0..c.len()).map(room).collect();
         // The last sum cannot be finer than what is added to it.
-        if bits.len() > 1 {
-            bits[0] = bits[0].min(bits[1]);
-        }
-        bits[0] = bits[0].min(output.most_fraction_bits());
+        bits[0] = bits[0].min(bits[1]).min(output.most_fraction_bits());
         for k in 1..bits.len() {
             bits[k] = bits[k].min(bits[k - 1]);
         }
@@ -172,6 +131,7 @@ impl Grid {
             let coarsest = bits[bits.len() - 1];
             bits.fill(coarsest);
         }
+        bits[0] = (bits[0] + format.last_gain()).min(output.most_fraction_bits());
         Grid { bits }
     }
 
@@ -183,7 +143,7 @@ impl Grid {
     }
 
     fn fraction_bits(&self, format: Format, output: Output) -> Option<i64> {
-        (format == Format::Q31 && output == Output::PowerOfTwo).then(|| self.bits[0])
+        (format.is_fixed() && output == Output::PowerOfTwo).then(|| self.bits[0])
     }
 
     /// The program with coefficients `units[k]·2^−bits[k]`, and what its output word stands for.
@@ -198,26 +158,16 @@ impl Grid {
         let x = Operand::Step(p.variable);
         let n = units.len() - 1;
         match format {
-            Format::Q31 => {
+            Format::Q31 | Format::Q31Split | Format::Q15 => {
                 let value = |k: usize| Interval::from_int(units[k]).mul_pow2(-self.bits[k]).to_f64();
                 let note = |k: usize| format!("c{k} = {:.9e}, in 2^-{}", value(k), self.bits[k]);
                 let mut y = Operand::Int(units[n]);
-                if n == 0 {
-                    let zero = Operand::Int(0);
-                    y = p.push(
-                        Stage::Evaluation,
-                        "y",
-                        Type::I32,
-                        Op::MulAddHigh { a: zero, b: x, shift: 0, c: y },
-                        note(0),
-                    );
-                }
                 for k in (0..n).rev() {
                     let shift = (self.bits[k] - self.bits[k + 1]) as u32;
-                    let op = Op::MulAddHigh { a: y, b: x, shift, c: Operand::Int(units[k]) };
+                    let op = format.mul_add(y, x, shift, Operand::Int(units[k]));
                     y = p.push(Stage::Evaluation, "y", Type::I32, op, note(k));
                 }
-                let unit = output.from_fixed(&mut p, y, self.bits[0])?;
+                let unit = output.from_fixed(&mut p, format, y, self.bits[0])?;
                 Ok((p, unit))
             }
             Format::F32 { fused } => {
@@ -227,21 +177,11 @@ impl Grid {
                     Operand::Float(exact.to_f64() as f32)
                 };
                 let mut y = coefficient(n);
-                if n == 0 {
-                    let zero = Operand::Float(0.0);
-                    y = p.push(
-                        Stage::Evaluation,
-                        "y",
-                        Type::F32,
-                        Op::MulAddF32 { a: zero, b: x, c: y, fused },
-                        "",
-                    );
-                }
                 for k in (0..n).rev() {
                     let op = Op::MulAddF32 { a: y, b: x, c: coefficient(k), fused };
                     y = p.push(Stage::Evaluation, "y", Type::F32, op, format!("c{k}"));
                 }
-                let unit = output.from_float(&mut p)?;
+                let unit = output.from_float()?;
                 Ok((p, unit))
             }
         }
@@ -253,7 +193,7 @@ mod tests {
     use super::*;
     use crate::fixtures::paper_coefficients;
     use crate::input::{Arity, Encoding, Input};
-    use crate::options::{Options, RoutineOptions};
+    use crate::options::{Method, Options, RoutineOptions};
     use crate::quantity::Quantity;
     use crate::routine;
 
@@ -275,7 +215,7 @@ mod tests {
             (f32, reading(Encoding::F32), Output::F32, 9e-4),
             (fused, reading(Encoding::F32), Output::F32, 6.5e-4),
         ] {
-            let wanted = RoutineOptions { format, input, output };
+            let wanted = RoutineOptions { method: Method::Fused, format, input, output };
             let options = Options { degree: Some(9), ..Options::default() };
             let routine = routine::design(&coefficients, &options, &wanted).unwrap();
             let bound = quantity.in_bound_unit(routine.design.bound.total);

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 
 use crate::certificate::{self, Certificate, Entry};
 use crate::gappa;
-use crate::options::Options;
+use crate::options::{CShift, Options};
 use crate::quantity::Quantity;
 use crate::render::{RenderError, Renderer, View};
 use crate::routine::{self, Routine, RoutineError};
@@ -48,8 +48,8 @@ pub enum GenerateError {
         name: String,
     },
     /// Two routines would have one name.
-    #[error("format {0} is asked for twice: each format gives one routine")]
-    Twice(&'static str),
+    #[error("{0} is asked for twice: each format and table gives one routine")]
+    Twice(String),
     /// Fused multiply–add has no portable name in `no_std` Rust.
     #[error("f32-fma cannot be generated: `core` has no fused multiply-add; use f32")]
     NoFusedInRust,
@@ -84,10 +84,10 @@ pub fn generate(
         return Err(GenerateError::Name { what: "the name", name });
     }
     for (i, r) in options.routines.iter().enumerate() {
-        if options.routines[..i].iter().any(|other| other.format.name() == r.format.name()) {
-            return Err(GenerateError::Twice(r.format.name()));
+        if options.routines[..i].iter().any(|other| other.suffix() == r.suffix()) {
+            return Err(GenerateError::Twice(r.suffix()));
         }
-        if r.format == (crate::fused::Format::F32 { fused: true }) {
+        if r.format == (crate::format::Format::F32 { fused: true }) {
             return Err(GenerateError::NoFusedInRust);
         }
     }
@@ -108,7 +108,7 @@ pub fn generate(
     let mut files = BTreeMap::new();
     let mut described: Vec<(Entry, View)> = Vec::new();
     for routine in &routines {
-        let function = format!("{name}_{}", routine.options.format.name().replace('-', "_"));
+        let function = format!("{name}_{}", routine.options.suffix());
         let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
         let view = renderer.view(routine, &entry, &quantity, options)?;
         if let Some(script) = gappa::script(&renderer, routine, &function, &provenance)? {
@@ -133,13 +133,14 @@ pub fn generate(
             helpers.push(helper);
         }
     }
-    // The guard of the floats stands before any function.
-    helpers.sort_by_key(|helper| *helper != "float_guard");
+    // What others rest on comes first.
+    helpers.sort_by_key(|helper| !matches!(*helper, "float_guard" | "shift_right"));
     let (header, guard) = (format!("{name}.h"), format!("{}_H", name.to_uppercase()));
     let c = || {
         context! {
             provenance => &*provenance, routines => all.clone(), header => &*header, guard => &*guard,
             helpers => helpers.clone(), uses_fmaf => false,
+        arithmetic_shift => options.c_shift == CShift::Arithmetic,
         }
     };
     files.insert(PathBuf::from(format!("c/{name}.h")), renderer.render("c/header.h", c())?);

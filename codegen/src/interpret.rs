@@ -79,10 +79,32 @@ pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overf
             Op::Sub { a, b } => narrow(index, step.ty, int(*a) - int(*b))?,
             Op::Clamp { a, lo, hi } => narrow(index, step.ty, int(*a).clamp((*lo).into(), (*hi).into()))?,
             Op::ShiftLeft { a, by } => narrow(index, step.ty, int(*a) << by)?,
-            Op::ShiftRight { a, by } => narrow(index, step.ty, int(*a) >> by)?,
+            Op::ShiftRight { a, add, by } => narrow(index, step.ty, (int(*a) + i128::from(*add)) >> by)?,
+            Op::Index { a, add, by } => {
+                let sum = narrow(index, Type::U32, int(*a) + i128::from(*add))?;
+                narrow(index, step.ty, i128::from(sum.bits()) >> by)?
+            }
+            Op::Wrap { a, add, by } => Word::Int(i64::from(((int(*a) + i128::from(*add)) << by) as i32)),
+            Op::Entry { index: row, column } => {
+                let row = usize::try_from(int(*row)).unwrap_or(usize::MAX);
+                let entry = program.table.get(row).and_then(|r| r.get(*column));
+                Word::Int(*entry.ok_or(Overflow { step: index, value: row as i128, ty: step.ty })?)
+            }
             Op::Truncate { a } => narrow(index, step.ty, float(*a) as i128)?,
             Op::MulAddHigh { a, b, shift, c } => {
-                narrow(index, step.ty, int(*c) + ((int(*a) * int(*b) >> 32) << shift))?
+                let high = narrow(index, Type::I32, (int(*a) * int(*b) >> 32) << shift)?;
+                narrow(index, step.ty, int(*c) + i128::from(high.bits()))?
+            }
+            Op::MulAddSplit { a, b, shift, c } => {
+                let (a, b) = (int(*a), int(*b));
+                let ((a1, a0), (b1, b0)) = ((a >> 16, a & 0xffff), (b >> 16, b & 0xffff));
+                let high = a1 * b1 + (a1 * b0 >> 16) + (a0 * b1 >> 16);
+                let high = narrow(index, Type::I32, high << shift)?;
+                narrow(index, step.ty, int(*c) + i128::from(high.bits()))?
+            }
+            Op::MulAddShort { a, b, by, c } => {
+                let product = narrow(index, Type::I32, int(*a) * int(*b))?;
+                narrow(index, step.ty, int(*c) + i128::from(product.bits() >> by))?
             }
         };
         results.push(result);

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::fused::Format;
+use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
 
@@ -28,9 +28,25 @@ pub enum CShift {
     Arithmetic,
 }
 
+/// How the function is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// One polynomial for the whole range.
+    Fused,
+    /// A table of polynomials.
+    Piecewise {
+        /// Degree of each, 1 to 3.
+        degree: usize,
+        /// Their number as a power of two.
+        segments_log2: u32,
+    },
+}
+
 /// One routine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoutineOptions {
+    /// How it is evaluated.
+    pub method: Method,
     /// Number format of the evaluation.
     pub format: Format,
     /// What it is given.
@@ -40,13 +56,29 @@ pub struct RoutineOptions {
 }
 
 impl RoutineOptions {
+    /// What tells it from the other routines of a generation: the format, and the table if there is one.
+    pub fn suffix(&self) -> String {
+        let format = self.format.name().replace('-', "_");
+        match self.method {
+            Method::Fused => format,
+            Method::Piecewise { degree, segments_log2 } => {
+                format!("{format}_{degree}x{}", 1 << segments_log2)
+            }
+        }
+    }
+
     /// The usual input and output of a format: the reading as a word of the same kind.
     pub fn of(format: Format) -> Self {
         let (encoding, output) = match format {
-            Format::Q31 => (Encoding::Q31 { full_scale: None }, Output::PowerOfTwo),
             Format::F32 { .. } => (Encoding::F32, Output::F32),
+            _ => (Encoding::Q31 { full_scale: None }, Output::PowerOfTwo),
         };
-        RoutineOptions { format, input: Input { arity: Arity::Reading, encoding }, output }
+        RoutineOptions {
+            method: Method::Fused,
+            format,
+            input: Input { arity: Arity::Reading, encoding },
+            output,
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::exact::Interval;
+use crate::format::Format;
 use crate::program::{Op, Operand, Program, Stage, Type};
 
 /// The format of the result. The unit is the radian for a pair, the sensor's own for a direct one.
@@ -48,7 +49,13 @@ impl Output {
     ///
     /// # Errors
     /// [`OutputError::Decimal`] where the factor does not fit 32 bits.
-    pub fn from_fixed(self, p: &mut Program, y: Operand, bits: i64) -> Result<Interval, OutputError> {
+    pub fn from_fixed(
+        self,
+        p: &mut Program,
+        format: Format,
+        y: Operand,
+        bits: i64,
+    ) -> Result<Interval, OutputError> {
         let decimal = |p: &mut Program, digits: u32, note: &str| {
             // y·10^digits·2^−bits = ⌊y·m·2⁻³²⌋·2^shift with m = 10^digits·2^(32 − bits − shift).
             let power = Interval::from_int(10i64.pow(digits));
@@ -59,7 +66,7 @@ impl Output {
             let shift = shift.ok_or_else(|| error.clone())?;
             let factor = power.mul_pow2(32 - bits - shift);
             let m = factor.floor_to_i64().filter(|m| Interval::from_int(*m) == factor).ok_or(error)?;
-            let op = Op::MulAddHigh { a: y, b: Operand::Int(m), shift: shift as u32, c: Operand::Int(0) };
+            let op = format.scale_high(y, Operand::Int(m), shift as u32);
             p.push(Stage::Output, "angle", Type::I32, op, note);
             Ok(Interval::from_int(1).div(&power))
         };
@@ -80,7 +87,7 @@ impl Output {
     ///
     /// # Errors
     /// [`OutputError::FloatOnly`] where an integer is wanted.
-    pub fn from_float(self, _p: &mut Program) -> Result<Interval, OutputError> {
+    pub fn from_float(self) -> Result<Interval, OutputError> {
         if self == Output::F32 { Ok(Interval::from_int(1)) } else { Err(OutputError::FloatOnly) }
     }
 }

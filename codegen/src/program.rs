@@ -59,8 +59,14 @@ pub enum Op {
     ClampF32 { a: Operand, lo: f32, hi: f32 },
     /// a·2^by, exactly.
     ShiftLeft { a: Operand, by: u32 },
-    /// ⌊a·2^−by⌋.
-    ShiftRight { a: Operand, by: u32 },
+    /// ⌊(a + add)·2^−by⌋, of integers.
+    ShiftRight { a: Operand, add: i64, by: u32 },
+    /// ⌊(a + add)·2^−by⌋ where 0 ≤ a + add < 2³²: the number of a table's segment.
+    Index { a: Operand, add: i64, by: u32 },
+    /// (a + add)·2^by less the multiple of 2³² that makes it a signed word: the place within a segment.
+    Wrap { a: Operand, add: i64, by: u32 },
+    /// Entry `column` of row `index` of the table.
+    Entry { index: Operand, column: usize },
     /// A float to an integer, toward zero.
     Truncate { a: Operand },
     /// An integer to a float, to nearest.
@@ -69,6 +75,11 @@ pub enum Op {
     MulF32 { a: Operand, b: Operand },
     /// c + ⌊a·b·2⁻³²⌋·2^shift: a 32×32→64-bit product of which the high word is kept.
     MulAddHigh { a: Operand, b: Operand, shift: u32, c: Operand },
+    /// The same from 16-bit halves, for cores without a long product: with a = a₁2¹⁶ + a₀, b = b₁2¹⁶ + b₀,
+    /// c + (a₁b₁ + ⌊a₁b₀·2⁻¹⁶⌋ + ⌊a₀b₁·2⁻¹⁶⌋)·2^shift; a₀b₀ is left out.
+    MulAddSplit { a: Operand, b: Operand, shift: u32, c: Operand },
+    /// c + ⌊a·b·2^−by⌋ of two 16-bit numbers, 0 < by: the product fits 32 bits.
+    MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },
     /// c + a·b of floats: rounded once where `fused`, otherwise after the product and after the sum.
     MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
 }
@@ -112,7 +123,7 @@ pub struct Argument {
 }
 
 /// A whole routine: steps in order, each using earlier ones only.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
     /// The arguments.
     pub arguments: Vec<Argument>,
@@ -122,6 +133,8 @@ pub struct Program {
     pub reading: usize,
     /// The step that limits the reading to the valid range.
     pub clamped: usize,
+    /// Rows of coefficients that `Entry` reads; empty without a table. Their number is a power of two.
+    pub table: Vec<Vec<i64>>,
     /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
     pub variable: usize,
     /// See `variable`.
@@ -143,6 +156,18 @@ impl Program {
     pub fn name_variable(&mut self) {
         self.variable = self.output();
         self.steps[self.variable].name = "x".into();
+    }
+
+    /// Bytes of flash that the table takes.
+    pub fn table_bytes(&self) -> usize {
+        4 * self.table.iter().map(Vec::len).sum::<usize>()
+    }
+
+    /// ⌊(word + add)·2^−by⌋ of the table's row, where there is a table: (add, by).
+    pub fn index(&self) -> Option<(i64, u32)> {
+        self.steps
+            .iter()
+            .find_map(|s| if let Op::Index { add, by, .. } = s.op { Some((add, by)) } else { None })
     }
 
     /// Appends a step and gives the operand that stands for it.

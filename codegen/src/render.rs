@@ -34,6 +34,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
+    ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
+    ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];
@@ -63,6 +65,10 @@ pub struct View {
     steps: Vec<Value>,
     helpers: Vec<&'static str>,
     in_range: Value,
+    table: Vec<Vec<i64>>,
+    segments: usize,
+    table_bytes: usize,
+    arithmetic_shift: bool,
     /// The contract as rendered text, for files that hold several routines.
     contract: String,
 }
@@ -122,7 +128,11 @@ impl Renderer {
         let mut view = View {
             name: entry.routine.clone(),
             degree: entry.degree,
-            variable: if program.variable_exponent == 32 { "x/2³²" } else { "x" },
+            variable: match routine.options.format.bits() {
+                31 => "x/2³²",
+                15 => "x/2¹⁶",
+                _ => "x",
+            },
             quantity: quantity.clone(),
             formula: quantity.formula.clone(),
             symbol: quantity.symbol.clone(),
@@ -153,6 +163,10 @@ impl Renderer {
             steps: steps(program),
             helpers: helpers(program, options.c_shift),
             in_range: in_range(program),
+            table: program.table.clone(),
+            segments: routine.design.segments,
+            table_bytes: program.table_bytes(),
+            arithmetic_shift: options.c_shift == CShift::Arithmetic,
             contract: String::new(),
         };
         view.contract = self.render("contract.txt", context! { routine => Value::from(Serde(&view)) })?;
@@ -237,12 +251,22 @@ fn steps(program: &Program) -> Vec<Value> {
             Op::ShiftLeft { a, by } => {
                 context! { kind => "shift_left", a => operand(a), by, factor => 1u64 << by }
             }
-            Op::ShiftRight { a, by } => context! { kind => "shift_right", a => operand(a), by },
+            Op::ShiftRight { a, add, by } => context! {
+                kind => "shift_right", a => operand(a), add, by,
+                },
+            Op::Index { a, add, by } => {
+                context! { kind => "index", a => operand(a), add => *add as u32, by }
+            }
+            Op::Wrap { a, add, by } => context! { kind => "wrap", a => operand(a), add => *add as u32, by },
+            Op::Entry { index, column } => context! { kind => "entry", index => operand(index), column },
             Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
             Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
             Op::MulF32 { a, b } => context! { kind => "mul_f32", a => operand(a), b => operand(b) },
-            Op::MulAddHigh { a, b, shift, c } => context! {
-                kind => "mul_add_high", a => operand(a), b => operand(b), shift,
+            Op::MulAddShort { a, b, by, c } => context! {
+                kind => "mul_add_short", a => operand(a), b => operand(b), by, c => operand(c),
+            },
+            Op::MulAddHigh { a, b, shift, c } | Op::MulAddSplit { a, b, shift, c } => context! {
+                kind => "mul_add", helper => product_helper(&step.op), a => operand(a), b => operand(b), shift,
                 factor => 1u64 << shift, c => operand(c),
             },
             Op::MulAddF32 { a, b, c, fused } => context! {
@@ -274,15 +298,30 @@ fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
             Op::Clamp { a, .. } if matches!(type_of(program, a), Type::I32 | Type::U16) => "limit_i32",
             Op::Clamp { .. } => "limit_i64",
             Op::ClampF32 { .. } => "limit_f32",
-            Op::MulAddHigh { .. } if shift == CShift::Strict => "mul_high_strict",
-            Op::MulAddHigh { .. } => "mul_high_arithmetic",
+            Op::MulAddHigh { .. } => "mul_high",
+            Op::MulAddSplit { .. } => "mul_split",
+            Op::MulAddShort { .. } => "mul_short",
+            Op::Wrap { .. } if shift == CShift::Strict => "to_signed",
             _ => continue,
         };
         if !helpers.contains(&helper) {
             helpers.push(helper);
         }
     }
+    let shifts =
+        |op: &Op| matches!(op, Op::MulAddSplit { .. } | Op::MulAddShort { .. } | Op::ShiftRight { .. });
+    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op)) {
+        helpers.insert(0, "shift_right");
+    }
     helpers
+}
+
+/// The function that takes the high part of a product.
+fn product_helper(op: &Op) -> &'static str {
+    match op {
+        Op::MulAddSplit { .. } => "mul_split",
+        _ => "mul_high",
+    }
 }
 
 /// How the routine tells that a reading was inside the range.

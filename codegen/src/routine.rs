@@ -2,15 +2,14 @@
 
 use fitter::coefficients::Coefficients;
 
+use crate::design::{Design, DesignError};
 use crate::exact::Interval;
-use crate::fused::{self, Design, DesignError};
+use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
-use crate::options::{Options, RoutineOptions};
+use crate::options::{Method, Options, RoutineOptions};
+use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
-
-/// The highest degree that is tried.
-pub const LARGEST_DEGREE: usize = 16;
 
 /// A designed routine with everything that is known about it.
 #[derive(Debug, Clone)]
@@ -67,6 +66,33 @@ pub enum RoutineError {
         /// Unit of the bounds.
         unit: String,
     },
+    /// A table of unusual size.
+    #[error(
+        "a table of {segments} polynomials of degree {degree}: give degree 1 to 3 and 2 to 4096 segments, 2x32 for example"
+    )]
+    Table {
+        /// Degree.
+        degree: usize,
+        /// Segments.
+        segments: usize,
+    },
+    /// A table in a format without 32-bit words.
+    #[error("a table needs 32-bit words: format q31 or q31-split, not {0}")]
+    TableFormat(&'static str),
+    /// The table's bound is too large.
+    #[error(
+        "{suffix} is proven within {reachable:.3e} {unit} only, not {wanted:e}: ask for more segments or a higher degree"
+    )]
+    TableUnreachable {
+        /// Format and table.
+        suffix: String,
+        /// The bound asked for.
+        wanted: f64,
+        /// The bound that this table has.
+        reachable: f64,
+        /// Unit of the bounds.
+        unit: String,
+    },
     /// A bound that is 0, negative or not finite.
     #[error("the bound is {0}: give a positive number")]
     Bound(f64),
@@ -119,6 +145,27 @@ pub fn design(
         reference: reference.clone(),
         range,
     };
+    if let Method::Piecewise { degree, segments_log2 } = wanted.method {
+        if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
+            return Err(RoutineError::Table { degree, segments: 1 << segments_log2.min(31) });
+        }
+        if wanted.format.bits() != 31 {
+            return Err(RoutineError::TableFormat(wanted.format.name()));
+        }
+        let design =
+            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)?;
+        let bound = quantity.in_bound_unit(design.bound.total);
+        if bound <= target {
+            return Ok(finish(design));
+        }
+        let unit = quantity.bound_unit;
+        return Err(RoutineError::TableUnreachable {
+            suffix: wanted.suffix(),
+            wanted: target,
+            reachable: bound,
+            unit,
+        });
+    }
     let degrees = match options.degree {
         Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => return Err(RoutineError::Degree(degree)),
         Some(degree) => degree..=degree,
@@ -183,5 +230,68 @@ impl Routine {
     pub fn extrapolated(&self, coefficients: &Coefficients) -> Option<(f64, f64)> {
         let covered = (coefficients.valid_range.from, coefficients.valid_range.to);
         (self.range.0 < covered.0 || self.range.1 > covered.1).then_some(covered)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::format::Format;
+    use crate::input::{Arity, Encoding, Input};
+    use crate::interpret::{Word, interpret};
+    use crate::output::Output;
+    use proptest::prelude::*;
+
+    /// Words of an integer input that lie closest to where something could go wrong, and one in between.
+    fn words(routine: &Routine, at: f64) -> Vec<i64> {
+        let step = &routine.design.program.steps[routine.design.program.clamped];
+        let crate::program::Op::Clamp { lo, hi, .. } = step.op else { return Vec::new() };
+        let inside = lo + ((hi - lo) as f64 * at) as i64;
+        vec![lo, lo + 1, hi - 1, hi, inside, inside ^ 0xffff, (inside >> 16) << 16, 0]
+            .into_iter()
+            .filter(|w| (lo..=hi).contains(w))
+            .collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        /// Every method and fixed-point format holds its bound on devices around the paper's.
+        #[test]
+        fn bounds_hold(
+            scale in prop::collection::vec(-2.0..2.0f64, 10),
+            method in prop_oneof![
+                Just(Method::Fused),
+                (1..=3usize, 1..=6u32).prop_map(|(degree, segments_log2)| Method::Piecewise { degree, segments_log2 }),
+            ],
+            format in prop::sample::select(vec![Format::Q31, Format::Q31Split, Format::Q15]),
+            degree in 1..=10usize,
+            full_scale in prop::option::of(0.37..2.0f64),
+            at in prop::collection::vec(0.0..1.0f64, 40),
+        ) {
+            let mut coefficients = paper_coefficients();
+            coefficients.base.coefficients.iter_mut().zip(&scale).for_each(|(a, s)| *a *= s);
+            (coefficients.valid_range.from, coefficients.valid_range.to) = (-0.33, 0.36);
+            let format = if method == Method::Fused { format } else { Format::Q31 };
+            let input = Input { arity: Arity::Reading, encoding: Encoding::Q31 { full_scale } };
+            let wanted = RoutineOptions { method, format, input, output: Output::PowerOfTwo };
+            let options = Options { degree: Some(degree), bound: Some(1e9), ..Options::default() };
+            let routine = design(&coefficients, &options, &wanted).unwrap();
+            let model = coefficients.error_model();
+            let unit = routine.design.unit.to_f64();
+            let full_scale = full_scale.unwrap_or(0.5);
+            for at in at {
+                for word in words(&routine, at) {
+                    let out = interpret(&routine.design.program, &[Word::Int(word)]).unwrap();
+                    let expected = model.corrected(word as f64 * full_scale / 2f64.powi(31));
+                    let error = (out.word.bits() as f64 * unit - expected).abs();
+                    prop_assert!(out.in_range);
+                    prop_assert!(
+                        error <= routine.design.bound.total * (1.0 + 1e-9),
+                        "{wanted:?} at {word}: {error:e} exceeds {:?}", routine.design.bound
+                    );
+                }
+            }
+        }
     }
 }

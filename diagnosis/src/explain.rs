@@ -17,6 +17,9 @@ pub fn first_order(rows: &Rows) -> usize {
     wanted.min(highest_order(rows))
 }
 
+/// Change of the correlation that leaves the calibration as it is.
+const SAME_CORRELATION: f64 = 0.08;
+
 /// What was found.
 pub struct Explanation<'a> {
     /// The search with its final noise and calibration.
@@ -66,7 +69,13 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             model.extend(all.into_iter().skip(base.len()));
         }
         let noise = estimate(&rows.error, &model, &covariates);
-        let again = Search::new(rows, catalogue, order, noise, skip);
+        // The tails depend on the design and the correlation, not on the level: only where the correlation is
+        // another one are they resampled.
+        let again = if (noise.phi - search.noise.phi).abs() < SAME_CORRELATION {
+            Search::with_noise(&search, noise)
+        } else {
+            Search::new(rows, catalogue, order, noise, skip)
+        };
         let next = again.run(terms.clone());
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
         search = again;

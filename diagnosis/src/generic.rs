@@ -43,6 +43,18 @@ pub fn observables(rows: &Rows) -> Vec<Scaled> {
     out
 }
 
+/// An observable less its smooth dependence on the angle, where that is nearly all of it; else itself.
+fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
+    let mut smooth = crate::linear::Basis::new(x.len());
+    for column in legendre(x, 3) {
+        smooth.add(&column);
+    }
+    let mut left = z.to_vec();
+    smooth.project_off(&mut left);
+    let whole = crate::rows::centred(z);
+    if crate::rows::rms(&left) < 0.3 * crate::rows::rms(&whole) { scaled(&left) } else { z.to_vec() }
+}
+
 /// Values mapped linearly onto −1 … 1.
 pub fn scaled(values: &[f64]) -> Vec<f64> {
     let (low, high) = range(values);
@@ -65,13 +77,16 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     let mut out = Vec::new();
     let mut add = |place: Place, groups: Vec<Vec<Vec<f64>>>| out.push(Generic { place, groups });
 
+    // In products an observable that is all but a function of the angle (the coil's current) counts with what
+    // it has of its own: otherwise it would stand in for the angle.
+    let own: Vec<Vec<f64>> = observables.iter().map(|o| own_part(&o.z, &x)).collect();
     for (k, o) in observables.iter().enumerate() {
         let curve = legendre(&o.z, 4);
         add(Place::on(&o.name), vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()]);
         let z2 = curve[2].clone();
         add(
             Place::product(&o.name, "angle_deg"),
-            vec![vec![times(&o.z, &x)], vec![times(&o.z, &x), times(&o.z, &x2), times(&z2, &x)]],
+            vec![vec![times(&own[k], &x)], vec![times(&own[k], &x), times(&own[k], &x2), times(&z2, &x)]],
         );
         let square = times(&o.z, &o.z);
         let duration = rows.duration_s();
@@ -79,16 +94,16 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             .iter()
             .flat_map(|part| {
                 let tau = part * duration;
-                let slow = low_pass(&rows.t_s, &o.z, tau);
-                let rate = o.z.iter().zip(&slow).map(|(z, s)| z - s).collect::<Vec<f64>>();
+                let slow = low_pass(&rows.t_s, &own[k], tau);
+                let rate = own[k].iter().zip(&slow).map(|(z, s)| z - s).collect::<Vec<f64>>();
                 [vec![rate], vec![low_pass(&rows.t_s, &square, tau)]]
             })
             .collect();
         add(Place::product(&o.name, "history"), history);
-        add(Place::product(&o.name, "direction"), vec![vec![times(&o.z, &rows.direction)]]);
-        add(Place::product(&o.name, "t_s"), vec![vec![times(&o.z, &t)]]);
-        for other in &observables[k + 1..] {
-            add(Place::product(&o.name, &other.name), vec![vec![times(&o.z, &other.z)]]);
+        add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
+        add(Place::product(&o.name, "t_s"), vec![vec![times(&own[k], &t)]]);
+        for (j, other) in observables.iter().enumerate().skip(k + 1) {
+            add(Place::product(&o.name, &other.name), vec![vec![times(&own[k], &own[j])]]);
         }
     }
 

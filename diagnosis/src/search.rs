@@ -4,6 +4,8 @@
 //! price is what the strongest of the family's candidates explains in one recording of nothing in
 //! [`crate::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
 
+use std::sync::Arc;
+
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
 use crate::dictionary::{Dictionary, Kind, Projected, SMALLEST_PART};
@@ -17,6 +19,8 @@ const MOST_TERMS: usize = 6;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
 const GENERIC_HANDICAP: f64 = 9.0;
+/// The same for every column beyond the first.
+const HANDICAP_PER_COLUMN: f64 = 1.5;
 /// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler.
 const SHAPE_PRICE: f64 = 1.5;
 /// Merit by which an exchange must win.
@@ -55,13 +59,16 @@ pub struct Search<'a> {
     /// The catalogue.
     pub catalogue: &'a [Box<dyn Effect>],
     /// The candidates.
-    pub dictionary: Dictionary,
+    pub dictionary: Arc<Dictionary>,
     /// The noise used for whitening.
     pub noise: Noise,
     /// The calibration of the whole search.
     pub calibration: Calibration,
     /// Share of the false alarms per family.
     pub shares: Vec<f64>,
+    /// Price of a term by family and rank.
+    prices: Vec<Vec<f64>>,
+    base_order: usize,
     whitened: Columns,
     base: Basis,
     /// Whitened cleaned observations less the base.
@@ -77,14 +84,9 @@ impl<'a> Search<'a> {
         noise: Noise,
         skip: &[String],
     ) -> Search<'a> {
-        let dictionary = Dictionary::new(rows, catalogue, order, skip);
+        let dictionary = Arc::new(Dictionary::new(rows, catalogue, order, skip));
         let whitened = dictionary.whitened(&noise);
-        let mut base = Basis::new(rows.len());
-        for column in base_columns(rows, order) {
-            base.add(&noise.whiten(&column));
-        }
-        let mut target = noise.whiten(&noise.clean);
-        base.project_off(&mut target);
+        let (base, target) = base_and_target(rows, order, &noise);
         let shares: Vec<f64> = dictionary
             .families
             .iter()
@@ -99,7 +101,49 @@ impl<'a> Search<'a> {
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
         let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &alarm);
-        Search { rows, catalogue, dictionary, noise, calibration, shares, whitened, base, target }
+        let prices = (0..shares.len())
+            .map(|f| {
+                let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
+                    .iter()
+                    .map(|c| c.columns.len());
+                let widest = widths.max().unwrap_or(1);
+                (0..=widest).map(|rank| calibration.price(f, shares[f], rank)).collect()
+            })
+            .collect();
+        Search {
+            rows,
+            catalogue,
+            dictionary,
+            noise,
+            calibration,
+            shares,
+            prices,
+            base_order: order,
+            whitened,
+            base,
+            target,
+        }
+    }
+
+    /// The same search with another noise (rows that count as unmeasured), its calibration kept.
+    pub fn with_noise(whole: &Search<'a>, noise: Noise) -> Search<'a> {
+        let order = whole.base_order;
+        let dictionary = Arc::clone(&whole.dictionary);
+        let whitened = dictionary.whitened(&noise);
+        let (base, target) = base_and_target(whole.rows, order, &noise);
+        Search {
+            rows: whole.rows,
+            catalogue: whole.catalogue,
+            dictionary,
+            noise,
+            calibration: whole.calibration.clone(),
+            shares: whole.shares.clone(),
+            prices: whole.prices.clone(),
+            base_order: order,
+            whitened,
+            base,
+            target,
+        }
     }
 
     /// Whether the term is a catalogued effect, and which.
@@ -137,11 +181,21 @@ impl<'a> Search<'a> {
 
     /// The price of a term.
     pub fn price(&self, term: &Term) -> f64 {
-        let own = self.calibration.price(term.family, self.shares[term.family], term.columns.len());
+        let own = self.own_price(term);
         match self.effect(term.family) {
             Some(_) => own + SHAPE_PRICE * term.shape.len() as f64,
-            None if self.is_generic(term.family) => own + GENERIC_HANDICAP,
+            None if self.is_generic(term.family) => own + handicap(term),
             None => own,
+        }
+    }
+
+    /// The price without what is set on top of it for comparisons.
+    fn own_price(&self, term: &Term) -> f64 {
+        let (known, rank) = (&self.prices[term.family], term.columns.len());
+        match known.get(rank) {
+            Some(price) => *price,
+            // A richer form than any of the grid (further harmonics).
+            None => self.calibration.price(term.family, self.shares[term.family], rank),
         }
     }
 
@@ -463,7 +517,7 @@ impl<'a> Search<'a> {
                 let merit_without = self.merit(&without);
                 if terms.len() > 1 {
                     // The handicap is for comparisons with physics, not with nothing.
-                    let lost = if self.is_generic(removed.family) { GENERIC_HANDICAP } else { 0.0 };
+                    let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
                     consider(without.clone(), merit_without - lost);
                 }
                 let others = self.contenders(&without, |f| f != removed.family);
@@ -491,6 +545,19 @@ impl<'a> Search<'a> {
                     }
                 }
             }
+            // One explanation in the place of two.
+            for k in 0..terms.len() {
+                for j in k + 1..terms.len() {
+                    let mut with: Vec<Term> = terms.clone();
+                    with.remove(j);
+                    with.remove(k);
+                    if let Some(one) = self.contenders(&with, |_| true).into_iter().next() {
+                        with.push(one.term);
+                        let m = self.merit(&with);
+                        consider(with, m);
+                    }
+                }
+            }
             match better {
                 Some((m, candidate)) if m > merit + EXCHANGE_MARGIN => {
                     *terms = candidate;
@@ -500,4 +567,20 @@ impl<'a> Search<'a> {
             }
         }
     }
+}
+
+/// What a generic term must explain beyond a catalogued one: the more columns, the more physics it swallows.
+fn handicap(term: &Term) -> f64 {
+    GENERIC_HANDICAP + HANDICAP_PER_COLUMN * (term.columns.len() as f64 - 1.0)
+}
+
+/// The whitened base and the observations less it.
+fn base_and_target(rows: &Rows, order: usize, noise: &Noise) -> (Basis, Vec<f64>) {
+    let mut base = Basis::new(rows.len());
+    for column in base_columns(rows, order) {
+        base.add(&noise.whiten(&column));
+    }
+    let mut target = noise.whiten(&noise.clean);
+    base.project_off(&mut target);
+    (base, target)
 }

@@ -196,7 +196,7 @@ pub fn write(
                     writeln!(file, "{},{:.6},{outside}", recording.time_s[row], scale * corrected)?;
                 }
                 Sensor::Direct { .. } => {
-                    writeln!(file, "{},{:.12e},{outside}", recording.time_s[row], corrected)?;
+                    writeln!(file, "{},{},{outside}", recording.time_s[row], corrected)?;
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! The command line of `fitter`.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -101,7 +101,8 @@ fn apply(args: &ApplyArgs) -> Result<()> {
     for note in &applied.notes {
         eprintln!("warning: {note}");
     }
-    println!("{}: {} rows corrected, written {}", recording.file, recording.rows(), args.out.display());
+    let (file, rows) = (&recording.file, recording.rows());
+    say(&format!("{file}: {rows} rows corrected, written {}", args.out.display()));
     Ok(())
 }
 
@@ -128,9 +129,13 @@ fn fit(args: &FitArgs) -> Result<()> {
     let fit = fitter::fit(&recording, &mirror, &options).into_diagnostic()?;
     let text = fit.coefficients.to_json();
     output::write_whole(&args.out, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
-    print!("{}", fitter::summary::summary(&fit));
-    println!("written      {}", args.out.display());
+    say(&format!("{}written      {}", fitter::summary::summary(&fit), args.out.display()));
     Ok(())
+}
+
+/// Prints a line or several. That nobody reads them to the end (`| head`) is no error.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 /// Reads a recording; a long one with a progress bar, if someone is watching.

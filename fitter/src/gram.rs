@@ -69,19 +69,32 @@ impl Grams {
 
     /// Sum over folds and points of factor(fold, point) times the cell's sums.
     pub fn total(&self, factor: impl Fn(usize, usize) -> f64) -> Sums {
-        let size = packed(columns(self.order));
-        let mut total = Sums { order: self.order, rows: 0, values: vec![0.0; size] };
+        let mut total = Sums::zero(self.order);
         for fold in 0..self.folds {
             for point in 0..self.points {
-                let (cell, factor) = (fold * self.points + point, factor(fold, point));
-                if factor != 0.0 {
-                    total.rows += self.rows[cell];
-                    let sums = &self.sums[cell * size..][..size];
-                    total.values.iter_mut().zip(sums).for_each(|(total, sum)| *total += factor * sum);
-                }
+                self.add_cell(&mut total, fold, point, factor(fold, point));
             }
         }
         total
+    }
+
+    /// Sum over the folds that are not in `skip` of factor times one point's sums.
+    pub fn point(&self, point: usize, factor: f64, skip: &std::ops::Range<usize>) -> Sums {
+        let mut total = Sums::zero(self.order);
+        for fold in (0..self.folds).filter(|fold| !skip.contains(fold)) {
+            self.add_cell(&mut total, fold, point, factor);
+        }
+        total
+    }
+
+    fn add_cell(&self, total: &mut Sums, fold: usize, point: usize, factor: f64) {
+        let (cell, size) = (fold * self.points + point, total.values.len());
+        if factor != 0.0 {
+            total.rows += self.rows[cell];
+            total.weight += factor * self.rows[cell] as f64;
+            let sums = &self.sums[cell * size..][..size];
+            total.values.iter_mut().zip(sums).for_each(|(total, sum)| *total += factor * sum);
+        }
     }
 }
 
@@ -101,10 +114,25 @@ fn add_products(sums: &mut [f64], values: &[f64]) {
 pub(crate) struct Sums {
     pub order: usize,
     pub rows: usize,
-    pub values: Vec<f64>,
+    /// Sum of the factors that the rows were counted with.
+    pub weight: f64,
+    values: Vec<f64>,
 }
 
 impl Sums {
+    /// Of no rows.
+    pub fn zero(order: usize) -> Sums {
+        Sums { order, rows: 0, weight: 0.0, values: vec![0.0; packed(columns(order))] }
+    }
+
+    /// Adds `factor` times the sums of other rows; with a factor of −1, rows that were added before are
+    /// taken out again.
+    pub fn add(&mut self, other: &Sums, factor: f64) {
+        self.rows = if factor < 0.0 { self.rows - other.rows } else { self.rows + other.rows };
+        self.weight += factor * other.weight;
+        self.values.iter_mut().zip(&other.values).for_each(|(to, sum)| *to += factor * sum);
+    }
+
     pub fn get(&self, i: usize, j: usize) -> f64 {
         self.values[at(i.min(j), i.max(j))]
     }

@@ -58,22 +58,17 @@ impl Problem<'_> {
         factor
     }
 
-    /// Coefficients of the basis that minimise the weighted squares.
-    ///
-    /// # Errors
-    /// [`FitError::TooFewPoints`] if the rows do not determine them.
-    pub fn solve_qr(&self) -> Result<Vec<Double>, FitError> {
+    /// Coefficients of the basis that minimise the weighted squares; none if the rows do not determine them.
+    pub fn solve_qr(&self) -> Option<Vec<Double>> {
         let parameters = self.order + 1;
         let triangle = self.triangle();
-        let undetermined =
-            || FitError::TooFewPoints { points: self.reading.len(), parameters, order: self.order };
         if triangle.nrows() < parameters {
-            return Err(undetermined());
+            return None;
         }
         let r = triangle.submatrix(0, 0, parameters, parameters);
         let largest = (0..parameters).map(|i| r[(i, i)].abs()).fold(0.0, f64::max);
         if (0..parameters).any(|i| r[(i, i)].abs() <= 1e-10 * largest) {
-            return Err(undetermined());
+            return None;
         }
         let mut solution = triangle.submatrix(0, parameters, parameters, 1).to_owned();
         r.solve_upper_triangular_in_place(solution.as_mut());
@@ -91,7 +86,7 @@ impl Problem<'_> {
                 }
             }
         }
-        Ok(c)
+        Some(c)
     }
 
     /// Aᵀ W (error − A c) in doubled precision; it vanishes at the minimiser.

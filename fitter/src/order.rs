@@ -7,10 +7,14 @@
 //! set holds every angle, so that it sees noise but hardly any over-fitting, and it does not choose.
 //!
 //! Chosen is the smallest order within one standard error of the minimum. The error is that of the
-//! *difference* of the two testing errors on the same splits, because what all orders share (the noise of
-//! the held-out readings) says nothing about which is better; and it is corrected for the overlap of the
-//! splits, var·(1/K + held out/training) (Nadeau & Bengio 2003), without which repeating the splits would
-//! make it as small as one likes.
+//! *difference* of the two testing errors on the same splits: what all orders share, the noise of the
+//! held-out readings, says nothing about which is better. It comes from a jackknife over passes, the
+//! independent repeats of the recording: the angles are not a sample of anything, so that the differences
+//! between splits measure how uneven the misfit is rather than how uncertain it is, and averaging over ever
+//! more splits removes them. With fewer than three passes there is nothing to repeat, and the error is
+//! that of the splits, corrected for their overlap: var·(1/K + held out/training) (Nadeau & Bengio 2003).
+//!
+//! Where the noise is uneven and the rows are weighted, both errors are weighted alike.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -104,89 +108,145 @@ pub(crate) fn select(
     splits: &Splits,
 ) -> Option<Scores> {
     let points = grams.points;
-    let held_out = ((splits.held_out_share * points as f64).round() as usize).clamp(1, points.max(4) - 3);
     if points < 4 {
         return None;
     }
+    let held_out = ((splits.held_out_share * points as f64).round() as usize).clamp(1, points - 3);
     // One reading in training must be left over beyond the parameters, whichever groups are held out.
     let mut sizes = distinct.to_vec();
     sizes.sort_unstable();
     let training: usize = sizes[..points - held_out].iter().sum();
     let last = last.min(grams.order).min(training.saturating_sub(2));
-    let mut random = ChaCha8Rng::seed_from_u64(splits.seed);
-    let plain: Vec<Sums> =
-        (0..points).map(|point| grams.total(|_, p| f64::from(u8::from(p == point)))).collect();
-    let mut inner: Vec<usize> = (1..points - 1).collect();
-    let mut runs = Vec::with_capacity(splits.count);
-    for _ in 0..splits.count {
-        for position in 0..held_out {
-            let other = position + uniform(&mut random, inner.len() - position);
-            inner.swap(position, other);
-        }
-        runs.push(score_split(&plain, weights, &inner[..held_out], first, last));
-    }
-    let last =
-        runs.iter().map(|run| first + run.len()).min()?.checked_sub(1).filter(|last| *last >= first)?;
-    let orders: Vec<usize> = (first..=last).collect();
-    let count = runs.len() as f64;
-    let mean_of = |pick: &dyn Fn(&(f64, f64)) -> f64| -> Vec<f64> {
-        (0..orders.len()).map(|i| runs.iter().map(|run| pick(&run[i])).sum::<f64>() / count).collect()
+    let sets = held_out_sets(points, held_out, splits);
+
+    let every = |skip: std::ops::Range<usize>| -> Vec<Sums> {
+        (0..points).map(|point| grams.point(point, weights[point], &skip)).collect()
     };
-    let (training, testing) = (mean_of(&|run| run.0), mean_of(&|run| run.1));
+    let whole = Runs::of(&every(0..0), &sets, first, last)?;
+    let (training, testing) = (whole.mean(|run| run.0), whole.mean(|run| run.1));
+    let orders: Vec<usize> = (first..first + testing.len()).collect();
     let best = (0..orders.len()).min_by(|a, b| testing[*a].total_cmp(&testing[*b]))?;
     let excess: Vec<f64> = testing.iter().map(|score| score - testing[best]).collect();
-    let overlap = 1.0 / count + held_out as f64 / (points - held_out) as f64;
-    let excess_error: Vec<f64> = (0..orders.len())
-        .map(|i| {
-            let squares: f64 = runs.iter().map(|run| (run[i].1 - run[best].1 - excess[i]).powi(2)).sum();
-            (squares / (count - 1.0).max(1.0) * overlap).sqrt()
-        })
+    let repeats: Vec<Vec<f64>> = jackknife_groups(grams.folds)
+        .into_iter()
+        .filter_map(|group| Runs::of(&every(group), &sets, first, last))
+        .map(|runs| runs.mean(|run| run.1))
+        .filter(|testing| testing.len() == orders.len())
+        .map(|testing| testing.iter().map(|score| score - testing[best]).collect())
         .collect();
+    let excess_error = if repeats.len() >= LEAST_REPEATS {
+        jackknife(&repeats, orders.len())
+    } else {
+        let overlap = 1.0 / sets.len() as f64 + held_out as f64 / (points - held_out) as f64;
+        whole.spread_of_difference(best).iter().map(|variance| (variance * overlap).sqrt()).collect()
+    };
     let chosen = (0..=best).find(|i| excess[*i] <= excess_error[*i])?;
-    let pass_out = leave_one_pass_out(grams, weights, &orders);
     Some(Scores {
         best: orders[best],
         chosen: orders[chosen],
+        pass_out: leave_one_pass_out(grams, weights, &orders),
         orders,
         training,
         testing,
         excess,
         excess_error,
-        pass_out,
         held_out,
     })
+}
+
+/// A jackknife needs three repeats at least; more than ten passes are bundled to ten.
+const LEAST_REPEATS: usize = 3;
+const MOST_REPEATS: usize = 10;
+
+/// Folds of passes that are left out together in the jackknife.
+fn jackknife_groups(folds: usize) -> Vec<std::ops::Range<usize>> {
+    let groups = folds.min(MOST_REPEATS);
+    if groups < LEAST_REPEATS {
+        return Vec::new();
+    }
+    (0..groups).map(|group| group * folds / groups..(group + 1) * folds / groups).collect()
+}
+
+/// Standard error of each entry from its values with one repeat left out at a time (Quenouille, Tukey).
+fn jackknife(repeats: &[Vec<f64>], entries: usize) -> Vec<f64> {
+    let count = repeats.len() as f64;
+    (0..entries)
+        .map(|i| {
+            let mean = repeats.iter().map(|repeat| repeat[i]).sum::<f64>() / count;
+            let squares: f64 = repeats.iter().map(|repeat| (repeat[i] - mean).powi(2)).sum();
+            ((count - 1.0) / count * squares).sqrt()
+        })
+        .collect()
+}
+
+/// The groups that each split holds out. The first and the last, the edges of the range, always train.
+fn held_out_sets(points: usize, held_out: usize, splits: &Splits) -> Vec<Vec<usize>> {
+    let mut random = ChaCha8Rng::seed_from_u64(splits.seed);
+    let mut inner: Vec<usize> = (1..points - 1).collect();
+    (0..splits.count)
+        .map(|_| {
+            for position in 0..held_out {
+                let other = position + uniform(&mut random, inner.len() - position);
+                inner.swap(position, other);
+            }
+            inner[..held_out].to_vec()
+        })
+        .collect()
+}
+
+/// Mean squared training and testing error of every order, split by split.
+struct Runs(Vec<Vec<(f64, f64)>>);
+
+impl Runs {
+    /// `plain` holds the weighted sums of each point. None if no order from `first` on is determined.
+    fn of(plain: &[Sums], sets: &[Vec<usize>], first: usize, last: usize) -> Option<Runs> {
+        let mut whole = Sums::zero(plain[0].order);
+        plain.iter().for_each(|sums| whole.add(sums, 1.0));
+        let mut runs: Vec<Vec<(f64, f64)>> =
+            sets.iter().map(|held_out| score_split(plain, &whole, held_out, first, last)).collect();
+        let orders = runs.iter().map(Vec::len).min().filter(|orders| *orders > 0)?;
+        runs.iter_mut().for_each(|run| run.truncate(orders));
+        Some(Runs(runs))
+    }
+
+    fn mean(&self, pick: impl Fn(&(f64, f64)) -> f64) -> Vec<f64> {
+        let count = self.0.len() as f64;
+        (0..self.0[0].len()).map(|i| self.0.iter().map(|run| pick(&run[i])).sum::<f64>() / count).collect()
+    }
+
+    /// Variance between splits of each order's testing error less that of order number `best`.
+    fn spread_of_difference(&self, best: usize) -> Vec<f64> {
+        let mean = self.mean(|run| run.1);
+        let freedom = (self.0.len() as f64 - 1.0).max(1.0);
+        (0..mean.len())
+            .map(|i| {
+                let excess = mean[i] - mean[best];
+                self.0.iter().map(|run| (run[i].1 - run[best].1 - excess).powi(2)).sum::<f64>() / freedom
+            })
+            .collect()
+    }
 }
 
 /// Mean squared training and testing error (Eq. 9, 10) of every order from `first` on that the training
 /// set determines.
 fn score_split(
     plain: &[Sums],
-    weights: &[f64],
+    whole: &Sums,
     held_out: &[usize],
     first: usize,
     last: usize,
 ) -> Vec<(f64, f64)> {
-    let order = plain[0].order;
-    let empty = || Sums { order, rows: 0, values: vec![0.0; plain[0].values.len()] };
-    let (mut training, mut weighted, mut testing) = (empty(), empty(), empty());
-    let add = |to: &mut Sums, sums: &Sums, factor: f64| {
-        to.rows += sums.rows;
-        to.values.iter_mut().zip(&sums.values).for_each(|(to, sum)| *to += factor * sum);
-    };
-    for (point, sums) in plain.iter().enumerate() {
-        if held_out.contains(&point) {
-            add(&mut testing, sums, 1.0);
-        } else {
-            add(&mut training, sums, 1.0);
-            add(&mut weighted, sums, weights[point]);
-        }
+    let (mut training, mut testing) = (whole.clone(), Sums::zero(whole.order));
+    for point in held_out {
+        testing.add(&plain[*point], 1.0);
+        training.add(&plain[*point], -1.0);
     }
-    let factor = weighted.factor();
+    let factor = training.factor();
     let determined = factor.order.map_or(0, |order| order + 1).min(last + 1);
     (first..determined)
         .map(|order| {
             let c = factor.solve(order);
-            (training.squares(&c) / training.rows as f64, testing.squares(&c) / testing.rows as f64)
+            (training.squares(&c) / training.weight, testing.squares(&c) / testing.weight)
         })
         .collect()
 }
@@ -197,10 +257,10 @@ fn leave_one_pass_out(grams: &Grams, weights: &[f64], orders: &[usize]) -> Optio
         return None;
     }
     let mut squares = vec![0.0; orders.len()];
-    let mut rows = 0;
+    let mut weight = 0.0;
     for fold in 0..grams.folds {
         let training = grams.total(|f, point| if f == fold { 0.0 } else { weights[point] });
-        let testing = grams.total(|f, _| f64::from(u8::from(f == fold)));
+        let testing = grams.total(|f, point| if f == fold { weights[point] } else { 0.0 });
         let factor = training.factor();
         if factor.order < orders.last().copied() {
             return None;
@@ -208,9 +268,9 @@ fn leave_one_pass_out(grams: &Grams, weights: &[f64], orders: &[usize]) -> Optio
         for (sum, order) in squares.iter_mut().zip(orders) {
             *sum += testing.squares(&factor.solve(*order));
         }
-        rows += testing.rows;
+        weight += testing.weight;
     }
-    Some(squares.iter().map(|sum| sum / rows as f64).collect())
+    Some(squares.iter().map(|sum| sum / weight).collect())
 }
 
 /// A whole number below `below`, evenly distributed (Lemire's method, with rejection).

@@ -1,11 +1,8 @@
 //! Float inputs.
 
-use super::{
-    Arithmetic, Arity, InputError, InputPlan, Names, empty_program, exponent_above, power_of_two,
-    push_arguments,
-};
+use super::{Arithmetic, Arity, InputError, InputPlan, Names, exponent_above, power_of_two, push_arguments};
 use crate::exact::Interval;
-use crate::program::{Op, Operand, Stage, Type};
+use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::reference::ReadingMap;
 
 /// A float variable of magnitude 2^±UNSCALED_BITS or closer to 1 is used as it is.
@@ -34,7 +31,7 @@ pub(super) fn plan(
     if last <= first {
         return Err(InputError::NoResolution(from, to));
     }
-    let mut p = empty_program();
+    let mut p = Program::default();
     let meaning = format!("in {}", names.unit);
     push_arguments(&mut p, arity, names, &format!("_{}", names.unit), Type::F32, &meaning, Type::F32);
     let clamp = Op::ClampF32 { a: Operand::Step(p.reading), lo: first, hi: last };
@@ -62,11 +59,11 @@ pub(super) fn plan(
             }
             bits
         }
-        Arithmetic::Word => {
-            let scale = Operand::Float(power_of_two(31 - bits) as f32);
+        Arithmetic::Word { bits: word } => {
+            let scale = Operand::Float(power_of_two(word - bits) as f32);
             let scaled = p.push(Stage::Input, "scaled", Type::F32, Op::MulF32 { a: x, b: scale }, "exact");
             p.push(Stage::Input, "x", Type::I32, Op::Truncate { a: scaled }, "");
-            p.variable_exponent = 32;
+            p.variable_exponent = word + 1;
             bits + 1
         }
     };

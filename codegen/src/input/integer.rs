@@ -1,8 +1,8 @@
 //! Integer inputs: Q31 words and counts. Everything up to the variable is exact.
 
-use super::{Arithmetic, Arity, InputError, InputPlan, Names, empty_program, power_of_two, push_arguments};
+use super::{Arithmetic, Arity, InputError, InputPlan, Names, power_of_two, push_arguments};
 use crate::exact::Interval;
-use crate::program::{Op, Operand, Stage, Type};
+use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::reference::ReadingMap;
 
 /// An integer encoding: number = (word − offset)·lsb, word in lo…hi.
@@ -48,7 +48,7 @@ pub(super) fn plan(
         return Err(InputError::NoResolution(from, to));
     }
 
-    let mut p = empty_program();
+    let mut p = Program::default();
     let suffix = match word.ty {
         Type::U16 | Type::U32 => "_counts",
         _ => "_q31",
@@ -70,17 +70,26 @@ pub(super) fn plan(
     let (word_first, word_last) = (first - centre, last - centre);
     let widest = largest(centre);
     let exponent = match arithmetic {
-        Arithmetic::Word => {
-            let mut shift = 0;
-            while widest << (shift + 1) <= i64::from(i32::MAX) {
-                shift += 1;
+        Arithmetic::Word { bits } => {
+            let limit = (1 << bits) - 1;
+            let note = format!("v·2^{}", bits + 1);
+            p.variable_exponent = bits + 1;
+            let left = (0..32).take_while(|shift| widest << shift <= limit).last();
+            match left {
+                Some(0) => bits + 1,
+                Some(by) => {
+                    p.push(Stage::Input, "x", Type::I32, Op::ShiftLeft { a: word_step, by }, note);
+                    bits + 1 - i64::from(by)
+                }
+                // Too wide for the word: rounded to it.
+                None => {
+                    let rounded = |by: i64| (widest + (1 << (by - 1))) >> by;
+                    let by = (1..32).find(|&by| rounded(by) <= limit).unwrap_or(31);
+                    let right = Op::ShiftRight { a: word_step, add: 1 << (by - 1), by: by as u32 };
+                    p.push(Stage::Input, "x", Type::I32, right, note);
+                    bits + 1 + by
+                }
             }
-            if shift > 0 {
-                let left = Op::ShiftLeft { a: word_step, by: shift };
-                p.push(Stage::Input, "x", Type::I32, left, "v·2³²");
-            }
-            p.variable_exponent = 32;
-            32 - i64::from(shift)
         }
         Arithmetic::Float => {
             let bits = 64 - i64::from(widest.leading_zeros());

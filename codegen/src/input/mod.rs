@@ -52,8 +52,11 @@ pub struct Input {
 /// Which arithmetic the variable is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arithmetic {
-    /// A signed word X = v·2³².
-    Word,
+    /// A signed word v·2^(bits + 1) with magnitude below 2^bits: 31, or 15 for short words.
+    Word {
+        /// See above.
+        bits: i64,
+    },
     /// A float.
     Float,
 }
@@ -218,17 +221,6 @@ fn exponent_above(x: f64) -> i64 {
 /// 2^exponent, exactly, for normal numbers.
 fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
-}
-
-fn empty_program() -> Program {
-    Program {
-        arguments: Vec::new(),
-        steps: Vec::new(),
-        reading: 0,
-        clamped: 0,
-        variable: 0,
-        variable_exponent: 0,
-    }
 }
 
 /// Pushes the arguments and, for two probes, their difference; the reading is the last step.

@@ -56,16 +56,13 @@ pub struct Subject<'a> {
 impl<'a> Subject<'a> {
     /// The routines of a generation.
     pub fn all(generated: &'a Generated, options: &Options) -> Vec<Self> {
-        let named = |routine: &'a Routine| {
-            let format = routine.options.format.name();
-            let entry = generated.certificate.routines.iter().find(|e| e.format == format);
-            Subject {
-                name: entry.map(|e| e.routine.clone()).unwrap_or_default(),
-                routine,
-                domain: Domain::of(&routine.design.program),
-                yardstick: Yardstick::of(routine),
-                flag: options.out_of_range == OutOfRange::Flag,
-            }
+        let base = base_name(&generated.certificate);
+        let named = |routine: &'a Routine| Subject {
+            name: format!("{base}_{}", routine.options.suffix()),
+            routine,
+            domain: Domain::of(&routine.design.program),
+            yardstick: Yardstick::of(routine),
+            flag: options.out_of_range == OutOfRange::Flag,
         };
         generated.routines.iter().map(named).collect()
     }

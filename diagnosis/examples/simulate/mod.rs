@@ -173,7 +173,15 @@ impl Lab {
                 let k = (self.uniform(0.2, 0.8) * n as f64) as usize;
                 (0..n).map(|i| if i >= k { 1.0 } else { 0.0 }).collect()
             }
-            "backlash" => rows.direction.clone(),
+            "backlash" => {
+                let mut p = th[0];
+                th.iter()
+                    .map(|x| {
+                        p = p.clamp(x - 0.4, x + 0.4);
+                        x - p
+                    })
+                    .collect()
+            }
             "hysteresis" => (0..n).map(|i| rows.direction[i] * (1.0 - (th[i] / 6120.0).powi(2))).collect(),
             "periodic_error" => {
                 let p = 12240.0 / self.uniform(4.0, 8.0);

@@ -1,6 +1,8 @@
 //! Play between what is measured and what turns: the same angle reads differently from either side.
 
-use super::{Effect, Place, Range, Reading, play, reading};
+use fitter::terms::{Operator, Play};
+
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, play, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -58,6 +60,11 @@ impl Effect for Backlash {
 
     fn consistent_shape(&self, amplitudes: &[f64]) -> Option<Vec<f64>> {
         Some(vec![amplitudes[0].abs()])
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        let r = shape[0].max(1e-9);
+        Handed::scaled(Operator::Play(Play::of(angle_observable(rows), &[r])), 1.0 / r)
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! The voice coil's field or force reaches the probes.
 
-use super::{Effect, Place, Reading, present, reading};
+use fitter::terms::{Operator, Product};
+
+use super::{Effect, Handed, Place, Reading, present, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -37,6 +39,10 @@ impl Effect for CoilCrosstalk {
 
     fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
         rows.coil_a.clone().into_iter().collect()
+    }
+
+    fn operator(&self, _rows: &Rows, _shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Product(Product::of("coil_a", 0.0)))
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

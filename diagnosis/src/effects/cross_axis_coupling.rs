@@ -1,6 +1,8 @@
 //! The second axis of the mirror shows in the first.
 
-use super::{Effect, Place, Reading, present, reading};
+use fitter::terms::{Operator, Product};
+
+use super::{Effect, Handed, Place, Reading, present, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -37,6 +39,10 @@ impl Effect for CrossAxisCoupling {
 
     fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
         rows.cross_arcsec.clone().into_iter().collect()
+    }
+
+    fn operator(&self, _rows: &Rows, _shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Product(Product::of("cross_arcsec", 0.0)))
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! Hysteresis of the flexure or the pads: play distributed over the stroke, a lens-shaped loop.
 
-use super::{Effect, Place, Range, Reading, play, reading};
+use fitter::terms::{Operator, Play};
+
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, play, reading};
 use crate::rows::Rows;
 
 /// Number of play elements between 0 and R.
@@ -59,6 +61,17 @@ impl Effect for Hysteresis {
             }
         }
         vec![sum]
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        let (low, high) = rows.stroke();
+        let largest = shape[0] * 0.5 * (high - low);
+        let radii: Vec<f64> = (1..=ELEMENTS).map(|k| largest * k as f64 / ELEMENTS as f64).collect();
+        let weight = 1.0 / (largest * ELEMENTS as f64);
+        Handed {
+            operator: Operator::Play(Play::of(angle_observable(rows), &radii)),
+            map: vec![vec![weight]; ELEMENTS],
+        }
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! A flaw of a pad or of the mirror at one angle: a bump.
 
-use super::{Effect, Place, Range, Reading, edge_unit, logarithmic, reading};
+use fitter::terms::{Gaussian, Operator};
+
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, logarithmic, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -70,6 +72,10 @@ impl Effect for LocalDefect {
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let bump = |theta: &f64| (-0.5 * ((theta - shape[0]) / shape[1]).powi(2)).exp();
         vec![rows.theta.iter().map(bump).collect()]
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Gaussian(Gaussian::of(angle_observable(rows), shape[0], shape[1])))
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -21,6 +21,8 @@ mod warmup_drift;
 
 pub use operators::{low_pass, play};
 
+use fitter::terms::Operator;
+
 use crate::rows::Rows;
 
 /// Where a mismatch lives: an observable, or an observable times another.
@@ -117,8 +119,42 @@ pub trait Effect: Sync + Send {
     fn richer(&self, _rows: &Rows, _shape: &[f64]) -> Option<Vec<f64>> {
         None
     }
+    /// The effect as a term of the coefficients file, with the factor by which the operator's coefficients
+    /// differ from the amplitudes here, one per column.
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed;
     /// The parameters as they are reported.
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading>;
+}
+
+/// An effect as the coefficients file knows it.
+#[derive(Debug, Clone)]
+pub struct Handed {
+    /// The operator.
+    pub operator: Operator,
+    /// The operator's coefficients as a linear map of the amplitudes: one row per coefficient.
+    pub map: Vec<Vec<f64>>,
+}
+
+impl Handed {
+    /// One column, one coefficient, `factor` times the amplitude.
+    fn scaled(operator: Operator, factor: f64) -> Handed {
+        Handed { operator, map: vec![vec![factor]] }
+    }
+
+    /// One column whose coefficient is the amplitude.
+    fn plain(operator: Operator) -> Handed {
+        Handed::scaled(operator, 1.0)
+    }
+}
+
+/// The name under which the terms know the angle: in arcseconds for a pair, else the reading itself.
+fn angle_observable(rows: &Rows) -> &'static str {
+    if rows.pair { "angle_arcsec" } else { "measured" }
+}
+
+/// Mean of an optional column.
+fn mean_of(column: &Option<Vec<f64>>) -> f64 {
+    column.as_ref().map_or(0.0, |c| crate::rows::mean(c))
 }
 
 /// All effects, in the order in which ties are broken: the simpler explanation first.

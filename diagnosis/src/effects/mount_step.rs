@@ -1,6 +1,8 @@
 //! The mount, the reference or a probe slipped once: a step at one time.
 
-use super::{Effect, Place, Range, Reading, reading};
+use fitter::terms::{Operator, Step};
+
+use super::{Effect, Handed, Place, Range, Reading, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -56,6 +58,11 @@ impl Effect for MountStep {
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let first = shape[0] as usize;
         vec![(0..rows.len()).map(|i| if i >= first { 1.0 } else { 0.0 }).collect()]
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        let first = (shape[0] as usize).clamp(1, rows.len() - 1);
+        Handed::plain(Operator::Step(Step::in_time(rows.t_s[first])))
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

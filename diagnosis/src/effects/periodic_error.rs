@@ -3,7 +3,9 @@
 //! The angle Θ in the argument is the true one. While a recording is diagnosed the reference gives it, up to
 //! the phase; when a correction is applied, it is solved for.
 
-use super::{Effect, Place, Range, Reading, reading};
+use fitter::terms::{Operator, Periodic};
+
+use super::{Effect, Handed, Place, Range, Reading, reading};
 use crate::rows::Rows;
 
 /// Most periods over the stroke that are searched.
@@ -82,6 +84,24 @@ impl Effect for PeriodicError {
         let harmonics = shape[1] + 1.0;
         let resolved = shape[0] / harmonics >= 2.2 * rows.step();
         (harmonics <= MOST_HARMONICS && resolved).then(|| vec![shape[0], harmonics])
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        // The phase is counted here from the mean of the reference; a coefficients file counts it from α₀, which
+        // is taken into account when the file is made.
+        let count = shape[1] as usize;
+        let origin = crate::rows::mean(&rows.truth);
+        let mut map = vec![vec![0.0; 2 * count]; 2 * count];
+        for h in 0..count {
+            let phase = std::f64::consts::TAU * (h + 1) as f64 * origin / shape[0];
+            let (sine, cosine) = phase.sin_cos();
+            // a sin(x − φ) + b cos(x − φ) = (b cos φ − a sin φ) cos x + (a cos φ + b sin φ) sin x
+            map[2 * h][2 * h] = -sine;
+            map[2 * h][2 * h + 1] = cosine;
+            map[2 * h + 1][2 * h] = cosine;
+            map[2 * h + 1][2 * h + 1] = sine;
+        }
+        Handed { operator: Operator::Periodic(Periodic::of(shape[0], count as u16)), map }
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! Sensor and reference are read at different times while the mirror moves.
 
-use super::{Effect, Place, Reading, reading, velocity};
+use fitter::terms::{Operator, Rate};
+
+use super::{Effect, Handed, Place, Reading, angle_observable, reading, velocity};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -47,6 +49,10 @@ impl Effect for ReadLag {
 
     fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![velocity(rows)]
+    }
+
+    fn operator(&self, rows: &Rows, _shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Rate(Rate::of(angle_observable(rows))))
     }
 
     fn readings(&self, _rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! A probe runs out of its range on one side: from there on its slope is another.
 
-use super::{Effect, Place, Range, Reading, edge_unit, logarithmic, reading};
+use fitter::terms::{Hinge, Operator, Side};
+
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -39,8 +41,11 @@ impl Effect for SensorClipping {
         let (low, high) = rows.stroke();
         let half = 0.5 * (high - low);
         let first = (1.3 * rows.step() / half).clamp(0.02, 0.3);
-        logarithmic(first, 0.8, 9)
-            .into_iter()
+        // Beside a polynomial of order 9 the merit has several maxima over the threshold: a start for every
+        // step of the angle, or for every fortieth of the stroke.
+        let count = ((0.85 - first) * half / rows.step()).clamp(6.0, 20.0) as usize;
+        (0..=count)
+            .map(|k| first + (0.85 - first) * k as f64 / count as f64)
             .flat_map(|part| [vec![high - part * half, 1.0], vec![low + part * half, -1.0]])
             .collect()
     }
@@ -57,6 +62,11 @@ impl Effect for SensorClipping {
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let beyond = |theta: &f64| shape[1] * (shape[1] * (theta - shape[0])).max(0.0);
         vec![rows.theta.iter().map(beyond).collect()]
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        let side = if shape[1] > 0.0 { Side::Above } else { Side::Below };
+        Handed::scaled(Operator::Hinge(Hinge::of(angle_observable(rows), shape[0], side)), shape[1])
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], _amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! The scale of the displacement probes changes with temperature.
 
-use super::{Effect, Place, Reading, present, reading};
+use fitter::terms::{Operator, Product};
+
+use super::{Effect, Handed, Place, Reading, angle_observable, mean_of, present, reading};
 use crate::rows::{Rows, centred};
 
 /// See the module's description.
@@ -39,6 +41,12 @@ impl Effect for ThermalGainDrift {
         let product =
             |t: &Vec<f64>| centred(t).iter().zip(&rows.theta).map(|(t, theta)| 1e-6 * theta * t).collect();
         rows.temperature_c.iter().map(product).collect()
+    }
+
+    fn operator(&self, rows: &Rows, _shape: &[f64]) -> Handed {
+        let product =
+            Product::of("temperature_c", mean_of(&rows.temperature_c)).times(angle_observable(rows), 0.0, 1);
+        Handed::scaled(Operator::Product(product), 1e-6)
     }
 
     fn readings(&self, _rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! The zero follows a temperature that lags behind that of the base plate.
 
-use super::{Effect, Place, Range, Reading, logarithmic, low_pass, present, reading};
+use fitter::terms::{Lag, Operator};
+
+use super::{Effect, Handed, Place, Range, Reading, logarithmic, low_pass, mean_of, present, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -52,6 +54,10 @@ impl Effect for ThermalLag {
             low_pass(&rows.t_s, t, shape[0]).iter().map(|z| z - mean).collect()
         };
         rows.temperature_c.iter().map(lagged).collect()
+    }
+
+    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Lag(Lag::of("temperature_c", shape[0], mean_of(&rows.temperature_c))))
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

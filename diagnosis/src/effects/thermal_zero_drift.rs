@@ -1,6 +1,8 @@
 //! The zero of the angle moves with the temperature of the base plate.
 
-use super::{Effect, Place, Reading, present, reading};
+use fitter::terms::{Operator, Product};
+
+use super::{Effect, Handed, Place, Reading, mean_of, present, reading};
 use crate::rows::{Rows, centred};
 
 /// See the module's description.
@@ -37,6 +39,10 @@ impl Effect for ThermalZeroDrift {
 
     fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
         rows.temperature_c.iter().map(|t| centred(t)).collect()
+    }
+
+    fn operator(&self, rows: &Rows, _shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Product(Product::of("temperature_c", mean_of(&rows.temperature_c))))
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

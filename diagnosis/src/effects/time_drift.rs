@@ -1,6 +1,8 @@
 //! A drift in proportion to time, whatever its cause.
 
-use super::{Effect, Place, Reading, reading};
+use fitter::terms::{Operator, Product};
+
+use super::{Effect, Handed, Place, Reading, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -41,6 +43,10 @@ impl Effect for TimeDrift {
 
     fn signature(&self, rows: &Rows, _shape: &[f64]) -> Vec<Vec<f64>> {
         vec![rows.t_s.iter().map(|t| t / 3600.0).collect()]
+    }
+
+    fn operator(&self, _rows: &Rows, _shape: &[f64]) -> Handed {
+        Handed::scaled(Operator::Product(Product::of("t_s", 0.0)), 1.0 / 3600.0)
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -1,6 +1,8 @@
 //! The drift after switching on, which dies away.
 
-use super::{Effect, Place, Range, Reading, logarithmic, reading};
+use fitter::terms::{Exponential, Operator};
+
+use super::{Effect, Handed, Place, Range, Reading, logarithmic, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -52,6 +54,10 @@ impl Effect for WarmupDrift {
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         vec![rows.t_s.iter().map(|t| -(-t / shape[0]).exp_m1()).collect()]
+    }
+
+    fn operator(&self, _rows: &Rows, shape: &[f64]) -> Handed {
+        Handed::plain(Operator::Exponential(Exponential::warm_up(shape[0])))
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

@@ -44,15 +44,15 @@ pub enum FitError {
     )]
     OneAngle { file: String, from: f64, to: f64, unit: String },
     #[error(
-        "found {points} distinct angles for the {parameters} parameters of order {order}, expected at least \
+        "{file}: found {points} distinct angles for the {parameters} parameters of order {order}, expected at least \
          {parameters}; record more angles or lower --order"
     )]
-    TooFewPoints { points: usize, parameters: usize, order: usize },
+    TooFewPoints { file: String, points: usize, parameters: usize, order: usize },
     #[error(
-        "found {points} readings to hold out by {grouping}, too few to choose an order by cross-validation; \
+        "{file}: found {points} readings to hold out by {grouping}, too few to choose an order by cross-validation; \
          record more angles or give --order"
     )]
-    TooFewToHoldOut { points: usize, grouping: &'static str },
+    TooFewToHoldOut { file: String, points: usize, grouping: &'static str },
     #[error("--{option}: found {found}, expected {expected}; correct the option")]
     Option { option: &'static str, found: String, expected: &'static str },
     #[error("{rows} rows are too many for the trust region method (at most {most}); use --solver qr")]
@@ -62,10 +62,10 @@ pub enum FitError {
     #[error("the singular value decomposition did not converge; the recording's readings are degenerate")]
     Singular,
     #[error(
-        "written in powers of the reading, order {order} loses {loss:.1e} rad, more than 1e-10 rad, because the \
+        "{file}: written in powers of the reading, order {order} loses {loss:.1e} rad, more than 1e-10 rad, because the \
          readings lie far from zero for their range; lower --order or record angles on both sides of zero"
     )]
-    Conversion { order: usize, loss: f64 },
+    Conversion { file: String, order: usize, loss: f64 },
 }
 
 /// What a reader of a fit should know.

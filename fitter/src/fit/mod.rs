@@ -7,13 +7,13 @@ mod result;
 use std::borrow::Cow;
 
 use crate::basis::{Basis, MAX_ORDER};
-use crate::coefficients::Coefficients;
+use crate::coefficients::{Coefficients, Zero};
 use crate::dependence::{self, Dependence};
 use crate::double_double::Double;
 use crate::gram::{Factor, Grams, Row};
 use crate::identify::Problem;
 use crate::mirror::Mirror;
-use crate::order::{self, Scores, Splits};
+use crate::order::{self, OrderSelection, Scores, Splits};
 use crate::points::{Grouping, Points};
 use crate::recording::Recording;
 use crate::statistics::PointMoments;
@@ -117,42 +117,104 @@ pub struct Fit {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Fit, FitError> {
-    let mut notes: Vec<FitNote> = recording.notes.iter().cloned().map(FitNote::Reading).collect();
-    let mut calibrated = Calibrated::of(recording, &mirror.sensor)?;
-    let points = Points::of(recording, &calibrated.reading);
-    calibrated.check_spread(recording, &points, &mirror.sensor)?;
-    let zero = calibrated.set_zero(&points, &mirror.sensor);
-
-    let (weights, scatter) = scatter(&calibrated, &points, mirror);
-    match (&scatter, recording.passes().len()) {
-        (_, 1) => notes.push(FitNote::SinglePass),
-        (None, _) => notes.push(FitNote::NothingRepeats),
-        _ => {}
-    }
-    let data = Data::of(&calibrated, recording, &points, &weights, mirror, options);
+    let prepared = Prepared::of(recording, mirror, options)?;
+    let data = Data::of(&prepared, recording, mirror, options);
     let selection = data.select(options)?;
     let order = data.order(options, selection.as_ref())?;
+    let mut notes: Vec<FitNote> = recording.notes.iter().cloned().map(FitNote::Reading).collect();
+    if recording.passes().len() == 1 {
+        notes.push(FitNote::SinglePass);
+    } else if prepared.points.grouping == Grouping::Block {
+        notes.push(FitNote::NothingRepeats);
+    }
     if selection.is_none() {
         notes.push(FitNote::OrderGiven);
     }
     let c = data.solve(mirror, options, order)?;
-    let residual = calibrated.residual(&mirror.sensor, &data.basis, &c);
-    let coefficients = result::coefficients(&result::Parts {
-        recording,
-        mirror,
-        options,
-        points: &points,
-        calibrated: &calibrated,
-        zero,
-        scatter,
-        selection: selection.as_ref(),
-        data: &data,
-        c: &c,
-        residual: &residual,
-    })?;
-    let dependences = dependence::of_residual(recording, &calibrated, &residual, &data.basis, order, mirror);
+    let residual = prepared.calibrated.residual(&mirror.sensor, &data.basis, &c);
+    let selection = selection.as_ref();
+    let parts = result::Parts { recording, mirror, options, selection, prepared: &prepared, data: &data };
+    let coefficients = result::coefficients(&parts, &c, &residual)?;
     let basis = data.basis;
-    Ok(Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes })
+    let Prepared { calibrated, points, weights, .. } = prepared;
+    let dependences = Vec::new();
+    let mut fit = Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes };
+    fit.dependences = dependence::dependences(recording, &fit);
+    Ok(fit)
+}
+
+/// Chooses the order by cross-validation, and identifies nothing: both curves (Eq. 9, 10) and what they say.
+///
+/// # Errors
+/// As [`fit`].
+pub fn choose_order(
+    recording: &Recording,
+    mirror: &Mirror,
+    options: &Options,
+) -> Result<OrderSelection, FitError> {
+    let prepared = Prepared::of(recording, mirror, options)?;
+    let data = Data::of(&prepared, recording, mirror, options);
+    let options = Options { order: None, ..options.clone() };
+    match data.select(&options)? {
+        Some(scores) => {
+            let selection = Some(&scores);
+            let (options, prepared, data) = (&options, &prepared, &data);
+            let parts = result::Parts { recording, mirror, options, selection, prepared, data };
+            Ok(result::selection(&parts, &scores, scores.chosen))
+        }
+        None => Err(data.too_few_to_hold_out()),
+    }
+}
+
+/// A recording, checked and calibrated.
+pub(crate) struct Prepared {
+    file: String,
+    calibrated: Calibrated,
+    points: Points,
+    zero: Option<Zero>,
+    /// Weight of every point.
+    weights: Vec<f64>,
+    scatter: Option<Scatter>,
+}
+
+impl Prepared {
+    fn of(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Prepared, FitError> {
+        options.check()?;
+        let mut calibrated = Calibrated::of(recording, &mirror.sensor)?;
+        let points = Points::of(recording, &calibrated.reading);
+        calibrated.check_spread(recording, &points, &mirror.sensor)?;
+        let zero = calibrated.set_zero(&points, &mirror.sensor);
+        let (weights, scatter) = scatter(&calibrated, &points, mirror);
+        Ok(Prepared { file: recording.file.clone(), calibrated, points, zero, weights, scatter })
+    }
+}
+
+impl Options {
+    /// Refuses options that no fit can be made with.
+    fn check(&self) -> Result<(), FitError> {
+        let wrong = |option, found: String, expected| Err(FitError::Option { option, found, expected });
+        let orders = 1..=MAX_ORDER;
+        if let Some(order) = self.order.filter(|order| !orders.contains(order)) {
+            return wrong("order", order.to_string(), "a whole number from 1 to 15");
+        }
+        let (first, last) = (*self.candidates.start(), *self.candidates.end());
+        if !(orders.contains(&first) && orders.contains(&last) && first <= last) {
+            return wrong("candidates", format!("{first}..={last}"), "orders from 1 to 15, ascending");
+        }
+        let Splits { count, held_out_share: share, .. } = self.splits;
+        if count < 2 {
+            return wrong("splits", count.to_string(), "at least 2 splits");
+        }
+        if !(share > 0.0 && share <= 0.5) {
+            return wrong("held-out share", share.to_string(), "a share above 0 and up to 0.5");
+        }
+        match self.probe_distance_error_mm {
+            Some(error) if !error.is_finite() => {
+                wrong("probe-distance-error", error.to_string(), "a finite number of millimetres")
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Weights per point and the pooled scatter between passes; none where no angle repeats.
@@ -175,6 +237,7 @@ fn scatter(calibrated: &Calibrated, points: &Points, mirror: &Mirror) -> (Vec<f6
 
 /// The least-squares problem, ready to be solved for any order.
 pub(crate) struct Data<'a> {
+    file: &'a str,
     pub basis: Basis,
     grams: Grams,
     /// Number of distinct readings in each point.
@@ -200,14 +263,8 @@ const MOST_FOLDS: usize = 40;
 const MOST_CELLS: usize = 8192;
 
 impl<'a> Data<'a> {
-    fn of(
-        calibrated: &'a Calibrated,
-        recording: &Recording,
-        points: &'a Points,
-        weights: &'a [f64],
-        mirror: &Mirror,
-        options: &Options,
-    ) -> Data<'a> {
+    fn of(prepared: &'a Prepared, recording: &Recording, mirror: &Mirror, options: &Options) -> Data<'a> {
+        let Prepared { calibrated, points, weights, .. } = prepared;
         let passes = recording.passes();
         let averaged = options.fitted == Fitted::Averages;
         let fitted = if averaged {
@@ -232,14 +289,20 @@ impl<'a> Data<'a> {
             let gain = mirror.sensor.gain(reading[row]);
             weights[point[row] as usize] * gain * gain
         };
+        let distinct = match (points.single_angles, averaged) {
+            (false, false) => points.rows.clone(),
+            _ => vec![1; points.count()],
+        };
+        // The scatter of the readings of one angle is noise and determines no polynomial.
+        let order = distinct.iter().sum::<usize>().saturating_sub(1).min(MAX_ORDER);
         let basis = if reading.len() <= BASIS_ROWS {
             let squares: Vec<f64> = (0..reading.len()).map(weight_of).collect();
-            Basis::new(reading, &squares, MAX_ORDER)
+            Basis::new(reading, &squares, order)
         } else {
             let squares: Vec<f64> = (points.reading.iter().zip(&points.rows).zip(weights.iter()))
                 .map(|((s, rows), weight)| weight * *rows as f64 * mirror.sensor.gain(*s).powi(2))
                 .collect();
-            Basis::new(&points.reading, &squares, MAX_ORDER)
+            Basis::new(&points.reading, &squares, order)
         };
         let mut last = (0, 0);
         let mut fold_of = |row: usize| {
@@ -258,11 +321,7 @@ impl<'a> Data<'a> {
             point: point[row] as usize,
         });
         let grams = Grams::of(&basis, folds, points.count(), rows);
-        let distinct = match (points.single_angles, averaged) {
-            (false, false) => points.rows.clone(),
-            _ => vec![1; points.count()],
-        };
-        Data { basis, grams, distinct, rows: fitted, grouping: points.grouping }
+        Data { file: &prepared.file, basis, grams, distinct, rows: fitted, grouping: points.grouping }
     }
 
     /// Scores all candidate orders; none where the order is given and there is too little to score with.
@@ -271,18 +330,26 @@ impl<'a> Data<'a> {
         let scores =
             order::select(&self.grams, &self.rows.weights, &self.distinct, first, last, &options.splits);
         if scores.is_none() && options.order.is_none() {
-            let points = self.distinct.iter().sum();
-            return Err(FitError::TooFewToHoldOut { points, grouping: self.grouping.name() });
+            return Err(self.too_few_to_hold_out());
         }
         Ok(scores)
+    }
+
+    fn too_few_to_hold_out(&self) -> FitError {
+        let (file, points) = (self.file.to_string(), self.distinct.iter().sum());
+        FitError::TooFewToHoldOut { file, points, grouping: self.grouping.name() }
+    }
+
+    fn too_few_points(&self, order: usize) -> FitError {
+        let points = self.distinct.iter().sum::<usize>().min(self.basis.order() + 1);
+        FitError::TooFewPoints { file: self.file.to_string(), points, parameters: order + 1, order }
     }
 
     fn order(&self, options: &Options, scores: Option<&Scores>) -> Result<usize, FitError> {
         let order =
             options.order.or(scores.map(|scores| scores.chosen)).unwrap_or(*options.candidates.start());
         if order > self.basis.order() {
-            let points = self.distinct.iter().sum::<usize>().min(self.basis.order() + 1);
-            return Err(FitError::TooFewPoints { points, parameters: order + 1, order });
+            return Err(self.too_few_points(order));
         }
         Ok(order)
     }
@@ -297,7 +364,7 @@ impl<'a> Data<'a> {
             weight: &|row| self.rows.weights[self.rows.point[row] as usize],
         };
         match options.solver {
-            Solver::Qr => problem.solve_qr(),
+            Solver::Qr => problem.solve_qr().ok_or_else(|| self.too_few_points(order)),
             Solver::TrustRegion => problem.solve_trust_region(matches!(
                 mirror.sensor,
                 crate::error_model::Sensor::EddyCurrentPair { .. }

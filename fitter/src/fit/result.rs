@@ -2,40 +2,32 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::{Calibrated, Data, FitError, Fitted, Options, Solver};
-use crate::coefficients::{
-    Coefficients, Identification, Movement, Parameter, Provenance, Unidentifiable, Zero,
-};
+use super::{Calibrated, Data, FitError, Fitted, Options, Prepared, Solver};
+use crate::coefficients::{Coefficients, Identification, Movement, Parameter, Provenance, Unidentifiable};
 use crate::double_double::Double;
 use crate::error_model::{ErrorModel, Sensor};
 use crate::identify::null_direction;
 use crate::mirror::Mirror;
 use crate::order::{OrderScore, OrderSelection, Scores};
-use crate::points::Points;
 use crate::recording::Recording;
 use crate::statistics::{readable, statistics};
-use crate::weights::Scatter;
 
 /// Everything that the result is put together from.
 pub(super) struct Parts<'a> {
     pub recording: &'a Recording,
     pub mirror: &'a Mirror,
     pub options: &'a Options,
-    pub points: &'a Points,
-    pub calibrated: &'a Calibrated,
-    pub zero: Option<Zero>,
-    pub scatter: Option<Scatter>,
     pub selection: Option<&'a Scores>,
+    pub prepared: &'a Prepared,
     pub data: &'a Data<'a>,
-    pub c: &'a [Double],
-    pub residual: &'a [f64],
 }
 
 /// The polynomial in powers of s must give back the orthogonal one to this, in radians.
 const CONVERSION_RAD: f64 = 1e-10;
 
-pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
-    let Parts { recording, mirror, options, points, calibrated, data, c, .. } = *parts;
+pub(super) fn coefficients(parts: &Parts, c: &[Double], residual: &[f64]) -> Result<Coefficients, FitError> {
+    let Parts { recording, mirror, options, prepared, data, .. } = *parts;
+    let Prepared { calibrated, points, scatter, .. } = prepared;
     let sensor = &mirror.sensor;
     let order = c.len() - 1;
     let centre = match sensor {
@@ -44,7 +36,7 @@ pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
     };
     let model =
         ErrorModel { sensor: sensor.clone(), centre, coefficients: data.basis.rounded_powers(c, centre) };
-    check_conversion(parts, &model)?;
+    check_conversion(&recording.file, calibrated, residual, &model)?;
 
     let rounded: Vec<f64> = c.iter().map(|c| c.round()).collect();
     let (factor, rows, squares) = data.normal(&rounded);
@@ -62,7 +54,7 @@ pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
         passes: recording.passes().len(),
     };
     let scale = sensor.per_internal();
-    let weighted = parts.scatter.as_ref().is_some_and(|scatter| scatter.weighted);
+    let weighted = scatter.as_ref().is_some_and(|scatter| scatter.weighted);
     file.identification = Some(Identification {
         solver: match options.solver {
             Solver::Qr => "qr".to_string(),
@@ -73,7 +65,7 @@ pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
             (Fitted::Rows, true) => "rows weighted by the scatter between passes".to_string(),
             (Fitted::Rows, false) => "rows".to_string(),
         },
-        zero: parts.zero.clone(),
+        zero: prepared.zero.clone(),
         parameters: parameters(&model, &covariance, freedom, options.probe_distance_error_mm),
         covariance: if freedom > 0 { covariance } else { Vec::new() },
         residual_standard_deviation: readable(scale * variance.sqrt()),
@@ -81,16 +73,20 @@ pub(super) fn coefficients(parts: &Parts) -> Result<Coefficients, FitError> {
         probe_distance_error_mm: options.probe_distance_error_mm,
         unidentifiable: unidentifiable(parts, &model)?,
     });
-    file.order_selection = parts.selection.map(|scores| selection(parts, scores, order, scale));
+    file.order_selection = parts.selection.map(|scores| selection(parts, scores, order));
     let unit = sensor.error_unit();
-    file.statistics =
-        Some(statistics(points, &calibrated.error, parts.residual, scale, unit, parts.scatter.clone()));
+    file.statistics = Some(statistics(points, &calibrated.error, residual, scale, unit, scatter.clone()));
     Ok(file)
 }
 
 /// The model in powers of the reading against the orthogonal one, at every row.
-fn check_conversion(parts: &Parts, model: &ErrorModel) -> Result<(), FitError> {
-    let Parts { calibrated, residual, c, .. } = *parts;
+fn check_conversion(
+    file: &str,
+    calibrated: &Calibrated,
+    residual: &[f64],
+    model: &ErrorModel,
+) -> Result<(), FitError> {
+    let order = model.coefficients.len() - 1;
     let loss = (0..calibrated.reading.len())
         .map(|row| (calibrated.error[row] - residual[row] - model.error(calibrated.reading[row])).abs())
         .fold(0.0, f64::max);
@@ -100,7 +96,7 @@ fn check_conversion(parts: &Parts, model: &ErrorModel) -> Result<(), FitError> {
         Sensor::EddyCurrentPair { .. } => CONVERSION_RAD,
         Sensor::Direct { .. } => 1e-9 * largest.max(f64::MIN_POSITIVE),
     };
-    if loss <= allowed { Ok(()) } else { Err(FitError::Conversion { order: c.len() - 1, loss }) }
+    if loss <= allowed { Ok(()) } else { Err(FitError::Conversion { file: file.to_string(), order, loss }) }
 }
 
 fn parameters(
@@ -157,7 +153,7 @@ fn unidentifiable(parts: &Parts, model: &ErrorModel) -> Result<Vec<Unidentifiabl
         return Ok(Vec::new());
     }
     let order = model.coefficients.len() - 1;
-    let found = null_direction(&parts.points.reading, distance, order)?;
+    let found = null_direction(&parts.prepared.points.reading, distance, order)?;
     let names = std::iter::once("dd".to_string()).chain((0..=order).map(|power| format!("a{power}")));
     let slope = found.direction[2];
     // What the decomposition's rounding leaves in the other parameters is not part of the direction.
@@ -182,7 +178,8 @@ fn unidentifiable(parts: &Parts, model: &ErrorModel) -> Result<Vec<Unidentifiabl
     }])
 }
 
-fn selection(parts: &Parts, scores: &Scores, order: usize, scale: f64) -> OrderSelection {
+pub(super) fn selection(parts: &Parts, scores: &Scores, order: usize) -> OrderSelection {
+    let scale = parts.mirror.sensor.per_internal();
     let root = |squared: f64| readable(scale * squared.max(0.0).sqrt());
     let curve = (0..scores.orders.len())
         .map(|i| OrderScore {
@@ -199,8 +196,8 @@ fn selection(parts: &Parts, scores: &Scores, order: usize, scale: f64) -> OrderS
         chosen: order,
         rule: if parts.options.order.is_some() { "given" } else { "one standard error" }.to_string(),
         smallest_testing_error: scores.best,
-        held_out_by: parts.points.grouping.name().to_string(),
-        groups: parts.points.count(),
+        held_out_by: parts.prepared.points.grouping.name().to_string(),
+        groups: parts.prepared.points.count(),
         held_out_groups: scores.held_out,
         splits: splits.count,
         seed: splits.seed,

@@ -1,0 +1,36 @@
+//! What every method of evaluation comes to: a program with its bound.
+
+use crate::bound::{Bound, Overflows};
+use crate::exact::Interval;
+use crate::output::OutputError;
+use crate::program::Program;
+
+/// A routine as designed: program, bound, and what its output word stands for.
+#[derive(Debug, Clone)]
+pub struct Design {
+    /// The whole program.
+    pub program: Program,
+    /// The bound, in the reference's unit.
+    pub bound: Bound,
+    /// Degree of the polynomial, or of each of the table's.
+    pub degree: usize,
+    /// Number of segments; 1 without a table.
+    pub segments: usize,
+    /// Supremum error of the best polynomial of this degree, before its coefficients were rounded.
+    pub minimax: f64,
+    /// What one output word (float: 1) stands for, in the reference's unit.
+    pub unit: Interval,
+    /// Fractional bits of the output, where it is a power-of-two fraction.
+    pub fraction_bits: Option<i64>,
+}
+
+/// Why there is no design.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// The output cannot be expressed.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// No format is coarse enough.
+    #[error(transparent)]
+    Overflows(#[from] Overflows),
+}

@@ -1,0 +1,198 @@
+//! The method of a table: a polynomial of low degree for each segment, found by shifting the variable.
+//!
+//! A segment is centred at a multiple of its width, so that the place within it is simply the variable shifted
+//! left, wrapped to a signed word, and its number the variable shifted right, after half a width was added.
+//! Where the range comes too close to the end of the word for that, segments begin at multiples instead, and
+//! the half width is added for the place.
+
+use crate::approximate::minimax;
+use crate::bound;
+use crate::design::{Design, DesignError};
+use crate::exact::{Interval, Polynomial};
+use crate::format::Format;
+use crate::input::InputPlan;
+use crate::output::Output;
+use crate::program::{Op, Operand, Program, Stage, Type};
+use crate::quantize;
+use crate::reference::Reference;
+
+/// Designs a table of 2^`segments_log2` polynomials of the given degree, in a format of 32-bit words.
+///
+/// # Errors
+/// [`DesignError`] where the table or the output's format cannot hold the range.
+pub fn design(
+    plan: &InputPlan,
+    reference: &Reference,
+    format: Format,
+    output: Output,
+    degree: usize,
+    segments_log2: u32,
+) -> Result<Design, DesignError> {
+    let rows = 1usize << segments_log2;
+    let layout = Layout::new(plan, segments_log2);
+    // The segments that the range reaches do not depend on the coefficients.
+    let empty = program(plan, format, output, degree, &layout, &vec![vec![0; degree + 1]; rows], 0)?.0;
+    let segments: Vec<Segment> = bound::segments(&empty, plan)
+        .into_iter()
+        .map(|(row, from, to)| Segment::new(reference, degree, &layout, row, from, to))
+        .collect();
+    let reach =
+        segments.iter().map(|s| s.reach.clone()).reduce(|a, b| a.hull(&b)).unwrap_or_else(Interval::zero);
+    let minimax = segments.iter().map(|s| s.distance.to_f64_up()).fold(0.0, f64::max);
+    let build = |headroom: i64| -> Result<Design, DesignError> {
+        let bits = format.bits() - 1 - headroom - reach.log2_floor().unwrap_or(-120).max(-120);
+        let bits = bits.min(output.most_fraction_bits());
+        let mut table = vec![vec![0; degree + 1]; rows];
+        for s in &segments {
+            let Some(row) = table.get_mut(s.row) else { continue };
+            *row =
+                s.local.coefficients().iter().map(|c| c.mul_pow2(bits).round_to_i64().unwrap_or(0)).collect();
+            row.resize(degree + 1, 0);
+        }
+        let (rough, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
+        let lsb = vec![Interval::from_int(1).mul_pow2(-bits).to_f64(); degree + 1];
+        for s in &segments {
+            // Which correction brings the program, with its biases, nearest on this segment.
+            let there = bound::output_polynomial(&rough, plan, &s.from, &s.to)?.scale(&unit);
+            let residual = s.in_place(&reference.polynomial.sub(&there));
+            let correction = quantize::nearest(&residual, &lsb, &s.place(&s.from), &s.place(&s.to));
+            if let Some(row) = table.get_mut(s.row) {
+                row.iter_mut().zip(correction).for_each(|(c, d)| *c += d);
+            }
+        }
+        fill_unreachable(&mut table, &segments);
+        let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
+        let bound = bound::bound(&program, plan, reference, &unit)?;
+        let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
+        Ok(Design { program, bound, degree, segments: rows, minimax, unit, fraction_bits })
+    };
+    build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
+}
+
+/// Where the segments lie.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    segments_log2: u32,
+    /// Whether segments are centred at the multiples of their width, or begin there.
+    centred: bool,
+}
+
+impl Layout {
+    fn new(plan: &InputPlan, segments_log2: u32) -> Self {
+        let last = bound::words(&plan.program, plan).1;
+        let half = Interval::from_int(1).mul_pow2(i64::from(31 - segments_log2));
+        let centred = (&last + &half).certainly_le(&Interval::from_int(i32::MAX.into()));
+        Layout { segments_log2, centred }
+    }
+
+    fn half_width(&self) -> i64 {
+        1 << (31 - self.segments_log2)
+    }
+
+    /// v of the middle of a row's segment.
+    fn middle(&self, row: usize) -> Interval {
+        let halves = 2 * (row as i64 - (1 << (self.segments_log2 - 1))) + i64::from(!self.centred);
+        Interval::from_int(halves).mul_pow2(-i64::from(self.segments_log2) - 1)
+    }
+}
+
+/// A segment that can be reached, and the best polynomial on it.
+struct Segment {
+    row: usize,
+    /// First and last word of the variable.
+    from: Interval,
+    to: Interval,
+    /// v of the segment's middle, and its width as a power of two.
+    middle: Interval,
+    segments_log2: u32,
+    /// The best polynomial, of the place w = (v − middle)/width, |w| ≤ ½.
+    local: Polynomial,
+    /// The largest value on the way of evaluating it.
+    reach: Interval,
+    distance: Interval,
+}
+
+impl Segment {
+    fn new(
+        reference: &Reference,
+        degree: usize,
+        layout: &Layout,
+        row: usize,
+        from: Interval,
+        to: Interval,
+    ) -> Self {
+        let (middle, segments_log2) = (layout.middle(row), layout.segments_log2);
+        let mut segment = Segment {
+            row,
+            from,
+            to,
+            middle,
+            segments_log2,
+            local: Polynomial::constant(Interval::zero()),
+            reach: Interval::zero(),
+            distance: Interval::zero(),
+        };
+        let (a, b) = (segment.place(&segment.from), segment.place(&segment.to));
+        let function = segment.in_place(&reference.polynomial);
+        segment.local = minimax(&function, degree, &a, &b);
+        let difference = segment.local.sub(&function);
+        let rough = difference.at(&a).magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).magnitude();
+        segment.distance = difference.supremum(&a, &b, &rough.mul_pow2(-6)).upper();
+        let c = segment.local.coefficients();
+        segment.reach = (0..c.len())
+            .map(|k| Polynomial::new(c[k..].to_vec()).range(&a, &b).hull(&c[k]))
+            .reduce(|a, b| a.hull(&b))
+            .unwrap_or_else(Interval::zero);
+        segment
+    }
+
+    /// A word of the variable as a place in the segment.
+    fn place(&self, word: &Interval) -> Interval {
+        (&word.mul_pow2(-32) - &self.middle).mul_pow2(self.segments_log2.into())
+    }
+
+    /// A function of v as one of the place.
+    fn in_place(&self, function: &Polynomial) -> Polynomial {
+        function.shift(&self.middle).stretch_pow2(-i64::from(self.segments_log2))
+    }
+}
+
+/// Rows that no input reaches repeat their nearest neighbour, so that the table reads on smoothly.
+fn fill_unreachable(table: &mut [Vec<i64>], segments: &[Segment]) {
+    let (Some(first), Some(last)) = (segments.first(), segments.last()) else { return };
+    let (low, high) = (table[first.row].clone(), table[last.row].clone());
+    table[..first.row].fill(low);
+    table[last.row + 1..].fill(high);
+}
+
+/// The program with coefficients table[row][k]·2^−bits of the place's powers, and its output's unit.
+fn program(
+    plan: &InputPlan,
+    format: Format,
+    output: Output,
+    degree: usize,
+    layout: &Layout,
+    table: &[Vec<i64>],
+    bits: i64,
+) -> Result<(Program, Interval), DesignError> {
+    let mut p = plan.program.clone();
+    let x = Operand::Step(p.variable);
+    // 2³¹ so that the lowest segment is row 0.
+    let (to_middle, to_start) =
+        if layout.centred { (layout.half_width(), 0) } else { (0, layout.half_width()) };
+    let index = Op::Index { a: x, add: to_middle + (1 << 31), by: 32 - layout.segments_log2 };
+    let row = p.push(Stage::Evaluation, "row", Type::U32, index, "the segment");
+    let wrap = Op::Wrap { a: x, add: to_start, by: layout.segments_log2 };
+    let w = p.push(Stage::Evaluation, "w", Type::I32, wrap, "the place in it, from its middle");
+    let entry = |p: &mut Program, k: usize| {
+        p.push(Stage::Evaluation, &format!("c{k}"), Type::I32, Op::Entry { index: row, column: k }, "")
+    };
+    let mut y = entry(&mut p, degree);
+    for k in (0..degree).rev() {
+        let c = entry(&mut p, k);
+        y = p.push(Stage::Evaluation, "y", Type::I32, format.mul_add(y, w, 0, c), "");
+    }
+    p.table = table.to_vec();
+    let unit = output.from_fixed(&mut p, format, y, bits)?;
+    Ok((p, unit))
+}

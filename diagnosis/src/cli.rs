@@ -1,0 +1,206 @@
+//! The command line of `diagnose`: reads, runs the recordings in parallel, writes.
+
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use diagnosis::observe::Simulated;
+use diagnosis::simulated;
+use diagnosis::verdict::Verdict;
+use diagnosis::{Options, Outcome, diagnose, report};
+use fitter::output::write_whole;
+use fitter::{Mirror, Recording};
+use indicatif::{ProgressBar, ProgressStyle};
+use miette::{IntoDiagnostic, Result, miette};
+use rayon::prelude::*;
+
+/// Locates where recordings differ from their simulation, names the physics, and shows that the fit improves.
+#[derive(Parser)]
+#[command(version)]
+pub struct Cli {
+    /// The recordings (CSV, or CSV.gz)
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// The nominal mirror (mirror.toml), for static calibration recordings
+    #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
+    mirror: Option<PathBuf>,
+    /// The nominal plant (plant.toml), for dynamic recordings
+    #[arg(long)]
+    plant: Option<PathBuf>,
+    /// The folder to write into; it is made if it is not there
+    #[arg(long)]
+    out: PathBuf,
+    /// Another recording of the same device, for the held-out figures
+    #[arg(long)]
+    held_out: Option<PathBuf>,
+    /// Your own simulation of the same rows (t_s and the predicted reference), instead of the built-in one
+    #[arg(long)]
+    simulated: Option<PathBuf>,
+    /// Write no HTML report
+    #[arg(long)]
+    no_report: bool,
+    /// Leave these effects out of the catalogue (ids, separated by commas)
+    #[arg(long, value_delimiter = ',')]
+    without: Vec<String>,
+    /// Number of threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<usize>,
+}
+
+/// Runs the program.
+pub fn run(cli: &Cli) -> Result<()> {
+    if cli.plant.is_some() {
+        return Err(miette!(
+            "--plant: dynamic recordings are not diagnosed yet, only static calibrations; give --mirror mirror.toml \
+             with a static recording"
+        ));
+    }
+    let Some(mirror) = &cli.mirror else { return Err(miette!("--mirror is missing; give the mirror.toml")) };
+    let mirror = Mirror::read(mirror).into_diagnostic()?;
+    let stems = stems(&cli.recordings)?;
+    known(&cli.without)?;
+    if cli.simulated.is_some() && cli.recordings.len() > 1 {
+        return Err(miette!(
+            "--simulated: found {} recordings, expected one; a simulation belongs to the rows of one recording",
+            cli.recordings.len()
+        ));
+    }
+    let held_out = cli.held_out.as_deref().map(read).transpose()?;
+    let simulated = cli.simulated.as_deref().map(simulated::read).transpose().into_diagnostic()?;
+    // Everything is read before anything is computed, and computed before anything is written.
+    let recordings: Vec<Recording> = cli.recordings.iter().map(|path| read(path)).collect::<Result<_>>()?;
+    let options = Options { skip: cli.without.clone(), command: command(cli) };
+    let bar = progress(recordings.len());
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
+    let outcomes: Vec<Result<Outcome>> = pool.install(|| {
+        recordings
+            .par_iter()
+            .map(|recording| {
+                let outcome = one(recording, &mirror, simulated.as_ref(), held_out.as_ref(), &options);
+                bar.inc(1);
+                outcome
+            })
+            .collect()
+    });
+    bar.finish_and_clear();
+    let outcomes: Vec<Outcome> = outcomes.into_iter().collect::<Result<_>>()?;
+    std::fs::create_dir_all(&cli.out).map_err(|error| {
+        miette!(
+            "{}: the folder cannot be made ({error}); give --out a folder that can be written",
+            cli.out.display()
+        )
+    })?;
+    for (stem, outcome) in stems.iter().zip(&outcomes) {
+        write(&cli.out, stem, outcome, !cli.no_report)?;
+        println!("{}", sentence(outcome));
+    }
+    Ok(())
+}
+
+fn one(
+    recording: &Recording,
+    mirror: &Mirror,
+    simulated: Option<&simulated::Simulation>,
+    held_out: Option<&Recording>,
+    options: &Options,
+) -> Result<Outcome> {
+    let simulated: Option<Simulated> =
+        simulated.map(|s| s.for_recording(recording)).transpose().into_diagnostic()?;
+    diagnose(recording, mirror, simulated.as_ref(), held_out, options).into_diagnostic()
+}
+
+fn read(path: &Path) -> Result<Recording> {
+    Recording::read(path).into_diagnostic()
+}
+
+/// The stems of the output files; equal ones would overwrite each other.
+fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
+    let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
+    let mut stems = Vec::new();
+    for path in paths {
+        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let name = name.strip_suffix(".gz").unwrap_or(&name);
+        let stem = name.strip_suffix(".csv").unwrap_or(name).to_string();
+        if let Some(first) = seen.insert(stem.clone(), path) {
+            return Err(miette!(
+                "{} and {}: both would be written as `{stem}`; rename one or diagnose them in separate calls",
+                first.display(),
+                path.display()
+            ));
+        }
+        stems.push(stem);
+    }
+    Ok(stems)
+}
+
+/// Refuses ids that no effect has.
+fn known(ids: &[String]) -> Result<()> {
+    let catalogue = diagnosis::effects::catalogue();
+    match ids.iter().find(|id| catalogue.iter().all(|e| e.id() != id.as_str())) {
+        None => Ok(()),
+        Some(id) => {
+            let all: Vec<&str> = catalogue.iter().map(|e| e.id()).collect();
+            Err(miette!("--without: found `{id}`, expected one of {}", all.join(", ")))
+        }
+    }
+}
+
+/// The command as it stands in the coefficients file: without folders, which differ from machine to machine.
+fn command(cli: &Cli) -> String {
+    let name = |p: &Path| p.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
+    let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
+    format!("diagnose {} --mirror {mirror}", recordings.join(" "))
+}
+
+fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
+    let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
+    put(&folder.join(format!("{stem}.json")), &text)?;
+    put(&folder.join(format!("{stem}.coefficients.json")), &outcome.coefficients.to_json())?;
+    if with_report {
+        put(&folder.join(format!("{stem}.html")), &report::page(outcome))?;
+    }
+    Ok(())
+}
+
+fn put(path: &Path, text: &str) -> Result<()> {
+    write_whole(path, |file: &mut dyn Write| file.write_all(text.as_bytes())).into_diagnostic()
+}
+
+fn progress(count: usize) -> ProgressBar {
+    if count < 10 || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(count as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings, {eta} left") {
+        bar.set_style(style);
+    }
+    bar
+}
+
+/// One line on the terminal.
+fn sentence(outcome: &Outcome) -> String {
+    let d = &outcome.diagnosis;
+    let names: Vec<String> = d
+        .effects
+        .iter()
+        .map(|e| {
+            if e.alternatives.is_empty() {
+                e.id.clone()
+            } else {
+                format!("{} (or {})", e.id, e.alternatives.join(", "))
+            }
+        })
+        .collect();
+    let place = d.locations.first().map_or(String::new(), |l| format!(" on {}", l.variable));
+    match d.verdict {
+        Verdict::Consistent => format!("{}: consistent with the simulation", d.recording),
+        Verdict::Explained => format!("{}: explained by {}", d.recording, names.join(" and ")),
+        Verdict::PartlyExplained => {
+            format!("{}: partly explained by {}; structure is left", d.recording, names.join(" and "))
+        }
+        Verdict::Unexplained => format!("{}: unexplained structure{place}", d.recording),
+    }
+}

@@ -1,0 +1,147 @@
+//! One recording from rows to everything that is said of it.
+
+use fitter::{Coefficients, Mirror, Recording};
+use serde::Serialize;
+
+use crate::effects::{Effect, catalogue};
+use crate::explain::explain;
+use crate::hand_on;
+use crate::held_out::{self, Fit, Score};
+use crate::model::{self, Model};
+use crate::observe::{ObserveError, Simulated, observe};
+use crate::rows::{Rows, mean, rms};
+use crate::verdict::{self, Location, NamedEffect, Verdict};
+
+/// The noise floor.
+#[derive(Debug, Clone, Serialize)]
+pub struct NoiseFloor {
+    /// Standard deviation of a reading.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// What it was measured from.
+    pub from: String,
+    /// Correlation of successive readings.
+    pub autocorrelation: f64,
+}
+
+/// The diagnosis of one recording, as it is written.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// Version of the format.
+    pub schema: u32,
+    /// File name of the recording.
+    pub recording: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The noise floor.
+    pub noise_floor: NoiseFloor,
+    /// Where the mismatch lives, the strongest first.
+    pub locations: Vec<Location>,
+    /// The named effects, the strongest first.
+    pub effects: Vec<NamedEffect>,
+    /// The proof.
+    pub fit: Fit,
+    /// What is not determined.
+    pub unidentifiable: Vec<String>,
+    /// What to record next.
+    pub next_experiment: Option<String>,
+}
+
+/// A diagnosis with what the report and the coefficients file are made from.
+pub struct Outcome {
+    /// What is written.
+    pub diagnosis: Diagnosis,
+    /// The coefficients file.
+    pub coefficients: Coefficients,
+    /// The rows.
+    pub rows: Rows,
+    /// The base model alone.
+    pub before: Model,
+    /// The augmented model.
+    pub after: Model,
+    /// For every family of the search: place or effect, and −ln p beside the base.
+    pub map: Vec<(String, f64)>,
+}
+
+/// What a diagnosis is asked for.
+#[derive(Default)]
+pub struct Options {
+    /// Ids of effects that are left out of the catalogue.
+    pub skip: Vec<String>,
+    /// The command, as it is to stand in the coefficients file.
+    pub command: String,
+}
+
+/// Diagnoses a recording.
+///
+/// # Errors
+/// [`ObserveError`] where the recording cannot be diagnosed at all.
+pub fn diagnose(
+    recording: &Recording,
+    mirror: &Mirror,
+    simulated: Option<&Simulated>,
+    held_out: Option<&Recording>,
+    options: &Options,
+) -> Result<Outcome, ObserveError> {
+    let rows = observe(recording, mirror, simulated)?;
+    let other = held_out.map(|r| observe(r, mirror, None).map(|rows| (r, rows))).transpose()?;
+    let effects: Vec<Box<dyn Effect>> = catalogue();
+    let explanation = explain(&rows, &effects, &options.skip);
+    let before = model::expected(&explanation, &effects);
+    let after = if explanation.terms.is_empty() {
+        before.clone()
+    } else {
+        model::fit(&explanation, &effects, &explanation.terms, None)
+    };
+    let said = verdict::say(&explanation, &effects, &after);
+    let coefficients = hand_on::coefficients(recording, mirror, &rows, &effects, &after, &options.command);
+    let mut fit = held_out::prove(&explanation, &before, &after);
+    if let Some((other, other_rows)) = &other {
+        let plain = hand_on::coefficients(recording, mirror, &rows, &effects, &before, &options.command);
+        fit.held_out_by = other.file.clone();
+        fit.before = Score { held_out_rms: score(other, other_rows, &plain), ..fit.before };
+        fit.after = Score { held_out_rms: score(other, other_rows, &coefficients), ..fit.after };
+        fit.gain = None;
+    }
+    let from = if rows.passes().len() > 1 { "repeated passes" } else { "blocks" };
+    let map = explanation
+        .search
+        .survey(&[])
+        .iter()
+        .map(|f| {
+            let place = verdict::place_of(&explanation, &effects, &f.term);
+            let name = match &place.times {
+                Some(times) => format!("{} × {times}", place.variable),
+                None => place.variable,
+            };
+            (name, explanation.search.family_wise(f))
+        })
+        .collect();
+    let diagnosis = Diagnosis {
+        schema: 1,
+        recording: recording.file.clone(),
+        verdict: said.verdict,
+        noise_floor: NoiseFloor {
+            value: explanation.search.noise.level,
+            unit: rows.unit.clone(),
+            from: from.into(),
+            autocorrelation: explanation.search.noise.phi,
+        },
+        locations: said.locations,
+        effects: said.effects,
+        fit,
+        unidentifiable: said.unidentifiable,
+        next_experiment: said.next_experiment,
+    };
+    Ok(Outcome { diagnosis, coefficients, rows, before, after, map })
+}
+
+/// Root mean square of the corrected reading's error on another recording, its own offset removed.
+fn score(other: &Recording, rows: &Rows, coefficients: &Coefficients) -> Option<f64> {
+    let applied = fitter::apply(other, coefficients).ok()?;
+    let per = coefficients.sensor.per_internal();
+    let error: Vec<f64> = applied.corrected.iter().zip(&rows.truth).map(|(c, t)| c * per - t).collect();
+    let offset = mean(&error);
+    Some(rms(&error.iter().map(|e| e - offset).collect::<Vec<f64>>()))
+}

@@ -1,0 +1,112 @@
+//! The augmented model as a coefficients file, which `fitter apply` and `codegen` read.
+
+use fitter::coefficients::{Coefficients, Provenance};
+use fitter::error_model::ErrorModel;
+use fitter::terms::{Scope, Term};
+use fitter::{Mirror, Recording};
+
+use crate::effects::Effect;
+use crate::model::Model;
+use crate::rows::{Rows, range};
+
+/// Makes the coefficients file of a model. Generic terms are left out: they are no physics that would hold
+/// anywhere else.
+pub fn coefficients(
+    recording: &Recording,
+    mirror: &Mirror,
+    rows: &Rows,
+    catalogue: &[Box<dyn Effect>],
+    model: &Model,
+    command: &str,
+) -> Coefficients {
+    let (centre, half) = rows.reading_scale();
+    let per = mirror.sensor.per_internal();
+    let scale = 1.0 / crate::rows::mean(&rows.weight) / per;
+    // Legendre series in x = (reading − centre)/half to powers of (reading − centre).
+    let mut powers: Vec<f64> = monomials(&model.base).iter().map(|c| c * scale).collect();
+    for (k, power) in powers.iter_mut().enumerate() {
+        *power /= half.powi(k as i32);
+    }
+    let mut alpha0 = 0.0;
+    if let fitter::error_model::Sensor::EddyCurrentPair { probe_distance_mm: d, .. } = &mirror.sensor {
+        // The error is zero at calculated angle 0 (Eq. 7): α₀ in radians, a constant angle, is
+        // α₀ (s² + d²)/d in the bracket of Eq. 6.
+        alpha0 = -powers[0] / d;
+        while powers.len() < 3 {
+            powers.push(0.0);
+        }
+        powers[0] += alpha0 * d;
+        powers[2] += alpha0 / d;
+        alpha0 *= per;
+    }
+    let error_model = ErrorModel { sensor: mirror.sensor.clone(), centre, coefficients: powers };
+    let (from, to) = range(&rows.reading);
+    let mut file = Coefficients::of_model(&error_model, from, to, command);
+    file.tool = format!("diagnose {}", env!("CARGO_PKG_VERSION"));
+    file.recording = Provenance {
+        file: recording.file.clone(),
+        sha256: recording.sha256.clone(),
+        rows: rows.len(),
+        passes: rows.passes().len(),
+    };
+    for term in &model.terms {
+        let Some(e) = term.effect else { continue };
+        let effect = &catalogue[e];
+        let handed = effect.operator(&with_zero(rows, alpha0), &term.term.shape);
+        let width = term.amplitudes.len();
+        let coefficients =
+            handed.map.iter().map(|row| row.iter().zip(&term.amplitudes).map(|(m, a)| m * a).sum()).collect();
+        let covariance = handed
+            .map
+            .iter()
+            .map(|left| {
+                handed
+                    .map
+                    .iter()
+                    .map(|right| {
+                        (0..width * width)
+                            .map(|k| left[k / width] * term.covariance[k] * right[k % width])
+                            .sum()
+                    })
+                    .collect()
+            })
+            .collect();
+        let scope = if effect.runtime_correctable() { Scope::Device } else { Scope::Recording };
+        file.terms.push(Term {
+            effect: effect.id().into(),
+            scope,
+            operator: handed.operator,
+            coefficients,
+            covariance,
+        });
+    }
+    file
+}
+
+/// The rows with the true angle counted from α₀, as a coefficients file counts it.
+fn with_zero(rows: &Rows, alpha0: f64) -> Rows {
+    Rows { truth: rows.truth.iter().map(|t| t - alpha0).collect(), ..rows.clone() }
+}
+
+/// Powers of x from a Legendre series, by the recurrence of the polynomials themselves.
+fn monomials(series: &[f64]) -> Vec<f64> {
+    let n = series.len();
+    let mut out = vec![0.0; n];
+    let (mut before, mut now) = (vec![0.0; n], vec![0.0; n]);
+    now[0] = 1.0;
+    for (k, c) in series.iter().enumerate() {
+        for (o, p) in out.iter_mut().zip(&now) {
+            *o += c * p;
+        }
+        let kf = k as f64;
+        let mut next = vec![0.0; n];
+        for j in 0..n {
+            if j > 0 {
+                next[j] += (2.0 * kf + 1.0) * now[j - 1];
+            }
+            next[j] = (next[j] - kf * before[j]) / (kf + 1.0);
+        }
+        before = std::mem::replace(&mut now, next);
+    }
+    out
+}

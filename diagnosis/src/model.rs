@@ -1,0 +1,339 @@
+//! The augmented model: base polynomial and named effects, fitted jointly in the whitened metric, with
+//! intervals of every parameter that allow for the others and for the shape parameters.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::base::base_columns;
+use crate::calibrate::log_tail;
+use crate::dictionary::{Kind, highest_order};
+use crate::effects::{Effect, Reading};
+use crate::explain::{Explanation, first_order};
+use crate::linear::{Basis, dot, least_squares};
+use crate::rows::Rows;
+use crate::search::Term;
+
+/// Surprise at which a further order of the base is kept: one column in twenty by chance.
+const ORDER_SURPRISE: f64 = 3.0;
+
+/// A term with its amplitudes.
+#[derive(Debug, Clone)]
+pub struct FittedTerm {
+    /// The term.
+    pub term: Term,
+    /// Index in the catalogue; none for a generic term.
+    pub effect: Option<usize>,
+    /// Amplitudes of its columns.
+    pub amplitudes: Vec<f64>,
+    /// Covariance of the amplitudes, by rows.
+    pub covariance: Vec<f64>,
+    /// What it adds to the error at every row.
+    pub contribution: Vec<f64>,
+    /// Its reported parameters with 95 % intervals.
+    pub parameters: Vec<(Reading, [f64; 2])>,
+    /// Sum of squares that it alone explains beside the others.
+    pub explained: f64,
+}
+
+/// The augmented model.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Order of the base polynomial.
+    pub order: usize,
+    /// Coefficients of [`base_columns`].
+    pub base: Vec<f64>,
+    /// The base at every row.
+    pub base_value: Vec<f64>,
+    /// The terms.
+    pub terms: Vec<FittedTerm>,
+}
+
+impl Model {
+    /// What the model says of every row.
+    pub fn value(&self) -> Vec<f64> {
+        let mut value = self.base_value.clone();
+        for term in &self.terms {
+            value.iter_mut().zip(&term.contribution).for_each(|(v, c)| *v += c);
+        }
+        value
+    }
+}
+
+/// The lowest order of the base beyond which nothing is gained, beside the given terms.
+pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
+    let search = &explanation.search;
+    let rows = search.rows;
+    let highest = highest_order(rows);
+    let lowest = if rows.pair { 3.min(highest) } else { 1 };
+    let n = rows.len();
+    let mut basis = Basis::new(n);
+    let all = base_columns(rows, highest);
+    for column in all.iter().take(lowest + 1).chain(terms.iter().flat_map(|t| &t.columns)) {
+        basis.add(&search.noise.whiten(column));
+    }
+    let mut residual = search.noise.whiten(&search.noise.clean);
+    basis.project_off(&mut residual);
+    let mut order = lowest;
+    let mut gained = 0.0;
+    for (k, column) in all.iter().enumerate().skip(lowest + 1) {
+        let before = basis.rank();
+        basis.add(&search.noise.whiten(column));
+        if basis.rank() > before {
+            let q = basis.columns.get(before);
+            let a = dot(q, &residual);
+            crate::linear::add_scaled(&mut residual, -a, q);
+            gained += a * a;
+        }
+        // An even order may bring nothing where the next odd one does: judged over the block since `order`.
+        if log_tail(gained, k - order) > ORDER_SURPRISE {
+            order = k;
+            gained = 0.0;
+        }
+    }
+    order
+}
+
+/// Fits base and terms jointly. `order` none chooses it.
+pub fn fit(
+    explanation: &Explanation,
+    catalogue: &[Box<dyn Effect>],
+    terms: &[Term],
+    order: Option<usize>,
+) -> Model {
+    let search = &explanation.search;
+    let rows = search.rows;
+    let noise = &search.noise;
+    let terms: Vec<Term> = terms
+        .iter()
+        .filter(|t| !matches!(search.dictionary.families[t.family].kind, Kind::Order))
+        .cloned()
+        .collect();
+    let order = order.unwrap_or_else(|| choose_order(explanation, &terms));
+    let base = base_columns(rows, order);
+    let mut columns: Vec<Vec<f64>> = base.iter().map(|c| noise.whiten(c)).collect();
+    for column in terms.iter().flat_map(|t| &t.columns) {
+        columns.push(noise.whiten(column));
+    }
+    let target = noise.whiten(&noise.clean);
+    let solution = least_squares(&columns, &target);
+
+    // Intervals: the amplitudes' covariance with the shapes' tangents beside them.
+    let mut tangents = columns.clone();
+    let mut places: Vec<Vec<Option<usize>>> = Vec::new();
+    let mut first = base.len();
+    for term in &terms {
+        let width = term.columns.len();
+        let amplitudes = &solution.coefficients[first..first + width];
+        first += width;
+        let mut place = Vec::new();
+        if let Some(e) = search.effect(term.family) {
+            for (k, step) in tangent_steps(catalogue[e].as_ref(), rows, &term.shape).into_iter().enumerate() {
+                place.push(step.map(|h| {
+                    tangents.push(noise.whiten(&tangent(
+                        catalogue[e].as_ref(),
+                        rows,
+                        &term.shape,
+                        amplitudes,
+                        k,
+                        h,
+                    )));
+                    tangents.len() - 1
+                }));
+            }
+        }
+        places.push(place);
+    }
+    let with_tangents = least_squares(&tangents, &target);
+    let p = tangents.len();
+    let freedom = noise.freedom.min((rows.len() as f64 - p as f64).max(1.0));
+    let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
+
+    let whole: f64 = solution.rss;
+    let mut fitted = Vec::new();
+    let mut first = base.len();
+    for (index, term) in terms.iter().enumerate() {
+        let width = term.columns.len();
+        let amplitudes = solution.coefficients[first..first + width].to_vec();
+        let mut contribution = vec![0.0; rows.len()];
+        for (a, column) in amplitudes.iter().zip(&term.columns) {
+            crate::linear::add_scaled(&mut contribution, *a, column);
+        }
+        let without: Vec<Vec<f64>> = columns
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| !(first..first + width).contains(k))
+            .map(|(_, c)| c.clone())
+            .collect();
+        let explained = least_squares(&without, &target).rss - whole;
+        let mut positions: Vec<Option<usize>> = (first..first + width).map(Some).collect();
+        positions.extend(places[index].iter().copied());
+        let covariance_of = |a: usize, b: usize| match (positions[a], positions[b]) {
+            (Some(i), Some(j)) => with_tangents.inverse[i * p + j],
+            _ => 0.0,
+        };
+        let effect = search.effect(term.family);
+        let parameters = effect.map_or_else(Vec::new, |e| {
+            intervals(catalogue[e].as_ref(), rows, term, &amplitudes, covariance_of, quantile)
+        });
+        let covariance = (0..width * width).map(|k| covariance_of(k / width, k % width)).collect();
+        fitted.push(FittedTerm {
+            term: term.clone(),
+            effect,
+            amplitudes,
+            covariance,
+            contribution,
+            parameters,
+            explained,
+        });
+        first += width;
+    }
+    let coefficients = solution.coefficients[..base.len()].to_vec();
+    let mut base_value = vec![0.0; rows.len()];
+    for (a, column) in coefficients.iter().zip(&base) {
+        crate::linear::add_scaled(&mut base_value, *a, column);
+    }
+    let mut model = Model { order, base: coefficients, base_value, terms: fitted };
+    step_times(explanation, catalogue, &mut model);
+    model
+}
+
+/// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
+fn tangent_steps(effect: &dyn Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<f64>> {
+    if effect.consistent_shape(&[1.0]).is_some() {
+        return vec![None; shape.len()];
+    }
+    effect
+        .ranges(rows)
+        .iter()
+        .zip(shape)
+        .map(|(r, v)| {
+            (!r.whole && r.high > r.low)
+                .then(|| if r.logarithmic { 1e-3 * v } else { 1e-4 * (r.high - r.low) })
+        })
+        .collect()
+}
+
+/// Derivative of the contribution with respect to shape parameter `k`.
+fn tangent(
+    effect: &dyn Effect,
+    rows: &Rows,
+    shape: &[f64],
+    amplitudes: &[f64],
+    k: usize,
+    h: f64,
+) -> Vec<f64> {
+    let at = |value: f64| {
+        let mut moved = shape.to_vec();
+        moved[k] = value;
+        let mut sum = vec![0.0; rows.len()];
+        for (a, column) in amplitudes.iter().zip(effect.signature(rows, &moved)) {
+            crate::linear::add_scaled(&mut sum, *a, &column);
+        }
+        sum
+    };
+    let (up, down) = (at(shape[k] + h), at(shape[k] - h));
+    up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * h)).collect()
+}
+
+/// Reported parameters with intervals by the delta method.
+fn intervals(
+    effect: &dyn Effect,
+    rows: &Rows,
+    term: &Term,
+    amplitudes: &[f64],
+    covariance: impl Fn(usize, usize) -> f64,
+    quantile: f64,
+) -> Vec<(Reading, [f64; 2])> {
+    let width = amplitudes.len();
+    let count = width + term.shape.len();
+    let steps = tangent_steps(effect, rows, &term.shape);
+    let readings = effect.readings(rows, &term.shape, amplitudes);
+    // Gradient of every reading with respect to amplitudes and shapes.
+    let mut gradients = vec![vec![0.0; count]; readings.len()];
+    for k in 0..count {
+        let (mut up, mut down) =
+            ((term.shape.clone(), amplitudes.to_vec()), (term.shape.clone(), amplitudes.to_vec()));
+        let h = if k < width {
+            let h = (1e-3 * covariance(k, k).sqrt()).max(1e-9 * amplitudes[k].abs());
+            up.1[k] += h;
+            down.1[k] -= h;
+            h
+        } else {
+            let Some(Some(h)) = steps.get(k - width) else { continue };
+            up.0[k - width] += h;
+            down.0[k - width] -= h;
+            *h
+        };
+        if !(h > 0.0) {
+            continue;
+        }
+        let (u, d) = (effect.readings(rows, &up.0, &up.1), effect.readings(rows, &down.0, &down.1));
+        for (g, (u, d)) in gradients.iter_mut().zip(u.iter().zip(&d)) {
+            g[k] = (u.value - d.value) / (2.0 * h);
+        }
+    }
+    readings
+        .into_iter()
+        .zip(gradients)
+        .map(|(reading, g)| {
+            let mut variance = 0.0;
+            for a in 0..count {
+                for b in 0..count {
+                    variance += g[a] * g[b] * covariance(a, b);
+                }
+            }
+            let half = quantile * variance.max(0.0).sqrt();
+            let interval = [reading.value - half, reading.value + half];
+            (reading, interval)
+        })
+        .collect()
+}
+
+/// The time of a step lies between two rows: its interval is the central 95 % of the posterior over the gaps
+/// between rows, each weighted by its likelihood and its length.
+fn step_times(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &mut Model) {
+    let search = &explanation.search;
+    let rows = search.rows;
+    let all: Vec<Term> = model.terms.iter().map(|t| t.term.clone()).collect();
+    for (index, fitted) in model.terms.iter_mut().enumerate() {
+        let Some(e) = fitted.effect.filter(|e| catalogue[*e].id() == "mount_step") else { continue };
+        let others: Vec<Term> =
+            all.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, t)| t.clone()).collect();
+        let (basis, residual) = search.fit(&others);
+        let centre = fitted.term.shape[0] as usize;
+        let reach = 60;
+        let (from, to) = (centre.saturating_sub(reach).max(1), (centre + reach).min(rows.len() - 1));
+        let likelihood: Vec<f64> = (from..=to)
+            .map(|k| {
+                let mut w = search.noise.whiten(&catalogue[e].signature(rows, &[k as f64])[0]);
+                basis.project_off(&mut w);
+                let length = dot(&w, &w);
+                if length > 1e-9 { dot(&w, &residual).powi(2) / length } else { 0.0 }
+            })
+            .collect();
+        let best = likelihood.iter().copied().fold(0.0, f64::max);
+        let weight: Vec<f64> = (from..=to)
+            .zip(&likelihood)
+            .map(|(k, l)| (0.5 * (l - best)).exp() * (rows.t_s[k] - rows.t_s[k - 1]).max(1e-9))
+            .collect();
+        let total: f64 = weight.iter().sum();
+        let quantile = |part: f64| {
+            let mut left = part * total;
+            for (k, w) in (from..=to).zip(&weight) {
+                if left <= *w {
+                    return rows.t_s[k - 1] + (rows.t_s[k] - rows.t_s[k - 1]) * left / w;
+                }
+                left -= w;
+            }
+            rows.t_s[to]
+        };
+        if let Some(time) = fitted.parameters.iter_mut().find(|p| p.0.name == "time_s") {
+            time.1 = [quantile(0.025), quantile(0.975)];
+        }
+    }
+}
+
+/// The base alone, as the simulation expects it, without any effect.
+pub fn expected(explanation: &Explanation, catalogue: &[Box<dyn Effect>]) -> Model {
+    let order = choose_order(explanation, &[]).max(first_order(explanation.search.rows).min(3));
+    fit(explanation, catalogue, &[], Some(order))
+}

@@ -1,0 +1,221 @@
+//! The report: one self-contained HTML page per recording, for light and dark, desk and phone.
+
+mod charts;
+mod map;
+
+use minijinja::{Environment, context};
+
+use crate::diagnosis::Outcome;
+use crate::verdict::Verdict;
+
+/// Most observables that get a chart of the residual.
+const CHARTS: usize = 4;
+
+/// The page.
+pub fn page(outcome: &Outcome) -> String {
+    let d = &outcome.diagnosis;
+    let mut shown: Vec<(String, Option<String>)> =
+        d.locations.iter().map(|l| (l.variable.clone(), l.times.clone())).take(CHARTS).collect();
+    for usual in ["angle_deg", "t_s"] {
+        if shown.len() < 2 && !shown.iter().any(|(v, _)| v == usual) {
+            shown.push((usual.into(), None));
+        }
+    }
+    let before = residual(outcome, false);
+    let after = residual(outcome, true);
+    let charts: Vec<_> = shown
+        .iter()
+        .map(|(variable, times)| {
+            let title = match times {
+                Some(times) => format!("{} (times {})", readable(variable), readable(times)),
+                None => readable(variable),
+            };
+            context! {
+                title => title,
+                svg => charts::residuals(outcome, variable, &before, &after),
+            }
+        })
+        .collect();
+    let locations: Vec<_> = d
+        .locations
+        .iter()
+        .map(|l| {
+            context! {
+                variable => readable(&l.variable),
+                times => l.times.as_deref().map(readable),
+                from => digits(l.from),
+                to => digits(l.to),
+                share => format!("{:.0} %", 100.0 * l.share.min(1.0)),
+                p => probability(l.p_value),
+            }
+        })
+        .collect();
+    let effects: Vec<_> = d
+        .effects
+        .iter()
+        .map(|e| {
+            let parameters: Vec<_> = e
+                .parameters
+                .iter()
+                .map(|p| {
+                    context! {
+                        name => p.name.replace('_', " "),
+                        value => digits(p.value),
+                        unit => if p.unit == "1" { String::new() } else { p.unit.clone() },
+                        from => digits(p.ci95[0]),
+                        to => digits(p.ci95[1]),
+                    }
+                })
+                .collect();
+            let catalogued = crate::effects::catalogue().into_iter().find(|c| c.id() == e.id);
+            context! {
+                id => e.id.clone(),
+                title => e.title.clone(),
+                formula => catalogued.as_ref().map_or("", |c| c.formula()),
+                source => catalogued.as_ref().map_or("", |c| c.source()),
+                share => format!("{:.0} %", 100.0 * e.share),
+                p => probability(e.p_value),
+                parameters => parameters,
+                alternatives => e.alternatives.iter().map(|a| a.replace('_', " ")).collect::<Vec<_>>(),
+                correctable => e.runtime_correctable,
+            }
+        })
+        .collect();
+    let fit = &d.fit;
+    let figure = |v: Option<f64>| v.map_or("–".to_string(), digits);
+    let (map, map_key) = map::mismatch(outcome, &before, &after);
+    let environment = Environment::new();
+    let values = context! {
+        recording => d.recording.clone(),
+        verdict => word(d.verdict),
+        class => class(d.verdict),
+        sentence => sentence(outcome),
+        floor => digits(d.noise_floor.value),
+        unit => d.noise_floor.unit.clone(),
+        floor_from => d.noise_floor.from.clone(),
+        correlation => digits(d.noise_floor.autocorrelation),
+        rows => outcome.rows.len(),
+        passes => outcome.rows.passes().len(),
+        order => outcome.after.order,
+        map => map,
+        map_key => map_key,
+        charts => charts,
+        locations => locations,
+        effects => effects,
+        held_out_by => fit.held_out_by.clone(),
+        before_train => digits(fit.before.train_rms),
+        before_held => figure(fit.before.held_out_rms),
+        after_train => digits(fit.after.train_rms),
+        after_held => figure(fit.after.held_out_rms),
+        gain => fit.gain.as_ref().map(|g| context! { value => digits(g.value), from => digits(g.ci95[0]), to => digits(g.ci95[1]) }),
+        of_explainable => fit.of_explainable.map(|f| format!("{:.0} %", 100.0 * f)),
+        unidentifiable => d.unidentifiable.clone(),
+        next => d.next_experiment.clone(),
+    };
+    // The template is part of the program and rendered by a test: it cannot fail on other data.
+    environment.render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(|error| {
+        format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
+    })
+}
+
+/// Residual of the base alone, or of the augmented model, row by row.
+fn residual(outcome: &Outcome, augmented: bool) -> Vec<f64> {
+    let model = if augmented { &outcome.after } else { &outcome.before };
+    outcome.rows.error.iter().zip(model.value()).map(|(e, v)| e - v).collect()
+}
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Consistent => "consistent",
+        Verdict::Explained => "explained",
+        Verdict::PartlyExplained => "partly explained",
+        Verdict::Unexplained => "unexplained",
+    }
+}
+
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Consistent => "good",
+        Verdict::Explained => "named",
+        Verdict::PartlyExplained | Verdict::Unexplained => "open",
+    }
+}
+
+/// The verdict in a sentence.
+fn sentence(outcome: &Outcome) -> String {
+    let d = &outcome.diagnosis;
+    let unit = &d.noise_floor.unit;
+    let names: Vec<String> = d.effects.iter().map(|e| e.title.clone()).collect();
+    let names = match names.len() {
+        0 | 1 => names.concat(),
+        n => format!("{} and {}", names[..n - 1].join(", "), names[n - 1]),
+    };
+    let place = d.locations.first().map_or_else(String::new, |l| match &l.times {
+        Some(times) => format!("{} times {}", readable(&l.variable), readable(times)),
+        None => readable(&l.variable),
+    });
+    let open = d.effects.iter().any(|e| !e.alternatives.is_empty());
+    let caveat =
+        if open { " This recording alone cannot exclude the alternatives listed below." } else { "" };
+    let held = match (d.fit.before.held_out_rms, d.fit.after.held_out_rms) {
+        (Some(b), Some(a)) => {
+            format!(" On held-out data the error falls from {} to {} {unit} rms.", digits(b), digits(a))
+        }
+        _ => String::new(),
+    };
+    match d.verdict {
+        Verdict::Consistent => format!(
+            "The recording agrees with its simulation: nothing is left beyond a noise of {} {unit} per reading.",
+            digits(d.noise_floor.value)
+        ),
+        Verdict::Explained => {
+            format!(
+                "The recording departs from its simulation by {names}; what is left is noise.{held}{caveat}"
+            )
+        }
+        Verdict::PartlyExplained => format!(
+            "The recording departs from its simulation by {names}, and by something else that depends on {place} and \
+             that no effect in the catalogue explains.{held}{caveat}"
+        ),
+        Verdict::Unexplained => format!(
+            "The recording departs from its simulation: the error depends on {place}, in a way that no effect in the \
+             catalogue explains."
+        ),
+    }
+}
+
+/// A column's name for a reader.
+pub(crate) fn readable(variable: &str) -> String {
+    match variable {
+        "angle_deg" => "angle (deg)",
+        "t_s" => "time (s)",
+        "temperature_c" => "temperature (°C)",
+        "common_mode_um" => "common mode (µm)",
+        "cross_arcsec" => "second axis (arcsec)",
+        "coil_a" => "coil current (A)",
+        other => other,
+    }
+    .to_string()
+}
+
+/// Four significant digits.
+pub(crate) fn digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return "0".into();
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{value:.decimals$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text };
+    text.replace('-', "−")
+}
+
+fn probability(p: f64) -> String {
+    if p < 1e-12 {
+        "< 10⁻¹²".into()
+    } else if p < 1e-3 {
+        format!("{p:.0e}")
+    } else {
+        format!("{p:.3}")
+    }
+}

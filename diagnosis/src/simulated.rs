@@ -1,0 +1,121 @@
+//! The user's own simulation of a recording: `t_s` and the predicted reference, row for row.
+
+use std::path::Path;
+
+use fitter::Recording;
+use fitter::recording::Readings;
+use thiserror::Error;
+
+use crate::observe::Simulated;
+
+/// Why a simulation is refused.
+#[derive(Debug, Error)]
+pub enum SimulatedError {
+    /// The file cannot be read.
+    #[error("{file}: cannot be read ({reason}); give the path of a CSV with t_s and the predicted reference")]
+    Unreadable { file: String, reason: String },
+    /// A column is missing.
+    #[error("{file}: column `{column}` is missing, found {found}; add it")]
+    Column { file: String, column: String, found: String },
+    /// A cell is no number.
+    #[error(
+        "{file}, line {line}, column `{column}`: found `{found}`, expected a finite number; correct the cell"
+    )]
+    Cell { file: String, line: u64, column: String, found: String },
+    /// The rows are not those of the recording.
+    #[error("{file}: found {found}, expected {expected}; simulate exactly the rows of the recording")]
+    Rows { file: String, found: String, expected: String },
+}
+
+/// A simulation as read.
+#[derive(Debug, Clone)]
+pub struct Simulation {
+    file: String,
+    t_s: Vec<f64>,
+    name: String,
+    values: Vec<f64>,
+}
+
+/// Reads a simulation.
+///
+/// # Errors
+/// See [`SimulatedError`].
+pub fn read(path: &Path) -> Result<Simulation, SimulatedError> {
+    let file = path.display().to_string();
+    let unreadable = |reason: String| SimulatedError::Unreadable { file: file.clone(), reason };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(|e| unreadable(e.to_string()))?;
+    let headers: Vec<String> =
+        reader.headers().map_err(|e| unreadable(e.to_string()))?.iter().map(String::from).collect();
+    let find = |name: &str| headers.iter().position(|h| h == name);
+    let missing = |column: &str| SimulatedError::Column {
+        file: file.clone(),
+        column: column.into(),
+        found: headers.join(", "),
+    };
+    let time = find("t_s").ok_or_else(|| missing("t_s"))?;
+    let predicted = find("reference_arcsec")
+        .or_else(|| find("reference"))
+        .ok_or_else(|| missing("reference_arcsec (or reference)"))?;
+    let mut simulation = Simulation {
+        file: file.clone(),
+        t_s: Vec::new(),
+        name: headers[predicted].clone(),
+        values: Vec::new(),
+    };
+    for (k, record) in reader.records().enumerate() {
+        let record = record.map_err(|e| unreadable(e.to_string()))?;
+        let number = |column: usize| -> Result<f64, SimulatedError> {
+            let text = record.get(column).unwrap_or("");
+            text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| SimulatedError::Cell {
+                file: file.clone(),
+                line: k as u64 + 2,
+                column: headers[column].clone(),
+                found: text.into(),
+            })
+        };
+        simulation.t_s.push(number(time)?);
+        simulation.values.push(number(predicted)?);
+    }
+    Ok(simulation)
+}
+
+impl Simulation {
+    /// The simulation for a recording.
+    ///
+    /// # Errors
+    /// [`SimulatedError::Rows`] where its rows are others, [`SimulatedError::Column`] where it predicts another
+    /// column.
+    pub fn for_recording(&self, recording: &Recording) -> Result<Simulated, SimulatedError> {
+        let wanted = match recording.readings {
+            Readings::Pair { .. } => "reference_arcsec",
+            Readings::Direct { .. } => "reference",
+        };
+        if self.name != wanted {
+            return Err(SimulatedError::Column {
+                file: self.file.clone(),
+                column: wanted.into(),
+                found: self.name.clone(),
+            });
+        }
+        if self.values.len() != recording.rows() {
+            return Err(SimulatedError::Rows {
+                file: self.file.clone(),
+                found: format!("{} rows", self.values.len()),
+                expected: format!("{} rows", recording.rows()),
+            });
+        }
+        // A simulation may print its times with fewer digits: a millisecond is far below a row's distance.
+        let apart = (0..recording.rows()).find(|&i| (self.t_s[i] - recording.time_s[i]).abs() > 1e-3);
+        if let Some(i) = apart {
+            return Err(SimulatedError::Rows {
+                file: self.file.clone(),
+                found: format!("t_s = {} on line {}", self.t_s[i], i + 2),
+                expected: format!("t_s = {}", recording.time_s[i]),
+            });
+        }
+        Ok(Simulated { reference: self.values.clone() })
+    }
+}

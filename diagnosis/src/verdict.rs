@@ -1,0 +1,288 @@
+//! From what was found to what is said: verdict, locations with their ranges, alternatives that the
+//! recording cannot exclude, and the experiment that would decide between them.
+
+use serde::Serialize;
+
+use crate::dictionary::Kind;
+use crate::effects::{Effect, Place};
+use crate::experiment;
+use crate::explain::Explanation;
+use crate::model::{FittedTerm, Model};
+use crate::rows::{Rows, centred, range};
+use crate::search::Term;
+
+/// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
+/// between two explanations that are equally good in truth the difference seldom exceeds it.
+const ALTERNATIVE_MARGIN: f64 = 7.0;
+/// Part of a contribution's largest deviation above which a row belongs to its range.
+const RANGE_PART: f64 = 0.25;
+
+/// What is said of the recording as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing beyond the noise.
+    Consistent,
+    /// Named effects leave noise.
+    Explained,
+    /// Named effects, and structure is left.
+    PartlyExplained,
+    /// Structure, and no catalogued effect accounts for it.
+    Unexplained,
+}
+
+/// Where the mismatch lives.
+#[derive(Debug, Clone, Serialize)]
+pub struct Location {
+    /// The observable.
+    pub variable: String,
+    /// The observable that multiplies it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub times: Option<String>,
+    /// From which value on.
+    pub from: f64,
+    /// To which value.
+    pub to: f64,
+    /// Part of the mismatch's variance.
+    pub share: f64,
+    /// Family-wise p-value.
+    pub p_value: f64,
+}
+
+/// One reported parameter.
+#[derive(Debug, Clone, Serialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Its 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+/// One named effect.
+#[derive(Debug, Clone, Serialize)]
+pub struct NamedEffect {
+    /// Id of the catalogue.
+    pub id: String,
+    /// Name for a reader.
+    pub title: String,
+    /// Family-wise p-value.
+    pub p_value: f64,
+    /// Part of the mismatch's variance that it explains.
+    pub share: f64,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// Effects that the recording cannot tell from it.
+    pub alternatives: Vec<String>,
+    /// Whether a correction can undo it at run time.
+    pub runtime_correctable: bool,
+}
+
+/// Verdict, locations, effects, and what comes next.
+#[derive(Debug, Clone)]
+pub struct Said {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Where, the strongest first.
+    pub locations: Vec<Location>,
+    /// The named effects, the strongest first.
+    pub effects: Vec<NamedEffect>,
+    /// What this recording does not determine.
+    pub unidentifiable: Vec<String>,
+    /// What to record next.
+    pub next_experiment: Option<String>,
+}
+
+/// Forms the verdict.
+pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Model) -> Said {
+    let search = &explanation.search;
+    let rows = search.rows;
+    let mut order: Vec<&FittedTerm> = model.terms.iter().collect();
+    order.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    let total: f64 = order.iter().map(|t| t.explained).sum::<f64>().max(1e-300);
+    let named = order.iter().filter(|t| t.effect.is_some()).count();
+    let verdict = match (named, order.len() - named) {
+        (0, 0) => Verdict::Consistent,
+        (_, 0) => Verdict::Explained,
+        (0, _) => Verdict::Unexplained,
+        _ => Verdict::PartlyExplained,
+    };
+    let mut locations: Vec<Location> = Vec::new();
+    let mut further: Vec<Location> = Vec::new();
+    let mut effects: Vec<NamedEffect> = Vec::new();
+    for term in &order {
+        let share = (term.explained / total).clamp(0.0, 1.0);
+        let surprise = search.calibration.families[term.term.family]
+            .surprise(crate::calibrate::log_tail(term.explained, term.term.columns.len()));
+        let p_value =
+            (-search.calibration.family_wise(surprise, search.shares[term.term.family])).exp().max(1e-300);
+        let place = place_of(explanation, catalogue, &term.term);
+        push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
+        let Some(e) = term.effect else { continue };
+        let rivals = alternatives(explanation, catalogue, model, &term.term);
+        for (rival, part) in &rivals {
+            let place = catalogue[*rival].place(rows);
+            further.push(locate(rows, &place, &term.contribution, share * part, p_value));
+        }
+        effects.push(NamedEffect {
+            id: catalogue[e].id().into(),
+            title: catalogue[e].title().into(),
+            p_value,
+            share,
+            parameters: term
+                .parameters
+                .iter()
+                .map(|(r, ci95)| Parameter {
+                    name: r.name.clone(),
+                    value: r.value,
+                    unit: r.unit.clone(),
+                    ci95: *ci95,
+                })
+                .collect(),
+            alternatives: rivals.iter().map(|(r, _)| catalogue[*r].id().to_string()).collect(),
+            runtime_correctable: catalogue[e].runtime_correctable(),
+        });
+    }
+    for location in further {
+        push_location(&mut locations, location);
+    }
+    let next_experiment = experiment::next(rows, &effects, &locations, verdict);
+    Said { verdict, locations, effects, unidentifiable: unidentifiable(rows, model), next_experiment }
+}
+
+fn push_location(locations: &mut Vec<Location>, location: Location) {
+    if !locations.iter().any(|l| l.variable == location.variable && l.times == location.times) {
+        locations.push(location);
+    }
+}
+
+/// The place of a term.
+pub fn place_of(explanation: &Explanation, catalogue: &[Box<dyn Effect>], term: &Term) -> Place {
+    match &explanation.search.dictionary.families[term.family].kind {
+        Kind::Effect(e) => catalogue[*e].place(explanation.search.rows),
+        Kind::Generic(place) => place.clone(),
+        Kind::Order => Place::on("angle_deg"),
+    }
+}
+
+/// Catalogued effects that do nearly as well in the term's place, with what part of it they explain.
+fn alternatives(
+    explanation: &Explanation,
+    catalogue: &[Box<dyn Effect>],
+    model: &Model,
+    term: &Term,
+) -> Vec<(usize, f64)> {
+    let search = &explanation.search;
+    let others: Vec<Term> = model
+        .terms
+        .iter()
+        .map(|t| t.term.clone())
+        .filter(|t| !(t.family == term.family && t.shape == term.shape))
+        .collect();
+    let mut with = others.clone();
+    with.push(term.clone());
+    let best = search.explained(&with) - search.explained(&others);
+    // A thermometer's own noise blurs every explanation that goes by the temperature: by that part of it.
+    let blurred = 4.0 * search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
+    let is_thermal = |f: usize| {
+        search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
+    };
+    let mut found: Vec<(usize, f64)> = search
+        .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
+        .into_iter()
+        .filter(|f| {
+            let thermal = is_thermal(term.family) || is_thermal(f.term.family);
+            f.explained > best - ALTERNATIVE_MARGIN - if thermal { blurred * best } else { 0.0 }
+        })
+        .filter_map(|f| search.effect(f.term.family).map(|e| (e, f.explained / best.max(1e-300))))
+        .collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found.retain(|(e, _)| catalogue[*e].testable(search.rows).is_ok());
+    found
+}
+
+/// Part of a slow observable's variance that is its reading noise, from second differences.
+fn roughness(values: &[f64]) -> f64 {
+    let seconds: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
+    let whole = crate::rows::rms(&centred(values)).powi(2);
+    // The median of squares is deaf to the jumps between passes; 0.455 is that of χ²₁.
+    let mut squares: Vec<f64> = seconds.iter().map(|s| s * s).collect();
+    crate::rows::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
+}
+
+/// The values of an observable by its name in `locations`.
+pub fn values_of(rows: &Rows, variable: &str) -> Vec<f64> {
+    let some = |v: &Option<Vec<f64>>| v.clone();
+    let angle = || rows.theta.iter().map(|t| t / rows.per_degree()).collect();
+    match variable {
+        "t_s" => rows.t_s.clone(),
+        "pass" => rows.pass.iter().map(|p| *p as f64).collect(),
+        "direction" => rows.direction.clone(),
+        "temperature_c" => some(&rows.temperature_c).unwrap_or_else(angle),
+        "common_mode_um" => some(&rows.common_mode_um).unwrap_or_else(angle),
+        "cross_arcsec" => some(&rows.cross_arcsec).unwrap_or_else(angle),
+        "coil_a" => some(&rows.coil_a).unwrap_or_else(angle),
+        "velocity" => crate::effects::velocity(rows),
+        name => rows.extra.iter().find(|c| c.name == name).map_or_else(angle, |c| c.values.clone()),
+    }
+}
+
+/// The range of the observable in which a contribution is felt.
+fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f64, p_value: f64) -> Location {
+    let values = values_of(rows, &place.variable);
+    let about = centred(contribution);
+    // About its most common value rather than its mean, so that a step or a bump counts where it is.
+    let mut sorted = contribution.to_vec();
+    let middle = crate::rows::median(&mut sorted);
+    let deviation: Vec<f64> =
+        if narrow(contribution, middle) { contribution.iter().map(|c| c - middle).collect() } else { about };
+    let largest = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+    let inside: Vec<f64> = values
+        .iter()
+        .zip(&deviation)
+        .filter(|(_, d)| d.abs() >= RANGE_PART * largest)
+        .map(|(v, _)| *v)
+        .collect();
+    let (from, to) = if inside.is_empty() { range(&values) } else { range(&inside) };
+    Location { variable: place.variable.clone(), times: place.times.clone(), from, to, share, p_value }
+}
+
+/// Whether most rows stand at one value of the contribution.
+fn narrow(contribution: &[f64], middle: f64) -> bool {
+    let (low, high) = range(contribution);
+    let near = contribution.iter().filter(|c| (*c - middle).abs() < 0.05 * (high - low)).count();
+    near * 2 > contribution.len()
+}
+
+/// What no recording of this kind, and what not this one, determines.
+fn unidentifiable(rows: &Rows, model: &Model) -> Vec<String> {
+    let mut out = Vec::new();
+    if rows.pair {
+        out.push("probe distance error and a1: only a1 - Δd/d is determined".to_string());
+        out.push("a0 and the reference's zero α₀: only their sum is determined".to_string());
+    } else {
+        out.push("constant error and the reference's zero: only their sum is determined".to_string());
+    }
+    if !rows.both_directions() {
+        out.push(
+            "lag, gain and backlash: one move in one direction cannot separate them (a lag at constant speed \
+             and a backlash are constant offsets, a lag that grows with the position is a gain)"
+                .to_string(),
+        );
+    }
+    out.extend(rows.not_testable.iter().cloned());
+    for term in &model.terms {
+        for (reading, ci) in &term.parameters {
+            if reading.value != 0.0 && ci[0] < 0.0 && ci[1] > 0.0 {
+                out.push(format!(
+                    "{}: the interval {:.3} … {:.3} {} contains zero",
+                    reading.name, ci[0], ci[1], reading.unit
+                ));
+            }
+        }
+    }
+    out
+}
