@@ -46,26 +46,26 @@ static int32_t limit_i32(int32_t value, int32_t lo, int32_t hi)
     return limited;
 }
 
-/* floor(a * b / 2^32). No negative number is shifted right: a multiple of 2^32 is divided. */
+/* floor(a * b / 2^32): what is divided is a multiple of 2^32, so that the division is exact. */
 static int32_t mul_high(int32_t a, int32_t b)
 {
     const int64_t product = (int64_t)a * (int64_t)b;
-    const int64_t remainder = (int64_t)((uint64_t)product & 0xffffffffu);
+    const int64_t low = (int64_t)((uint64_t)product & 0xffffffffu);
 
-    return (int32_t)((product - remainder) / 4294967296);
+    return (int32_t)((product - low) / 4294967296);
 }
 
 float corrected_angle_f32(float s_mm)
 {
     const float x = limit_f32(s_mm, -0x1.6cb3c2p-2f, 0x1.6cb314p-2f); /* the valid range */
-    float y = -0x1.c52e26p-2f * x - 0x1.5e3a22p-3f; /* c7 */
-    y = y * x + 0x1.331c96p-3f; /* c6 */
-    y = y * x + 0x1.6565f8p-5f; /* c5 */
-    y = y * x - 0x1.30cacep-6f; /* c4 */
-    y = y * x - 0x1.606658p-7f; /* c3 */
-    y = y * x + 0x1.b3c2f8p-9f; /* c2 */
-    y = y * x + 0x1.257f06p-4f; /* c1 */
-    y = y * x + 0x1.63f366p-20f; /* c0 */
+    float y = (-0x1.c52e26p-2f * x) - 0x1.5e3a22p-3f; /* c7 */
+    y = (y * x) + 0x1.331c96p-3f; /* c6 */
+    y = (y * x) + 0x1.6565f8p-5f; /* c5 */
+    y = (y * x) - 0x1.30cacep-6f; /* c4 */
+    y = (y * x) - 0x1.606658p-7f; /* c3 */
+    y = (y * x) + 0x1.b3c2f8p-9f; /* c2 */
+    y = (y * x) + 0x1.257f06p-4f; /* c1 */
+    y = (y * x) + 0x1.63f366p-20f; /* c0 */
 
     return y;
 }
