@@ -73,7 +73,12 @@ const ALTERNATIVES: [(&str, &str, &str, f64); 5] = [
     ("eq13_float", "Eq. 13 in single precision, atanf", "float", 1.0),
     ("table_linear", "table of 1024 floats, linear", "float", 1.0),
     ("table_quadratic", "table of 64 parabolas, float", "float", 1.0),
-    ("linear_interp_q31", "table of 1025 words, as CMSIS-DSP's linear_interp_q31", "int32_t", 1.0 / 8_589_934_592.0),
+    (
+        "linear_interp_q31",
+        "table of 1025 words, as CMSIS-DSP's linear_interp_q31",
+        "int32_t",
+        1.0 / 8_589_934_592.0,
+    ),
 ];
 
 /// What we set beside them.
@@ -201,7 +206,10 @@ fn count(
         let most = (PAPER_RANGE_MM / FULL_SCALE_MM * 2_147_483_648.0) as i32;
         (String::new(), Sweep { first: -most as u32, count: calls.into(), stride: most as u32 / (calls / 2) })
     } else {
-        (format!("-DEVEN={PAPER_RANGE_MM}"), Sweep { first: 0, count: calls.into(), stride: u32::MAX / calls })
+        (
+            format!("-DEVEN={PAPER_RANGE_MM}"),
+            Sweep { first: 0, count: calls.into(), stride: u32::MAX / calls },
+        )
     };
     let firmware = compile(contender, compiler, &contender.routine, &flags, numbers, &out.join(compiler))?;
     let (seen, call, stack) =
@@ -259,7 +267,8 @@ fn write_numbers(folder: &Path) -> Result<(), Problem> {
     let at = |fraction: f64, half_mm: f64| half_mm * (2.0 * fraction - 1.0);
     let linear = |i: u32| float(angle(at(f64::from(i) / 1023.0, PAPER_RANGE_MM)));
     write("linear.inc", &(0..1024).map(linear).collect::<Vec<_>>())?;
-    let words = |i: u32| format!("{}", (angle(at(f64::from(i) / 1024.0, FULL_SCALE_MM)) * 2f64.powi(33)).round());
+    let words =
+        |i: u32| format!("{}", (angle(at(f64::from(i) / 1024.0, FULL_SCALE_MM)) * 2f64.powi(33)).round());
     write("words.inc", &(0..=1024).map(words).collect::<Vec<_>>())?;
     let parabola = |i: u32| {
         // Through the three Chebyshev nodes of the segment, which is nearly the best.
@@ -329,7 +338,11 @@ pub fn unbeaten(rows: &[Row]) -> Vec<String> {
             }
         })
     };
-    rows.iter().filter(|r| !r.ours).filter(|r| !beaten(r)).map(|r| format!("{} is not beaten", r.what)).collect()
+    rows.iter()
+        .filter(|r| !r.ours)
+        .filter(|r| !beaten(r))
+        .map(|r| format!("{} is not beaten", r.what))
+        .collect()
 }
 
 /// Writes the figures and the page.
@@ -357,15 +370,18 @@ pub fn check(found: &[Row], same_compilers: bool) -> Result<(), Problem> {
     }
     let path = path();
     let text = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
-    let committed: Vec<Row> =
-        serde_json::from_str(&text).map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
+    let committed: Vec<Row> = serde_json::from_str(&text)
+        .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
     let again = "run cargo run --release -p firmware-tests -- compare --write";
     let shown = std::fs::read_to_string(page()).map_err(Problem::file(page()))?;
     if shown != render(&committed)? {
-        return Err(Problem::Figures(format!("docs/comparison.md is not what comparison.json says: {again}")));
+        return Err(Problem::Figures(format!(
+            "docs/comparison.md is not what comparison.json says: {again}"
+        )));
     }
     if same_compilers && committed != found {
-        let differs = |(before, now): (&Row, &Row)| (before != now).then(|| format!("now {now:?}\nwas {before:?}"));
+        let differs =
+            |(before, now): (&Row, &Row)| (before != now).then(|| format!("now {now:?}\nwas {before:?}"));
         let lines: Vec<String> = committed.iter().zip(found).filter_map(differs).collect();
         return Err(Problem::Figures(format!("the comparison differs; {again}\n{}", lines.join("\n"))));
     }

@@ -52,7 +52,10 @@ pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -
         let rows = comparison::measure(work)?;
         comparison::write(&rows)?;
         let lost = comparison::unbeaten(&rows);
-        return Ok(format!("tests/firmware/comparison.json and docs/comparison.md written\n{}", lost.join("\n")));
+        return Ok(format!(
+            "tests/firmware/comparison.json and docs/comparison.md written\n{}",
+            lost.join("\n")
+        ));
     }
     let mut cases = cases::all()?;
     cases.retain(|case| case.name.contains(only));
