@@ -82,13 +82,19 @@ const ALTERNATIVES: [(&str, &str, &str, f64); 5] = [
 ];
 
 /// What we set beside them.
-const OURS: [(&str, &[&str]); 7] = [
+const OURS: [(&str, &[&str]); 10] = [
     ("one polynomial, q31", &["--format", "q31", "--degree", "9"]),
     ("one polynomial, f32", &["--format", "f32", "--degree", "9"]),
     ("table 3x16, q31", &["--format", "q31", "--table", "3x16"]),
     ("table 3x32, q31", &["--format", "q31", "--table", "3x32"]),
     ("table 2x32, q31", &["--format", "q31", "--table", "2x32"]),
     ("table 2x128, q31", &["--format", "q31", "--table", "2x128"]),
+    (
+        "one polynomial, q31, no limits",
+        &["--format", "q31", "--full-scale", "0.4", "--out-of-range", "continue"],
+    ),
+    ("table 2x128, q31, no limits", &["--format", "q31", "--table", "2x128", "--out-of-range", "continue"]),
+    ("table 1x1024, q31, no limits", &["--format", "q31", "--table", "1x1024", "--out-of-range", "continue"]),
     ("table 1x256, q31", &["--format", "q31", "--table", "1x256"]),
 ];
 
