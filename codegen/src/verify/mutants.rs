@@ -288,3 +288,70 @@ fn temporary() -> Result<tempfile::TempDir, VerifyError> {
 fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
     fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::generate::generate;
+    use crate::options::{Method, Options, RoutineOptions};
+    use crate::verify::{Checks, verify};
+    use crate::{format::Format, output::Output};
+
+    fn generated(options: &Options) -> Generated {
+        generate(&paper_coefficients(), "0", options).unwrap()
+    }
+
+    /// What is generated passes; every damage to it is caught. Needs a C compiler.
+    #[test]
+    fn only_the_damaged_are_caught() {
+        let table = Method::Piecewise { degree: 2, segments_log2: 5 };
+        let q31 = RoutineOptions::of(Format::Q31);
+        let options = Options {
+            routines: vec![
+                RoutineOptions { output: Output::Nano, ..q31.clone() },
+                RoutineOptions { method: table, ..q31 },
+                RoutineOptions::of(Format::F32 { fused: false }),
+            ],
+            ..Options::default()
+        };
+        let anew = generated(&options);
+        let quantity = Quantity::of(&paper_coefficients().error_model());
+        let folder = folder_of(&anew.files).unwrap();
+        let hidden = ProgressBar::hidden();
+        let checks = Checks::default();
+        let report = verify(folder.path(), &anew, &quantity, &options, checks, &hidden).unwrap();
+        assert!(report.holds(), "{}", report.text());
+        assert_eq!(report.sweeps.len(), 6);
+        for sweep in &report.sweeps {
+            assert!(sweep.inputs >= 10_000_000 && sweep.margin < 1.5, "{sweep:?}");
+        }
+
+        let subjects = Subject::all(&anew, &options);
+        for subject in &subjects {
+            for mutation in mutations(subject) {
+                let found = damaged_source(subject, &anew, &quantity, "corrected_angle", &mutation).unwrap();
+                assert!(found.holds, "{found:?}");
+            }
+            assert!(bound_too_small(subject, &anew).unwrap().holds);
+        }
+        assert!(hand_edited(&anew).unwrap().holds);
+    }
+
+    /// Files that were generated from other coefficients are refused, and the file is named.
+    #[test]
+    fn a_certificate_of_another_device_is_refused() {
+        let options = Options { routines: vec![RoutineOptions::of(Format::Q31)], ..Options::default() };
+        let anew = generated(&options);
+        let mut other = paper_coefficients();
+        other.base.coefficients[3] += 1e-6;
+        let other = generate(&other, "1", &options).unwrap();
+        let folder = folder_of(&other.files).unwrap();
+        let wrong = belonging::check(folder.path(), &other.certificate, &anew);
+        assert!(wrong.iter().any(|w| w.contains("coefficients_sha256 is 1")), "{wrong:?}");
+        assert!(wrong.iter().any(|w| w.contains("src/corrected_angle_q31.rs")), "{wrong:?}");
+        // The same device passes.
+        let folder = folder_of(&anew.files).unwrap();
+        assert_eq!(belonging::check(folder.path(), &anew.certificate, &anew), Vec::<String>::new());
+    }
+}
