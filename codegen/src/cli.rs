@@ -91,6 +91,9 @@ struct CheckArguments {
     /// Look for panics in the Rust object, overflow checks on; and let rustdoc check the documentation.
     #[arg(long)]
     objects: bool,
+    /// Damage copies of the files on purpose, and see that every damage is caught.
+    #[arg(long)]
+    mutants: bool,
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
@@ -317,6 +320,7 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
         frama_c: checks.frama_c,
         misra: checks.misra,
         objects: checks.objects,
+        mutants: checks.mutants,
     };
     let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
         .map_err(|e| miette!("{e}"))?;
@@ -562,7 +566,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     while let Some(word) = arguments.next() {
         match word.as_str() {
             "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c"
-            | "--misra" | "--objects" | "--json" | "-q" | "--quiet" => {}
+            | "--misra" | "--objects" | "--mutants" | "--json" | "-q" | "--quiet" => {}
             "--out" => {
                 arguments.next();
             }
