@@ -205,7 +205,7 @@ fn damaged_source(
     if !found.as_interpreted {
         caught.push("its outputs are not those of the proved program");
     }
-    if !(found.worst_error <= bound) {
+    if found.worst_error > bound || found.worst_error.is_nan() {
         caught.push("its error exceeds the bound");
     } else if !found.as_interpreted {
         caught.push("though within the bound on the inputs tried");

@@ -175,7 +175,11 @@ mod tests {
                 let reading = if format.is_fixed() { reading.round() } else { f64::from(reading as f32) };
                 let reading = reading.clamp(lo, hi);
                 let found = distance(&routine, &yardstick, reading);
-                assert!(found <= yardstick.error, "{format:?} at {reading}: {found:e} > {:e}", yardstick.error);
+                assert!(
+                    found <= yardstick.error,
+                    "{format:?} at {reading}: {found:e} > {:e}",
+                    yardstick.error
+                );
             }
         }
     }
