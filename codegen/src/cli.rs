@@ -255,6 +255,8 @@ enum OutOfRangeName {
     Clamp,
     /// The same, and the caller is told.
     Flag,
+    /// Nothing: the formula continues there, without a bound but without overflow; saves instructions.
+    Continue,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -453,7 +455,10 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
     let ends = ends(arguments)?;
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
     let routine = |format: Format| {
-        let usual = RoutineOptions::of(format);
+        let mut usual = RoutineOptions::of(format);
+        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
+            *full_scale = arguments.full_scale;
+        }
         RoutineOptions {
             method,
             format,
@@ -474,6 +479,7 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         out_of_range: match arguments.out_of_range {
             OutOfRangeName::Clamp => OutOfRange::Clamp,
             OutOfRangeName::Flag => OutOfRange::Flag,
+            OutOfRangeName::Continue => OutOfRange::Continue,
         },
         c_shift: match arguments.c_shift {
             CShiftName::Strict => CShift::Strict,
@@ -516,6 +522,12 @@ fn ends(arguments: &Arguments) -> Result<Ends> {
         OutputName::Micro => Output::Micro,
         OutputName::F32 => Output::F32,
     });
+    let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
+    if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
+        return Err(miette!(
+            "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
+        ));
+    }
     Ok(Ends { input, output })
 }
 

@@ -29,7 +29,7 @@ pub fn design(
     let (from, to) = range_in_v(plan);
     let best = minimax(&reference.polynomial, degree, &from, &to);
     let minimax = distance(&best, reference, &from, &to).to_f64_up();
-    let build = |grid: Grid| -> Result<Design, DesignError> {
+    let build = |grid: Grid, search: bool| -> Result<Design, DesignError> {
         let mut units: Vec<i64> = best
             .coefficients()
             .iter()
@@ -43,26 +43,32 @@ pub fn design(
             .polynomial
             .sub(&bound::output_polynomial(&program, plan, &words.0, &words.1)?.scale(&unit));
         let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::from_int(1).mul_pow2(-k).to_f64()).collect();
-        let correction = quantize::nearest(&residual, &lsb, &from, &to);
-        units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
+        if search {
+            let correction = quantize::nearest(&residual, &lsb, &from, &to);
+            units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
+        }
         let (program, unit) = grid.program(plan, format, output, &units)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = grid.fraction_bits(format, output);
         Ok(Design { program, bound, degree, segments: 1, minimax, unit, fraction_bits })
     };
     if let Format::F32 { .. } = format {
-        return build(Grid::float(&best));
+        return build(Grid::float(&best), true);
     }
-    // A sum may leave its type, at its end by a few units, or where the search moved a high coefficient far:
-    // then one bit less, and again.
+    let in_v = |word: &Interval| word.mul_pow2(-plan.program.variable_exponent);
+    let reach = (in_v(&plan.reach.0), in_v(&plan.reach.1));
+    // A sum may leave its type at its end by a few units: then one bit less, and again. On a short range the
+    // search may move high coefficients so far, for next to nothing, that no headroom is enough: then each
+    // coefficient is rounded alone.
     let fixed = |common: bool| {
-        let grid = |headroom| Grid::fixed(&best, (&from, &to), format, output, headroom, common);
-        let mut last = build(grid(0));
-        for headroom in 1..=MOST_HEADROOM {
+        let grid = |headroom| Grid::fixed(&best, (&reach.0, &reach.1), format, output, headroom, common);
+        let attempts = (0..=MOST_HEADROOM).map(|bits| (bits, true)).chain([(1, false), (2, false)]);
+        let mut last = build(grid(0), true);
+        for (headroom, search) in attempts.skip(1) {
             if !matches!(last, Err(DesignError::Overflows(_))) {
                 break;
             }
-            last = build(grid(headroom));
+            last = build(grid(headroom), search);
         }
         last
     };

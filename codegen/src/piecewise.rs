@@ -32,7 +32,7 @@ pub fn design(
     let layout = Layout::new(plan, segments_log2);
     // The segments that the range reaches do not depend on the coefficients.
     let empty = program(plan, format, output, degree, &layout, &vec![vec![0; degree + 1]; rows], 0)?.0;
-    let segments: Vec<Segment> = bound::segments(&empty, plan)
+    let segments: Vec<Segment> = bound::segments(&empty, bound::words(&empty, plan))
         .into_iter()
         .map(|(row, from, to)| Segment::new(reference, degree, &layout, row, from, to))
         .collect();
@@ -79,7 +79,7 @@ struct Layout {
 
 impl Layout {
     fn new(plan: &InputPlan, segments_log2: u32) -> Self {
-        let last = bound::words(&plan.program, plan).1;
+        let last = bound::reach(&plan.program, plan).1;
         let half = Interval::from_int(1).mul_pow2(i64::from(31 - segments_log2));
         let centred = (&last + &half).certainly_le(&Interval::from_int(i32::MAX.into()));
         Layout { segments_log2, centred }

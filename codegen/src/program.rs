@@ -133,6 +133,8 @@ pub struct Program {
     pub reading: usize,
     /// The step that limits the reading to the valid range.
     pub clamped: usize,
+    /// Smallest and largest valid reading in the reading's own words.
+    pub valid: (f64, f64),
     /// Rows of coefficients that `Entry` reads; empty without a table. Their number is a power of two.
     pub table: Vec<Vec<i64>>,
     /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
@@ -152,10 +154,13 @@ impl Program {
         self.steps[self.output()].ty
     }
 
-    /// Makes the last step the normalised variable and calls it `x`.
+    /// Makes the last step the normalised variable and calls it `x`, unless it is an argument.
     pub fn name_variable(&mut self) {
         self.variable = self.output();
-        self.steps[self.variable].name = "x".into();
+        let step = &mut self.steps[self.variable];
+        if !matches!(step.op, Op::Input { .. }) {
+            step.name = "x".into();
+        }
     }
 
     /// Bytes of flash that the table takes.

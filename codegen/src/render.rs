@@ -57,6 +57,7 @@ pub struct View {
     range_text: String,
     extrapolated: Option<String>,
     flag: bool,
+    continues: bool,
     fixed: bool,
     float_input: bool,
     bound_text: String,
@@ -148,6 +149,7 @@ impl Renderer {
             range_text: range_text(routine, quantity),
             extrapolated: entry.range.recorded.map(|(a, b)| format!("{a:?}…{b:?} {}", quantity.reading_unit)),
             flag: options.out_of_range == OutOfRange::Flag,
+            continues: options.out_of_range == OutOfRange::Continue,
             float_input: program.arguments.iter().any(|a| a.ty == Type::F32),
             fixed: program.steps.iter().any(|s| s.ty == Type::I32),
             bound_text: format!("{} {unit}", text::rounded_up(entry.bound)),
@@ -237,7 +239,9 @@ fn steps(program: &Program) -> Vec<Value> {
         let operand = |o: &Operand| operand(program, o);
         let op = match &step.op {
             Op::Input { .. } => context! { kind => "input" },
-            Op::Sub { a, b } => context! { kind => "sub", a => operand(a), b => operand(b) },
+            Op::Sub { a, b } => context! {
+                kind => "sub", a => operand(a), b => operand(b), cast => type_of(program, a) != step.ty,
+            },
             Op::Clamp { a, lo, hi } => {
                 let from = type_of(program, a);
                 let wide = if matches!(from, Type::I32 | Type::U16) { "i32" } else { "i64" };
@@ -328,18 +332,21 @@ fn product_helper(op: &Op) -> &'static str {
 fn in_range(program: &Program) -> Value {
     let (raw, limited) = (&program.steps[program.reading], &program.steps[program.clamped]);
     let wide = (raw.ty != limited.ty).then_some(rust_type(raw.ty));
-    context! { raw => &*raw.name, limited => &*limited.name, wide }
+    // C compares a `uint32_t` with a signed word only after a conversion; the limits are not negative.
+    let unsigned = raw.ty == Type::U32;
+    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned }
 }
 
 fn range_text(routine: &Routine, quantity: &Quantity) -> String {
     let (from, to) = routine.range;
     let (unit, reading) = (&quantity.reading_unit, &quantity.reading);
     let program = &routine.design.program;
-    let words = match &program.steps[program.clamped].op {
-        Op::Clamp { lo, hi, .. } => {
-            format!(", that is {} … {} in words of the input", text::grouped(*lo), text::grouped(*hi))
+    let words = match program.steps[program.reading].ty {
+        Type::F32 => String::new(),
+        _ => {
+            let [lo, hi] = [program.valid.0, program.valid.1].map(|word| text::grouped(word as i64));
+            format!(", that is {lo} … {hi} in words of the input")
         }
-        _ => String::new(),
     };
     format!("{from:?} {unit} ≤ {reading} ≤ {to:?} {unit}{words}")
 }

@@ -6,7 +6,7 @@ use crate::design::{Design, DesignError};
 use crate::exact::Interval;
 use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
-use crate::options::{Method, Options, RoutineOptions};
+use crate::options::{Method, Options, OutOfRange, RoutineOptions};
 use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
@@ -126,7 +126,13 @@ pub fn design(
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
     }
-    let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format.arithmetic())?;
+    let plan = wanted.input.plan(
+        &model.sensor,
+        range.0,
+        range.1,
+        wanted.format.arithmetic(),
+        options.out_of_range != OutOfRange::Continue,
+    )?;
     // The reference holds a little beyond the range, where the variable's rounding may reach.
     let one = Interval::from_int(1);
     let reach = &one + &one.mul_pow2(-20);
@@ -153,7 +159,8 @@ pub fn design(
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
         let design =
-            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)?;
+            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)
+                .map_err(|e| e.for_output(wanted.output))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -179,7 +186,8 @@ pub fn design(
         if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
             continue;
         }
-        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)?;
+        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)
+            .map_err(|e| e.for_output(wanted.output))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));

@@ -37,27 +37,22 @@ static int32_t limit_i32(int32_t value, int32_t lo, int32_t hi)
 {
     int32_t limited = value;
 
-    if (value < lo) {
+    if (limited < lo) {
         limited = lo;
-    } else if (value > hi) {
+    }
+    if (limited > hi) {
         limited = hi;
-    } else {
-        /* inside */
     }
     return limited;
 }
 
-/*
- * floor(a * b / 2^32), not both INT32_MIN. No negative number is shifted right: the product is biased to be
- * unsigned.
- */
+/* floor(a * b / 2^32): what is divided is a multiple of 2^32, so that the division is exact. */
 static int32_t mul_high(int32_t a, int32_t b)
 {
     const int64_t product = (int64_t)a * (int64_t)b;
-    const int64_t biased = product + 0x4000000000000000;
-    const uint64_t high = (uint64_t)biased >> 32;
+    const uint64_t low = (uint64_t)product & 0xffffffffu;
 
-    return (int32_t)high - 1073741824;
+    return (int32_t)((product - (int64_t)low) / 4294967296);
 }
 
 float corrected_angle_f32(float s_mm)

@@ -54,5 +54,5 @@ const fn limit(value: i32, lo: i32, hi: i32) -> i32 {
 
 /// ⌊a·b/2³²⌋: the high word of the product.
 const fn mul_high(a: i32, b: i32) -> i32 {
-    ((a as i64 * b as i64) >> 32) as i32
+    (((a as i64 * b as i64) as u64) >> 32) as i32
 }

@@ -36,5 +36,8 @@ fn main() {
     row("rms of the mean errors, arcsec", &|o| o.mean_error_rms, f64::INFINITY);
     row("largest standard deviation, arcsec (< 1.2)", &|o| o.deviation, 1.2);
     row("bound of the routine, arcsec (≤ 0.01)", &|o| o.bound, 0.01);
-    println!("\norders 7 to 11: {:.1} % of the devices", 100.0 * share(&outcomes, |o| (7..=11).contains(&o.order)));
+    println!(
+        "\norders 7 to 11: {:.1} % of the devices",
+        100.0 * share(&outcomes, |o| (7..=11).contains(&o.order))
+    );
 }

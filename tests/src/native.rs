@@ -108,8 +108,10 @@ impl Native {
         let mut inside = vec![0u8; inputs.len()];
         // SAFETY: `batch` of tests/shim has this signature, and every slice has `inputs.len()` elements.
         unsafe {
-            let batch =
-                self.library.get::<Batch>(b"batch\0").unwrap_or_else(|e| panic!("the shim has no batch: {e}"));
+            let batch = self
+                .library
+                .get::<Batch>(b"batch\0")
+                .unwrap_or_else(|e| panic!("the shim has no batch: {e}"));
             batch(inputs.len(), first.as_ptr(), second.as_ptr(), result.as_mut_ptr(), inside.as_mut_ptr());
         }
         result.into_iter().zip(inside).map(|(bits, inside)| Given { bits, inside: inside == 1 }).collect()

@@ -49,9 +49,8 @@ const FULL_SCALE_MM: f64 = 0.5;
 /// Where the simulation writes what the fitter refuses.
 pub fn calibration(device: &Device, seed: u64) -> Recording {
     let d = device.geometry.probe_distance_mm;
-    let log = twin::record(device, &Protocol::calibration(), seed, &|x1, x2| {
-        twin::calculated_angle_rad(x1, x2, d)
-    });
+    let log =
+        twin::record(device, &Protocol::calibration(), seed, &|x1, x2| twin::calculated_angle_rad(x1, x2, d));
     let mut text = Vec::new();
     twin::write_csv(&log, &mut text).unwrap_or_else(|e| panic!("writing into memory: {e}"));
     Recording::from_bytes("calibration.csv", &text).unwrap_or_else(|e| panic!("{e}"))
@@ -63,7 +62,10 @@ pub fn loop_options() -> Options {
         arity: input::Arity::Probes,
         encoding: input::Encoding::Q31 { full_scale: Some(FULL_SCALE_MM) },
     };
-    Options { routines: vec![RoutineOptions { input, ..RoutineOptions::of(Format::Q31) }], ..Options::default() }
+    Options {
+        routines: vec![RoutineOptions { input, ..RoutineOptions::of(Format::Q31) }],
+        ..Options::default()
+    }
 }
 
 /// A displacement in millimetres as the word that the loop's routine takes.
@@ -133,9 +135,8 @@ fn errors_by_point(log: &[Reading], angle_rad: &dyn Fn(i32, i32) -> f64) -> Vec<
     let mut commands: Vec<f64> = log.iter().map(|r| r.command_deg).collect();
     commands.sort_by(f64::total_cmp);
     commands.dedup();
-    let at = |command: f64| -> Vec<f64> {
-        log.iter().filter(|r| r.command_deg == command).map(error).collect()
-    };
+    let at =
+        |command: f64| -> Vec<f64> { log.iter().filter(|r| r.command_deg == command).map(error).collect() };
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let zero = mean(&at(0.0));
     let point = |&command_deg: &f64| {

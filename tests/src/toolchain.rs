@@ -20,7 +20,10 @@ pub fn available(tool: &str, skipped: &str) -> bool {
         .stderr(Stdio::null())
         .status()
         .is_ok_and(|status| status.success());
-    assert!(found || std::env::var("CI").as_deref() != Ok("true"), "{tool} is missing, needed for: {skipped}");
+    assert!(
+        found || std::env::var("CI").as_deref() != Ok("true"),
+        "{tool} is missing, needed for: {skipped}"
+    );
     if !found {
         println!("skipped: {skipped} ({tool} is not installed)");
     }

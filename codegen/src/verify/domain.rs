@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::interpret::Word;
-use crate::program::{Op, Program, Type};
+use crate::program::{Program, Type};
 
 /// Inputs are numbered by `index`; how an index becomes argument words.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -64,10 +64,8 @@ impl Domain {
             [_] => Domain::Single,
             [Type::U16, ..] => Domain::Halves,
             [Type::F32, ..] => {
-                let Op::ClampF32 { lo, hi, .. } = program.steps[program.clamped].op else {
-                    return Domain::Floats { spread: 1.0 };
-                };
-                Domain::Floats { spread: lo.abs().max(hi.abs()) }
+                let (lo, hi) = program.valid;
+                Domain::Floats { spread: lo.abs().max(hi.abs()) as f32 }
             }
             // A converter has 24 bits at most; a fixed-point word has all of its own.
             [Type::U32, ..] => Domain::Differences { lo: 0, hi: (1 << 24) - 1 },
@@ -138,10 +136,12 @@ impl Domain {
             Domain::Halves => ((word.max(0) as u64) & 0xffff) + (((-word).max(0) as u64 & 0xffff) << 16),
             Domain::Single | Domain::Floats { .. } => u64::from(word as u32) % size,
         };
-        let (lo, hi) = match program.steps[program.clamped].op {
-            Op::ClampF32 { lo, hi, .. } => (lo.to_bits() as i32 as i64, hi.to_bits() as i32 as i64),
-            Op::Clamp { lo, hi, .. } => (lo, hi),
-            _ => (0, 0),
+        let (lo, hi) = match program.steps[program.reading].ty {
+            Type::F32 => (
+                (program.valid.0 as f32).to_bits() as i32 as i64,
+                (program.valid.1 as f32).to_bits() as i32 as i64,
+            ),
+            _ => (program.valid.0 as i64, program.valid.1 as i64),
         };
         // For floats the bit patterns of 0 and −0, of the infinities and of NaN are ends as well.
         let floats = [0x7f80_0000u32, 0xff80_0000].map(|bits| i64::from(bits as i32));

@@ -51,6 +51,8 @@ pub struct Subject<'a> {
     pub yardstick: Yardstick,
     /// Whether it tells readings outside the range.
     pub flag: bool,
+    /// Whether nothing is promised of its results there.
+    pub continues: bool,
 }
 
 impl<'a> Subject<'a> {
@@ -63,6 +65,7 @@ impl<'a> Subject<'a> {
             domain: Domain::of(&routine.design.program),
             yardstick: Yardstick::of(routine),
             flag: options.out_of_range == OutOfRange::Flag,
+            continues: options.out_of_range == OutOfRange::Continue,
         };
         generated.routines.iter().map(named).collect()
     }
@@ -246,6 +249,7 @@ fn render(subject: &Subject<'_>, language: Language, base: &str) -> Result<Strin
         domain => Value::from(Serde(&subject.domain)),
         size => subject.domain.size(program),
         flag => subject.flag,
+        continues => subject.continues,
         from_bits, c_from_bits,
         spread_bits => format!("{spread:08x}"),
         at_lo_bits => format!("{at_lo:08x}"), at_hi_bits => format!("{at_hi:08x}"),

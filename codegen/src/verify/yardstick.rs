@@ -10,7 +10,7 @@
 //! - the reference's slope times what v itself was rounded.
 
 use crate::exact::{Interval, Polynomial};
-use crate::program::{Op, Type};
+use crate::program::Type;
 use crate::routine::Routine;
 
 /// Terms are dropped while their sum stays below this part of the routine's bound.
@@ -39,7 +39,7 @@ impl Yardstick {
         let one = Interval::from_int(1);
         let word = one.div(&routine.design.unit);
         let (offset, step) = (&routine.plan.reading_word.0, &routine.plan.reading_word.1);
-        let range = valid_range(routine);
+        let range = routine.design.program.valid;
         let (centre, scale) = (offset.to_f64(), one.div(step).to_f64());
         let reach = {
             let from = &(&Interval::from_f64(range.0) - offset).div(step);
@@ -72,16 +72,6 @@ impl Yardstick {
         let limited = if reading >= lo { if reading > hi { hi } else { reading } } else { lo };
         let v = (limited - self.centre) * self.scale;
         self.coefficients.iter().rev().copied().reduce(|y, c| y * v + c).unwrap_or(0.0)
-    }
-}
-
-/// The valid readings in their own words, as the routine limits them.
-fn valid_range(routine: &Routine) -> (f64, f64) {
-    let program = &routine.design.program;
-    match &program.steps[program.clamped].op {
-        Op::Clamp { lo, hi, .. } => (*lo as f64, *hi as f64),
-        Op::ClampF32 { lo, hi, .. } => (f64::from(*lo), f64::from(*hi)),
-        other => unreachable!("{other:?} does not limit a reading"),
     }
 }
 
@@ -185,7 +175,11 @@ mod tests {
                 let reading = if format.is_fixed() { reading.round() } else { f64::from(reading as f32) };
                 let reading = reading.clamp(lo, hi);
                 let found = distance(&routine, &yardstick, reading);
-                assert!(found <= yardstick.error, "{format:?} at {reading}: {found:e} > {:e}", yardstick.error);
+                assert!(
+                    found <= yardstick.error,
+                    "{format:?} at {reading}: {found:e} > {:e}",
+                    yardstick.error
+                );
             }
         }
     }
