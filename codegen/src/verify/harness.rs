@@ -86,6 +86,10 @@ pub fn base_name(certificate: &Certificate) -> String {
 /// A compiled sweep of one routine in one language.
 #[derive(Debug)]
 pub struct Harness {
+    /// What it runs.
+    pub language: Language,
+    /// Whether it watches for undefined behaviour.
+    pub sanitized: bool,
     executable: PathBuf,
     folder: PathBuf,
 }
@@ -106,7 +110,7 @@ pub struct Found {
 impl Found {
     /// Both parts together. Where two inputs are equally bad, the first stays.
     pub fn and(self, other: Found) -> Found {
-        let worse = !(other.worst <= self.worst) && !self.worst.is_nan();
+        let worse = (other.worst > self.worst || other.worst.is_nan()) && !self.worst.is_nan();
         let (worst, worst_index) =
             if worse { (other.worst, other.worst_index) } else { (self.worst, self.worst_index) };
         Found {
@@ -177,7 +181,7 @@ pub fn build(
         }
     }
     tool.run(&arguments, build)?;
-    Ok(Harness { executable, folder: build.to_path_buf() })
+    Ok(Harness { language, sanitized: sanitize, executable, folder: build.to_path_buf() })
 }
 
 impl Harness {

@@ -91,8 +91,6 @@ fn cut(sweep: Sweep) -> impl Iterator<Item = Sweep> {
 /// [`VerifyError`] where a harness cannot be run to its end.
 pub fn sweep(
     subject: &Subject<'_>,
-    language: Language,
-    sanitized: bool,
     harness: &Harness,
     coverage: &Coverage,
     bound: f64,
@@ -123,7 +121,8 @@ pub fn sweep(
         _ => 1.0,
     };
     let mut violations = Vec::new();
-    if !(worst_error <= bound) {
+    // An output that is no number counts as infinitely wrong.
+    if worst_error > bound {
         violations.push(format!(
             "the error at {} is {worst_error:.4e} {}, more than the bound {bound:.4e}",
             describe(program, &arguments),
@@ -141,8 +140,8 @@ pub fn sweep(
     }
     Ok(SweepReport {
         routine: subject.name.clone(),
-        language,
-        sanitized,
+        language: harness.language,
+        sanitized: harness.sanitized,
         inputs: inputs(coverage),
         exhaustive: coverage.exhaustive,
         covered: coverage.what.clone(),
