@@ -18,6 +18,9 @@ const SEGMENTS_LOG2: std::ops::RangeInclusive<u32> = 2..=9;
 /// Degrees of a table's polynomials.
 const TABLE_DEGREES: std::ops::RangeInclusive<usize> = 1..=3;
 
+/// Bounds closer than this are not worth an instruction.
+const SAME_BOUND: f64 = 1.03;
+
 /// A routine that could be generated.
 #[derive(Debug, Clone)]
 pub struct Candidate {
@@ -123,7 +126,7 @@ pub fn candidates(
 pub fn front(candidates: &[Candidate], core: Core) -> Vec<(&Candidate, Cost)> {
     let costed: Vec<(&Candidate, Cost)> = candidates.iter().map(|c| (c, c.cost(core))).collect();
     let beats = |a: &(&Candidate, Cost), b: &(&Candidate, Cost)| {
-        let no_worse = a.0.bound <= b.0.bound
+        let no_worse = a.0.bound <= SAME_BOUND * b.0.bound
             && a.1.instructions <= b.1.instructions
             && a.1.flash_bytes <= b.1.flash_bytes;
         let better =

@@ -50,9 +50,9 @@ static int32_t limit_i32(int32_t value, int32_t lo, int32_t hi)
 static int32_t mul_high(int32_t a, int32_t b)
 {
     const int64_t product = (int64_t)a * (int64_t)b;
-    const int64_t low = (int64_t)((uint64_t)product & 0xffffffffu);
+    const uint64_t low = (uint64_t)product & 0xffffffffu;
 
-    return (int32_t)((product - low) / 4294967296);
+    return (int32_t)((product - (int64_t)low) / 4294967296);
 }
 
 float corrected_angle_f32(float s_mm)

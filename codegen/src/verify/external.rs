@@ -111,10 +111,14 @@ pub fn frama_c(
     // Shifting negative numbers right is what `arithmetic` asks for; the file documents it.
     let shifts =
         if shift == CShift::Strict { "-warn-right-shift-negative" } else { "-no-warn-right-shift-negative" };
-    // The difference of two floats may be infinite, which the limits then take care of.
+    // The difference of two floats may be infinite, which the limits then take care of; without limits, all may.
     let two =
         subjects.iter().any(|s| s.program().arguments.len() == 2 && s.program().arguments[0].ty == Type::F32);
-    let special = if two { "-warn-special-float=none" } else { "-warn-special-float=non-finite" };
+    let special = if two || subjects.iter().any(|s| s.continues) {
+        "-warn-special-float=none"
+    } else {
+        "-warn-special-float=non-finite"
+    };
     let arguments = [
         "-eva",
         "-eva-precision=6",

@@ -86,6 +86,10 @@ pub fn base_name(certificate: &Certificate) -> String {
 /// A compiled sweep of one routine in one language.
 #[derive(Debug)]
 pub struct Harness {
+    /// What it runs.
+    pub language: Language,
+    /// Whether it watches for undefined behaviour.
+    pub sanitized: bool,
     executable: PathBuf,
     folder: PathBuf,
 }
@@ -177,7 +181,7 @@ pub fn build(
         }
     }
     tool.run(&arguments, build)?;
-    Ok(Harness { executable, folder: build.to_path_buf() })
+    Ok(Harness { language, sanitized: sanitize, executable, folder: build.to_path_buf() })
 }
 
 impl Harness {

@@ -148,8 +148,7 @@ pub fn verify(
             let Some(stated) = stated else { continue };
             bar.set_message(format!("{} in {}", subject.name, language.name()));
             let harness = harness::build(subject, language, sanitized, &folder, &base, build.path())?;
-            let found =
-                sweep::sweep(subject, language, sanitized, &harness, &coverage, stated.bound, quantity, bar)?;
+            let found = sweep::sweep(subject, &harness, &coverage, stated.bound, quantity, bar)?;
             report.sweeps.push(found);
         }
     }

@@ -200,12 +200,12 @@ fn damaged_source(
     let coverage = subject.domain.interpreted(subject.program());
     let bound = quantity.in_bound_unit(subject.routine.design.bound.total);
     let hidden = ProgressBar::hidden();
-    let found = sweep::sweep(subject, mutation.language, false, &built, &coverage, bound, quantity, &hidden)?;
+    let found = sweep::sweep(subject, &built, &coverage, bound, quantity, &hidden)?;
     let mut caught = Vec::new();
     if !found.as_interpreted {
         caught.push("its outputs are not those of the proved program");
     }
-    if found.worst_error > bound || found.worst_error.is_nan() {
+    if found.worst_error > bound {
         caught.push("its error exceeds the bound");
     } else if !found.as_interpreted {
         caught.push("though within the bound on the inputs tried");

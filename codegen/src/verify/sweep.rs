@@ -89,11 +89,8 @@ fn cut(sweep: Sweep) -> impl Iterator<Item = Sweep> {
 ///
 /// # Errors
 /// [`VerifyError`] where a harness cannot be run to its end.
-#[allow(clippy::too_many_arguments)]
 pub fn sweep(
     subject: &Subject<'_>,
-    language: Language,
-    sanitized: bool,
     harness: &Harness,
     coverage: &Coverage,
     bound: f64,
@@ -124,7 +121,8 @@ pub fn sweep(
         _ => 1.0,
     };
     let mut violations = Vec::new();
-    if worst_error > bound || worst_error.is_nan() {
+    // An output that is no number counts as infinitely wrong.
+    if worst_error > bound {
         violations.push(format!(
             "the error at {} is {worst_error:.4e} {}, more than the bound {bound:.4e}",
             describe(program, &arguments),
@@ -142,8 +140,8 @@ pub fn sweep(
     }
     Ok(SweepReport {
         routine: subject.name.clone(),
-        language,
-        sanitized,
+        language: harness.language,
+        sanitized: harness.sanitized,
         inputs: inputs(coverage),
         exhaustive: coverage.exhaustive,
         covered: coverage.what.clone(),
