@@ -62,12 +62,12 @@ impl Trial {
     /// A fresh recording of the same device, in other surroundings and with other noise; what happened in the
     /// time of the first recording only does not happen again.
     pub fn record_fresh(&self) -> Vec<Reading> {
-        let device = match self.device.with_effects(self.device.effects().filter(|e| stays(e)).cloned().collect())
-        {
-            Ok(device) => device,
-            // The same effects were accepted before.
-            Err(_) => self.device.clone(),
-        };
+        let device =
+            match self.device.with_effects(self.device.effects().filter(|e| stays(e)).cloned().collect()) {
+                Ok(device) => device,
+                // The same effects were accepted before.
+                Err(_) => self.device.clone(),
+            };
         let feedback = feedback(&device);
         twin::record(&device, &self.protocol, self.fresh_seed, &feedback)
     }
@@ -158,7 +158,7 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
                 rho: rho[index],
                 depends_on: depends_on(&effect.id),
                 imitation: imitation.map(|i| (i.id.to_owned(), i.rho_left)),
-                step_window_s: step_window_s(effect, &columns.t_s),
+                step_window_s: step_window_s(effect.parameters.get("time_s").copied(), &columns.t_s),
             });
         }
     }
@@ -185,8 +185,8 @@ pub fn depends_on(id: &str) -> Vec<String> {
 }
 
 /// The times between which a step is placed to within one row.
-fn step_window_s(effect: &Injected, t_s: &[f64]) -> Option<[f64; 2]> {
-    let time_s = *effect.parameters.get("time_s")?;
+pub fn step_window_s(time_s: Option<f64>, t_s: &[f64]) -> Option<[f64; 2]> {
+    let time_s = time_s?;
     let first = t_s.iter().position(|t| *t >= time_s)?;
     let before = first.checked_sub(2).map_or(-1.0, |row| t_s[row]);
     Some([before, t_s.get(first + 1).copied().unwrap_or(f64::MAX)])
@@ -212,9 +212,8 @@ mod tests {
 
     #[test]
     fn a_step_is_placed_between_its_neighbours() {
-        let step = Injected::new("mount_step", [("step_arcsec", 1.0), ("time_s", 2.5)]);
         // The first row after it is that at 3: right are the rows at 2, 3 and 4.
-        assert_eq!(step_window_s(&step, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]), Some([1.0, 4.0]));
+        assert_eq!(step_window_s(Some(2.5), &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]), Some([1.0, 4.0]));
     }
 
     /// ρ of a constant shape in white noise is known: a step in the middle of n rows, h √n / (2σ), but for

@@ -9,7 +9,6 @@ use std::path::Path;
 use twin::Reading;
 use twin::effects::{Scope, catalogue};
 
-use crate::draw::Trial;
 use crate::formulas::{self, Columns, Shaped};
 use crate::linear::{Basis, Whitener, deviation, least_squares};
 
@@ -22,37 +21,50 @@ pub struct Fresh {
     pub base_arcsec: f64,
     /// With a model that was told the ids.
     pub told_arcsec: f64,
-    /// With a model that was told the ids and the covariance of the noise.
-    pub told_more_arcsec: f64,
+    /// With a model that was told the ids and the covariance of the noise, where that is known.
+    pub told_more_arcsec: Option<f64>,
     /// Rows that lie outside the range of the coefficients, where only a line is used.
     pub extrapolated: usize,
     /// All rows.
     pub rows: usize,
 }
 
-/// Compares the corrected angles at `angles` (as `fitter apply` wrote them) with a fresh recording; none where
-/// the file does not hold a row for each of it, or the noise of the trial has no covariance.
-pub fn compare(trial: &Trial, fresh: &[Reading], angles: &Path) -> Option<Fresh> {
+/// A device that was recorded twice.
+pub struct Twice<'a> {
+    /// The recording that was diagnosed.
+    pub seen: &'a [Reading],
+    /// The fresh one.
+    pub fresh: &'a [Reading],
+    /// Ids of what is concealed in the device.
+    pub ids: &'a [&'a str],
+    /// The true covariance of the noise of the first, row by row, where it is known.
+    pub covariance: Option<&'a [f64]>,
+    /// Distance of the probes in millimetres.
+    pub distance_mm: f64,
+}
+
+/// Compares the corrected angles at `angles`, as `fitter apply` wrote them, with the fresh recording; none where
+/// the file does not hold a row for each of its rows.
+pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     let (angle_arcsec, outside) = read_angles(angles)?;
-    if angle_arcsec.len() != fresh.len() {
+    if angle_arcsec.len() != twice.fresh.len() {
         return None;
     }
-    let error: Vec<f64> = angle_arcsec.iter().zip(fresh).map(|(a, r)| a - r.reference_arcsec).collect();
-    let distance_mm = trial.distance_mm();
-    let seen = Columns::new(&trial.record(), distance_mm);
-    let fresh = Columns::new(fresh, distance_mm).on_scale_of(&seen);
-    let equal = Whitener::identity(seen.len());
-    let known = Whitener::new(&trial.covariance(), seen.len())?;
-    let ids = trial.truth.ids();
+    let error: Vec<f64> = angle_arcsec.iter().zip(twice.fresh).map(|(a, r)| a - r.reference_arcsec).collect();
+    let distance_mm = twice.distance_mm;
+    let seen = Columns::new(twice.seen, distance_mm);
+    let fresh = Columns::new(twice.fresh, distance_mm).on_scale_of(&seen);
     let told = |ids: &[&str], whitener: &Whitener| {
         let predicted = Told::fit(&seen, ids, whitener, distance_mm).predict(&fresh, distance_mm);
         deviation(&fresh.error_arcsec.iter().zip(predicted).map(|(e, p)| e - p).collect::<Vec<f64>>())
     };
+    let equal = Whitener::identity(seen.len());
+    let known = twice.covariance.and_then(|covariance| Whitener::new(covariance, seen.len()));
     Some(Fresh {
         answer_arcsec: deviation(&error),
         base_arcsec: told(&[], &equal),
-        told_arcsec: told(&ids, &equal),
-        told_more_arcsec: told(&ids, &known),
+        told_arcsec: told(twice.ids, &equal),
+        told_more_arcsec: known.map(|known| told(twice.ids, &known)),
         extrapolated: outside,
         rows: error.len(),
     })
@@ -92,7 +104,8 @@ impl Told {
         let target = whitener.whiten(&seen.error_arcsec);
         let bare = basis.residual(&target);
         // The strongest first, each beside those before it; then all together.
-        let mut left: Vec<&'static formulas::Formula> = ids.iter().filter_map(|id| formulas::find(id)).collect();
+        let mut left: Vec<&'static formulas::Formula> =
+            ids.iter().filter_map(|id| formulas::find(id)).collect();
         let mut shaped: Vec<Shaped> = Vec::new();
         let mut wider = basis.clone();
         while !left.is_empty() {
@@ -134,6 +147,7 @@ impl Told {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::draw::Trial;
     use crate::plan::{Assignment, assignments};
     use crate::truth::Group;
 

@@ -5,13 +5,18 @@
 //! [`plan`].
 
 pub mod answer;
+pub mod campaign;
 pub mod curve;
 pub mod draw;
+pub mod examples;
 pub mod formulas;
 pub mod fresh;
 pub mod linear;
 pub mod matched;
 pub mod plan;
 pub mod programs;
+pub mod report;
+pub mod score;
 pub mod statistics;
+pub mod summary;
 pub mod truth;

@@ -183,8 +183,12 @@ mod tests {
     #[test]
     fn least_squares_finds_the_amplitudes() {
         let x: Vec<f64> = (0..20).map(|i| f64::from(i) / 10.0).collect();
-        let columns =
-            vec![vec![1.0; 20], x.clone(), x.iter().map(|x| x * x).collect(), x.iter().map(|x| 2.0 * x).collect()];
+        let columns = vec![
+            vec![1.0; 20],
+            x.clone(),
+            x.iter().map(|x| x * x).collect(),
+            x.iter().map(|x| 2.0 * x).collect(),
+        ];
         let target: Vec<f64> = x.iter().map(|x| 3.0 - x + 0.5 * x * x).collect();
         let found = least_squares(&columns, &target);
         for (found, wanted) in found.iter().zip([3.0, -1.0, 0.5, 0.0]) {

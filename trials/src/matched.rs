@@ -48,7 +48,8 @@ impl Metric {
     pub fn rho(&self, contributions: &[Vec<f64>]) -> Vec<f64> {
         (0..contributions.len())
             .map(|index| {
-                let z = self.beside(contributions, index).residual(&self.whitener.whiten(&contributions[index]));
+                let z =
+                    self.beside(contributions, index).residual(&self.whitener.whiten(&contributions[index]));
                 dot(&z, &z).sqrt()
             })
             .collect()

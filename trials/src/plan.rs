@@ -96,9 +96,8 @@ pub fn circumstances(assignment: &Assignment, generator: &mut ChaCha12Rng) -> Ci
         u if u < 0.9 => "random",
         _ => "scan",
     };
-    let thermal = ids.iter().any(|id| {
-        catalogue::find(id).is_some_and(|s| s.depends_on.contains(&"temperature_c"))
-    });
+    let thermal =
+        ids.iter().any(|id| catalogue::find(id).is_some_and(|s| s.depends_on.contains(&"temperature_c")));
     let temperature = match (assignment.group, uniform(0.0, 1.0)) {
         (Group::Ambiguous, _) => "ramp",
         (Group::Null, u) if u > 0.85 => "ramp",
@@ -130,7 +129,8 @@ pub fn circumstances(assignment: &Assignment, generator: &mut ChaCha12Rng) -> Ci
 fn ids(group: Group, number: usize, generator: &mut ChaCha12Rng) -> Vec<&'static str> {
     let catalogued: Vec<&'static str> =
         catalogue::ALL.iter().filter(|s| s.catalogued()).map(|s| s.id).collect();
-    let outside: Vec<&'static str> = catalogue::ALL.iter().filter(|s| !s.catalogued()).map(|s| s.id).collect();
+    let outside: Vec<&'static str> =
+        catalogue::ALL.iter().filter(|s| !s.catalogued()).map(|s| s.id).collect();
     let several = |count, generator: &mut ChaCha12Rng| catalogued.sample(generator, count).copied().collect();
     match group {
         Group::Null => Vec::new(),
@@ -156,8 +156,7 @@ mod tests {
         let strong: Vec<&Assignment> = list.iter().filter(|a| a.group == Group::Strong).collect();
         let mut generator = ChaCha12Rng::seed_from_u64(1);
         for id in catalogue::ALL.iter().filter(|s| s.catalogued()).map(|s| s.id) {
-            let count =
-                strong.iter().filter(|a| circumstances(a, &mut generator).ids == [id]).count();
+            let count = strong.iter().filter(|a| circumstances(a, &mut generator).ids == [id]).count();
             assert_eq!(count, 20, "{id}");
         }
     }

@@ -98,7 +98,8 @@ fn run(mut command: Command, program: &Path) -> Result<Result<(), String>, Progr
 
 fn beside(name: &'static str, package: &'static str) -> Result<PathBuf, ProgramError> {
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
-    let folder = std::env::current_exe().ok().and_then(|own| own.parent().map(Path::to_owned)).unwrap_or_default();
+    let folder =
+        std::env::current_exe().ok().and_then(|own| own.parent().map(Path::to_owned)).unwrap_or_default();
     let expected = folder.join(file);
     if expected.is_file() { Ok(expected) } else { Err(ProgramError::Missing { name, package, expected }) }
 }

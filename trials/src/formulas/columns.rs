@@ -43,8 +43,10 @@ impl Columns {
     /// The columns of a recording of probes `distance_mm` apart.
     pub fn new(log: &[Reading], distance_mm: f64) -> Self {
         let s_mm: Vec<f64> = log.iter().map(|r| r.x2_mm - r.x1_mm).collect();
-        let theta_arcsec: Vec<f64> =
-            log.iter().map(|r| arcsec_from_rad(twin::calculated_angle_rad(r.x1_mm, r.x2_mm, distance_mm))).collect();
+        let theta_arcsec: Vec<f64> = log
+            .iter()
+            .map(|r| arcsec_from_rad(twin::calculated_angle_rad(r.x1_mm, r.x2_mm, distance_mm)))
+            .collect();
         let raw: Vec<f64> = log.iter().zip(&theta_arcsec).map(|(r, t)| t - r.reference_arcsec).collect();
         let offset = mean(&raw);
         let mut columns = Self {
@@ -109,7 +111,8 @@ impl Columns {
     /// the zero of the recording.
     fn turned(&self, reference_arcsec: &[f64]) -> Vec<f64> {
         let half = self.half_mm();
-        let column = |order: usize| self.s_mm.iter().map(|s| chebyshev(order, s / half)).collect::<Vec<f64>>();
+        let column =
+            |order: usize| self.s_mm.iter().map(|s| chebyshev(order, s / half)).collect::<Vec<f64>>();
         let columns: Vec<Vec<f64>> = (0..=BASE_ORDER).map(column).collect();
         let amplitudes = crate::linear::least_squares(&columns, reference_arcsec);
         let at = |s: f64| -> f64 {

@@ -31,10 +31,7 @@ impl Grid {
 
     fn line(from: f64, to: f64, count: usize) -> Self {
         let spacing = (to - from) / (count - 1) as f64;
-        Self {
-            places: (0..count).map(|i| vec![from + i as f64 * spacing]).collect(),
-            spacing: vec![spacing],
-        }
+        Self { places: (0..count).map(|i| vec![from + i as f64 * spacing]).collect(), spacing: vec![spacing] }
     }
 }
 

@@ -69,10 +69,7 @@ impl Figure {
     /// A share that is told, without a wanted value.
     fn told(figure: &str, share: Share) -> Self {
         Self {
-            figure: figure.to_owned(),
-            wanted: "–".to_owned(),
-            measured: share.to_string(),
-            passed: None,
+            figure: figure.to_owned(), wanted: "–".to_owned(), measured: share.to_string(), passed: None
         }
     }
 }
@@ -130,7 +127,8 @@ impl Misses {
     fn add(&mut self, figure: &'static str, case: &Case, said: String) {
         let t = &case.truth;
         let effect = |e: &crate::truth::Concealed| {
-            let near = e.imitation.as_ref().map_or(String::new(), |(id, left)| format!(", {id} leaves {left:.1}"));
+            let near =
+                e.imitation.as_ref().map_or(String::new(), |(id, left)| format!(", {id} leaves {left:.1}"));
             format!("{} (ρ {:.1}{near})", e.id, e.rho)
         };
         let concealed = match t.effects.len() {
@@ -202,4 +200,4 @@ pub fn score(cases: &[Case]) -> Score {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

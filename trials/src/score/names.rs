@@ -39,9 +39,8 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     strong().for_each(|c| all.count(c.said(|a| a.mentions(&id(c)))));
     figures.push(Figure::told("named or among the alternatives, all recordings", all));
 
-    let share = misses.share("right observable first", strong(), |c, a| {
-        a.located_on(&c.truth.effects[0].depends_on)
-    });
+    let share =
+        misses.share("right observable first", strong(), |c, a| a.located_on(&c.truth.effects[0].depends_on));
     figures.push(Figure::at_least("right observable first in locations, ρ ≥ 8", 0.98, share));
     let steep = cases.iter().filter(|c| {
         matches!(c.truth.group, Group::Strong | Group::Step)
@@ -53,9 +52,11 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     figures.push(Figure::at_least("time of a step to within one row, step ≥ 3.5 σ", 0.98, share));
 
     for (group, word, least) in [(Group::Pair, "two", 0.93), (Group::Triple, "three", 0.85)] {
-        let of_group = || cases.iter().filter(move |c| c.truth.group == group && c.truth.least_rho() >= NAMED);
+        let of_group =
+            || cases.iter().filter(move |c| c.truth.group == group && c.truth.least_rho() >= NAMED);
         let figure = if group == Group::Pair { "set of two" } else { "set of three" };
-        let share = misses.share(figure, of_group().filter(|c| c.truth.can_tell()), |c, a| a.ids() == c.truth.ids());
+        let share =
+            misses.share(figure, of_group().filter(|c| c.truth.can_tell()), |c, a| a.ids() == c.truth.ids());
         let name = format!("{word} effects, each ρ ≥ 8, where the recording can tell: the exact set");
         figures.push(Figure::at_least(&name, least, share));
         let mut all = Share::default();

@@ -67,7 +67,8 @@ pub(super) fn figures(
     let asked: Vec<(&Case, &Option<Answer>)> =
         cases.iter().filter_map(|c| c.without.as_ref().map(|answer| (c, answer))).collect();
     // What is a limiting case of another effect has a name without its own.
-    let known = |c: &Case| crate::formulas::find(&c.truth.effects[0].id).is_some_and(|f| f.limit_of.is_some());
+    let known =
+        |c: &Case| crate::formulas::find(&c.truth.effects[0].id).is_some_and(|f| f.limit_of.is_some());
     let mut share = Share::default();
     for (case, answer) in asked.iter().filter(|(c, _)| left(c) && !known(c)) {
         let hit = answer.as_ref().is_some_and(|a| a.verdict == Verdict::Unexplained);

@@ -28,7 +28,8 @@ pub struct Worth {
 }
 
 pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Worth {
-    let compared: Vec<(&Case, &Fresh)> = cases.iter().filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
+    let compared: Vec<(&Case, &Fresh)> =
+        cases.iter().filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
     let of = |reference: fn(&Fresh) -> Option<f64>| {
         let ratios: Vec<f64> = compared
             .iter()
@@ -62,7 +63,8 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
         let hit = fresh.answer_arcsec < fresh.base_arcsec;
         realised.count(hit);
         if !hit {
-            let said = format!("rms {:.3} from {:.3}; {}", fresh.answer_arcsec, fresh.base_arcsec, case.sentence());
+            let said =
+                format!("rms {:.3} from {:.3}; {}", fresh.answer_arcsec, fresh.base_arcsec, case.sentence());
             misses.add("gain realised", case, said);
         }
     }
