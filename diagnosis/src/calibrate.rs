@@ -15,7 +15,7 @@ use crate::linear::{Columns, dot};
 use crate::noise::Noise;
 
 /// False alarms allowed over the whole search.
-pub const FALSE_ALARMS: f64 = 0.006;
+pub const FALSE_ALARMS: f64 = 0.005;
 /// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
 /// resamples that it is then applied to would look better than it is.
 pub const RESAMPLES: usize = 360;

@@ -3,6 +3,7 @@
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
+use crate::condense::condense;
 use crate::effects::{Effect, catalogue};
 use crate::explain::explain;
 use crate::hand_on;
@@ -84,7 +85,12 @@ pub fn diagnose(
     held_out: Option<&Recording>,
     options: &Options,
 ) -> Result<Outcome, ObserveError> {
-    let rows = observe(recording, mirror, simulated)?;
+    let full = observe(recording, mirror, simulated)?;
+    let condensed = condense(&full);
+    let (rows, per_cell) = match condensed {
+        Some(condensed) => (condensed.rows, condensed.per_cell),
+        None => (full.clone(), 1.0),
+    };
     let other = held_out.map(|r| observe(r, mirror, None).map(|rows| (r, rows))).transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
     let explanation = explain(&rows, &effects, &options.skip);
@@ -95,16 +101,27 @@ pub fn diagnose(
         model::fit(&explanation, &effects, &explanation.terms, None)
     };
     let said = verdict::say(&explanation, &effects, &after);
-    let coefficients = hand_on::coefficients(recording, mirror, &rows, &effects, &after, &options.command);
+    let hand_on = |model: &Model| {
+        let mut file = hand_on::coefficients(recording, mirror, &rows, &effects, model, &options.command);
+        hand_on::describe(&mut file, &full);
+        file
+    };
+    let coefficients = hand_on(&after);
     let mut fit = held_out::prove(&explanation, &before, &after);
+    if per_cell > 1.0 {
+        // Figures are of rows, not of cell means.
+        let rms_of = |file: &Coefficients| score(recording, &full, file);
+        fit.before.train_rms = rms_of(&hand_on(&before)).unwrap_or(fit.before.train_rms);
+        fit.after.train_rms = rms_of(&coefficients).unwrap_or(fit.after.train_rms);
+    }
     if let Some((other, other_rows)) = &other {
-        let plain = hand_on::coefficients(recording, mirror, &rows, &effects, &before, &options.command);
+        let plain = hand_on(&before);
         fit.held_out_by = other.file.clone();
         fit.before = Score { held_out_rms: score(other, other_rows, &plain), ..fit.before };
         fit.after = Score { held_out_rms: score(other, other_rows, &coefficients), ..fit.after };
         fit.gain = None;
     }
-    let from = if rows.passes().len() > 1 { "repeated passes" } else { "blocks" };
+    let from = if full.passes().len() > 1 { "repeated passes" } else { "blocks" };
     let map = explanation
         .search
         .survey(&[])
@@ -123,7 +140,7 @@ pub fn diagnose(
         recording: recording.file.clone(),
         verdict: said.verdict,
         noise_floor: NoiseFloor {
-            value: explanation.search.noise.level,
+            value: explanation.search.noise.level * per_cell.sqrt(),
             unit: rows.unit.clone(),
             from: from.into(),
             autocorrelation: explanation.search.noise.phi,

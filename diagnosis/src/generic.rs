@@ -273,7 +273,7 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns.push(times(&t, &x));
     let in_time = (n / 24).clamp(3, 14);
     columns.extend(hats(&t, in_time));
-    let knots = if rows.passes().len() == 1 { (n / 12).min(150) } else { angle_knots(rows) };
+    let knots = if rows.passes().len() == 1 { (n / 12).min(90) } else { angle_knots(rows) };
     if knots >= 4 {
         columns.extend(hats(&x, knots));
     }

@@ -43,12 +43,9 @@ pub fn coefficients(
     let (from, to) = range(&rows.reading);
     let mut file = Coefficients::of_model(&error_model, from, to, command);
     file.tool = format!("diagnose {}", env!("CARGO_PKG_VERSION"));
-    file.recording = Provenance {
-        file: recording.file.clone(),
-        sha256: recording.sha256.clone(),
-        rows: rows.len(),
-        passes: rows.passes().len(),
-    };
+    file.recording =
+        Provenance { file: recording.file.clone(), sha256: recording.sha256.clone(), rows: 0, passes: 0 };
+    describe(&mut file, rows);
     for term in &model.terms {
         let Some(e) = term.effect else { continue };
         let effect = &catalogue[e];
@@ -81,6 +78,13 @@ pub fn coefficients(
         });
     }
     file
+}
+
+/// Says how much was recorded and over which range.
+pub fn describe(file: &mut Coefficients, rows: &Rows) {
+    (file.valid_range.from, file.valid_range.to) = range(&rows.reading);
+    file.recording.rows = rows.len();
+    file.recording.passes = rows.passes().len();
 }
 
 /// The rows with the true angle counted from α₀, as a coefficients file counts it.

@@ -8,6 +8,7 @@
 
 pub mod base;
 pub mod calibrate;
+pub mod condense;
 pub mod diagnosis;
 pub mod dictionary;
 pub mod effects;

@@ -210,6 +210,12 @@ fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> V
         let deviance = (0..n).map(|i| log_variance[i] + squares[i] / log_variance[i].exp()).sum::<f64>();
         (deviance, log_variance)
     };
+    // Squares of correlated residuals are correlated, and a slow covariate follows them by chance: the gain
+    // that is asked for grows by what the correlation takes from the number of independent squares.
+    let lagged: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
+    let correlation = lagged / residual.iter().map(|r| r * r).sum::<f64>().max(1e-300);
+    let squared = correlation * correlation;
+    let gain = VARIANCE_GAIN * (1.0 + squared) / (1.0 - squared).max(0.05);
     let mut chosen: Vec<usize> = Vec::new();
     let (mut deviance, mut log_variance) = fit(&chosen);
     while chosen.len() < 3 {
@@ -222,7 +228,7 @@ fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> V
             })
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         match next {
-            Some((k, (d, l))) if d < deviance - VARIANCE_GAIN => {
+            Some((k, (d, l))) if d < deviance - gain => {
                 chosen.push(k);
                 deviance = d;
                 log_variance = l;

@@ -109,11 +109,14 @@ impl Rows {
 
     /// Numbers of the passes in order of appearance.
     pub fn passes(&self) -> Vec<i64> {
+        let mut seen = std::collections::BTreeSet::new();
+        let mut last = None;
         let mut passes: Vec<i64> = Vec::new();
         for p in &self.pass {
-            if passes.last() != Some(p) && !passes.contains(p) {
+            if last != Some(*p) && seen.insert(*p) {
                 passes.push(*p);
             }
+            last = Some(*p);
         }
         passes
     }

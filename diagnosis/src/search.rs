@@ -16,6 +16,10 @@ use crate::rows::Rows;
 
 /// Most terms in a model.
 const MOST_TERMS: usize = 6;
+/// Generic terms after which the search stops: what is left is located well enough to be looked into.
+const MOST_GENERIC: usize = 2;
+/// Terms up to which one is tried in the place of two.
+const MOST_FOR_PAIRS: usize = 3;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
 const GENERIC_HANDICAP: f64 = 9.0;
@@ -25,6 +29,8 @@ const HANDICAP_PER_COLUMN: f64 = 1.5;
 const SHAPE_PRICE: f64 = 1.5;
 /// Merit by which an exchange must win.
 const EXCHANGE_MARGIN: f64 = 0.3;
+/// Merit that a joint refinement may bring at most, for a set to be worth refining.
+const NEAR: f64 = 12.0;
 /// Families that are refined before they are compared, at most.
 const REFINED: usize = 5;
 
@@ -465,7 +471,8 @@ impl<'a> Search<'a> {
         self.backfit(&mut terms);
         self.exchange(&mut terms);
         for _ in 0..2 * MOST_TERMS {
-            if terms.len() >= MOST_TERMS {
+            let unexplained = terms.iter().filter(|t| self.is_generic(t.family)).count();
+            if terms.len() >= MOST_TERMS || unexplained >= MOST_GENERIC {
                 break;
             }
             let contenders = self.contenders(&terms, |_| true);
@@ -524,9 +531,12 @@ impl<'a> Search<'a> {
                 for other in others.iter().take(2) {
                     let mut with = without.clone();
                     with.push(other.term.clone());
-                    self.backfit(&mut with);
-                    let m = self.merit(&with);
-                    consider(with, m);
+                    // Refining all terms together brings little: only a near contender is worth it.
+                    if self.merit(&with) > merit - NEAR {
+                        self.backfit(&mut with);
+                        let m = self.merit(&with);
+                        consider(with, m);
+                    }
                 }
                 if self.is_generic(removed.family) || terms.len() == 1 {
                     let catalogued = others.iter().filter(|o| self.effect(o.term.family).is_some());
@@ -536,7 +546,7 @@ impl<'a> Search<'a> {
                         let second = self.contenders(&with, |f| self.effect(f).is_some());
                         if let Some(second) = second.into_iter().next() {
                             with.push(second.term);
-                            if self.merit(&with) > merit - 20.0 {
+                            if self.merit(&with) > merit - NEAR {
                                 self.backfit(&mut with);
                                 let m = self.merit(&with);
                                 consider(with, m);
@@ -546,8 +556,9 @@ impl<'a> Search<'a> {
                 }
             }
             // One explanation in the place of two.
-            for k in 0..terms.len() {
-                for j in k + 1..terms.len() {
+            let few = if terms.len() <= MOST_FOR_PAIRS { terms.len() } else { 0 };
+            for k in 0..few {
+                for j in k + 1..few {
                     let mut with: Vec<Term> = terms.clone();
                     with.remove(j);
                     with.remove(k);

@@ -96,8 +96,10 @@ fn apply(args: &ApplyArgs) -> Result<()> {
     output::not_the_input(&args.out, &[&args.recording, &args.coefficients]).into_diagnostic()?;
     let coefficients = fitter::coefficients::read(&args.coefficients).into_diagnostic()?;
     let recording = read(&args.recording, Purpose::Apply)?;
-    let applied = fitter::apply(&recording, &coefficients).into_diagnostic()?;
-    fitter::apply::write(&args.out, &recording, &coefficients.sensor, &applied).into_diagnostic()?;
+    let applied = waiting("correcting", recording.rows(), || fitter::apply(&recording, &coefficients));
+    let applied = applied.into_diagnostic()?;
+    let write = || fitter::apply::write(&args.out, &recording, &coefficients.sensor, &applied);
+    waiting("writing", recording.rows(), write).into_diagnostic()?;
     for note in &applied.notes {
         eprintln!("warning: {note}");
     }
@@ -126,11 +128,25 @@ fn fit(args: &FitArgs) -> Result<()> {
         command: command_line(),
         ..Options::default()
     };
-    let fit = fitter::fit(&recording, &mirror, &options).into_diagnostic()?;
+    let fit = waiting("fitting", recording.rows(), || fitter::fit(&recording, &mirror, &options))
+        .into_diagnostic()?;
     let text = fit.coefficients.to_json();
     output::write_whole(&args.out, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
     say(&format!("{}written      {}", fitter::summary::summary(&fit), args.out.display()));
     Ok(())
+}
+
+/// Shows that something goes on while a long recording is worked on, if someone is watching.
+fn waiting<T>(what: &'static str, rows: usize, work: impl FnOnce() -> T) -> T {
+    const LONG: usize = 500_000;
+    if rows < LONG || !std::io::stderr().is_terminal() {
+        return work();
+    }
+    let spinner = ProgressBar::new_spinner().with_message(format!("{what} {rows} rows"));
+    spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+    let result = work();
+    spinner.finish_and_clear();
+    result
 }
 
 /// Prints a line or several. That nobody reads them to the end (`| head`) is no error.

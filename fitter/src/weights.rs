@@ -3,7 +3,9 @@
 //! The scatter of six readings tells the noise of one angle only roughly (to ±30 %), and weights made of it
 //! directly would cost more than they bring. So the variances are drawn together towards a common one, as
 //! far as their own spread says that they differ at all (empirical Bayes: Smyth 2004, "Linear models and
-//! empirical Bayes methods", Eq. for ν₀ and s₀²): on a recording of even noise all weights are 1.
+//! empirical Bayes methods", Eq. for ν₀ and s₀²): on a recording of even noise all weights are 1. Where they
+//! do differ, neighbouring angles are pooled first: what makes noise uneven (the gap, the drive, the edge
+//! of the autocollimator's field) changes slowly with the angle.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,15 +50,24 @@ pub(crate) fn weights(variances: &[Variance]) -> (Vec<f64>, bool) {
     }
     let prior = 2.0 * inverse_trigamma(spread - expected);
     let common = (mean + bias_of(prior)).exp();
-    let shrunk: Vec<f64> = (variances.iter())
-        .map(|v| {
-            let freedom = v.freedom as f64;
-            (prior * common + freedom * v.value) / (prior + freedom)
+    let shrunk: Vec<f64> = (0..variances.len())
+        .map(|point| {
+            let Variance { value, freedom } = pooled(variances, point);
+            (prior * common + freedom as f64 * value) / (prior + freedom as f64)
         })
         .collect();
     let scale = shrunk.len() as f64 / shrunk.iter().map(|v| 1.0 / v).sum::<f64>();
     // Nine digits, so that the last bit of a logarithm cannot reach the coefficients.
     (shrunk.iter().map(|v| readable(scale / v)).collect(), true)
+}
+
+/// The variance of the points around one, a tenth of them on either side.
+fn pooled(variances: &[Variance], point: usize) -> Variance {
+    let reach = (variances.len() / 10).max(1);
+    let around = &variances[point.saturating_sub(reach)..(point + reach + 1).min(variances.len())];
+    let freedom = around.iter().map(|v| v.freedom).sum();
+    let squares: f64 = around.iter().map(|v| v.value * v.freedom as f64).sum();
+    Variance { value: if freedom > 0 { squares / freedom as f64 } else { 0.0 }, freedom }
 }
 
 fn bias(freedom: usize) -> f64 {

@@ -23,7 +23,9 @@ pub(super) fn mismatch(outcome: &Outcome, before: &[f64], after: &[f64]) -> (Str
         variables.push("direction".into());
     }
     variables.extend(generic::observables(rows).into_iter().map(|o| o.name));
-    let level = outcome.diagnosis.noise_floor.value.max(1e-300);
+    // Correlated readings count for fewer: the variance of their mean is larger by (1 + φ)/(1 − φ).
+    let phi = outcome.diagnosis.noise_floor.autocorrelation;
+    let level = (outcome.diagnosis.noise_floor.value * ((1.0 + phi) / (1.0 - phi)).sqrt()).max(1e-300);
     let mut svg = String::new();
     if draw(&mut svg, outcome, &variables, before, after, level).is_err() {
         return (String::new(), String::new());

@@ -197,6 +197,7 @@ fn check_slope(data: &Calibrated, recording: &Recording, sensor: &Sensor) -> Res
                 (1e3 / ARCSEC_PER_RAD, "milliradians"),
                 (1e6 / ARCSEC_PER_RAD, "microradians"),
                 (1e3, "milliarcseconds (or the displacements like metres)"),
+                (1e-3, "values whose displacements are in micrometres"),
             ],
         ),
         Sensor::Direct { unit, .. } => (

@@ -119,19 +119,19 @@ fn read_text<R: BufRead>(
     compressed: bool,
 ) -> Result<Recording, RecordingError> {
     let broken = |error: csv::Error| match error.kind() {
-        ErrorKind::UnequalLengths { pos, expected_len, len } => RecordingError::FieldCount {
-            file: file.to_string(),
-            line: pos.as_ref().map_or(0, |pos| pos.line()),
-            found: *len,
-            expected: *expected_len,
-        },
         ErrorKind::Utf8 { pos, .. } => {
             RecordingError::NotText { file: file.to_string(), line: pos.as_ref().map_or(1, |pos| pos.line()) }
         }
         _ if compressed => RecordingError::DamagedGzip { file: file.to_string(), reason: error.to_string() },
         _ => RecordingError::Unreadable { file: file.to_string(), reason: error.to_string() },
     };
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).buffer_capacity(BUFFER).from_reader(text);
+    // Lines end in a line feed; a carriage return before it is trimmed with the blanks around a field.
+    let mut reader = csv::ReaderBuilder::new()
+        .terminator(csv::Terminator::Any(b'\n'))
+        .has_headers(false)
+        .flexible(true)
+        .buffer_capacity(BUFFER)
+        .from_reader(text);
     let mut row = ByteRecord::new();
     if !reader.read_byte_record(&mut row).map_err(broken)? {
         return Err(RecordingError::Empty { file: file.to_string() });
@@ -149,7 +149,17 @@ fn read_text<R: BufRead>(
     let mut further: Vec<Vec<f64>> = vec![Vec::new(); header.further.len()];
     let (mut watch, mut lines) = (Watch::default(), Lines::default());
     while reader.read_byte_record(&mut row).map_err(broken)? {
-        let line = row.position().map_or(0, |position| position.line());
+        // A record begins, for the reader, where the one before ended: blank lines stand in between. It
+        // ends in the line before the reader's, or in the reader's if the file ends without a line feed.
+        let begun = row.position().map_or(0, |position| position.line());
+        let line = begun.max(reader.position().line() - 1);
+        if row.len() == 1 && row[0].trim_ascii().is_empty() {
+            continue;
+        }
+        if row.len() != header.roles.len() {
+            let (found, expected) = (row.len() as u64, header.roles.len() as u64);
+            return Err(RecordingError::FieldCount { file: file.to_string(), line, found, expected });
+        }
         for (index, (role, field)) in header.roles.iter().zip(row.iter()).enumerate() {
             let place = || Place { file: file.to_string(), line, column: header.names[index].clone() };
             let field = field.trim_ascii();
