@@ -32,6 +32,8 @@ pub struct Bound {
     pub evaluation: f64,
     /// Rounding to the output's format.
     pub output: f64,
+    /// The largest `evaluation` + `output` on any piece, in output words.
+    pub rounding: f64,
     /// Smallest and largest output word (float: value), over every argument, valid or not.
     pub output_range: (f64, f64),
 }
@@ -44,6 +46,8 @@ pub struct Overflows {
     pub step: usize,
     /// Name of its variable.
     pub name: String,
+    /// Which part of the routine it belongs to.
+    pub stage: Stage,
     /// What it can reach.
     pub from: f64,
     /// See `from`.
@@ -88,10 +92,12 @@ pub fn bound(
     let slope = reference.polynomial.derivative();
     let mut worst: Option<(Interval, Bound)> = None;
     let mut output_range: Option<Interval> = None;
-    for (a, b) in pieces(program, plan) {
+    let mut rounding = 0.0f64;
+    for (a, b) in pieces(program, words(program, plan)) {
         let piece = Piece::new(program, plan, &a, &b);
         let out = run(program, &piece)?;
         output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
+        rounding = rounding.max((&out.evaluation + &out.output).to_f64_up());
         let difference = out.polynomial.scale(unit).sub(&reference.polynomial);
         let rough = difference.at(&piece.centre).magnitude().upper();
         let tolerance =
@@ -112,59 +118,62 @@ pub fn bound(
                 input: parts[1],
                 evaluation: parts[2],
                 output: parts[3],
+                rounding: 0.0,
                 output_range: (0.0, 0.0),
             };
             worst = Some((total, bound));
         }
     }
+    if plan.reach != (plan.word_from.clone(), plan.word_to.clone()) {
+        // Nothing is limited: no bound beyond the range, but no overflow either.
+        for (a, b) in pieces(program, reach(program, plan)) {
+            let out = run(program, &Piece::new(program, plan, &a, &b))?;
+            output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
+        }
+    }
     let range = output_range.unwrap_or_else(Interval::zero);
     let (_, bound) = worst.unwrap_or_else(|| unreachable!("there is at least one piece"));
-    Ok(Bound { output_range: (range.to_f64_down(), range.to_f64_up()), ..bound })
+    Ok(Bound { rounding, output_range: (range.to_f64_down(), range.to_f64_up()), ..bound })
 }
 
-/// The words that the variable can take: the plan's, widened by its rounding.
+/// The words of the variable for readings in the range: the plan's, widened by its rounding.
 pub fn words(program: &Program, plan: &InputPlan) -> (Interval, Interval) {
-    let whole = plan.word_from.hull(&plan.word_to);
-    let error = input_error(program, plan, &whole).mul_pow2(program.variable_exponent);
-    (&plan.word_from - &error, &plan.word_to + &error)
+    widened(program, plan, &plan.word_from, &plan.word_to)
 }
 
-/// The pieces on which a program is bounded: its table's segments, or equal parts.
-fn pieces(program: &Program, plan: &InputPlan) -> Vec<(Interval, Interval)> {
-    let (from, to) = words(program, plan);
+/// All words that the variable can take, whatever the arguments.
+pub fn reach(program: &Program, plan: &InputPlan) -> (Interval, Interval) {
+    widened(program, plan, &plan.reach.0, &plan.reach.1)
+}
+
+fn widened(program: &Program, plan: &InputPlan, from: &Interval, to: &Interval) -> (Interval, Interval) {
+    let error = input_error(program, plan, &from.hull(to)).mul_pow2(program.variable_exponent);
+    (from - &error, to + &error)
+}
+
+/// The pieces on which a program is followed: its table's segments, or equal parts.
+fn pieces(program: &Program, (from, to): (Interval, Interval)) -> Vec<(Interval, Interval)> {
     if program.index().is_some() {
-        return segments(program, plan).into_iter().map(|(_, a, b)| (a, b)).collect();
+        return segments(program, (from, to)).into_iter().map(|(_, a, b)| (a, b)).collect();
     }
     let width = &to - &from;
-    let cut = |i: i64| (&from + &(&width * &Interval::from_ratio(i, PIECES))).midpoint();
-    let ends: Vec<Interval> = (0..=PIECES)
-        .map(|i| {
-            if i == 0 {
-                from.clone()
-            } else if i == PIECES {
-                to.clone()
-            } else {
-                cut(i)
-            }
-        })
-        .collect();
-    ends.windows(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect()
+    let cut = |i: i64| match i {
+        0 => from.clone(),
+        PIECES => to.clone(),
+        _ => (&from + &(&width * &Interval::from_ratio(i, PIECES))).midpoint(),
+    };
+    (0..PIECES).map(|i| (cut(i), cut(i + 1))).collect()
 }
 
-/// The rows of the table that can be reached, with the first and last word that reaches each.
-pub fn segments(program: &Program, plan: &InputPlan) -> Vec<(usize, Interval, Interval)> {
-    let (from, to) = words(program, plan);
+/// The rows of the table that words between two ends reach, with the first and last word that reaches each.
+pub fn segments(program: &Program, (from, to): (Interval, Interval)) -> Vec<(usize, Interval, Interval)> {
     let Some((add, by)) = program.index() else { return Vec::new() };
     let (first, last) = (from.floor_to_i64().unwrap_or(i64::MIN), to.ceil_to_i64().unwrap_or(i64::MAX));
     let row = |word: i64| (word + add) >> by;
     (row(first)..=row(last))
         .map(|i| {
-            let (a, b) = ((i << by) - add, ((i + 1) << by) - add - 1);
-            (
-                usize::try_from(i).unwrap_or(usize::MAX),
-                Interval::from_int(a.max(first)),
-                Interval::from_int(b.min(last)),
-            )
+            let (a, b) = (((i << by) - add).max(first), (((i + 1) << by) - add - 1).min(last));
+            (usize::try_from(i).unwrap_or(usize::MAX), Interval::from_int(a), Interval::from_int(b))
         })
         .collect()
 }
@@ -224,17 +233,27 @@ fn input_error(program: &Program, plan: &InputPlan, words: &Interval) -> Interva
                 error = (&error + &Interval::from_int(1).mul_pow2(-150)).upper();
             }
             Op::Truncate { .. } => error = (&error + &Interval::from_int(1)).upper(),
-            Op::ShiftRight { by, .. } => {
-                // `add` is half of what is shifted out: rounded to nearest.
+            Op::ShiftRight { add, by, .. } => {
+                // With half of what is shifted out added, to nearest; otherwise downward.
+                let to_nearest = *add == 1 << (by - 1);
                 let by = -i64::from(*by);
                 exact = (exact.0.mul_pow2(by), exact.1.mul_pow2(by));
-                error = (&error.mul_pow2(by) + &Interval::from_int(1).mul_pow2(-1)).upper();
+                error =
+                    (&error.mul_pow2(by) + &Interval::from_int(1).mul_pow2(-i64::from(to_nearest))).upper();
             }
             Op::ToF32 { .. } => {
                 let value = affine(&exact);
                 if !value.magnitude().certainly_le(&Interval::from_int(1 << 24)) {
                     error = (&error + &half_ulp(&value)).upper();
                 }
+            }
+            // A reading between the end of the range and the last float inside rounds to that float or to the
+            // next, which is limited to it: then the error is up to a whole unit in the last place.
+            Op::ClampF32 { .. }
+                if words.lower().certainly_le(&plan.word_from.upper())
+                    || plan.word_to.lower().certainly_le(&words.upper()) =>
+            {
+                error = (&error + &error).upper();
             }
             Op::Input { .. } | Op::Sub { .. } | Op::Clamp { .. } | Op::ClampF32 { .. } => {}
             other => unreachable!("{other:?} is no step of an input"),
@@ -282,7 +301,7 @@ fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
         return Ok(());
     }
     let (from, to) = (range.to_f64_down(), range.to_f64_up());
-    Err(Overflows { step: index, name: step.name.clone(), from, to, ty: step.ty })
+    Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
 }
 
 /// Ranges only, for every argument, valid or not.
@@ -356,11 +375,11 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             let inside = first == last && (0..=(i64::from(u32::MAX) >> by)).contains(&first);
             exactly(if inside { Interval::from_int(first) } else { Interval::from_int(i64::MAX) })
         }
-        Op::Wrap { a, by } => {
-            let a = value(a);
-            let rows = a.range.midpoint().mul_pow2(i64::from(*by) - 32).round_to_i64().unwrap_or(0);
-            let start = Polynomial::constant(Interval::from_int(rows).mul_pow2(32));
-            finish(a.polynomial.mul_pow2((*by).into()).sub(&start), a.evaluation, a.output, Interval::zero())
+        Op::Wrap { a, add, by } => {
+            let (a, add, by) = (value(a), Interval::from_int(*add), i64::from(*by));
+            let rows = (&a.range.midpoint() + &add).mul_pow2(by - 32).round_to_i64().unwrap_or(0);
+            let start = Polynomial::constant(&Interval::from_int(rows).mul_pow2(32) - &add.mul_pow2(by));
+            finish(a.polynomial.mul_pow2(by).sub(&start), a.evaluation, a.output, Interval::zero())
         }
         Op::Entry { index, column } => {
             let row = value(index).range.floor_to_i64().and_then(|i| usize::try_from(i).ok());

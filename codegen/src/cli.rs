@@ -1,22 +1,28 @@
 //! The command line: arguments, and what is printed.
 
 use std::io::IsTerminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use indicatif::ProgressBar;
+use fitter::coefficients::Coefficients;
+use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 
+use crate::cost::Core;
+use crate::explore::{self, Candidate, Ends};
 use crate::files;
 use crate::format::Format;
 use crate::generate::{Generated, generate};
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{CShift, Method, Options, OutOfRange, RoutineOptions};
 use crate::output::Output;
+use crate::plot;
+use crate::quantity::Quantity;
 use crate::source::Source;
 use crate::text;
+use crate::verify::Checks;
 
 /// Generates the firmware correction of a scanning mirror, in Rust and C, with a proven error bound.
 ///
@@ -41,6 +47,41 @@ const EXAMPLES: &str = "Examples:
 enum Command {
     /// Compares what is in the output folder with what would be generated; exit code 1 where it is stale.
     Check(Arguments),
+    /// Lists the routines that no other beats in bound, instructions and flash, for every core.
+    Explore(ExploreArguments),
+    /// Checks the generated files from outside: recomputes the certificate and sweeps the compiled Rust and C
+    /// against a bounded reference; exit code 1 where anything does not hold.
+    Verify {
+        #[command(flatten)]
+        arguments: Arguments,
+        #[command(flatten)]
+        checks: CheckArguments,
+    },
+}
+
+#[derive(Debug, Args)]
+struct ExploreArguments {
+    #[command(flatten)]
+    arguments: Arguments,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    json: bool,
+    /// Also draw the bounds against the instructions, as an SVG picture.
+    #[arg(long)]
+    svg: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// Sweep every representable input, not only a part of them.
+    #[arg(long)]
+    exhaustive: bool,
+    /// Sweep the C once more with undefined behaviour watched for.
+    #[arg(long)]
+    sanitize: bool,
+    /// Print the report as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -75,9 +116,15 @@ struct Arguments {
     /// Let the range exceed what the recording covers.
     #[arg(long)]
     extrapolate: bool,
-    /// Number formats of the evaluation, one routine each.
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "q31,f32")]
+    /// Number formats of the evaluation, one routine each [default: q31,f32; with --target: any].
+    #[arg(long, value_enum, value_delimiter = ',')]
     format: Vec<FormatName>,
+    /// Choose method and format: the fewest instructions on this core that meet the bound.
+    #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
+    target: Option<CoreName>,
+    /// Bytes of flash that the chosen routine may take.
+    #[arg(long, requires = "target")]
+    flash_bytes: Option<usize>,
     /// A table of polynomials instead of one, as degree and number of segments: 2x32.
     #[arg(long)]
     table: Option<String>,
@@ -128,6 +175,37 @@ enum FormatName {
     F32,
 }
 
+impl FormatName {
+    fn format(self) -> Format {
+        match self {
+            FormatName::Q31 => Format::Q31,
+            FormatName::Q31Split => Format::Q31Split,
+            FormatName::Q15 => Format::Q15,
+            FormatName::F32 => Format::F32 { fused: false },
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum CoreName {
+    /// ARMv6-M.
+    CortexM0,
+    /// ARMv7-M.
+    CortexM3,
+    /// ARMv7E-M with single-precision floats.
+    CortexM4f,
+}
+
+impl CoreName {
+    fn core(self) -> Core {
+        match self {
+            CoreName::CortexM0 => Core::CortexM0,
+            CoreName::CortexM3 => Core::CortexM3,
+            CoreName::CortexM4f => Core::CortexM4f,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum InputName {
     /// The reading (s = x₂ − x₁ of a pair) as a float.
@@ -162,6 +240,8 @@ enum OutOfRangeName {
     Clamp,
     /// The same, and the caller is told.
     Flag,
+    /// Nothing: the formula continues there, without a bound but without overflow; saves instructions.
+    Continue,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -179,6 +259,8 @@ enum CShiftName {
 pub fn run(cli: Cli) -> Result<ExitCode> {
     match cli.command {
         Some(Command::Check(arguments)) => check(&arguments),
+        Some(Command::Explore(arguments)) => explore(&arguments),
+        Some(Command::Verify { arguments, checks }) => verify(&arguments, &checks),
         None if cli.arguments.check => check(&cli.arguments),
         None => write(&cli.arguments),
     }
@@ -210,13 +292,54 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
     Ok(ExitCode::from(1))
 }
 
+fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    let (generated, quantity, options) = prepare_all(arguments)?;
+    let bar = progress(arguments);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent}% {per_sec} {eta}") {
+        bar.set_style(style);
+    }
+    let wanted = Checks { exhaustive: checks.exhaustive, sanitize: checks.sanitize };
+    let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
+        .map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    if checks.json {
+        println!("{}", serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.quiet || !report.holds() {
+        print!("{}", report.text());
+    }
+    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
 fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.0)
+}
+
+fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> {
+    let bar = progress(arguments);
+    let (coefficients, sha256) = load(arguments)?;
+    let quantity = Quantity::of(&coefficients.error_model());
+    let mut options = options(arguments, &quantity.bound_unit)?;
+    if let Some(target) = arguments.target {
+        options.routines = vec![chosen(arguments, target.core(), &coefficients, &mut options, &bar)?];
+    }
+    bar.set_message("approximating and bounding");
+    let generated = generate(&coefficients, &sha256, &options).map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    Ok((generated, quantity, options))
+}
+
+/// Progress on standard error, where that is a terminal.
+fn progress(arguments: &Arguments) -> ProgressBar {
     let bar = ProgressBar::hidden();
     if !arguments.quiet && std::io::stderr().is_terminal() {
         bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
     }
     bar.enable_steady_tick(Duration::from_millis(100));
     bar.set_message("reading");
+    bar
+}
+
+fn load(arguments: &Arguments) -> Result<(Coefficients, String)> {
     let source = match (&arguments.coefficients, &arguments.recording, &arguments.mirror) {
         (Some(path), _, _) => Source::Coefficients(path.clone()),
         (None, Some(recording), Some(mirror)) => {
@@ -224,13 +347,75 @@ fn prepare(arguments: &Arguments) -> Result<Generated> {
         }
         _ => Source::Embedded,
     };
-    let (coefficients, sha256) = source.load().map_err(|e| miette!("{e}"))?;
-    bar.set_message("approximating and bounding");
-    let unit = crate::quantity::Quantity::of(&coefficients.error_model()).bound_unit;
-    let options = options(arguments, &unit)?;
-    let generated = generate(&coefficients, &sha256, &options).map_err(|e| miette!("{e}"))?;
+    source.load().map_err(|e| miette!("{e}"))
+}
+
+/// All candidates of the formats that the user named, or of all formats that both languages have.
+fn candidates(
+    arguments: &Arguments,
+    coefficients: &Coefficients,
+    options: &Options,
+    bar: &ProgressBar,
+) -> Result<Vec<Candidate>> {
+    let formats = match &arguments.format[..] {
+        [] => vec![Format::Q31, Format::Q31Split, Format::Q15, Format::F32 { fused: false }],
+        named => named.iter().map(|name| name.format()).collect(),
+    };
+    bar.set_message("designing");
+    let done = |through: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(through as u64);
+    };
+    explore::candidates(coefficients, options, ends(arguments)?, &formats, f64::MAX, &done)
+        .map_err(|e| miette!("{e}"))
+}
+
+/// The routine that `--target` asks for; its degree is set in the options.
+fn chosen(
+    arguments: &Arguments,
+    core: Core,
+    coefficients: &Coefficients,
+    options: &mut Options,
+    bar: &ProgressBar,
+) -> Result<RoutineOptions> {
+    let quantity = Quantity::of(&coefficients.error_model());
+    let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
+    let bound = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    let candidates = candidates(arguments, coefficients, options, bar)?;
+    let best = explore::cheapest(&candidates, core, bound, arguments.flash_bytes, &quantity.bound_unit)
+        .map_err(|e| miette!("{e}"))?;
+    options.degree = Some(best.routine.design.degree);
+    Ok(best.options.clone())
+}
+
+fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
+    let common = &arguments.arguments;
+    let bar = progress(common);
+    let (coefficients, _) = load(common)?;
+    let unit = Quantity::of(&coefficients.error_model()).bound_unit;
+    let options = options(common, &unit)?;
+    let candidates = candidates(common, &coefficients, &options, &bar)?;
     bar.finish_and_clear();
-    Ok(generated)
+    let cores = common.target.map_or(Core::ALL.to_vec(), |target| vec![target.core()]);
+    let rows = explore::rows(&candidates, &cores, &unit);
+    if let Some(path) = &arguments.svg {
+        let picture = plot::svg(&rows, &cores).into_diagnostic()?;
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name = PathBuf::from(path.file_name().unwrap_or_default());
+        files::write(folder, &[(name, picture)].into()).into_diagnostic()?;
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&rows).into_diagnostic()?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("{:<11} {:<22} {:>14} {:>13} {:>7}", "core", "routine", "bound", "instructions", "flash");
+    for row in &rows {
+        let bound = format!("{} {}", text::rounded_up(row.bound), row.unit);
+        let (core, routine) = (row.core.name(), &row.routine);
+        println!("{core:<11} {routine:<22} {bound:>14} {:>13.0} {:>7}", row.instructions, row.flash_bytes);
+    }
+    println!("\nBounds are proven; instructions and flash (bytes) are estimates.");
+    Ok(ExitCode::SUCCESS)
 }
 
 fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
@@ -244,6 +429,43 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         (None, Some(text)) => Some(bound_with_unit(text, unit)?),
         (None, None) => None,
     };
+    let ends = ends(arguments)?;
+    let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
+    let routine = |format: Format| {
+        let usual = RoutineOptions::of(format);
+        RoutineOptions {
+            method,
+            format,
+            input: ends.input.unwrap_or(usual.input),
+            output: ends.output.unwrap_or(usual.output),
+        }
+    };
+    let formats = match &arguments.format[..] {
+        [] => Options::default().routines.iter().map(|r| r.format).collect(),
+        named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
+    };
+    Ok(Options {
+        routines: formats.into_iter().map(routine).collect(),
+        bound,
+        degree: arguments.degree,
+        range: arguments.from.zip(arguments.to),
+        extrapolate: arguments.extrapolate,
+        out_of_range: match arguments.out_of_range {
+            OutOfRangeName::Clamp => OutOfRange::Clamp,
+            OutOfRangeName::Flag => OutOfRange::Flag,
+            OutOfRangeName::Continue => OutOfRange::Continue,
+        },
+        c_shift: match arguments.c_shift {
+            CShiftName::Strict => CShift::Strict,
+            CShiftName::Arithmetic => CShift::Arithmetic,
+        },
+        name: arguments.name.clone(),
+        command: recorded_command(std::env::args().skip(1)),
+    })
+}
+
+/// The input and output that the user named.
+fn ends(arguments: &Arguments) -> Result<Ends> {
     let encoding = |probes: bool, name: InputName| -> Result<Encoding> {
         Ok(match name {
             InputName::F32 | InputName::X1x2F32 => Encoding::F32,
@@ -274,42 +496,7 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         OutputName::Micro => Output::Micro,
         OutputName::F32 => Output::F32,
     });
-    let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
-    let routine = |name: &FormatName| {
-        let format = match name {
-            FormatName::Q31 => Format::Q31,
-            FormatName::Q31Split => Format::Q31Split,
-            FormatName::Q15 => Format::Q15,
-            FormatName::F32 => Format::F32 { fused: false },
-        };
-        let mut usual = RoutineOptions::of(format);
-        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
-            *full_scale = arguments.full_scale;
-        }
-        RoutineOptions {
-            method,
-            format,
-            input: input.unwrap_or(usual.input),
-            output: output.unwrap_or(usual.output),
-        }
-    };
-    Ok(Options {
-        routines: arguments.format.iter().map(routine).collect(),
-        bound,
-        degree: arguments.degree,
-        range: arguments.from.zip(arguments.to),
-        extrapolate: arguments.extrapolate,
-        out_of_range: match arguments.out_of_range {
-            OutOfRangeName::Clamp => OutOfRange::Clamp,
-            OutOfRangeName::Flag => OutOfRange::Flag,
-        },
-        c_shift: match arguments.c_shift {
-            CShiftName::Strict => CShift::Strict,
-            CShiftName::Arithmetic => CShift::Arithmetic,
-        },
-        name: arguments.name.clone(),
-        command: recorded_command(std::env::args().skip(1)),
-    })
+    Ok(Ends { input, output })
 }
 
 /// `2x32`: the degree and the number of segments, a power of two.
@@ -346,7 +533,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     let mut arguments = arguments.peekable();
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "check" | "--check" | "-q" | "--quiet" => {}
+            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--json" | "-q" | "--quiet" => {}
             "--out" => {
                 arguments.next();
             }

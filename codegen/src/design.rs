@@ -2,8 +2,8 @@
 
 use crate::bound::{Bound, Overflows};
 use crate::exact::Interval;
-use crate::output::OutputError;
-use crate::program::Program;
+use crate::output::{Output, OutputError};
+use crate::program::{Program, Stage};
 
 /// A routine as designed: program, bound, and what its output word stands for.
 #[derive(Debug, Clone)]
@@ -33,4 +33,18 @@ pub enum DesignError {
     /// No format is coarse enough.
     #[error(transparent)]
     Overflows(#[from] Overflows),
+}
+
+impl DesignError {
+    /// The same, told as what it is to the user: where only the step to `output` leaves its type, the output's
+    /// unit is too fine for the range.
+    #[must_use]
+    pub fn for_output(self, output: Output) -> Self {
+        match (&self, output.decimal_digits()) {
+            (DesignError::Overflows(Overflows { stage: Stage::Output, .. }), Some(digits)) => {
+                DesignError::Output(OutputError::Decimal { digits })
+            }
+            _ => self,
+        }
+    }
 }

@@ -12,6 +12,9 @@ use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
 
+/// The highest degree that is tried.
+pub const LARGEST_DEGREE: usize = 16;
+
 /// Designs the routine of the given degree.
 ///
 /// # Errors
@@ -26,7 +29,7 @@ pub fn design(
     let (from, to) = range_in_v(plan);
     let best = minimax(&reference.polynomial, degree, &from, &to);
     let minimax = distance(&best, reference, &from, &to).to_f64_up();
-    let build = |grid: Grid| -> Result<Design, DesignError> {
+    let build = |grid: Grid, search: bool| -> Result<Design, DesignError> {
         let mut units: Vec<i64> = best
             .coefficients()
             .iter()
@@ -40,25 +43,41 @@ pub fn design(
             .polynomial
             .sub(&bound::output_polynomial(&program, plan, &words.0, &words.1)?.scale(&unit));
         let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::from_int(1).mul_pow2(-k).to_f64()).collect();
-        let correction = quantize::nearest(&residual, &lsb, &from, &to);
-        units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
+        if search {
+            let correction = quantize::nearest(&residual, &lsb, &from, &to);
+            units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
+        }
         let (program, unit) = grid.program(plan, format, output, &units)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = grid.fraction_bits(format, output);
         Ok(Design { program, bound, degree, segments: 1, minimax, unit, fraction_bits })
     };
     if let Format::F32 { .. } = format {
-        return build(Grid::float(&best));
+        return build(Grid::float(&best), true);
     }
-    // A sum may touch the end of its type by a few units: then one bit less.
+    let in_v = |word: &Interval| word.mul_pow2(-plan.program.variable_exponent);
+    let reach = (in_v(&plan.reach.0), in_v(&plan.reach.1));
+    // A sum may leave its type at its end by a few units: then one bit less, and again. On a short range the
+    // search may move high coefficients so far, for next to nothing, that no headroom is enough: then each
+    // coefficient is rounded alone.
     let fixed = |common: bool| {
-        let grid = |headroom| Grid::fixed(&best, (&from, &to), format, output, headroom, common);
-        build(grid(0))
-            .or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(grid(1)) } else { Err(e) })
+        let grid = |headroom| Grid::fixed(&best, (&reach.0, &reach.1), format, output, headroom, common);
+        let attempts = (0..=MOST_HEADROOM).map(|bits| (bits, true)).chain([(1, false), (2, false)]);
+        let mut last = build(grid(0), true);
+        for (headroom, search) in attempts.skip(1) {
+            if !matches!(last, Err(DesignError::Overflows(_))) {
+                break;
+            }
+            last = build(grid(headroom), search);
+        }
+        last
     };
     // One binary point for all is simpler and an instruction a step cheaper; finer ones must earn that.
-    let (common, stepped) = (fixed(true)?, fixed(false)?);
-    Ok(if common.bound.total <= WORTH_A_SHIFT * stepped.bound.total { common } else { stepped })
+    match (fixed(true), fixed(false)) {
+        (Ok(common), Ok(stepped)) if common.bound.total > WORTH_A_SHIFT * stepped.bound.total => Ok(stepped),
+        (Ok(common), _) => Ok(common),
+        (Err(_), stepped) => stepped,
+    }
 }
 
 /// Enclosure of the supremum error of the best polynomial of `degree`, in the reference's unit.
@@ -80,6 +99,9 @@ fn distance(polynomial: &Polynomial, reference: &Reference, from: &Interval, to:
 
 /// A common binary point is kept while its bound is at most so much larger.
 const WORTH_A_SHIFT: f64 = 1.25;
+
+/// So many bits are given up at most where a sum would leave its type.
+const MOST_HEADROOM: i64 = 4;
 
 /// Where the binary point of every coefficient stands: cₖ of vᵏ is an integer times 2^−bits[k].
 struct Grid {
@@ -177,7 +199,7 @@ mod tests {
     use super::*;
     use crate::fixtures::paper_coefficients;
     use crate::input::{Arity, Encoding, Input};
-    use crate::options::{Options, RoutineOptions};
+    use crate::options::{Method, Options, RoutineOptions};
     use crate::quantity::Quantity;
     use crate::routine;
 
@@ -199,7 +221,7 @@ mod tests {
             (f32, reading(Encoding::F32), Output::F32, 9e-4),
             (fused, reading(Encoding::F32), Output::F32, 6.5e-4),
         ] {
-            let wanted = RoutineOptions { format, input, output };
+            let wanted = RoutineOptions { method: Method::Fused, format, input, output };
             let options = Options { degree: Some(9), ..Options::default() };
             let routine = routine::design(&coefficients, &options, &wanted).unwrap();
             let bound = quantity.in_bound_unit(routine.design.bound.total);

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use crate::certificate::{self, Certificate, Entry};
+use crate::gappa;
 use crate::options::{CShift, Options};
 use crate::quantity::Quantity;
 use crate::render::{RenderError, Renderer, View};
@@ -104,17 +105,20 @@ pub fn generate(
             coefficients => context! { sha256 => coefficients_sha256, recording => Value::from(Serde(&coefficients.recording)) },
         },
     )?;
+    let mut files = BTreeMap::new();
     let mut described: Vec<(Entry, View)> = Vec::new();
     for routine in &routines {
         let function = format!("{name}_{}", routine.options.suffix());
         let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
         let view = renderer.view(routine, &entry, &quantity, options)?;
+        if let Some(script) = gappa::script(&renderer, routine, &function, &provenance)? {
+            files.insert(PathBuf::from(format!("gappa/{function}.g")), script);
+        }
         described.push((entry, view));
     }
     described.sort_by(|(_, a), (_, b)| a.name().cmp(b.name()));
     let views: Vec<&View> = described.iter().map(|(_, view)| view).collect();
     let all = Value::from(Serde(&views));
-    let mut files = BTreeMap::new();
     let common = || context! { tool => TOOL, name => &*name, description => &*quantity.title, provenance => &*provenance, routines => all.clone() };
     files.insert(PathBuf::from("Cargo.toml"), renderer.render("rust/Cargo.toml", common())?);
     files.insert(PathBuf::from("src/lib.rs"), renderer.render("rust/lib.rs", common())?);

@@ -84,7 +84,7 @@ pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overf
                 let sum = narrow(index, Type::U32, int(*a) + i128::from(*add))?;
                 narrow(index, step.ty, i128::from(sum.bits()) >> by)?
             }
-            Op::Wrap { a, by } => Word::Int(i64::from((int(*a) << by) as i32)),
+            Op::Wrap { a, add, by } => Word::Int(i64::from(((int(*a) + i128::from(*add)) << by) as i32)),
             Op::Entry { index: row, column } => {
                 let row = usize::try_from(int(*row)).unwrap_or(usize::MAX);
                 let entry = program.table.get(row).and_then(|r| r.get(*column));

@@ -15,6 +15,8 @@ pub enum OutOfRange {
     Clamp,
     /// The same, and the caller is told.
     Flag,
+    /// The formula continues, without a bound; no operation overflows for any input.
+    Continue,
 }
 
 /// How C takes the high word of a negative product.

@@ -35,6 +35,15 @@ pub enum OutputError {
 }
 
 impl Output {
+    /// The decimal digits of the unit of a decimal output.
+    pub fn decimal_digits(self) -> Option<u32> {
+        match self {
+            Output::Nano => Some(9),
+            Output::Micro => Some(6),
+            Output::PowerOfTwo | Output::F32 => None,
+        }
+    }
+
     /// The finest binary point of the last sum from which this output can still be made.
     pub fn most_fraction_bits(self) -> i64 {
         match self {

@@ -2,6 +2,8 @@
 //!
 //! A segment is centred at a multiple of its width, so that the place within it is simply the variable shifted
 //! left, wrapped to a signed word, and its number the variable shifted right, after half a width was added.
+//! Where the range comes too close to the end of the word for that, segments begin at multiples instead, and
+//! the half width is added for the place.
 
 use crate::approximate::minimax;
 use crate::bound;
@@ -26,13 +28,13 @@ pub fn design(
     degree: usize,
     segments_log2: u32,
 ) -> Result<Design, DesignError> {
-    let by = 32 - segments_log2;
     let rows = 1usize << segments_log2;
+    let layout = Layout::new(plan, segments_log2);
     // The segments that the range reaches do not depend on the coefficients.
-    let empty = program(plan, format, output, degree, by, &vec![vec![0; degree + 1]; rows], 0)?.0;
-    let segments: Vec<Segment> = bound::segments(&empty, plan)
+    let empty = program(plan, format, output, degree, &layout, &vec![vec![0; degree + 1]; rows], 0)?.0;
+    let segments: Vec<Segment> = bound::segments(&empty, bound::words(&empty, plan))
         .into_iter()
-        .map(|(row, from, to)| Segment::new(reference, degree, segments_log2, row, from, to))
+        .map(|(row, from, to)| Segment::new(reference, degree, &layout, row, from, to))
         .collect();
     let reach =
         segments.iter().map(|s| s.reach.clone()).reduce(|a, b| a.hull(&b)).unwrap_or_else(Interval::zero);
@@ -47,7 +49,7 @@ pub fn design(
                 s.local.coefficients().iter().map(|c| c.mul_pow2(bits).round_to_i64().unwrap_or(0)).collect();
             row.resize(degree + 1, 0);
         }
-        let (rough, unit) = program(plan, format, output, degree, by, &table, bits)?;
+        let (rough, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let lsb = vec![Interval::from_int(1).mul_pow2(-bits).to_f64(); degree + 1];
         for s in &segments {
             // Which correction brings the program, with its biases, nearest on this segment.
@@ -59,12 +61,39 @@ pub fn design(
             }
         }
         fill_unreachable(&mut table, &segments);
-        let (program, unit) = program(plan, format, output, degree, by, &table, bits)?;
+        let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
         Ok(Design { program, bound, degree, segments: rows, minimax, unit, fraction_bits })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
+}
+
+/// Where the segments lie.
+#[derive(Debug, Clone, Copy)]
+struct Layout {
+    segments_log2: u32,
+    /// Whether segments are centred at the multiples of their width, or begin there.
+    centred: bool,
+}
+
+impl Layout {
+    fn new(plan: &InputPlan, segments_log2: u32) -> Self {
+        let last = bound::reach(&plan.program, plan).1;
+        let half = Interval::from_int(1).mul_pow2(i64::from(31 - segments_log2));
+        let centred = (&last + &half).certainly_le(&Interval::from_int(i32::MAX.into()));
+        Layout { segments_log2, centred }
+    }
+
+    fn half_width(&self) -> i64 {
+        1 << (31 - self.segments_log2)
+    }
+
+    /// v of the middle of a row's segment.
+    fn middle(&self, row: usize) -> Interval {
+        let halves = 2 * (row as i64 - (1 << (self.segments_log2 - 1))) + i64::from(!self.centred);
+        Interval::from_int(halves).mul_pow2(-i64::from(self.segments_log2) - 1)
+    }
 }
 
 /// A segment that can be reached, and the best polynomial on it.
@@ -87,13 +116,12 @@ impl Segment {
     fn new(
         reference: &Reference,
         degree: usize,
-        segments_log2: u32,
+        layout: &Layout,
         row: usize,
         from: Interval,
         to: Interval,
     ) -> Self {
-        let number = row as i64 - (1 << (segments_log2 - 1));
-        let middle = Interval::from_int(number).mul_pow2(-i64::from(segments_log2));
+        let (middle, segments_log2) = (layout.middle(row), layout.segments_log2);
         let mut segment = Segment {
             row,
             from,
@@ -143,22 +171,19 @@ fn program(
     format: Format,
     output: Output,
     degree: usize,
-    by: u32,
+    layout: &Layout,
     table: &[Vec<i64>],
     bits: i64,
 ) -> Result<(Program, Interval), DesignError> {
     let mut p = plan.program.clone();
     let x = Operand::Step(p.variable);
-    // Half a segment to reach the nearest middle, and 2³¹ so that the lowest segment is row 0.
-    let add = (1 << (by - 1)) + (1 << 31);
-    let row = p.push(Stage::Evaluation, "row", Type::U32, Op::Index { a: x, add, by }, "the segment");
-    let w = p.push(
-        Stage::Evaluation,
-        "w",
-        Type::I32,
-        Op::Wrap { a: x, by: 32 - by },
-        "the place in it, from its middle",
-    );
+    // 2³¹ so that the lowest segment is row 0.
+    let (to_middle, to_start) =
+        if layout.centred { (layout.half_width(), 0) } else { (0, layout.half_width()) };
+    let index = Op::Index { a: x, add: to_middle + (1 << 31), by: 32 - layout.segments_log2 };
+    let row = p.push(Stage::Evaluation, "row", Type::U32, index, "the segment");
+    let wrap = Op::Wrap { a: x, add: to_start, by: layout.segments_log2 };
+    let w = p.push(Stage::Evaluation, "w", Type::I32, wrap, "the place in it, from its middle");
     let entry = |p: &mut Program, k: usize| {
         p.push(Stage::Evaluation, &format!("c{k}"), Type::I32, Op::Entry { index: row, column: k }, "")
     };

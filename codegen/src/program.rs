@@ -63,8 +63,8 @@ pub enum Op {
     ShiftRight { a: Operand, add: i64, by: u32 },
     /// ⌊(a + add)·2^−by⌋ where 0 ≤ a + add < 2³²: the number of a table's segment.
     Index { a: Operand, add: i64, by: u32 },
-    /// a·2^by less the multiple of 2³² that makes it a signed word: the place within a segment.
-    Wrap { a: Operand, by: u32 },
+    /// (a + add)·2^by less the multiple of 2³² that makes it a signed word: the place within a segment.
+    Wrap { a: Operand, add: i64, by: u32 },
     /// Entry `column` of row `index` of the table.
     Entry { index: Operand, column: usize },
     /// A float to an integer, toward zero.
@@ -133,6 +133,8 @@ pub struct Program {
     pub reading: usize,
     /// The step that limits the reading to the valid range.
     pub clamped: usize,
+    /// Smallest and largest valid reading in the reading's own words.
+    pub valid: (f64, f64),
     /// Rows of coefficients that `Entry` reads; empty without a table. Their number is a power of two.
     pub table: Vec<Vec<i64>>,
     /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
@@ -152,10 +154,13 @@ impl Program {
         self.steps[self.output()].ty
     }
 
-    /// Makes the last step the normalised variable and calls it `x`.
+    /// Makes the last step the normalised variable and calls it `x`, unless it is an argument.
     pub fn name_variable(&mut self) {
         self.variable = self.output();
-        self.steps[self.variable].name = "x".into();
+        let step = &mut self.steps[self.variable];
+        if !matches!(step.op, Op::Input { .. }) {
+            step.name = "x".into();
+        }
     }
 
     /// Bytes of flash that the table takes.

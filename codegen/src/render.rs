@@ -25,7 +25,7 @@ pub struct RenderError {
 }
 
 /// The templates, compiled in.
-const TEMPLATES: [(&str, &str); 7] = [
+const TEMPLATES: &[(&str, &str)] = &[
     ("provenance.txt", include_str!("../../templates/provenance.txt.jinja")),
     ("contract.txt", include_str!("../../templates/contract.txt.jinja")),
     ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
@@ -33,6 +33,9 @@ const TEMPLATES: [(&str, &str); 7] = [
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
+    ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
+    ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
+    ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];
 
 /// A routine as the templates see it.
@@ -52,6 +55,7 @@ pub struct View {
     range_text: String,
     extrapolated: Option<String>,
     flag: bool,
+    continues: bool,
     fixed: bool,
     float_input: bool,
     bound_text: String,
@@ -88,7 +92,7 @@ impl Renderer {
         environment.add_filter("comment", |text: &str, mark: &str| text::comment(text, mark));
         environment.add_filter("grouped", |value: i64| text::grouped(value));
         environment.add_filter("c_int", c_int);
-        for (name, source) in TEMPLATES {
+        for &(name, source) in TEMPLATES {
             environment
                 .add_template(name, source)
                 .map_err(|cause| RenderError { template: name, cause: Box::new(cause) })?;
@@ -143,6 +147,7 @@ impl Renderer {
             range_text: range_text(routine, quantity),
             extrapolated: entry.range.recorded.map(|(a, b)| format!("{a:?}…{b:?} {}", quantity.reading_unit)),
             flag: options.out_of_range == OutOfRange::Flag,
+            continues: options.out_of_range == OutOfRange::Continue,
             float_input: program.arguments.iter().any(|a| a.ty == Type::F32),
             fixed: program.steps.iter().any(|s| s.ty == Type::I32),
             bound_text: format!("{} {unit}", text::rounded_up(entry.bound)),
@@ -186,7 +191,8 @@ impl View {
     }
 }
 
-fn c_type(ty: Type) -> &'static str {
+/// A type in C's words.
+pub fn c_type(ty: Type) -> &'static str {
     match ty {
         Type::U16 => "uint16_t",
         Type::U32 => "uint32_t",
@@ -231,7 +237,9 @@ fn steps(program: &Program) -> Vec<Value> {
         let operand = |o: &Operand| operand(program, o);
         let op = match &step.op {
             Op::Input { .. } => context! { kind => "input" },
-            Op::Sub { a, b } => context! { kind => "sub", a => operand(a), b => operand(b) },
+            Op::Sub { a, b } => context! {
+                kind => "sub", a => operand(a), b => operand(b), cast => type_of(program, a) != step.ty,
+            },
             Op::Clamp { a, lo, hi } => {
                 let from = type_of(program, a);
                 let wide = if matches!(from, Type::I32 | Type::U16) { "i32" } else { "i64" };
@@ -251,7 +259,7 @@ fn steps(program: &Program) -> Vec<Value> {
             Op::Index { a, add, by } => {
                 context! { kind => "index", a => operand(a), add => *add as u32, by }
             }
-            Op::Wrap { a, by } => context! { kind => "wrap", a => operand(a), by },
+            Op::Wrap { a, add, by } => context! { kind => "wrap", a => operand(a), add => *add as u32, by },
             Op::Entry { index, column } => context! { kind => "entry", index => operand(index), column },
             Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
             Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
@@ -322,18 +330,21 @@ fn product_helper(op: &Op) -> &'static str {
 fn in_range(program: &Program) -> Value {
     let (raw, limited) = (&program.steps[program.reading], &program.steps[program.clamped]);
     let wide = (raw.ty != limited.ty).then_some(rust_type(raw.ty));
-    context! { raw => &*raw.name, limited => &*limited.name, wide }
+    // C compares a `uint32_t` with a signed word only after a conversion; the limits are not negative.
+    let unsigned = raw.ty == Type::U32;
+    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned }
 }
 
 fn range_text(routine: &Routine, quantity: &Quantity) -> String {
     let (from, to) = routine.range;
     let (unit, reading) = (&quantity.reading_unit, &quantity.reading);
     let program = &routine.design.program;
-    let words = match &program.steps[program.clamped].op {
-        Op::Clamp { lo, hi, .. } => {
-            format!(", that is {} … {} in words of the input", text::grouped(*lo), text::grouped(*hi))
+    let words = match program.steps[program.reading].ty {
+        Type::F32 => String::new(),
+        _ => {
+            let [lo, hi] = [program.valid.0, program.valid.1].map(|word| text::grouped(word as i64));
+            format!(", that is {lo} … {hi} in words of the input")
         }
-        _ => String::new(),
     };
     format!("{from:?} {unit} ≤ {reading} ≤ {to:?} {unit}{words}")
 }

@@ -4,15 +4,12 @@ use fitter::coefficients::Coefficients;
 
 use crate::design::{Design, DesignError};
 use crate::exact::Interval;
-use crate::fused;
+use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
-use crate::options::{Method, Options, RoutineOptions};
+use crate::options::{Method, Options, OutOfRange, RoutineOptions};
 use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
-
-/// The highest degree that is tried.
-pub const LARGEST_DEGREE: usize = 16;
 
 /// A designed routine with everything that is known about it.
 #[derive(Debug, Clone)]
@@ -129,7 +126,13 @@ pub fn design(
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
     }
-    let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format.arithmetic())?;
+    let plan = wanted.input.plan(
+        &model.sensor,
+        range.0,
+        range.1,
+        wanted.format.arithmetic(),
+        options.out_of_range != OutOfRange::Continue,
+    )?;
     // The reference holds a little beyond the range, where the variable's rounding may reach.
     let one = Interval::from_int(1);
     let reach = &one + &one.mul_pow2(-20);
@@ -156,7 +159,8 @@ pub fn design(
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
         let design =
-            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)?;
+            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)
+                .map_err(|e| e.for_output(wanted.output))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -182,7 +186,8 @@ pub fn design(
         if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
             continue;
         }
-        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)?;
+        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)
+            .map_err(|e| e.for_output(wanted.output))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -233,5 +238,68 @@ impl Routine {
     pub fn extrapolated(&self, coefficients: &Coefficients) -> Option<(f64, f64)> {
         let covered = (coefficients.valid_range.from, coefficients.valid_range.to);
         (self.range.0 < covered.0 || self.range.1 > covered.1).then_some(covered)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::format::Format;
+    use crate::input::{Arity, Encoding, Input};
+    use crate::interpret::{Word, interpret};
+    use crate::output::Output;
+    use proptest::prelude::*;
+
+    /// Words of an integer input that lie closest to where something could go wrong, and one in between.
+    fn words(routine: &Routine, at: f64) -> Vec<i64> {
+        let step = &routine.design.program.steps[routine.design.program.clamped];
+        let crate::program::Op::Clamp { lo, hi, .. } = step.op else { return Vec::new() };
+        let inside = lo + ((hi - lo) as f64 * at) as i64;
+        vec![lo, lo + 1, hi - 1, hi, inside, inside ^ 0xffff, (inside >> 16) << 16, 0]
+            .into_iter()
+            .filter(|w| (lo..=hi).contains(w))
+            .collect()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        /// Every method and fixed-point format holds its bound on devices around the paper's.
+        #[test]
+        fn bounds_hold(
+            scale in prop::collection::vec(-2.0..2.0f64, 10),
+            method in prop_oneof![
+                Just(Method::Fused),
+                (1..=3usize, 1..=6u32).prop_map(|(degree, segments_log2)| Method::Piecewise { degree, segments_log2 }),
+            ],
+            format in prop::sample::select(vec![Format::Q31, Format::Q31Split, Format::Q15]),
+            degree in 1..=10usize,
+            full_scale in prop::option::of(0.37..2.0f64),
+            at in prop::collection::vec(0.0..1.0f64, 40),
+        ) {
+            let mut coefficients = paper_coefficients();
+            coefficients.base.coefficients.iter_mut().zip(&scale).for_each(|(a, s)| *a *= s);
+            (coefficients.valid_range.from, coefficients.valid_range.to) = (-0.33, 0.36);
+            let format = if method == Method::Fused { format } else { Format::Q31 };
+            let input = Input { arity: Arity::Reading, encoding: Encoding::Q31 { full_scale } };
+            let wanted = RoutineOptions { method, format, input, output: Output::PowerOfTwo };
+            let options = Options { degree: Some(degree), bound: Some(1e9), ..Options::default() };
+            let routine = design(&coefficients, &options, &wanted).unwrap();
+            let model = coefficients.error_model();
+            let unit = routine.design.unit.to_f64();
+            let full_scale = full_scale.unwrap_or(0.5);
+            for at in at {
+                for word in words(&routine, at) {
+                    let out = interpret(&routine.design.program, &[Word::Int(word)]).unwrap();
+                    let expected = model.corrected(word as f64 * full_scale / 2f64.powi(31));
+                    let error = (out.word.bits() as f64 * unit - expected).abs();
+                    prop_assert!(out.in_range);
+                    prop_assert!(
+                        error <= routine.design.bound.total * (1.0 + 1e-9),
+                        "{wanted:?} at {word}: {error:e} exceeds {:?}", routine.design.bound
+                    );
+                }
+            }
+        }
     }
 }

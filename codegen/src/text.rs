@@ -49,6 +49,21 @@ pub fn float_hex(value: f32) -> String {
     format!("{sign}0x{lead}{point}{digits}p{exponent}")
 }
 
+/// The exact hexadecimal form of C99 of a double.
+pub fn double_hex(value: f64) -> String {
+    let bits = value.to_bits();
+    let (exponent, fraction) = (((bits >> 52) & 0x7ff) as i32, bits & ((1 << 52) - 1));
+    let sign = if value.is_sign_negative() { "-" } else { "" };
+    if exponent == 0 && fraction == 0 {
+        return format!("{sign}0.0");
+    }
+    let (lead, exponent) = if exponent == 0 { (0, -1022) } else { (1, exponent - 1023) };
+    let digits = format!("{fraction:013x}");
+    let digits = digits.trim_end_matches('0');
+    let point = if digits.is_empty() { "" } else { "." };
+    format!("{sign}0x{lead}{point}{digits}p{exponent}")
+}
+
 /// Text as comment lines, each with `mark` in front and no space at the end.
 pub fn comment(text: &str, mark: &str) -> String {
     text.trim_end()
@@ -88,6 +103,13 @@ mod tests {
         assert_eq!(float_hex(-0.1875), "-0x1.8p-3");
         assert_eq!(float_hex(0.0), "0.0");
         assert_eq!(float_hex(f32::from_bits(1)), "0x0.000002p-126");
+    }
+
+    #[test]
+    fn hexadecimal_doubles() {
+        assert_eq!(double_hex(1.0), "0x1p0");
+        assert_eq!(double_hex(-0.1875), "-0x1.8p-3");
+        assert_eq!(double_hex(f64::from_bits(1)), "0x0.0000000000001p-1022");
     }
 
     #[test]

@@ -106,7 +106,16 @@ pub fn diagnose(
         hand_on::describe(&mut file, &full);
         file
     };
-    let coefficients = hand_on(&after);
+    // Generic curves hold nowhere else and are not handed on: the effects are fitted again without them.
+    let named: Vec<_> =
+        explanation.terms.iter().filter(|t| explanation.search.effect(t.family).is_some()).cloned().collect();
+    let coefficients = if named.is_empty() {
+        hand_on(&before)
+    } else if named.len() < explanation.terms.len() {
+        hand_on(&model::fit(&explanation, &effects, &named, None))
+    } else {
+        hand_on(&after)
+    };
     let mut fit = held_out::prove(&explanation, &before, &after);
     if per_cell > 1.0 {
         // Figures are of rows, not of cell means.

@@ -173,6 +173,12 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     if knots >= 8 {
         add(Place::on("angle_deg"), vec![hats(&x, knots)]);
     }
+    if rows.single_move() {
+        // Time runs with the angle, and the reference may be a function of time itself.
+        let timely = ["t_s", "history", "velocity"];
+        let goes = |name: &str| timely.contains(&name);
+        out.retain(|g| !goes(&g.place.variable) && !g.place.times.as_deref().is_some_and(goes));
+    }
     out
 }
 
@@ -269,11 +275,12 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
             columns.push(times(&rows.direction, &power));
         }
     }
-    columns.push(t.iter().map(|t| -(-(t + 1.0) / 0.1).exp_m1()).collect());
-    columns.push(times(&t, &x));
-    let in_time = (n / 24).clamp(3, 14);
-    columns.extend(hats(&t, in_time));
-    let knots = if rows.passes().len() == 1 { (n / 12).min(90) } else { angle_knots(rows) };
+    if !rows.single_move() {
+        columns.push(t.iter().map(|t| -(-(t + 1.0) / 0.1).exp_m1()).collect());
+        columns.push(times(&t, &x));
+        columns.extend(hats(&t, (n / 24).clamp(3, 14)));
+    }
+    let knots = if rows.single_move() { (n / 7).min(150) } else { angle_knots(rows) };
     if knots >= 4 {
         columns.extend(hats(&x, knots));
     }

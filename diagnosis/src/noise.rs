@@ -12,6 +12,8 @@ use crate::rows::median;
 /// Where the redescending influence function leaves the straight line, starts to fall, and is zero, in σ
 /// (Hampel's three-part function): a Gaussian row is practically never touched.
 const HAMPEL: (f64, f64, f64) = (3.0, 4.5, 8.0);
+/// The scale is at least such that nine tenths of the residuals lie within this many of it (Gaussian: 1.64).
+const MOST_CLEANED: f64 = 2.5;
 /// Prior probability that successive rows are uncorrelated.
 const PRIOR_UNCORRELATED: f64 = 0.5;
 /// Gain in −2 log likelihood that a dependence of the variance must bring, per parameter.
@@ -137,7 +139,11 @@ fn robust_fit(y: &[f64], model: &[Vec<f64>], shape: &[f64]) -> (Basis, Vec<f64>)
             target.iter().zip(&pseudo).zip(&from_fit).map(|((t, p), r)| t - (p - r)).collect();
         let mut absolute: Vec<f64> = residual.iter().map(|r| r.abs()).collect();
         let freedom = (n as f64 - basis.rank() as f64).max(1.0) / n as f64;
-        let scale = 1.482_6 * median(&mut absolute) / freedom.sqrt();
+        let central = 1.482_6 * median(&mut absolute);
+        // More than a tenth of the rows are no outliers but structure: they must not be cleaned away.
+        let ninth = absolute.len() * 9 / 10;
+        let (_, outer, _) = absolute.select_nth_unstable_by(ninth, f64::total_cmp);
+        let scale = central.max(*outer / MOST_CLEANED) / freedom.sqrt();
         if !(scale > 0.0) {
             break;
         }

@@ -148,6 +148,13 @@ pub fn observe(
         not_testable,
     };
     note_time(recording, &mut rows);
+    if rows.single_move() {
+        rows.not_testable.push(
+            "one move only: time runs with the angle, so that drift, warm-up and steps cannot be told from the \
+             error's own shape"
+                .into(),
+        );
+    }
     if !rows.both_directions() {
         rows.not_testable.push(
             "passes of one direction only: backlash, hysteresis, lag and gain cannot be told apart".into(),

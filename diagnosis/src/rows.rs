@@ -107,6 +107,11 @@ impl Rows {
         self.direction.iter().any(|d| *d > 0.0) && self.direction.iter().any(|d| *d < 0.0)
     }
 
+    /// Whether there is one pass only, so that time runs with the angle.
+    pub fn single_move(&self) -> bool {
+        self.pass.windows(2).all(|w| w[0] == w[1])
+    }
+
     /// Numbers of the passes in order of appearance.
     pub fn passes(&self) -> Vec<i64> {
         let mut seen = std::collections::BTreeSet::new();

@@ -23,7 +23,9 @@ pub struct Fresh {
     pub told_arcsec: f64,
     /// With a model that was told the ids and the covariance of the noise, where that is known.
     pub told_more_arcsec: Option<f64>,
-    /// Rows that lie outside the range of the coefficients, where only a line is used.
+    /// The first beside the third, on the rows inside the range of the coefficients alone.
+    pub inside_ratio: f64,
+    /// Rows that lie outside that range, where only a line is used.
     pub extrapolated: usize,
     /// All rows.
     pub rows: usize,
@@ -54,37 +56,43 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     let distance_mm = twice.distance_mm;
     let seen = Columns::new(twice.seen, distance_mm);
     let fresh = Columns::new(twice.fresh, distance_mm).on_scale_of(&seen);
-    let told = |ids: &[&str], whitener: &Whitener| {
+    let rest = |ids: &[&str], whitener: &Whitener| -> Vec<f64> {
         let predicted = Told::fit(&seen, ids, whitener, distance_mm).predict(&fresh, distance_mm);
-        deviation(&fresh.error_arcsec.iter().zip(predicted).map(|(e, p)| e - p).collect::<Vec<f64>>())
+        fresh.error_arcsec.iter().zip(predicted).map(|(e, p)| e - p).collect()
+    };
+    let inside = |values: &[f64]| -> f64 {
+        let kept: Vec<f64> = values.iter().zip(&outside).filter(|(_, out)| !**out).map(|(v, _)| *v).collect();
+        deviation(&kept)
     };
     let equal = Whitener::identity(seen.len());
     let known = twice.covariance.and_then(|covariance| Whitener::new(covariance, seen.len()));
+    let told = rest(twice.ids, &equal);
     Some(Fresh {
         answer_arcsec: deviation(&error),
-        base_arcsec: told(&[], &equal),
-        told_arcsec: told(twice.ids, &equal),
-        told_more_arcsec: known.map(|known| told(twice.ids, &known)),
-        extrapolated: outside,
+        base_arcsec: deviation(&rest(&[], &equal)),
+        told_arcsec: deviation(&told),
+        told_more_arcsec: known.map(|known| deviation(&rest(twice.ids, &known))),
+        inside_ratio: inside(&error) / inside(&told),
+        extrapolated: outside.iter().filter(|out| **out).count(),
         rows: error.len(),
     })
 }
 
-/// Corrected angles in arcseconds, and how many rows are marked as extrapolated.
-pub fn read_angles(path: &Path) -> Option<(Vec<f64>, usize)> {
+/// Corrected angles in arcseconds, and which rows are marked as extrapolated.
+pub fn read_angles(path: &Path) -> Option<(Vec<f64>, Vec<bool>)> {
     let text = std::fs::read_to_string(path).ok()?;
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next()?.split(',').collect();
     let at = |name: &str| header.iter().position(|h| *h == name);
     let (angle, outside) = (at("angle_arcsec")?, at("extrapolated")?);
     let mut angles = Vec::new();
-    let mut count = 0;
+    let mut marked = Vec::new();
     for line in lines {
         let fields: Vec<&str> = line.split(',').collect();
         angles.push(fields.get(angle)?.parse().ok()?);
-        count += usize::from(*fields.get(outside)? == "1");
+        marked.push(*fields.get(outside)? == "1");
     }
-    Some((angles, count))
+    Some((angles, marked))
 }
 
 /// A model that was told the ids.

@@ -137,29 +137,56 @@ impl Polynomial {
     /// of the maximum and exceeds it by at most `tolerance`; its lower end is reached.
     ///
     /// Branch and bound: each piece is bounded by its centred form, which near an extremum is off by the
-    /// square of the piece's width only.
+    /// square of the piece's width only. A piece's polynomial is its parent's, shifted; the high terms that
+    /// no longer matter on it are dropped and their bound is kept.
     pub fn supremum(&self, from: &Interval, to: &Interval, tolerance: &Interval) -> Interval {
+        let centre = from.hull(to).midpoint();
+        let radius = (&from.hull(to) - &centre).magnitude();
         let mut reached = self.at(from).magnitude_lower();
         let mut bound = Interval::zero();
-        let mut open = vec![(from.clone(), to.clone())];
-        while let Some((a, b)) = open.pop() {
-            let centre = a.hull(&b).midpoint();
-            let here = self.range(&a, &b).magnitude();
-            let middle = self.at(&centre).magnitude_lower();
+        let mut open =
+            vec![Piece { local: self.shift(&centre), radius, dropped: Interval::zero(), depth: 2 }];
+        while let Some(piece) = open.pop() {
+            let slack = piece.dropped.symmetric();
+            let middle = (&piece.local.coefficients[0] + &slack).magnitude_lower();
             if reached.certainly_le(&middle) {
                 reached = middle;
             }
+            let here = (&piece.local.range_around_zero(&piece.radius) + &slack).magnitude();
             if here.certainly_le(&bound) {
                 continue;
             }
-            if here.certainly_le(&(&reached + tolerance)) || centre == a || centre == b {
+            if here.certainly_le(&(&reached + tolerance)) || piece.depth > DEEPEST {
                 bound = bound.magnitude_max(&here);
             } else {
-                open.push((a, centre.clone()));
-                open.push((centre, b));
+                open.extend(piece.halves(tolerance));
             }
         }
         reached.hull(&bound)
+    }
+}
+
+/// Halvings after which a piece is bounded as it is.
+const DEEPEST: i64 = 80;
+
+/// Part of an interval, with the polynomial about its middle; `dropped` bounds what that leaves out.
+struct Piece {
+    local: Polynomial,
+    radius: Interval,
+    dropped: Interval,
+    depth: i64,
+}
+
+impl Piece {
+    /// Both halves. All that is ever dropped on the way down stays below half the tolerance.
+    fn halves(&self, tolerance: &Interval) -> [Piece; 2] {
+        let half = self.radius.mul_pow2(-1).upper();
+        [-half.clone(), half.clone()].map(|middle| {
+            let mut local = self.local.shift(&middle);
+            let more = local.truncate(&half, &tolerance.mul_pow2(-self.depth));
+            let dropped = (&self.dropped + &more).upper();
+            Piece { local, radius: half.clone(), dropped, depth: self.depth + 1 }
+        })
     }
 }
 

@@ -15,6 +15,7 @@ pub(super) fn plan(
     from: f64,
     to: f64,
     arithmetic: Arithmetic,
+    clamped: bool,
 ) -> Result<InputPlan, InputError> {
     let inward = |value: f64, wrong: fn(f64, f64) -> bool, step: fn(f32) -> f32| {
         let nearest = value as f32;
@@ -34,9 +35,16 @@ pub(super) fn plan(
     let mut p = Program::default();
     let meaning = format!("in {}", names.unit);
     push_arguments(&mut p, arity, names, &format!("_{}", names.unit), Type::F32, &meaning, Type::F32);
-    let clamp = Op::ClampF32 { a: Operand::Step(p.reading), lo: first, hi: last };
-    let mut x = p.push(Stage::Input, "limited", Type::F32, clamp, "the valid range");
-    p.clamped = p.output();
+    let mut x = Operand::Step(p.reading);
+    p.clamped = p.reading;
+    p.valid = (first.into(), last.into());
+    if clamped {
+        let clamp = Op::ClampF32 { a: x, lo: first, hi: last };
+        x = p.push(Stage::Input, "limited", Type::F32, clamp, "the valid range");
+        p.clamped = p.output();
+    } else if arithmetic != Arithmetic::Float {
+        return Err(InputError::Unlimited);
+    }
     let (a, b) = (f64::from(first), f64::from(last));
     let middle = (0.5 * (a + b)) as f32;
     let largest = |centre: f64| (a - centre).abs().max((b - centre).abs());
@@ -76,6 +84,7 @@ pub(super) fn plan(
     Ok(InputPlan {
         word_from: words(first),
         word_to: words(last),
+        reach: (words(first), words(last)),
         reading_word: (Interval::from_f64(centre.into()), slope.clone()),
         map: ReadingMap { offset: Interval::from_f64(centre.into()), slope },
         resolution: 0.0,

@@ -23,6 +23,7 @@ pub(super) fn plan(
     from: f64,
     to: f64,
     arithmetic: Arithmetic,
+    clamped: bool,
     what: &'static str,
 ) -> Result<InputPlan, InputError> {
     let (lo, hi) = match arity {
@@ -55,20 +56,32 @@ pub(super) fn plan(
     };
     let difference = if word.ty == Type::U16 { Type::I32 } else { Type::I64 };
     push_arguments(&mut p, arity, names, suffix, word.ty, &word.meaning, difference);
-    let clamp = Op::Clamp { a: Operand::Step(p.reading), lo: first, hi: last };
-    let mut word_step = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
-    p.clamped = p.output();
+    let mut word_step = Operand::Step(p.reading);
+    p.clamped = p.reading;
+    p.valid = (first as f64, last as f64);
+    // What the words can be on arrival.
+    let (least, most) = if clamped {
+        let clamp = Op::Clamp { a: word_step, lo: first, hi: last };
+        word_step = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
+        p.clamped = p.output();
+        (first, last)
+    } else if p.steps[p.reading].ty == Type::I32 || word.ty == Type::U16 {
+        (lo, hi)
+    } else {
+        return Err(InputError::Unlimited);
+    };
 
-    // Centre where that gains a bit or more; then shift as far left as 32 bits allow.
-    let middle = first + (last - first) / 2;
-    let largest = |centre: i64| (first - centre).abs().max((last - centre).abs());
-    let centre = if largest(middle) * 2 <= largest(0) { middle } else { 0 };
+    // Centre where that gains a bit or more, or makes the word signed; then shift as far left as 32 bits allow.
+    let middle = least + (most - least + 1) / 2;
+    let largest = |centre: i64| (least - centre).abs().max((most - centre).abs());
+    let unsigned = !clamped && p.steps[p.reading].ty == Type::U16;
+    let centre = if unsigned || largest(middle) * 2 <= largest(0) { middle } else { 0 };
     if centre != 0 {
         let from_middle = Op::Sub { a: word_step, b: Operand::Int(centre) };
         word_step = p.push(Stage::Input, "offset", Type::I32, from_middle, "from the middle of the range");
     }
-    let (word_first, word_last) = (first - centre, last - centre);
-    let widest = largest(centre);
+    // Negative words reach one further: −2^n fits where 2^n − 1 does.
+    let widest = (most - centre).max(-1 - (least - centre));
     let exponent = match arithmetic {
         Arithmetic::Word { bits } => {
             let limit = (1 << bits) - 1;
@@ -83,9 +96,11 @@ pub(super) fn plan(
                 }
                 // Too wide for the word: rounded to it.
                 None => {
-                    let rounded = |by: i64| (widest + (1 << (by - 1))) >> by;
-                    let by = (1..32).find(|&by| rounded(by) <= limit).unwrap_or(31);
-                    let right = Op::ShiftRight { a: word_step, add: 1 << (by - 1), by: by as u32 };
+                    let by = (1..32).find(|&by| widest >> by <= limit).unwrap_or(31);
+                    // Rounded to nearest, unless that would leave the word: then downward.
+                    let half = 1 << (by - 1);
+                    let add = if (widest + half) >> by <= limit { half } else { 0 };
+                    let right = Op::ShiftRight { a: word_step, add, by: by as u32 };
                     p.push(Stage::Input, "x", Type::I32, right, note);
                     bits + 1 + by
                 }
@@ -108,9 +123,11 @@ pub(super) fn plan(
         slope: &slope * &word.lsb,
     };
     let shift = p.variable_exponent - exponent;
+    let in_variable = |w: i64| Interval::from_int(w - centre).mul_pow2(shift);
     Ok(InputPlan {
-        word_from: Interval::from_int(word_first).mul_pow2(shift),
-        word_to: Interval::from_int(word_last).mul_pow2(shift),
+        word_from: in_variable(first),
+        word_to: in_variable(last),
+        reach: (in_variable(least), in_variable(most)),
         reading_word: (Interval::from_int(centre), slope),
         resolution: word.lsb.to_f64_up(),
         program: p,

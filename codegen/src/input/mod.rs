@@ -72,6 +72,8 @@ pub struct InputPlan {
     pub word_from: Interval,
     /// See `word_from`.
     pub word_to: Interval,
+    /// All words that can arrive at the variable, valid or not; the same where the range is clamped.
+    pub reach: (Interval, Interval),
     /// The reading step as c₀ + c₁v, before any rounding, in its own words.
     pub reading_word: (Interval, Interval),
     /// The change of the reading (in its unit) by one step of the input, 0 for a float.
@@ -112,6 +114,12 @@ pub enum InputError {
     /// Fewer than two representable inputs in the range.
     #[error("the range {0}…{1} holds fewer than two inputs of this form")]
     NoResolution(f64, f64),
+    /// Without a limit some argument would overflow.
+    #[error(
+        "this input needs its limits, or some argument would overflow: use --out-of-range clamp or flag \
+         (continue goes with q31, with counts of 16 bits or less, and with floats in format f32)"
+    )]
+    Unlimited,
     /// Beyond float.
     #[error("the range {0}…{1} is beyond what a 32-bit float holds")]
     BeyondFloat(f64, f64),
@@ -119,6 +127,9 @@ pub enum InputError {
 
 impl Input {
     /// Plans the steps from the arguments to the variable, for readings `from`…`to` of `sensor`.
+    ///
+    /// Without `clamped` nothing limits the reading: the range is where the bound will hold, and every input
+    /// reaches the variable.
     ///
     /// The plan's range is the set of representable inputs inside `from`…`to`, never wider.
     ///
@@ -130,13 +141,14 @@ impl Input {
         from: f64,
         to: f64,
         arithmetic: Arithmetic,
+        clamped: bool,
     ) -> Result<InputPlan, InputError> {
         if self.arity == Arity::Probes && matches!(sensor, Sensor::Direct { .. }) {
             return Err(InputError::OneReading);
         }
         let names = Names::of(sensor);
         match self.encoding {
-            Encoding::F32 => float::plan(self.arity, &names, from, to, arithmetic),
+            Encoding::F32 => float::plan(self.arity, &names, from, to, arithmetic, clamped),
             Encoding::Q31 { full_scale } => {
                 let largest = from.abs().max(to.abs());
                 let full_scale = full_scale.unwrap_or_else(|| power_of_two(exponent_above(largest)));
@@ -153,7 +165,7 @@ impl Input {
                     hi: i32::MAX.into(),
                     meaning,
                 };
-                integer::plan(self.arity, &names, word, from, to, arithmetic, "the full scale")
+                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped, "the full scale")
             }
             Encoding::Counts { bits, gain, offset } => {
                 if !(gain.is_finite() && gain > 0.0) {
@@ -184,6 +196,7 @@ impl Input {
                     from,
                     to,
                     arithmetic,
+                    clamped,
                     "the converter's bits, gain or offset",
                 )
             }

@@ -185,6 +185,12 @@ fn present<'a>(column: &'a Option<Vec<f64>>, name: &str) -> Result<&'a Vec<f64>,
     if high > low { Ok(values) } else { Err(format!("the column {name} is constant")) }
 }
 
+/// In a single move time runs with the angle, and the reference may be a function of time itself: nothing
+/// that goes by time can be told from it.
+fn time_apart(rows: &Rows) -> Result<(), String> {
+    if rows.single_move() { Err("a single move: time runs with the angle".into()) } else { Ok(()) }
+}
+
 /// A logarithmic grid of `count` values.
 fn logarithmic(low: f64, high: f64, count: usize) -> Vec<f64> {
     (0..count).map(|k| low * (high / low).powf(k as f64 / (count.max(2) - 1) as f64)).collect()

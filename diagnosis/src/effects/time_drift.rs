@@ -38,6 +38,7 @@ impl Effect for TimeDrift {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
+        super::time_apart(rows)?;
         if rows.t_s.last() > rows.t_s.first() { Ok(()) } else { Err("time stands still".into()) }
     }
 

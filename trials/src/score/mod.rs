@@ -1,5 +1,6 @@
 //! What counts as right, figure by figure.
 
+mod breakdown;
 mod coverage;
 mod detection;
 mod names;
@@ -14,6 +15,7 @@ use crate::fresh::Fresh;
 use crate::statistics::{lower_limit, upper_limit};
 use crate::truth::Truth;
 
+pub use breakdown::Breakdown;
 pub use coverage::Covered;
 pub use detection::FalseAlarms;
 pub use names::Confusion;
@@ -182,6 +184,8 @@ pub struct Score {
     pub coverage: Vec<Covered>,
     /// Worth on fresh recordings.
     pub worth: Worth,
+    /// The main shares by circumstance.
+    pub breakdown: Vec<Breakdown>,
     /// Every answer that was not right.
     pub misses: Vec<Miss>,
 }
@@ -196,7 +200,8 @@ pub fn score(cases: &[Case]) -> Score {
     let coverage = coverage::figures(cases, &mut figures);
     let worth = worth::figures(cases, &mut figures, &mut misses);
     let misses = misses.0;
-    Score { figures, false_alarms, curve, confusion, outside, without, coverage, worth, misses }
+    let breakdown = breakdown::breakdown(cases);
+    Score { figures, false_alarms, curve, confusion, outside, without, coverage, worth, breakdown, misses }
 }
 
 #[cfg(test)]

@@ -19,6 +19,8 @@ pub struct Worth {
     pub told_more: Option<[f64; 2]>,
     /// Median and 95th percentile of rms / rms of the base model alone.
     pub base: Option<[f64; 2]>,
+    /// Median and 95th percentile of the first, on rows inside the range of the coefficients alone.
+    pub inside: Option<[f64; 2]>,
     /// Gains that were claimed, and how many of them were realised.
     pub realised: Share,
     /// Rows of the fresh recordings outside the range of the coefficients.
@@ -30,14 +32,11 @@ pub struct Worth {
 pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Worth {
     let compared: Vec<(&Case, &Fresh)> =
         cases.iter().filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
-    let of = |reference: fn(&Fresh) -> Option<f64>| {
-        let ratios: Vec<f64> = compared
-            .iter()
-            .filter_map(|(_, fresh)| reference(fresh).map(|told| fresh.answer_arcsec / told))
-            .collect();
+    let of = |ratio: fn(&Fresh) -> Option<f64>| {
+        let ratios: Vec<f64> = compared.iter().filter_map(|(_, fresh)| ratio(fresh)).collect();
         Some([percentile(&ratios, 0.5)?, percentile(&ratios, 0.95)?])
     };
-    let told = of(|f| Some(f.told_arcsec));
+    let told = of(|f| Some(f.answer_arcsec / f.told_arcsec));
     for (case, fresh) in &compared {
         let ratio = fresh.answer_arcsec / fresh.told_arcsec;
         if ratio > 1.10 {
@@ -53,6 +52,14 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
             passed: told.map(|t| t[index] <= most),
         });
     }
+
+    let inside = of(|f| Some(f.inside_ratio));
+    figures.push(Figure {
+        figure: "the same on rows inside the calibrated range alone: median, 95th percentile".to_owned(),
+        wanted: "–".to_owned(),
+        measured: inside.map_or("none".to_owned(), |[median, most]| format!("{median:.3}, {most:.3}")),
+        passed: None,
+    });
 
     let mut realised = Share::default();
     for (case, fresh) in &compared {
@@ -72,8 +79,9 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     Worth {
         compared: compared.len(),
         told,
-        told_more: of(|f| f.told_more_arcsec),
-        base: of(|f| Some(f.base_arcsec)),
+        told_more: of(|f| f.told_more_arcsec.map(|told| f.answer_arcsec / told)),
+        base: of(|f| Some(f.answer_arcsec / f.base_arcsec)),
+        inside,
         realised,
         extrapolated_rows: compared.iter().map(|(_, f)| f.extrapolated).sum(),
         rows: compared.iter().map(|(_, f)| f.rows).sum(),

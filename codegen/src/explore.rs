@@ -1,0 +1,257 @@
+//! Which routines there are to choose from: proven bound against instructions and flash, on every core.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fitter::coefficients::Coefficients;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::cost::{Core, Cost};
+use crate::format::Format;
+use crate::fused::LARGEST_DEGREE;
+use crate::input::Input;
+use crate::options::{Method, Options, RoutineOptions};
+use crate::output::Output;
+use crate::quantity::Quantity;
+use crate::routine::{self, Routine, RoutineError};
+
+/// Numbers of segments that are tried, as powers of two.
+const SEGMENTS_LOG2: std::ops::RangeInclusive<u32> = 2..=9;
+/// Degrees of a table's polynomials.
+const TABLE_DEGREES: std::ops::RangeInclusive<usize> = 1..=3;
+
+/// A routine that could be generated.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// What to ask for.
+    pub options: RoutineOptions,
+    /// The routine as designed.
+    pub routine: Routine,
+    /// Its bound, in the bound's unit.
+    pub bound: f64,
+}
+
+impl Candidate {
+    /// `q31, degree 9` or `q31, 3x64`.
+    pub fn describe(&self) -> String {
+        match self.options.method {
+            Method::Fused => format!("{}, degree {}", self.options.format.name(), self.routine.design.degree),
+            Method::Piecewise { degree, segments_log2 } => {
+                format!("{}, {degree}x{}", self.options.format.name(), 1 << segments_log2)
+            }
+        }
+    }
+
+    /// What it costs on a core.
+    pub fn cost(&self, core: Core) -> Cost {
+        core.cost(&self.routine.design.program)
+    }
+}
+
+/// A row of the exploration: a candidate on a core, none of the others being better in all three.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// The core.
+    pub core: Core,
+    /// The candidate in words.
+    pub routine: String,
+    /// Proven bound.
+    pub bound: f64,
+    /// Unit of the bound.
+    pub unit: String,
+    /// Estimated instructions of the body.
+    pub instructions: f64,
+    /// Estimated bytes of flash.
+    pub flash_bytes: usize,
+}
+
+/// What to design for every candidate: the user's input and output, where given.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ends {
+    /// The input; the usual one of the format where none is given.
+    pub input: Option<Input>,
+    /// The output, likewise.
+    pub output: Option<Output>,
+}
+
+/// Designs all candidates whose best polynomials come within `bound`; `done` is told how many are through.
+///
+/// # Errors
+/// The error of the first candidate that could not be designed for a reason that concerns all of them.
+pub fn candidates(
+    coefficients: &Coefficients,
+    options: &Options,
+    ends: Ends,
+    formats: &[Format],
+    bound: f64,
+    done: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Vec<Candidate>, RoutineError> {
+    let mut wanted: Vec<(RoutineOptions, Option<usize>)> = Vec::new();
+    for &format in formats {
+        let usual = RoutineOptions::of(format);
+        let with = |method| RoutineOptions {
+            method,
+            format,
+            input: ends.input.unwrap_or(usual.input),
+            output: ends.output.unwrap_or(usual.output),
+        };
+        wanted.extend((1..=LARGEST_DEGREE).map(|degree| (with(Method::Fused), Some(degree))));
+        if format.bits() == 31 {
+            for degree in TABLE_DEGREES {
+                let table = |segments_log2| (with(Method::Piecewise { degree, segments_log2 }), None);
+                wanted.extend(SEGMENTS_LOG2.map(table));
+            }
+        }
+    }
+    let (total, through) = (wanted.len(), AtomicUsize::new(0));
+    let quantity = Quantity::of(&coefficients.error_model());
+    let designed: Vec<Result<Candidate, RoutineError>> = wanted
+        .par_iter()
+        .map(|(wanted, degree)| {
+            let options = Options { degree: *degree, bound: Some(bound), ..options.clone() };
+            let routine = routine::design(coefficients, &options, wanted);
+            done(through.fetch_add(1, Ordering::Relaxed) + 1, total);
+            let routine = routine?;
+            let bound = quantity.in_bound_unit(routine.design.bound.total);
+            Ok(Candidate { options: wanted.clone(), routine, bound })
+        })
+        .collect();
+    let mut found = Vec::new();
+    let mut unusable = None;
+    for candidate in designed {
+        match candidate {
+            Ok(candidate) => found.push(candidate),
+            // This one is not good enough or does not fit its words; others may.
+            Err(
+                RoutineError::Unreachable { .. }
+                | RoutineError::TableUnreachable { .. }
+                | RoutineError::Design(_),
+            ) => {}
+            Err(error) => unusable = Some(error),
+        }
+    }
+    match unusable {
+        Some(error) if found.is_empty() => Err(error),
+        _ => Ok(found),
+    }
+}
+
+/// The candidates on a core that no other beats in bound, instructions and flash together, best bound last.
+pub fn front(candidates: &[Candidate], core: Core) -> Vec<(&Candidate, Cost)> {
+    let costed: Vec<(&Candidate, Cost)> = candidates.iter().map(|c| (c, c.cost(core))).collect();
+    let beats = |a: &(&Candidate, Cost), b: &(&Candidate, Cost)| {
+        let no_worse = a.0.bound <= b.0.bound
+            && a.1.instructions <= b.1.instructions
+            && a.1.flash_bytes <= b.1.flash_bytes;
+        let better =
+            a.0.bound < b.0.bound || a.1.instructions < b.1.instructions || a.1.flash_bytes < b.1.flash_bytes;
+        no_worse && better
+    };
+    let mut front: Vec<(&Candidate, Cost)> =
+        costed.iter().filter(|b| !costed.iter().any(|a| beats(a, b))).copied().collect();
+    front.sort_by(|a, b| b.0.bound.total_cmp(&a.0.bound).then(a.1.instructions.total_cmp(&b.1.instructions)));
+    front
+}
+
+/// The front of every core as rows, for print, JSON and plot.
+pub fn rows(candidates: &[Candidate], cores: &[Core], unit: &str) -> Vec<Row> {
+    cores
+        .iter()
+        .flat_map(|&core| {
+            front(candidates, core).into_iter().map(move |(candidate, cost)| Row {
+                core,
+                routine: candidate.describe(),
+                bound: candidate.bound,
+                unit: unit.into(),
+                instructions: cost.instructions,
+                flash_bytes: cost.flash_bytes,
+            })
+        })
+        .collect()
+}
+
+/// No candidate meets what is wanted.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ChoiceError {
+    /// None meets the bound.
+    #[error(
+        "no routine for {core} is proven within {wanted:e} {unit}: the nearest that can be had is {nearest}"
+    )]
+    Bound {
+        /// The core.
+        core: &'static str,
+        /// The bound asked for.
+        wanted: f64,
+        /// Unit.
+        unit: String,
+        /// The best one.
+        nearest: String,
+    },
+    /// None that meets the bound is small enough.
+    #[error(
+        "no routine for {core} within {wanted:e} {unit} fits {flash} bytes of flash: the nearest that can be had is {nearest}"
+    )]
+    Flash {
+        /// The core.
+        core: &'static str,
+        /// The bound asked for.
+        wanted: f64,
+        /// Unit.
+        unit: String,
+        /// The bytes asked for.
+        flash: usize,
+        /// The smallest one.
+        nearest: String,
+    },
+}
+
+/// The candidate with the fewest instructions that is proven within `bound` and fits `flash_bytes`; of equal
+/// ones the smaller, then the more exact.
+///
+/// # Errors
+/// [`ChoiceError`], which names the nearest candidate that can be had.
+pub fn cheapest<'a>(
+    candidates: &'a [Candidate],
+    core: Core,
+    bound: f64,
+    flash_bytes: Option<usize>,
+    unit: &str,
+) -> Result<&'a Candidate, ChoiceError> {
+    let told = |c: &Candidate| {
+        let cost = c.cost(core);
+        format!(
+            "{}, proven within {:.2e} {unit}, about {:.0} instructions and {} bytes",
+            c.describe(),
+            c.bound,
+            cost.instructions,
+            cost.flash_bytes
+        )
+    };
+    let (core_name, unit) = (core.name(), unit.to_string());
+    let exact: Vec<&Candidate> = candidates.iter().filter(|c| c.bound <= bound).collect();
+    if exact.is_empty() {
+        let nearest =
+            candidates.iter().min_by(|a, b| a.bound.total_cmp(&b.bound)).map(told).unwrap_or_default();
+        return Err(ChoiceError::Bound { core: core_name, wanted: bound, unit, nearest });
+    }
+    let small = exact.iter().filter(|c| flash_bytes.is_none_or(|f| c.cost(core).flash_bytes <= f));
+    let key = |c: &Candidate| {
+        let cost = c.cost(core);
+        (cost.instructions, cost.flash_bytes as f64, c.bound)
+    };
+    let order = |a: &&&Candidate, b: &&&Candidate| {
+        let ((a0, a1, a2), (b0, b1, b2)) = (key(a), key(b));
+        a0.total_cmp(&b0).then(a1.total_cmp(&b1)).then(a2.total_cmp(&b2))
+    };
+    small.min_by(order).copied().ok_or_else(|| {
+        let smallest =
+            exact.iter().min_by_key(|c| c.cost(core).flash_bytes).map(|c| told(c)).unwrap_or_default();
+        ChoiceError::Flash {
+            core: core_name,
+            wanted: bound,
+            unit,
+            flash: flash_bytes.unwrap_or(0),
+            nearest: smallest,
+        }
+    })
+}

@@ -1,0 +1,150 @@
+//! Checks of the generated files from outside: what is proved in exact arithmetic is held against the
+//! compiled code, against other provers, and against deliberately damaged copies of itself.
+//!
+//! [`belonging`] recomputes the certificate; [`sweep`] runs the compiled Rust and C over inputs that
+//! [`domain`] numbers, through programs that [`harness`] renders and compiles, against a [`yardstick`] whose
+//! own error is bounded, and compares the outputs by their [`digest`].
+
+pub mod belonging;
+pub mod compile;
+pub mod digest;
+pub mod domain;
+pub mod harness;
+pub mod report;
+pub mod sweep;
+pub mod yardstick;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use indicatif::ProgressBar;
+
+use crate::generate::Generated;
+use crate::interpret::Overflow;
+use crate::options::Options;
+use crate::quantity::Quantity;
+use crate::render::RenderError;
+
+use harness::{Language, Subject};
+use report::Report;
+
+/// A check could not be made. (A check that fails is no error: it stands in the [`Report`].)
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    /// The certificate cannot be used.
+    #[error("{path}: {what}", path = path.display())]
+    Certificate {
+        /// Its path.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
+    /// A program is missing.
+    #[error("{program} is not installed: {install}")]
+    Missing {
+        /// Its name.
+        program: String,
+        /// How to get it.
+        install: &'static str,
+    },
+    /// A program cannot be started.
+    #[error("{program} cannot be run: {cause}")]
+    Run {
+        /// Its name.
+        program: String,
+        /// What the system says.
+        #[source]
+        cause: io::Error,
+    },
+    /// A program ended with an error.
+    #[error("{program}: {message}")]
+    Refused {
+        /// Its name.
+        program: String,
+        /// Its first lines.
+        message: String,
+    },
+    /// A temporary file cannot be written.
+    #[error("{path} cannot be written: {cause}", path = path.display())]
+    Write {
+        /// Its path.
+        path: PathBuf,
+        /// What the system says.
+        #[source]
+        cause: io::Error,
+    },
+    /// A defect of a template.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A defect of the proof.
+    #[error(transparent)]
+    Overflow(#[from] Overflow),
+    /// A defect of serialisation.
+    #[error("the report cannot be written as JSON: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// Which checks are made; the certificate and a sweep always are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Checks {
+    /// Sweep every representable input instead of a part.
+    pub exhaustive: bool,
+    /// Watch the C for undefined behaviour during the sweep.
+    pub sanitize: bool,
+}
+
+/// Checks the files in `folder` against what was generated anew.
+///
+/// # Errors
+/// [`VerifyError`] where a check cannot be made.
+pub fn verify(
+    folder: &Path,
+    generated: &Generated,
+    quantity: &Quantity,
+    options: &Options,
+    checks: Checks,
+    bar: &ProgressBar,
+) -> Result<Report, VerifyError> {
+    let certificate = belonging::read_certificate(folder)?;
+    let mut report =
+        Report { certificate: belonging::check(folder, &certificate, generated), ..Report::default() };
+    let folder = absolute(folder)?;
+    let build =
+        tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })?;
+    let base = harness::base_name(&generated.certificate);
+    let subjects = Subject::all(generated, options);
+
+    bar.set_message("compiling");
+    harness::compile_crate(&folder, &base, build.path())?;
+    let mut runs = vec![(Language::Rust, false), (Language::C, false)];
+    if checks.sanitize {
+        runs.push((Language::C, true));
+    }
+    let coverage = |s: &Subject<'_>| {
+        if checks.exhaustive { s.domain.all(s.program()) } else { s.domain.quick(s.program()) }
+    };
+    let total: u64 = subjects.iter().map(|s| sweep::inputs(&coverage(s))).sum();
+    bar.set_length(total * runs.len() as u64);
+    for subject in &subjects {
+        let coverage = coverage(subject);
+        for &(language, sanitized) in &runs {
+            let stated = certificate
+                .routines
+                .iter()
+                .find(|e| e.routine == subject.name && e.language == language.name());
+            // Without an entry nothing is promised; the certificate's check has said so.
+            let Some(stated) = stated else { continue };
+            bar.set_message(format!("{} in {}", subject.name, language.name()));
+            let harness = harness::build(subject, language, sanitized, &folder, &base, build.path())?;
+            let found =
+                sweep::sweep(subject, language, sanitized, &harness, &coverage, stated.bound, quantity, bar)?;
+            report.sweeps.push(found);
+        }
+    }
+    report.compare_digests();
+    Ok(report)
+}
+
+fn absolute(folder: &Path) -> Result<PathBuf, VerifyError> {
+    std::path::absolute(folder).map_err(|cause| VerifyError::Write { path: folder.into(), cause })
+}

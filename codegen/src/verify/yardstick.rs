@@ -1,0 +1,121 @@
+//! What compiled outputs are held against: the reference as a polynomial that plain `f64` arithmetic
+//! evaluates, fast, with a rigorous bound of everything that this evaluation leaves out or rounds.
+//!
+//! In the unit of the output word the harness computes, for a reading r limited to the valid range,
+//! v = (r − centre)·scale and Σcₖvᵏ by Horner's scheme, every operation rounded once to `f64`. Its distance
+//! from the exact function is at most the sum of
+//! - what the reference's series leave out and the higher terms dropped here,
+//! - |cₖ − f64(cₖ)|·|v|ᵏ for every coefficient,
+//! - half an ulp of every product and sum, each carried on by a factor |v| a step, and
+//! - the reference's slope times what v itself was rounded.
+
+use crate::exact::{Interval, Polynomial};
+use crate::program::Type;
+use crate::routine::Routine;
+
+/// Terms are dropped while their sum stays below this part of the routine's bound.
+const DROPPED_LOG2: i64 = -26;
+/// Half an ulp of an `f64`, relative to the result.
+const UNIT_ROUNDOFF_LOG2: i64 = -53;
+
+/// A fast reference and how far it may be off.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Yardstick {
+    /// c₀, c₁, …: the function of v, in output words.
+    pub coefficients: Vec<f64>,
+    /// The reading, in its own words, at which v = 0.
+    pub centre: f64,
+    /// v by one word of the reading.
+    pub scale: f64,
+    /// Smallest and largest valid reading, in its own words.
+    pub range: (f64, f64),
+    /// Rigorous upper bound of |yardstick − exact function| over the range, in output words.
+    pub error: f64,
+}
+
+impl Yardstick {
+    /// The yardstick of a designed routine.
+    pub fn of(routine: &Routine) -> Self {
+        let one = Interval::from_int(1);
+        let word = one.div(&routine.design.unit);
+        let (offset, step) = (&routine.plan.reading_word.0, &routine.plan.reading_word.1);
+        let range = routine.design.program.valid;
+        let (centre, scale) = (offset.to_f64(), one.div(step).to_f64());
+        let reach = {
+            let from = &(&Interval::from_f64(range.0) - offset).div(step);
+            let to = &(&Interval::from_f64(range.1) - offset).div(step);
+            // A little wider: the computed v is within its rounding of the exact one.
+            &from.hull(to).magnitude() * &(&one + &one.mul_pow2(UNIT_ROUNDOFF_LOG2 + 4))
+        };
+        let radius = reach.upper();
+
+        let mut exact = routine.reference.polynomial.scale(&word);
+        let tolerance = (&Interval::from_f64(routine.design.bound.total) * &word).mul_pow2(DROPPED_LOG2);
+        let dropped = exact.truncate(&radius, &tolerance.upper());
+        let coefficients: Vec<f64> = exact.coefficients().iter().map(Interval::to_f64).collect();
+
+        let mut error = &dropped + &(&routine.reference.remainder * &word).upper();
+        let mut power = one.clone();
+        for (c, rounded) in exact.coefficients().iter().zip(&coefficients) {
+            error = &error + &(&(c - &Interval::from_f64(*rounded)).magnitude() * &power).upper();
+            power = (&power * &radius).upper();
+        }
+        error = &error + &horner_rounding(&coefficients, &radius);
+        error = &error + &variable_rounding(routine, range, &exact, &radius);
+        Yardstick { coefficients, centre, scale, range, error: error.to_f64_up() }
+    }
+
+    /// The value for a reading, exactly as the harnesses compute it.
+    pub fn at(&self, reading: f64) -> f64 {
+        let (lo, hi) = self.range;
+        // Written so that a NaN gives the lower end, as the routines do.
+        let limited = if reading >= lo { if reading > hi { hi } else { reading } } else { lo };
+        let v = (limited - self.centre) * self.scale;
+        self.coefficients.iter().rev().copied().reduce(|y, c| y * v + c).unwrap_or(0.0)
+    }
+}
+
+/// Rounding errors of Horner's scheme in `f64` for |v| ≤ `radius`, from magnitudes alone.
+fn horner_rounding(coefficients: &[f64], radius: &Interval) -> Interval {
+    let u = |x: &Interval| {
+        let subnormal = Interval::from_int(1).mul_pow2(-310);
+        (&x.mul_pow2(UNIT_ROUNDOFF_LOG2) + &subnormal).upper()
+    };
+    let magnitude = |c: f64| Interval::from_f64(c).magnitude();
+    let Some((last, rest)) = coefficients.split_last() else { return Interval::zero() };
+    let (mut largest, mut error) = (magnitude(*last), Interval::zero());
+    for c in rest.iter().rev() {
+        let product = (&largest * radius).upper();
+        let product_rounding = u(&product);
+        let sum = (&(&product + &product_rounding) + &magnitude(*c)).upper();
+        let sum_rounding = u(&sum);
+        error = (&(&(&error * radius) + &product_rounding) + &sum_rounding).upper();
+        largest = (&sum + &sum_rounding).upper();
+    }
+    error
+}
+
+/// What the rounding of v can shift the value: nothing where the readings are integers.
+fn variable_rounding(
+    routine: &Routine,
+    range: (f64, f64),
+    exact: &Polynomial,
+    radius: &Interval,
+) -> Interval {
+    let (offset, step) = (&routine.plan.reading_word.0, &routine.plan.reading_word.1);
+    let program = &routine.design.program;
+    let one = Interval::from_int(1);
+    let centre_exact = Interval::from_f64(offset.to_f64()) == *offset;
+    let scale_exact = &Interval::from_f64(one.div(step).to_f64()) * step == one;
+    let integer = program.steps[program.reading].ty != Type::F32;
+    if integer && centre_exact && scale_exact && offset.floor_to_i64() == offset.ceil_to_i64() {
+        return Interval::zero();
+    }
+    // The difference of two floats, the difference from the centre, the centre and the scale: each within
+    // an ulp of the largest reading or of v.
+    let largest = &(&Interval::from_f64(range.0).magnitude() + &Interval::from_f64(range.1).magnitude())
+        + &offset.magnitude();
+    let in_v = largest.div(&step.magnitude()).magnitude().mul_pow2(UNIT_ROUNDOFF_LOG2 + 3);
+    let slope = exact.derivative().range_around_zero(radius).magnitude();
+    (&slope * &in_v).upper()
+}

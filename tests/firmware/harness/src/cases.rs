@@ -1,0 +1,51 @@
+//! The list of what is generated: `tests/firmware/cases.toml`.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::problem::Problem;
+
+/// One call of codegen that makes one routine.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Its name in the table of figures.
+    pub name: String,
+    /// Which device; none for the default recording's.
+    #[serde(default)]
+    pub coefficients: Option<Device>,
+    /// Further options of codegen.
+    pub options: Vec<String>,
+}
+
+/// A device that stands here by its coefficients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Device {
+    /// Eq. 12, |s| ≤ 0.38 mm.
+    Paper,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    case: Vec<Case>,
+}
+
+/// `tests/firmware`.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// All cases.
+///
+/// # Errors
+/// [`Problem`] where the file is not as it should be.
+pub fn all() -> Result<Vec<Case>, Problem> {
+    let path = folder().join("cases.toml");
+    let text = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
+    let file: File = toml::from_str(&text)
+        .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
+    Ok(file.case)
+}

@@ -1,0 +1,174 @@
+//! Every case on every core in every variant: digests against the host's, figures for the table.
+
+use std::path::Path;
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+
+use crate::build::{self, Variant};
+use crate::cases::Case;
+use crate::machine::{self, Core, Sweep};
+use crate::problem::Problem;
+use crate::subject::{self, Shift, Subject};
+use crate::table::{Figures, Table};
+
+/// How much is swept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Nothing: only figures.
+    None,
+    /// Every 401st of the 2³² inputs.
+    Quick,
+    /// All of them.
+    Exhaustive,
+}
+
+impl Extent {
+    /// Its sweep. The quick one's stride is a prime, so that all low bits occur: 1.07·10⁷ inputs.
+    pub fn sweep(self) -> Option<Sweep> {
+        match self {
+            Extent::None => None,
+            Extent::Quick => Some(Sweep { first: 0, count: (1u64 << 32).div_ceil(401), stride: 401 }),
+            Extent::Exhaustive => Some(Sweep { first: 0, count: 1 << 32, stride: 1 }),
+        }
+    }
+}
+
+/// One firmware to be built and run.
+struct Job<'a> {
+    subject: &'a Subject,
+    core: Core,
+    variant: Variant,
+    expected: Option<u64>,
+}
+
+/// Measures `cases` on `cores`. `work` is a folder for everything that is built.
+///
+/// # Errors
+/// The first [`Problem`] that was met.
+pub fn all(
+    cases: &[Case],
+    cores: &[Core],
+    extent: Extent,
+    work: &Path,
+    bar: &ProgressBar,
+) -> Result<Table, Problem> {
+    let codegen = subject::codegen()?;
+    let plugin = build::plugin(work)?;
+    bar.set_message("generating");
+    let generated = |case: &Case| -> Result<[Subject; 2], Problem> {
+        let of = |shift: Shift| {
+            subject::generate(&codegen, case, shift, &work.join(format!("{}-{}", case.name, shift.name())))
+        };
+        Ok([of(Shift::Strict)?, of(Shift::Arithmetic)?])
+    };
+    let subjects: Vec<[Subject; 2]> = cases.par_iter().map(generated).collect::<Result<_, _>>()?;
+
+    bar.set_message("sweeping on the host");
+    let digest = |pair: &[Subject; 2]| -> Result<Option<u64>, Problem> {
+        let program = build::host(&pair[0], &work.join(format!("{}-host", pair[0].case)))?;
+        let sweep = extent.sweep().map(|s| machine::on_host(&pair[0].case, &program, &[s]));
+        sweep.transpose()
+    };
+    let digests: Vec<Option<u64>> = subjects.par_iter().map(digest).collect::<Result<_, _>>()?;
+
+    let mut jobs = Vec::new();
+    // The slow core first, so that none is left alone at the end.
+    for core in cores {
+        for (pair, digest) in subjects.iter().zip(&digests) {
+            for variant in Variant::ALL {
+                let arithmetic = matches!(variant, Variant::C { shift: Shift::Arithmetic, .. });
+                let subject = &pair[usize::from(arithmetic)];
+                let expected = if is_swept(variant) { *digest } else { None };
+                jobs.push(Job { subject, core: *core, variant, expected });
+            }
+        }
+    }
+    empties(&jobs, work)?;
+    bar.set_length(jobs.len() as u64);
+    bar.set_message("building, sweeping and counting");
+    let figures: Vec<Figures> = jobs
+        .par_iter()
+        .map(|job| {
+            let figures = one(job, extent, &plugin, work);
+            bar.inc(1);
+            figures
+        })
+        .collect::<Result<_, _>>()?;
+    let mut table = Table::empty()?;
+    for (job, figures) in jobs.iter().zip(figures) {
+        table.insert(&job.subject.case, job.core, &job.variant.name(), figures);
+    }
+    Ok(table)
+}
+
+/// Both languages and both C compilers; not every variant again.
+fn is_swept(variant: Variant) -> bool {
+    matches!(
+        variant,
+        Variant::C { compiler: "gcc", shift: Shift::Strict }
+            | Variant::C { compiler: "clang", shift: Shift::Arithmetic }
+            | Variant::Rust { level: "3" }
+    )
+}
+
+/// Builds the firmware without a routine for every signature.
+fn empties(jobs: &[Job], work: &Path) -> Result<(), Problem> {
+    let place = |job: &Job| build::place(work, job.subject, job.core, job.variant, true);
+    let mut once: Vec<&Job> = jobs.iter().collect();
+    once.sort_by_key(|job| place(job));
+    once.dedup_by_key(|job| place(job));
+    once.par_iter()
+        .try_for_each(|job| build::firmware(job.subject, job.core, job.variant, true, &place(job)).map(|_| ()))
+}
+
+fn one(job: &Job, extent: Extent, plugin: &Path, work: &Path) -> Result<Figures, Problem> {
+    let Job { subject, core, variant, expected } = *job;
+    let what = format!("{} on {} as {}", subject.case, core.name(), variant.name());
+    let firmware = build::firmware(subject, core, variant, false, &build::place(work, subject, core, variant, false))?;
+    let empty = build::firmware(subject, core, variant, true, &build::place(work, subject, core, variant, true))?;
+    if let (Some(sweep), Some(expected)) = (extent.sweep(), expected) {
+        let found = machine::emulate(&what, core, &firmware, "sweep", &[sweep])?;
+        if found != expected {
+            return Err(Problem::Digest {
+                what,
+                inputs: sweep.count,
+                found: format!("{found:016x}"),
+                expected: format!("{expected:016x}"),
+            });
+        }
+    }
+    let symbol = variant.symbol(subject);
+    let count = |sweeps: &[Sweep]| machine::observe(&what, core, &firmware, plugin, &symbol, sweeps);
+    let (inside, call, stack) = count(&inside(subject))?;
+    let (anywhere, _, deeper) = count(&[Sweep { first: 0, count: 1021, stride: u32::MAX / 1021 }])?;
+    // A call's own instructions and the one of the function that does nothing, which is its return.
+    let body = |instructions: u64| instructions - call.fewest;
+    Ok(Figures {
+        inside: [body(inside.fewest), body(inside.most)],
+        anywhere: [body(anywhere.fewest.min(inside.fewest)), body(anywhere.most.max(inside.most))],
+        flash_bytes: build::flash_bytes(&firmware)? - build::flash_bytes(&empty)?,
+        stack_bytes: stack.max(deeper),
+    })
+}
+
+/// Inputs inside the range of every case: the middle half of an integer's range, floats up to 1/4 mm (the least
+/// of them 2⁻⁸ mm, so that nothing becomes subnormal).
+fn inside(subject: &Subject) -> Vec<Sweep> {
+    let spread = |first: u32, last: u32, count: u32| {
+        Sweep { first, count: count.into(), stride: (last - first) / count }
+    };
+    match (subject.argument.as_str(), subject.arguments) {
+        ("f32", _) => vec![spread(0x3b80_0000, 0x3e80_0000, 257), spread(0xbb80_0000, 0xbe80_0000, 257)],
+        // The difference of the halves is half of a count's range at most.
+        ("u16", 1) => vec![spread(0x4000, 0xc000, 509)],
+        ("u16", _) => vec![Sweep { first: 0x6000_6000, count: 509, stride: 0x0020_003d }],
+        ("u32", _) => vec![spread(0x60_0000, 0xa0_0000, 509)],
+        ("i32", 1) => vec![
+            Sweep { first: 0, count: 257, stride: 0x003f_ffff },
+            Sweep { first: 0xc000_0000, count: 257, stride: 0x003f_ffff },
+        ],
+        // Two words: the first is scattered, and half of the differences lie inside whatever is done.
+        _ => vec![Sweep { first: 0, count: 509, stride: 0x0081_0001 }],
+    }
+}

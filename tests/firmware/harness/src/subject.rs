@@ -1,0 +1,156 @@
+//! Generates a routine with the `codegen` program, as a user does, and reads its signature and bound from the
+//! certificate.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use fitter::coefficients::Coefficients;
+use fitter::error_model::{ErrorModel, Sensor};
+use serde_json::Value;
+
+use crate::cases::{Case, Device};
+use crate::problem::Problem;
+use crate::run::run;
+
+/// Name of the generated crate and files.
+pub const NAME: &str = "angle";
+
+/// Right shifts in the generated C.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shift {
+    /// Fully defined.
+    Strict,
+    /// The compiler's.
+    Arithmetic,
+}
+
+impl Shift {
+    /// As on codegen's command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Shift::Strict => "strict",
+            Shift::Arithmetic => "arithmetic",
+        }
+    }
+}
+
+/// A generated routine.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// The case's name.
+    pub case: String,
+    /// Folder of the crate; the C files are in `c`.
+    pub folder: PathBuf,
+    /// The function's name.
+    pub routine: String,
+    /// Rust type of the arguments.
+    pub argument: String,
+    /// How many arguments.
+    pub arguments: usize,
+    /// Rust type of the value.
+    pub result: String,
+    /// What one unit of an integer result is, in radians; 1 for a float.
+    pub lsb_rad: f64,
+    /// Whether readings outside the range are told.
+    pub flag: bool,
+    /// The proven bound in arcseconds.
+    pub bound_arcsec: f64,
+}
+
+impl Subject {
+    /// The type in C.
+    pub fn c_type(rust: &str) -> &'static str {
+        match rust {
+            "f32" => "float",
+            "u16" => "uint16_t",
+            "u32" => "uint32_t",
+            "i16" => "int16_t",
+            _ => "int32_t",
+        }
+    }
+
+    /// What decides how firmware around it looks, the routine itself apart.
+    pub fn signature(&self) -> String {
+        format!("{}-{}-{}-{}", self.argument, self.arguments, self.result, u8::from(self.flag))
+    }
+}
+
+/// The device of Eq. 12.
+pub fn paper_model() -> ErrorModel {
+    ErrorModel {
+        sensor: Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 },
+        centre: 0.0,
+        coefficients: vec![-6.15e-5, 0.1439, -0.039, 0.14, 0.18, -0.86, -1.21, 5.58, 2.88, -12.4],
+    }
+}
+
+/// Half the range of the paper's device in millimetres.
+pub const PAPER_RANGE_MM: f64 = 0.38;
+
+/// Builds the `codegen` program and gives its path.
+///
+/// # Errors
+/// [`Problem::Refused`] where it does not build.
+pub fn codegen() -> Result<PathBuf, Problem> {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../Cargo.toml");
+    let arguments = ["build", "--release", "-q", "-p", "codegen", "--message-format", "json", "--manifest-path"];
+    let messages = run("building codegen", Command::new(cargo).args(arguments).arg(manifest))?;
+    let executable = messages.lines().rev().find_map(|line| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let is_codegen = message["target"]["name"] == "codegen";
+        is_codegen.then(|| message["executable"].as_str().map(PathBuf::from)).flatten()
+    });
+    executable.ok_or_else(|| Problem::Content {
+        path: "cargo's messages".into(),
+        message: "no executable of codegen among them".into(),
+    })
+}
+
+/// Generates `case` into `folder`.
+///
+/// # Errors
+/// [`Problem`] where codegen refuses, or where its certificate is not one of one routine.
+pub fn generate(codegen: &Path, case: &Case, shift: Shift, folder: &Path) -> Result<Subject, Problem> {
+    std::fs::create_dir_all(folder).map_err(Problem::file(folder))?;
+    let mut command = Command::new(codegen);
+    command.args(["--quiet", "--name", NAME, "--c-shift", shift.name(), "--out"]).arg(folder);
+    if case.coefficients == Some(Device::Paper) {
+        let file = Coefficients::of_model(&paper_model(), -PAPER_RANGE_MM, PAPER_RANGE_MM, "Eq. 12");
+        let path = folder.with_extension("json");
+        let text = serde_json::to_string_pretty(&file)
+            .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
+        std::fs::write(&path, text).map_err(Problem::file(&path))?;
+        command.arg("--coefficients").arg(path);
+    }
+    run(&format!("generating {}", case.name), command.args(&case.options))?;
+    read_certificate(case, folder)
+}
+
+fn read_certificate(case: &Case, folder: &Path) -> Result<Subject, Problem> {
+    let path = folder.join("certificate.json");
+    let wrong = |message: &str| Problem::Content { path: path.clone(), message: message.into() };
+    let text = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
+    let certificate: Value = serde_json::from_str(&text).map_err(|e| wrong(&e.to_string()))?;
+    let routines = certificate["routines"].as_array().ok_or_else(|| wrong("it has no list of routines"))?;
+    let of_rust: Vec<&Value> = routines.iter().filter(|r| r["language"] == "rust").collect();
+    let [entry] = of_rust[..] else {
+        return Err(wrong("a case has one routine: give one --format"));
+    };
+    let text_of = |value: &Value| value.as_str().map(str::to_string);
+    let arguments = entry["input"].as_array().map_or(0, Vec::len);
+    let subject = || {
+        Some(Subject {
+            case: case.name.clone(),
+            folder: folder.to_path_buf(),
+            routine: text_of(&entry["routine"])?,
+            argument: text_of(&entry["input"][0]["type"])?,
+            arguments,
+            result: text_of(&entry["output"]["type"])?,
+            lsb_rad: entry["output"]["lsb"].as_f64()?,
+            flag: entry["out_of_range"] == "flag",
+            bound_arcsec: entry["bound"].as_f64()?,
+        })
+    };
+    subject().ok_or_else(|| wrong("an entry lacks routine, input, output or bound"))
+}

@@ -1,0 +1,97 @@
+//! Every variant of the generated C compiles without a warning with gcc and clang; the header also as C++.
+
+use std::path::Path;
+use std::process::Command;
+
+use arcsmith_tests::native::unpacked;
+use arcsmith_tests::programs::root;
+use arcsmith_tests::toolchain::{C_COMPILERS, C_FLAGS, available};
+use codegen::format::Format;
+use codegen::generate::generate;
+use codegen::input::{Arity, Encoding, Input};
+use codegen::options::{CShift, Options, OutOfRange, RoutineOptions};
+use codegen::output::Output;
+use codegen::source::Source;
+
+fn compiles(compiler: &str, flags: &[&str], source: &Path) {
+    let output = Command::new(compiler)
+        .args(flags)
+        .args(["-O2", "-c", "-o", "/dev/null"])
+        .arg(source)
+        .output()
+        .unwrap_or_else(|e| panic!("{compiler}: {e}"));
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && text.is_empty(), "{compiler} {}:\n{text}", source.display());
+}
+
+#[test]
+fn the_committed_c_compiles_without_a_warning() {
+    for compiler in C_COMPILERS {
+        if available(compiler, "compiling generated/c") {
+            compiles(compiler, &C_FLAGS, &root().join("generated/c/corrected_angle.c"));
+        }
+    }
+}
+
+#[test]
+fn every_variant_compiles_without_a_warning() {
+    let compilers: Vec<&str> = C_COMPILERS
+        .into_iter()
+        .filter(|c| available(c, "compiling the variants of the generated C"))
+        .collect();
+    let (coefficients, sha256) = Source::Embedded.load().unwrap();
+    let counts = Encoding::Counts { bits: 16, gain: 1.0 / 65536.0, offset: 32768.0 };
+    let wide = Encoding::Counts { bits: 24, gain: 1.0 / 16_777_216.0, offset: 8_388_608.0 };
+    let (q31, f32) = (Format::Q31, Format::F32 { fused: false });
+    let fixed = |arity, encoding, output| RoutineOptions {
+        input: Input { arity, encoding },
+        output,
+        ..RoutineOptions::of(q31)
+    };
+    let float =
+        |arity, encoding| RoutineOptions { input: Input { arity, encoding }, ..RoutineOptions::of(f32) };
+    let words = Encoding::Q31 { full_scale: Some(0.5) };
+    let mut variants = Vec::new();
+    for arity in [Arity::Reading, Arity::Probes] {
+        for encoding in [Encoding::F32, words, counts, wide] {
+            for output in [Output::PowerOfTwo, Output::Nano, Output::Micro, Output::F32] {
+                variants.push(vec![fixed(arity, encoding, output)]);
+            }
+            variants.push(vec![fixed(arity, encoding, Output::PowerOfTwo), float(arity, encoding)]);
+        }
+    }
+    for (index, routines) in variants.into_iter().enumerate() {
+        // Both ways out of range and both shifts, in turn: they do not depend on input and output.
+        let options = Options {
+            routines,
+            bound: Some(1.0),
+            degree: Some(5),
+            out_of_range: if index % 2 == 0 { OutOfRange::Clamp } else { OutOfRange::Flag },
+            c_shift: if index % 4 < 2 { CShift::Strict } else { CShift::Arithmetic },
+            ..Options::default()
+        };
+        let files =
+            generate(&coefficients, &sha256, &options).unwrap_or_else(|e| panic!("{options:?}: {e}")).files;
+        let folder = unpacked(&files);
+        for compiler in &compilers {
+            compiles(compiler, &C_FLAGS, &folder.path().join("c/corrected_angle.c"));
+        }
+    }
+}
+
+#[test]
+fn the_header_is_also_cpp() {
+    if available("g++", "the generated header as C++") {
+        let flags = [
+            "-std=c++11",
+            "-x",
+            "c++",
+            "-Wall",
+            "-Wextra",
+            "-pedantic",
+            "-Werror",
+            "-Wno-pragma-once-outside-header",
+        ];
+        compiles("g++", &flags[..6], &root().join("generated/c/corrected_angle.h"));
+    }
+}
