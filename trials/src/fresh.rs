@@ -64,8 +64,8 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
         let kept: Vec<f64> = values.iter().zip(&outside).filter(|(_, out)| !**out).map(|(v, _)| *v).collect();
         deviation(&kept)
     };
-    let equal = Whitener::identity(seen.len());
-    let known = twice.covariance.and_then(|covariance| Whitener::new(covariance, seen.len()));
+    let equal = Whitener::identity(seen.rows());
+    let known = twice.covariance.and_then(|covariance| Whitener::new(covariance, seen.rows()));
     let told = rest(twice.ids, &equal);
     Some(Fresh {
         answer_arcsec: deviation(&error),
@@ -142,9 +142,9 @@ impl Told {
         for shaped in &self.shaped {
             let stays = catalogue::find(shaped.formula.id).is_some_and(|s| s.scope == Scope::Device);
             let own = (shaped.formula.signature)(fresh, &shaped.shape);
-            columns.extend(own.into_iter().map(|c| if stays { c } else { vec![0.0; fresh.len()] }));
+            columns.extend(own.into_iter().map(|c| if stays { c } else { vec![0.0; fresh.rows()] }));
         }
-        let mut sum = vec![0.0; fresh.len()];
+        let mut sum = vec![0.0; fresh.rows()];
         for (column, amplitude) in columns.iter().zip(&self.amplitudes) {
             sum.iter_mut().zip(column).for_each(|(s, c)| *s += amplitude * c);
         }
@@ -174,7 +174,7 @@ mod tests {
             let seen = Columns::new(&trial.record(), 12.0);
             let fresh = Columns::new(&trial.record_fresh(), 12.0).on_scale_of(&seen);
             let ids = trial.truth.ids();
-            let told = Told::fit(&seen, &ids, &Whitener::identity(seen.len()), 12.0).predict(&fresh, 12.0);
+            let told = Told::fit(&seen, &ids, &Whitener::identity(seen.rows()), 12.0).predict(&fresh, 12.0);
             let rest: Vec<f64> = fresh.error_arcsec.iter().zip(told).map(|(e, p)| e - p).collect();
             let ratio = deviation(&rest) / trial.truth.noise_arcsec;
             // 210 rows know their deviation to 5 %, and the model was fitted to as many.

@@ -31,8 +31,7 @@ impl Whitener {
                 row.push(value);
             }
             let square = at(i, i) - dot(&row, &row);
-            // Also false for NaN.
-            if !(square > 0.0) {
+            if square <= 0.0 || square.is_nan() {
                 return None;
             }
             row.push(square.sqrt());

@@ -25,7 +25,7 @@ impl Metric {
     /// From the columns of a recording of probes `distance_mm` apart and the true covariance of its noise;
     /// none where that is not positive definite.
     pub fn new(columns: &Columns, covariance: &[f64], distance_mm: f64) -> Option<Self> {
-        let whitener = Whitener::new(covariance, columns.len())?;
+        let whitener = Whitener::new(covariance, columns.rows())?;
         let mut base = Basis::default();
         for column in columns.base(columns.half_mm(), distance_mm) {
             base.push(&whitener.whiten(&column));

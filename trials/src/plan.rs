@@ -9,8 +9,11 @@ use twin::{Noise, Protocol, Temperature};
 
 use crate::truth::Group;
 
+/// A noise family: its name, and its noise.
+pub type Family = (&'static str, fn() -> Noise);
+
 /// The noise families.
-pub const FAMILIES: [(&str, fn() -> Noise); 4] = [
+pub const FAMILIES: [Family; 4] = [
     ("white", || Noise::White),
     ("autocorrelated", Noise::autocorrelated),
     ("heteroscedastic", Noise::heteroscedastic),

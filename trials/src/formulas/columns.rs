@@ -81,14 +81,14 @@ impl Columns {
     }
 
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.t_s.len()
     }
 
     /// The columns of the base model: a constant, and Eq. 6 up to [`BASE_ORDER`], in Chebyshev polynomials
     /// of s over `half_mm` for the sake of the arithmetic.
     pub fn base(&self, half_mm: f64, distance_mm: f64) -> Vec<Vec<f64>> {
-        let mut columns = vec![vec![1.0; self.len()]];
+        let mut columns = vec![vec![1.0; self.rows()]];
         let factor = |s: f64| distance_mm * distance_mm / (s * s + distance_mm * distance_mm);
         for order in 0..=BASE_ORDER {
             let at = |s: &f64| factor(*s) * chebyshev(order, s / half_mm);

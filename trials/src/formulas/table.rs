@@ -76,9 +76,9 @@ pub const FORMULAS: &[Formula] = &[
         id: "mount_step",
         limit_of: None,
         // The number of the first row after the step.
-        grid: |c| Grid::line(1.0, (c.len() - 1) as f64, (c.len() - 1).min(104)),
+        grid: |c| Grid::line(1.0, (c.rows() - 1) as f64, (c.rows() - 1).min(104)),
         signature: |c, shape| {
-            vec![(0..c.len()).map(|i| f64::from(u8::from(i as f64 >= shape[0].round()))).collect()]
+            vec![(0..c.rows()).map(|i| f64::from(u8::from(i as f64 >= shape[0].round()))).collect()]
         },
     },
     Formula {
@@ -97,7 +97,7 @@ pub const FORMULAS: &[Formula] = &[
         grid: |_| Grid::none(),
         signature: |c, _| {
             let [low, high] = c.true_arcsec_range;
-            let mut sum = vec![0.0; c.len()];
+            let mut sum = vec![0.0; c.rows()];
             for i in 0..40 {
                 let radius = 0.5 * (high - low) * (f64::from(i) + 0.5) / 40.0;
                 let ahead = ahead_of_play(&c.true_arcsec, radius);

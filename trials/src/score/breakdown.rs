@@ -24,7 +24,8 @@ pub struct Breakdown {
 }
 
 pub(super) fn breakdown(cases: &[Case]) -> Vec<Breakdown> {
-    let kinds: [(&str, fn(&Truth) -> &str); 3] =
+    type Kind = (&'static str, fn(&Truth) -> &str);
+    let kinds: [Kind; 3] =
         [("schedule", |t| &t.schedule), ("noise", |t| &t.family), ("temperature", |t| &t.temperature)];
     let mut rows = Vec::new();
     for (kind, of) in kinds {

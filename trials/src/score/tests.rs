@@ -92,8 +92,8 @@ fn shares_are_those_of_the_made_up_answers() {
     let score = score(&some_cases());
     assert_eq!(score.false_alarms[0].share, Share { hits: 1, of: 100 });
     assert!(figure(&score, "false alarms, white").measured.starts_with("1.00 % (1/100)"));
-    // 1 % itself would do, the limit of 1 in 100 (4.7 %) does not.
-    assert_eq!(figure(&score, "false alarms, white").passed, Some(false));
+    // One in a hundred neither shows nor refutes 1 %.
+    assert_eq!(figure(&score, "false alarms, white").passed, None);
     assert!(figure(&score, "right name first").measured.contains("(1/3;"));
     assert!(figure(&score, "named or among").measured.contains("(2/3;"));
     assert!(figure(&score, "right observable").measured.contains("(1/3;"));
@@ -101,6 +101,23 @@ fn shares_are_those_of_the_made_up_answers() {
     assert!(figure(&score, "outside the table, ρ").measured.contains("(1/3;"));
     assert!(figure(&score, "outside the table: a wrong").measured.contains("(1/3;"));
     assert_eq!(figure(&score, "three effects").passed, None);
+}
+
+#[test]
+fn false_alarms_are_shown_by_many_nulls_and_refuted_by_few() {
+    let nulls = |alarms: usize, of: usize| {
+        let answer = |i| match i < alarms {
+            true => said(Verdict::Unexplained, &[], "t_s"),
+            false => said(Verdict::Consistent, &[], ""),
+        };
+        let cases: Vec<Case> = (0..of).map(|i| case(Group::Null, &[], answer(i))).collect();
+        figure(&score(&cases), "false alarms, white").passed
+    };
+    assert_eq!(nulls(20, 2000), Some(true));
+    // 21 of 2000 is more than 1 %.
+    assert_eq!(nulls(21, 2000), Some(false));
+    assert_eq!(nulls(0, 100), None);
+    assert_eq!(nulls(10, 100), Some(false));
 }
 
 #[test]
