@@ -29,6 +29,9 @@ pub struct Answer {
     pub effects: Vec<Named>,
     /// Residuals before and after.
     pub fit: Fit,
+    /// What the recording does not determine, in sentences.
+    #[serde(default)]
+    pub unidentifiable: Vec<String>,
     /// What to record next.
     pub next_experiment: Option<String>,
 }

@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use miette::{IntoDiagnostic, Result};
 use trials::campaign::Campaign;
 use trials::report::Report;
-use trials::{examples, summary};
+use trials::{examples, real, summary};
 
 /// Conceals physical effects in simulated recordings, has `diagnose` run on the recordings alone, and scores it.
 #[derive(Parser)]
@@ -81,6 +81,18 @@ pub fn run(cli: &Cli) -> Result<bool> {
             println!("{}: {}: {} → {}", miss.recording, miss.figure, miss.concealed, miss.said);
         }
         reached &= summary::reached(&scored.figures);
+    } else {
+        println!("\nOpened examples are skipped: ARCSMITH_EXAMPLES names no folder");
+    }
+    match std::env::var_os("ARCSMITH_RECORDINGS") {
+        Some(folder) => {
+            let figures =
+                real::figures(&PathBuf::from(folder), &args.out.join("real"), jobs).into_diagnostic()?;
+            println!("\nReal recordings");
+            print!("{}", summary::table(&figures));
+            reached &= summary::reached(&figures);
+        }
+        None => println!("\nReal recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
     }
     Ok(reached)
 }

@@ -48,7 +48,7 @@ pub struct Twice<'a> {
 /// Compares the corrected angles at `angles`, as `fitter apply` wrote them, with the fresh recording; none where
 /// the file does not hold a row for each of its rows.
 pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
-    let (angle_arcsec, outside) = read_angles(angles)?;
+    let (angle_arcsec, outside) = read_column(angles, "angle_arcsec")?;
     if angle_arcsec.len() != twice.fresh.len() {
         return None;
     }
@@ -78,13 +78,13 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     })
 }
 
-/// Corrected angles in arcseconds, and which rows are marked as extrapolated.
-pub fn read_angles(path: &Path) -> Option<(Vec<f64>, Vec<bool>)> {
+/// Corrected readings as `fitter apply` wrote them, and which rows are marked as extrapolated.
+pub fn read_column(path: &Path, column: &str) -> Option<(Vec<f64>, Vec<bool>)> {
     let text = std::fs::read_to_string(path).ok()?;
     let mut lines = text.lines();
     let header: Vec<&str> = lines.next()?.split(',').collect();
     let at = |name: &str| header.iter().position(|h| *h == name);
-    let (angle, outside) = (at("angle_arcsec")?, at("extrapolated")?);
+    let (angle, outside) = (at(column)?, at("extrapolated")?);
     let mut angles = Vec::new();
     let mut marked = Vec::new();
     for line in lines {

@@ -15,6 +15,7 @@ pub mod linear;
 pub mod matched;
 pub mod plan;
 pub mod programs;
+pub mod real;
 pub mod report;
 pub mod score;
 pub mod statistics;

@@ -24,6 +24,7 @@ fn said(verdict: Verdict, names: &[(&str, &[&str])], variable: &str) -> Answer {
             after: Residual { held_out_rms: Some(0.5) },
             gain: None,
         },
+        unidentifiable: Vec::new(),
         next_experiment: None,
     }
 }
