@@ -79,6 +79,18 @@ struct CheckArguments {
     /// Sweep the C once more with undefined behaviour watched for.
     #[arg(long)]
     sanitize: bool,
+    /// Let Gappa prove the rounding of the operations from the scripts beside the code.
+    #[arg(long)]
+    gappa: bool,
+    /// Let Frama-C look for undefined behaviour in the C over every input word.
+    #[arg(long)]
+    frama_c: bool,
+    /// Check the C with cppcheck's MISRA rules and all warnings of gcc and clang.
+    #[arg(long)]
+    misra: bool,
+    /// Look for panics in the Rust object, overflow checks on; and let rustdoc check the documentation.
+    #[arg(long)]
+    objects: bool,
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
@@ -298,7 +310,14 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
     if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent}% {per_sec} {eta}") {
         bar.set_style(style);
     }
-    let wanted = Checks { exhaustive: checks.exhaustive, sanitize: checks.sanitize };
+    let wanted = Checks {
+        exhaustive: checks.exhaustive,
+        sanitize: checks.sanitize,
+        gappa: checks.gappa,
+        frama_c: checks.frama_c,
+        misra: checks.misra,
+        objects: checks.objects,
+    };
     let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
         .map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
@@ -432,7 +451,10 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
     let ends = ends(arguments)?;
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
     let routine = |format: Format| {
-        let usual = RoutineOptions::of(format);
+        let mut usual = RoutineOptions::of(format);
+        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
+            *full_scale = arguments.full_scale;
+        }
         RoutineOptions {
             method,
             format,
@@ -496,6 +518,12 @@ fn ends(arguments: &Arguments) -> Result<Ends> {
         OutputName::Micro => Output::Micro,
         OutputName::F32 => Output::F32,
     });
+    let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
+    if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
+        return Err(miette!(
+            "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
+        ));
+    }
     Ok(Ends { input, output })
 }
 
@@ -533,7 +561,8 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     let mut arguments = arguments.peekable();
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--json" | "-q" | "--quiet" => {}
+            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c"
+            | "--misra" | "--objects" | "--json" | "-q" | "--quiet" => {}
             "--out" => {
                 arguments.next();
             }

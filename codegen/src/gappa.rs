@@ -9,6 +9,8 @@ use crate::render::{RenderError, Renderer};
 use crate::routine::Routine;
 use crate::text;
 
+/// Fixed point: both follow the same recurrence; Gappa rounds its numbers to 60 bits.
+const FIXED_SLACK: f64 = 1.000_001;
 /// Floats: Gappa encloses the partial sums more coarsely than the certificate does, so that a sum near a power
 /// of two may count with twice the ulp.
 const FLOAT_SLACK: f64 = 1.02;
@@ -31,17 +33,14 @@ pub fn script(
     let fixed = variable.ty != Type::F32;
     let (from, to) = bound::words(program, &routine.plan);
     let ends = if fixed {
-        let whole = (from.floor_to_i64().unwrap_or(i64::MIN), to.ceil_to_i64().unwrap_or(i64::MAX));
+        // The integers inside.
+        let whole = (from.ceil_to_i64().unwrap_or(i64::MIN), to.floor_to_i64().unwrap_or(i64::MAX));
         (whole.0.to_string(), whole.1.to_string())
     } else {
         (text::double_hex(from.to_f64_down()), text::double_hex(to.to_f64_up()))
     };
-    let factor = if fixed { 1.0 } else { FLOAT_SLACK };
-    let slack = if fixed {
-        "its largest value is what is claimed here, in the unit of the last place.".to_string()
-    } else {
-        format!("claimed here is {FLOAT_SLACK} times its largest value: ranges are enclosed differently.")
-    };
+    let factor = if fixed { FIXED_SLACK } else { FLOAT_SLACK };
+    let slack = format!("claimed here is {factor} times its largest value.");
     let context = context! {
         provenance, name, fixed, slack, steps,
         variable => "x_",
@@ -76,8 +75,13 @@ fn one(program: &Program, i: usize, op: &Op) -> Option<Value> {
     Some(match op {
         Op::MulAddHigh { a, b, shift, c } => context! {
             i, kind => "mul_add_high", a => operand(a)?, b => operand(b)?, c => operand(c)?,
-            factor => 1u64 << shift,
+            factor => 1u64 << shift, by => 32,
             scale => format!(" * 1b-{}", 32 - shift),
+        },
+        Op::MulAddShort { a, b, by, c } => context! {
+            i, kind => "mul_add_high", a => operand(a)?, b => operand(b)?, c => operand(c)?,
+            factor => 1, by,
+            scale => format!(" * 1b-{by}"),
         },
         Op::MulAddF32 { a, b, c, fused } => context! {
             i, kind => "mul_add_f32", fused, a => operand(a)?, b => operand(b)?, c => operand(c)?, scale => "",

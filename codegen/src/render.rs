@@ -34,6 +34,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
+    ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
+    ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];

@@ -263,7 +263,7 @@ fn intervals(
             down.0[k - width] -= h;
             *h
         };
-        if !(h > 0.0) {
+        if h.is_nan() || h <= 0.0 {
             continue;
         }
         let (u, d) = (effect.readings(rows, &up.0, &up.1), effect.readings(rows, &down.0, &down.1));

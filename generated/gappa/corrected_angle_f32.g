@@ -10,7 +10,7 @@
 # x_ is the routine's variable. For every operation,
 #   r_i is what the routine computes, e_i what it would be without rounding.
 # Proved is the distance of the last r from the last e, over the whole range. The certificate takes the same
-# bound piece by piece; claimed here is 1.02 times its largest value: ranges are enclosed differently.
+# bound piece by piece; claimed here is 1.02 times its largest value.
 
 @rnd = float<ieee_32, ne>;
 x_ = rnd(any_);

@@ -233,6 +233,8 @@ const COMMANDS: &[Bad] = &[
     ),
     bad("codegen: a name that is a keyword", "codegen --name while --out new/g", &["\"while\"", "keyword"]),
     bad("codegen: counts without a gain", "codegen --input counts --out new/g", &["--gain"]),
+    bad("codegen: a gain without counts", "codegen --gain 1e-5 --out new/g", &["--gain", "--input counts"]),
+    bad("codegen: a table that is none", "codegen --table 3by7 --out new/g", &["--table 3by7", "2x32"]),
     bad(
         "codegen: a gain below zero",
         "codegen --input counts --gain -1 --out new/g",

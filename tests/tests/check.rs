@@ -48,8 +48,11 @@ fn a_tampered_copy_is_stale_and_the_difference_is_told() {
     let c = folder.path().join("c/corrected_angle.c");
     let text = fs::read_to_string(&c).unwrap();
     let line = text.lines().position(|line| line.contains("/* c0 = ")).unwrap();
-    let tampered: Vec<String> =
-        text.lines().enumerate().map(|(i, l)| if i == line { l.replace('+', "-") } else { l.to_string() }).collect();
+    let tampered: Vec<String> = text
+        .lines()
+        .enumerate()
+        .map(|(i, l)| if i == line { l.replace('+', "-") } else { l.to_string() })
+        .collect();
     fs::write(&c, tampered.join("\n") + "\n").unwrap();
     fs::remove_file(folder.path().join("src/corrected_angle_q31.rs")).unwrap();
     let before = files(folder.path());
@@ -59,7 +62,15 @@ fn a_tampered_copy_is_stale_and_the_difference_is_told() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     let (found, expected) = (tampered[line].trim(), text.lines().nth(line).unwrap().trim());
     let place = format!("first in line {}", line + 1);
-    for part in ["corrected_angle.c", "differs in 1 lines", &place, found, expected, "corrected_angle_q31.rs is missing", "2 of "] {
+    for part in [
+        "corrected_angle.c",
+        "differs in 1 lines",
+        &place,
+        found,
+        expected,
+        "corrected_angle_q31.rs is missing",
+        "2 of ",
+    ] {
         assert!(said.contains(part), "{part:?} is not in:\n{said}");
     }
     assert_eq!(files(folder.path()), before, "check wrote something");

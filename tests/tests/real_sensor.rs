@@ -5,11 +5,11 @@ use std::fs;
 
 use approx::assert_abs_diff_eq;
 use arcsmith_tests::inputs::Meaning;
+use arcsmith_tests::judge;
 use arcsmith_tests::native::{Given, Native};
 use arcsmith_tests::programs::{both, run};
 use arcsmith_tests::recordings::real;
 use arcsmith_tests::toolchain::{C_COMPILERS, available};
-use arcsmith_tests::judge;
 use codegen::certificate::Certificate;
 use codegen::format::Format;
 use codegen::options::{OutOfRange, RoutineOptions};
@@ -59,14 +59,22 @@ fn a_slit_is_fitted_applied_and_generated() {
     assert_eq!(errors_mm.len(), recording.rows());
     // The zero of the step counter is another one; a straight line leaves 14.9 µm (rms).
     let mean = errors_mm.iter().sum::<f64>() / errors_mm.len() as f64;
-    let rms_mm = (errors_mm.iter().map(|e| (e - mean) * (e - mean)).sum::<f64>() / errors_mm.len() as f64).sqrt();
-    println!("slit: order {}, {:.1} µm left on the test, offset removed", coefficients.base.order, rms_mm * 1e3);
+    let rms_mm =
+        (errors_mm.iter().map(|e| (e - mean) * (e - mean)).sum::<f64>() / errors_mm.len() as f64).sqrt();
+    println!(
+        "slit: order {}, {:.1} µm left on the test, offset removed",
+        coefficients.base.order,
+        rms_mm * 1e3
+    );
     assert_abs_diff_eq!(rms_mm, 0.015, epsilon = 0.003);
 
     // Generated from the coefficients and, the same again, from the recording.
     let said = run("codegen", &["--coefficients", "c.json", "--bound", "0.0001mm", "--out", "slit"]);
     assert!(said.contains("corrected_mm_q31") && said.contains("mm"), "{said}");
-    run("codegen", &["--recording", &path(&train), "--mirror", &path(&mirror), "--bound", "0.0001mm", "--out", "again"]);
+    run(
+        "codegen",
+        &["--recording", &path(&train), "--mirror", &path(&mirror), "--bound", "0.0001mm", "--out", "again"],
+    );
     let certificate = fs::read_to_string(folder.path().join("slit/certificate.json")).unwrap();
     let certificate: Certificate = serde_json::from_str(&certificate).unwrap();
     let again = fs::read_to_string(folder.path().join("again/certificate.json")).unwrap();
@@ -75,7 +83,14 @@ fn a_slit_is_fitted_applied_and_generated() {
     assert_eq!(bounds(&certificate), bounds(&again));
 
     // A length instead of an angle: the unit is in names, heads and certificate.
-    let names = ["Cargo.toml", "src/lib.rs", "src/corrected_mm_q31.rs", "src/corrected_mm_f32.rs", "c/corrected_mm.h", "c/corrected_mm.c"];
+    let names = [
+        "Cargo.toml",
+        "src/lib.rs",
+        "src/corrected_mm_q31.rs",
+        "src/corrected_mm_f32.rs",
+        "c/corrected_mm.h",
+        "c/corrected_mm.c",
+    ];
     let files: std::collections::BTreeMap<_, _> = names
         .map(|name| (name.into(), fs::read_to_string(folder.path().join("slit").join(name)).unwrap()))
         .into();
@@ -100,7 +115,8 @@ fn a_slit_is_fitted_applied_and_generated() {
         let inside = inputs.iter().zip(&rust).filter(|(words, _)| meaning.in_range(**words));
         let error_mm = |(words, given): (&[u32; 2], &Given)| {
             let reading = meaning.reading(*words);
-            let (value, reference) = (judge::value(entry, &model, given.bits), judge::reference(&model, reading));
+            let (value, reference) =
+                (judge::value(entry, &model, given.bits), judge::reference(&model, reading));
             assert_abs_diff_eq!(value, reference, epsilon = entry.bound + judge::slack(&model, reading));
             (value - reference).abs()
         };

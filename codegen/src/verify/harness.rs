@@ -58,17 +58,14 @@ pub struct Subject<'a> {
 impl<'a> Subject<'a> {
     /// The routines of a generation.
     pub fn all(generated: &'a Generated, options: &Options) -> Vec<Self> {
-        let named = |routine: &'a Routine| {
-            let suffix = format!("_{}", routine.options.suffix());
-            let entry = generated.certificate.routines.iter().find(|e| e.routine.ends_with(&suffix));
-            Subject {
-                name: entry.map(|e| e.routine.clone()).unwrap_or_default(),
-                routine,
-                domain: Domain::of(&routine.design.program),
-                yardstick: Yardstick::of(routine),
-                flag: options.out_of_range == OutOfRange::Flag,
-                continues: options.out_of_range == OutOfRange::Continue,
-            }
+        let base = base_name(&generated.certificate);
+        let named = |routine: &'a Routine| Subject {
+            name: format!("{base}_{}", routine.options.suffix()),
+            routine,
+            domain: Domain::of(&routine.design.program),
+            yardstick: Yardstick::of(routine),
+            flag: options.out_of_range == OutOfRange::Flag,
+            continues: options.out_of_range == OutOfRange::Continue,
         };
         generated.routines.iter().map(named).collect()
     }

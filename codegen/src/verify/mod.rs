@@ -9,6 +9,7 @@ pub mod belonging;
 pub mod compile;
 pub mod digest;
 pub mod domain;
+pub mod external;
 pub mod harness;
 pub mod report;
 pub mod sweep;
@@ -91,6 +92,14 @@ pub struct Checks {
     pub exhaustive: bool,
     /// Watch the C for undefined behaviour during the sweep.
     pub sanitize: bool,
+    /// Let Gappa prove the rounding of the operations.
+    pub gappa: bool,
+    /// Let Frama-C look for undefined behaviour over every input word.
+    pub frama_c: bool,
+    /// Check the C with cppcheck's MISRA rules and all warnings of gcc and clang.
+    pub misra: bool,
+    /// Look for panics in the Rust object.
+    pub objects: bool,
 }
 
 /// Checks the files in `folder` against what was generated anew.
@@ -142,6 +151,20 @@ pub fn verify(
         }
     }
     report.compare_digests();
+    bar.set_message("other tools");
+    if checks.gappa {
+        report.tools.extend(external::gappa(&subjects, &folder)?);
+    }
+    if checks.frama_c {
+        report.tools.push(external::frama_c(&subjects, &folder, &base, build.path())?);
+    }
+    if checks.misra {
+        report.tools.push(external::misra(&folder, &base)?);
+        report.tools.extend(external::warnings(&folder, &base, build.path())?);
+    }
+    if checks.objects {
+        report.tools.extend(external::objects(&subjects, &folder, &base, build.path())?);
+    }
     Ok(report)
 }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::external::ToolReport;
 use super::sweep::SweepReport;
 
 /// The result of all checks that were made.
@@ -13,6 +14,8 @@ pub struct Report {
     pub sweeps: Vec<SweepReport>,
     /// Routines whose languages give different outputs.
     pub different: Vec<String>,
+    /// What other tools said.
+    pub tools: Vec<ToolReport>,
 }
 
 impl Report {
@@ -38,6 +41,7 @@ impl Report {
         self.certificate.is_empty()
             && self.different.is_empty()
             && self.sweeps.iter().all(|s| s.violations.is_empty())
+            && self.tools.iter().all(|t| t.holds)
     }
 
     /// The report as text.
@@ -65,6 +69,10 @@ impl Report {
             lines.extend(s.violations.iter().map(|what| format!("  VIOLATED {what}")));
         }
         lines.extend(self.different.iter().map(|what| format!("DIFFERENT {what}")));
+        for t in &self.tools {
+            let mark = if t.holds { "" } else { "FAILED " };
+            lines.push(format!("{mark}{} {}: {}", t.check, t.subject, t.finding));
+        }
         let verdict = if self.holds() { "every check that was made holds" } else { "NOT verified" };
         lines.push(verdict.into());
         lines.join("\n") + "\n"

@@ -38,6 +38,8 @@ impl Effect for LocalDefect {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
+        // Seen once, it cannot be told from a disturbance at that moment.
+        super::time_apart(rows)?;
         if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a local defect".into()) }
     }
 

@@ -34,6 +34,8 @@ impl Effect for SensorClipping {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
+        // Seen once, it cannot be told from a disturbance at that moment.
+        super::time_apart(rows)?;
         if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a change of slope".into()) }
     }
 

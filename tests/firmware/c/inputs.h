@@ -36,15 +36,39 @@ static inline float float_of_bits(uint32_t bits)
     return value;
 }
 
+static inline uint32_t bits_of_double(double value)
+{
+    uint64_t bits;
+
+    memcpy(&bits, &value, sizeof bits);
+    return (uint32_t)(bits >> 32) ^ (uint32_t)bits;
+}
+
+static inline double double_of_bits(uint32_t bits)
+{
+    const uint64_t wide = (uint64_t)bits << 32;
+    double value;
+
+    memcpy(&value, &wide, sizeof value);
+    return value;
+}
+
 /* As the 32 bits that the digest sees. */
-#define BITS(value) _Generic((value), float: bits_of_float, default: bits_of_integer)(value)
+#define BITS(value) \
+    _Generic((value), float: bits_of_float, double: bits_of_double, default: bits_of_integer)(value)
 
 static inline uint32_t bits_of_integer(int32_t value)
 {
     return (uint32_t)value;
 }
 
-#define FROM_BITS(bits) _Generic((ARGUMENT)0, float: float_of_bits(bits), default: (ARGUMENT)(bits))
+#ifdef EVEN
+/* Where a comparison wants readings spread evenly over -EVEN ... EVEN. */
+#define FROM_BITS(bits) ((ARGUMENT)((double)(int32_t)(bits) * (EVEN / 2147483648.0)))
+#else
+#define FROM_BITS(bits) \
+    _Generic((ARGUMENT)0, float: float_of_bits(bits), double: double_of_bits(bits), default: (ARGUMENT)(bits))
+#endif
 
 #if ARGUMENTS == 1
 static inline ARGUMENT argument_of(uint32_t index)

@@ -45,7 +45,7 @@ pub fn folder() -> PathBuf {
 pub fn all() -> Result<Vec<Case>, Problem> {
     let path = folder().join("cases.toml");
     let text = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
-    let file: File = toml::from_str(&text)
-        .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
+    let file: File =
+        toml::from_str(&text).map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
     Ok(file.case)
 }

@@ -6,8 +6,13 @@
 //! [`machine`] runs that, [`measure`] does all this for every case, [`table`] keeps the figures, and
 //! [`comparison`] sets them beside what engineers write otherwise.
 
+use std::path::Path;
+
+use indicatif::ProgressBar;
+
 pub mod build;
 pub mod cases;
+pub mod comparison;
 pub mod machine;
 pub mod measure;
 pub mod problem;
@@ -15,3 +20,70 @@ pub mod run;
 pub mod subject;
 pub mod table;
 pub mod tools;
+
+use machine::Core;
+use measure::Extent;
+use problem::Problem;
+use table::Table;
+
+/// What is to be done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Task {
+    /// Digests of every 401st input, figures and comparison against the committed ones.
+    Check,
+    /// Digests of all inputs on Cortex-M4F.
+    Exhaustive,
+    /// Writes the table of figures.
+    Record,
+    /// Writes the comparison.
+    Compare,
+}
+
+/// Does it for the cases that have `only` in their name, in `work` or a temporary folder; gives what to say.
+///
+/// # Errors
+/// The first [`Problem`] that was met.
+pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -> Result<String, Problem> {
+    let temporary = tempfile::tempdir().map_err(Problem::file(std::env::temp_dir()))?;
+    let work = work.unwrap_or(temporary.path());
+    std::fs::create_dir_all(work).map_err(Problem::file(work))?;
+    let work = &work.canonicalize().map_err(Problem::file(work))?;
+    if task == Task::Compare {
+        let rows = comparison::measure(work)?;
+        comparison::write(&rows)?;
+        let lost = comparison::unbeaten(&rows);
+        return Ok(format!(
+            "tests/firmware/comparison.json and docs/comparison.md written\n{}",
+            lost.join("\n")
+        ));
+    }
+    let mut cases = cases::all()?;
+    cases.retain(|case| case.name.contains(only));
+    if cases.is_empty() {
+        let message = format!("no case has {only:?} in its name");
+        return Err(Problem::Content { path: "tests/firmware/cases.toml".into(), message });
+    }
+    let is_part = !only.is_empty();
+    match task {
+        Task::Record => {
+            let found = measure::all(&cases, &Core::ALL, Extent::None, work, bar)?;
+            found.merge_into(&Table::path(), is_part)?;
+            Ok(format!("tests/firmware/instructions.json: {} cases measured", cases.len()))
+        }
+        Task::Exhaustive => {
+            measure::all(&cases, &[Core::M4f], Extent::Exhaustive, work, bar)?;
+            Ok(format!("{} cases: all 2^32 outputs on Cortex-M4F as on the host", cases.len()))
+        }
+        Task::Check | Task::Compare => {
+            let committed = Table::read(&Table::path())?;
+            let found = measure::all(&cases, &Core::ALL, Extent::Quick, work, bar)?;
+            let verdict = committed.compare(&found, is_part, tools::is_ci())?;
+            if !is_part {
+                bar.set_message("comparing with what is written otherwise");
+                let same = found.other_compilers(&committed).is_empty();
+                comparison::check(&comparison::measure(work)?, same)?;
+            }
+            Ok(verdict)
+        }
+    }
+}

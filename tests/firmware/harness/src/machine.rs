@@ -138,7 +138,9 @@ pub fn observe(
     let text = std::fs::read_to_string(&report).map_err(Problem::file(&report))?;
     let mut lines = text.lines().map(observed);
     match (lines.next().flatten(), lines.next().flatten()) {
-        (Some(routine), Some(nothing)) if routine.calls > 0 && nothing.calls > 0 => Ok((routine, nothing, stack)),
+        (Some(routine), Some(nothing)) if routine.calls > 0 && nothing.calls > 0 => {
+            Ok((routine, nothing, stack))
+        }
         _ => Err(Problem::Content { path: report, message: format!("no calls were counted:\n{text}") }),
     }
 }

@@ -118,15 +118,18 @@ fn empties(jobs: &[Job], work: &Path) -> Result<(), Problem> {
     let mut once: Vec<&Job> = jobs.iter().collect();
     once.sort_by_key(|job| place(job));
     once.dedup_by_key(|job| place(job));
-    once.par_iter()
-        .try_for_each(|job| build::firmware(job.subject, job.core, job.variant, true, &place(job)).map(|_| ()))
+    once.par_iter().try_for_each(|job| {
+        build::firmware(job.subject, job.core, job.variant, true, &place(job)).map(|_| ())
+    })
 }
 
 fn one(job: &Job, extent: Extent, plugin: &Path, work: &Path) -> Result<Figures, Problem> {
     let Job { subject, core, variant, expected } = *job;
     let what = format!("{} on {} as {}", subject.case, core.name(), variant.name());
-    let firmware = build::firmware(subject, core, variant, false, &build::place(work, subject, core, variant, false))?;
-    let empty = build::firmware(subject, core, variant, true, &build::place(work, subject, core, variant, true))?;
+    let firmware =
+        build::firmware(subject, core, variant, false, &build::place(work, subject, core, variant, false))?;
+    let empty =
+        build::firmware(subject, core, variant, true, &build::place(work, subject, core, variant, true))?;
     if let (Some(sweep), Some(expected)) = (extent.sweep(), expected) {
         let found = machine::emulate(&what, core, &firmware, "sweep", &[sweep])?;
         if found != expected {
@@ -155,8 +158,10 @@ fn one(job: &Job, extent: Extent, plugin: &Path, work: &Path) -> Result<Figures,
 /// Inputs inside the range of every case: the middle half of an integer's range, floats up to 1/4 mm (the least
 /// of them 2⁻⁸ mm, so that nothing becomes subnormal).
 fn inside(subject: &Subject) -> Vec<Sweep> {
-    let spread = |first: u32, last: u32, count: u32| {
-        Sweep { first, count: count.into(), stride: (last - first) / count }
+    let spread = |first: u32, last: u32, count: u32| Sweep {
+        first,
+        count: count.into(),
+        stride: (last - first) / count,
     };
     match (subject.argument.as_str(), subject.arguments) {
         ("f32", _) => vec![spread(0x3b80_0000, 0x3e80_0000, 257), spread(0xbb80_0000, 0xbe80_0000, 257)],

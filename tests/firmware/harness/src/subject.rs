@@ -94,7 +94,8 @@ pub const PAPER_RANGE_MM: f64 = 0.38;
 pub fn codegen() -> Result<PathBuf, Problem> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../Cargo.toml");
-    let arguments = ["build", "--release", "-q", "-p", "codegen", "--message-format", "json", "--manifest-path"];
+    let arguments =
+        ["build", "--release", "-q", "-p", "codegen", "--message-format", "json", "--manifest-path"];
     let messages = run("building codegen", Command::new(cargo).args(arguments).arg(manifest))?;
     let executable = messages.lines().rev().find_map(|line| {
         let message: Value = serde_json::from_str(line).ok()?;

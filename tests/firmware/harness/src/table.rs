@@ -74,7 +74,8 @@ impl Table {
     /// [`Problem`] where it cannot be read.
     pub fn read(path: &Path) -> Result<Self, Problem> {
         let text = std::fs::read_to_string(path).map_err(Problem::file(path))?;
-        serde_json::from_str(&text).map_err(|e| Problem::Content { path: path.into(), message: e.to_string() })
+        serde_json::from_str(&text)
+            .map_err(|e| Problem::Content { path: path.into(), message: e.to_string() })
     }
 
     /// Writes it.
@@ -94,7 +95,10 @@ impl Table {
             let before = Table::read(path)?;
             let other = self.other_compilers(&before);
             if !other.is_empty() {
-                return Err(Problem::Figures(format!("record all cases, the compilers changed: {}", other.join("; "))));
+                return Err(Problem::Figures(format!(
+                    "record all cases, the compilers changed: {}",
+                    other.join("; ")
+                )));
             }
             for (case, cores) in before.routines {
                 self.routines.entry(case).or_insert(cores);
@@ -112,15 +116,23 @@ impl Table {
         let cases = found.routines.len();
         let other = found.other_compilers(self);
         if !other.is_empty() {
-            let said = format!("figures not compared, other compilers than the table's: {}", other.join("; "));
-            return if strict { Err(Problem::Figures(said)) } else { Ok(format!("{cases} cases: outputs as on the host; {said}")) };
+            let said =
+                format!("figures not compared, other compilers than the table's: {}", other.join("; "));
+            return if strict {
+                Err(Problem::Figures(said))
+            } else {
+                Ok(format!("{cases} cases: outputs as on the host; {said}"))
+            };
         }
         let differences = self.differences(found, is_part);
         if differences.is_empty() {
             return Ok(format!("{cases} cases: outputs as on the host, figures as in the table"));
         }
         let again = "where that is meant: cargo run --release -p firmware-tests -- record";
-        Err(Problem::Figures(format!("figures differ from tests/firmware/instructions.json\n{}\n{again}", differences.join("\n"))))
+        Err(Problem::Figures(format!(
+            "figures differ from tests/firmware/instructions.json\n{}\n{again}",
+            differences.join("\n")
+        )))
     }
 
     /// What of `found` differs from this table, a line each.
@@ -132,7 +144,9 @@ impl Table {
                     let what = format!("{case}, {}, {variant}", core.name());
                     match self.get(case, *core, variant) {
                         None => lines.push(format!("{what}: not in the table")),
-                        Some(before) if before != now => lines.push(format!("{what}: {}", change(before, now))),
+                        Some(before) if before != now => {
+                            lines.push(format!("{what}: {}", change(before, now)))
+                        }
                         Some(_) => {}
                     }
                 }
@@ -148,7 +162,8 @@ impl Table {
     pub fn other_compilers(&self, other: &Table) -> Vec<String> {
         let differs = |(program, here): (&String, &String)| {
             let there = other.compilers.get(program);
-            (there != Some(here)).then(|| format!("{program}: {here}, in the table {}", there.map_or("none", |t| t)))
+            (there != Some(here))
+                .then(|| format!("{program}: {here}, in the table {}", there.map_or("none", |t| t)))
         };
         self.compilers.iter().filter_map(differs).collect()
     }
@@ -187,4 +202,43 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), Problem> {
     let neighbour = path.with_extension("tmp");
     std::fs::write(&neighbour, text).map_err(Problem::file(&neighbour))?;
     std::fs::rename(&neighbour, path).map_err(Problem::file(path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(flash_bytes: u64, gcc: &str) -> Table {
+        let mut table = Table {
+            about: String::new(),
+            compilers: BTreeMap::from([("gcc".to_string(), gcc.to_string())]),
+            routines: BTreeMap::new(),
+        };
+        let figures = Figures { inside: [28, 28], anywhere: [28, 29], flash_bytes, stack_bytes: 0 };
+        table.insert("case", Core::M4f, "C gcc strict", figures);
+        table
+    }
+
+    #[test]
+    fn a_figure_that_differs_is_named() {
+        let problem = table(100, "12").compare(&table(104, "12"), false, false).unwrap_err().to_string();
+        assert!(problem.contains("case, m4f, C gcc strict: 104 bytes of flash, were 100"), "{problem}");
+        table(100, "12").compare(&table(100, "12"), false, true).unwrap();
+    }
+
+    #[test]
+    fn other_compilers_are_accepted_except_under_continuous_integration() {
+        let said = table(100, "12").compare(&table(104, "13"), false, false).unwrap();
+        assert!(said.contains("gcc: 13, in the table 12"), "{said}");
+        table(100, "12").compare(&table(104, "13"), false, true).unwrap_err();
+    }
+
+    #[test]
+    fn a_case_that_is_gone_is_named() {
+        let mut found = table(100, "12");
+        found.routines.clear();
+        let problem = table(100, "12").compare(&found, false, false).unwrap_err().to_string();
+        assert!(problem.contains("no longer among the cases"), "{problem}");
+        table(100, "12").compare(&found, true, false).unwrap();
+    }
 }

@@ -1,0 +1,293 @@
+//! Other people's tools on the generated files: Gappa, Frama-C, cppcheck with the MISRA rules, the warnings of
+//! two C compilers, and the symbols of the Rust object.
+
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use minijinja::{Value, context};
+use serde::Serialize;
+
+use super::VerifyError;
+use super::compile::{Tool, messages};
+use super::harness::Subject;
+use crate::certificate::rust_type;
+use crate::render::{Renderer, c_type};
+
+/// What one tool said.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ToolReport {
+    /// The check.
+    pub check: String,
+    /// Of what.
+    pub subject: String,
+    /// Whether it holds.
+    pub holds: bool,
+    /// What was found, or what exactly holds.
+    pub finding: String,
+}
+
+impl ToolReport {
+    fn new(check: &str, subject: &str, holds: bool, finding: impl Into<String>) -> Self {
+        ToolReport { check: check.into(), subject: subject.into(), holds, finding: finding.into() }
+    }
+}
+
+/// Time that Gappa gets for one script.
+const GAPPA_SECONDS: u64 = 60;
+
+/// Runs the Gappa script of every routine that has one.
+///
+/// # Errors
+/// [`VerifyError`] where Gappa is missing.
+pub fn gappa(subjects: &[Subject<'_>], generated: &Path) -> Result<Vec<ToolReport>, VerifyError> {
+    subjects
+        .iter()
+        .map(|subject| {
+            let script = generated.join(format!("gappa/{}.g", subject.name));
+            if !script.exists() {
+                let why = "no script: a table, and products from halves, have none yet";
+                return Ok(ToolReport::new("gappa", &subject.name, true, why));
+            }
+            let proved = run_gappa(&script, GAPPA_SECONDS)?;
+            let finding = match proved.clone() {
+                None => format!("not proved within {GAPPA_SECONDS} s"),
+                Some(Ok(())) => "rounding of the operations proved".into(),
+                Some(Err(message)) => message,
+            };
+            Ok(ToolReport::new("gappa", &subject.name, proved == Some(Ok(())), finding))
+        })
+        .collect()
+}
+
+/// Runs one script: `None` where the time was not enough, otherwise whether it is proved.
+pub fn run_gappa(script: &Path, seconds: u64) -> Result<Option<Result<(), String>>, VerifyError> {
+    let tool = Tool::named("gappa", "apt-get install gappa");
+    // A goal that is too tight makes Gappa print without end: nothing of it is kept.
+    let started = std::process::Command::new(&tool.program)
+        .arg(script)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    let mut child =
+        started.map_err(|_| VerifyError::Missing { program: tool.program.clone(), install: tool.install })?;
+    let begun = Instant::now();
+    loop {
+        let failed = |cause| VerifyError::Run { program: "gappa".into(), cause };
+        if let Some(status) = child.try_wait().map_err(failed)? {
+            let message = "some properties were not satisfied".to_string();
+            return Ok(Some(if status.success() { Ok(()) } else { Err(message) }));
+        }
+        if begun.elapsed() > Duration::from_secs(seconds) {
+            child.kill().and_then(|()| child.wait()).map_err(failed)?;
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Runs Frama-C's value analysis over every input word.
+///
+/// # Errors
+/// [`VerifyError`] where Frama-C is missing.
+pub fn frama_c(
+    subjects: &[Subject<'_>],
+    generated: &Path,
+    base: &str,
+    build: &Path,
+) -> Result<ToolReport, VerifyError> {
+    let source = build.join("eva.c");
+    write(&source, &render("verify/eva.c", subjects, base)?)?;
+    let path = source.display().to_string();
+    let tool = Tool::named("frama-c", "apt-get install frama-c-base");
+    let cpp = format!(
+        "-cpp-extra-args=-I{} -msse2 -mfpmath=sse -D__FLT_EVAL_METHOD__=0",
+        generated.join("c").display()
+    );
+    let arguments = [
+        "-eva",
+        "-eva-precision=6",
+        "-machdep=gcc_x86_32",
+        "-warn-signed-downcast",
+        "-warn-signed-overflow",
+        "-warn-right-shift-negative",
+        "-eva-warn-key=alarm=abort",
+        cpp.as_str(),
+        path.as_str(),
+    ];
+    let output = tool.output(&arguments, build)?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let analysed = output.status.success() && text.contains("ANALYSIS SUMMARY");
+    let alarm = text.lines().skip_while(|l| !l.contains("alarm]")).take(6).collect::<Vec<_>>().join(" ");
+    let finding = if analysed {
+        "no alarm for any input word".to_string()
+    } else if alarm.is_empty() {
+        messages(&output)
+    } else {
+        alarm
+    };
+    Ok(ToolReport::new("frama-c", base, analysed, finding))
+}
+
+/// Runs cppcheck with the MISRA rules. A deviation holds where the file documents its rule.
+///
+/// # Errors
+/// [`VerifyError`] where cppcheck is missing.
+pub fn misra(generated: &Path, base: &str) -> Result<ToolReport, VerifyError> {
+    let tool = Tool::named("cppcheck", "apt-get install cppcheck");
+    let file = format!("c/{base}.c");
+    let arguments = [
+        "-q",
+        "--addon=misra",
+        "--std=c99",
+        "--enable=style",
+        "--suppress=unusedFunction",
+        "--template={file}:{line}: {id}",
+        file.as_str(),
+    ];
+    let output = tool.output(&arguments, generated)?;
+    let said = [&output.stdout[..], &output.stderr[..]].concat();
+    let said = String::from_utf8_lossy(&said).into_owned();
+    let text = fs::read_to_string(generated.join(&file)).unwrap_or_default();
+    let findings: Vec<&str> = said.lines().filter(|l| l.starts_with(&file)).collect();
+    let documented = |line: &&str| {
+        let rule = line.rsplit("misra-c2012-").next().unwrap_or(line);
+        text.lines().any(|l| l.contains("Deviations from MISRA") && l.contains(&format!("rule {rule} ")))
+    };
+    let open: Vec<&str> = findings.iter().copied().filter(|l| !documented(l)).collect();
+    let holds = output.status.success() && open.is_empty();
+    let finding = match (open.is_empty(), findings.is_empty()) {
+        (true, true) => "clean".to_string(),
+        (true, false) => format!("{} deviations, each documented in the file", findings.len()),
+        _ => open.join("; "),
+    };
+    Ok(ToolReport::new("cppcheck misra", base, holds, finding))
+}
+
+const WARNINGS: [&str; 18] = [
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wconversion",
+    "-Wsign-conversion",
+    "-Wshadow",
+    "-Wundef",
+    "-Wdouble-promotion",
+    "-Wstrict-prototypes",
+    "-Wmissing-prototypes",
+    "-Wcast-qual",
+    "-Wcast-align",
+    "-Wwrite-strings",
+    "-Wbad-function-cast",
+    "-Wswitch-default",
+    "-Wredundant-decls",
+    "-Wvla",
+    "-Werror",
+];
+
+/// Compiles the C with gcc and clang, all warnings on; clang with every one it knows.
+///
+/// # Errors
+/// [`VerifyError`] where a compiler is missing.
+pub fn warnings(generated: &Path, base: &str, build: &Path) -> Result<Vec<ToolReport>, VerifyError> {
+    let file = generated.join(format!("c/{base}.c")).display().to_string();
+    let object = build.join("warnings.o").display().to_string();
+    ["gcc", "clang"]
+        .iter()
+        .map(|compiler| {
+            let tool = Tool::named(compiler, "apt-get install gcc clang");
+            let mut arguments: Vec<&str> = WARNINGS.to_vec();
+            arguments.extend(["-std=c99", "-O2", "-c", "-o", &object, &file]);
+            if *compiler == "clang" {
+                // Declarations after statements are C99; whether a float was limited is asked by exact comparison.
+                arguments.extend(["-Weverything", "-Wno-declaration-after-statement", "-Wno-float-equal"]);
+            }
+            let output = tool.output(&arguments, build)?;
+            let finding = if output.status.success() { "no warning".into() } else { messages(&output) };
+            Ok(ToolReport::new(compiler, base, output.status.success(), finding))
+        })
+        .collect()
+}
+
+/// Builds the Rust with overflow checks and debug assertions for the host and a Cortex-M4F, and looks for
+/// symbols of panics in the objects; then documents the crate.
+///
+/// # Errors
+/// [`VerifyError`] where the compiler or `nm` is missing.
+pub fn objects(
+    subjects: &[Subject<'_>],
+    generated: &Path,
+    base: &str,
+    build: &Path,
+) -> Result<Vec<ToolReport>, VerifyError> {
+    let source = build.join("symbols.rs");
+    write(&source, &render("verify/symbols.rs", subjects, base)?)?;
+    let library = generated.join("src/lib.rs").display().to_string();
+    let rustc = Tool::rustc();
+    let nm = Tool::named("nm", "apt-get install binutils");
+    let mut reports = Vec::new();
+    for target in [None, Some("thumbv7em-none-eabihf")] {
+        let name = target.unwrap_or("host");
+        let folder = build.join(name);
+        fs::create_dir_all(&folder).map_err(|cause| VerifyError::Write { path: folder.clone(), cause })?;
+        let mut options = vec![
+            "--edition=2024",
+            "-Copt-level=2",
+            "-Coverflow-checks=on",
+            "-Cdebug-assertions=on",
+            "-Cpanic=abort",
+        ];
+        let target = target.map(|t| format!("--target={t}"));
+        options.extend(target.as_deref());
+        let mut first = options.clone();
+        first.extend(["--crate-type=rlib", "--crate-name", base, library.as_str()]);
+        let mut second = options;
+        let path = source.display().to_string();
+        second.extend(["--crate-type=lib", "--emit=obj=symbols.o", "-L.", "--extern", base, path.as_str()]);
+        let built = rustc.run(&first, &folder).and_then(|_| rustc.run(&second, &folder));
+        if let Err(VerifyError::Refused { message, .. }) = &built {
+            reports.push(ToolReport::new("panic-free", name, false, message.clone()));
+            continue;
+        }
+        built?;
+        let symbols = nm.run(&["symbols.o"], &folder)?;
+        let missing = subjects.iter().find(|s| !symbols.contains(&format!("check_{}", s.name)));
+        let panics: Vec<&str> = symbols.lines().filter(|l| l.contains("panic")).map(str::trim).collect();
+        let finding = match (missing, panics.is_empty()) {
+            (Some(s), _) => format!("{} is not in the object", s.name),
+            (None, true) => "no panic in the object, overflow checks and debug assertions on".into(),
+            _ => panics.join("; "),
+        };
+        reports.push(ToolReport::new("panic-free", name, missing.is_none() && panics.is_empty(), finding));
+    }
+    let rustdoc = Tool::named("rustdoc", "install Rust from https://rustup.rs");
+    let out = build.join("doc").display().to_string();
+    let arguments =
+        ["--edition=2021", "-Dwarnings", "--crate-name", base, "-o", out.as_str(), library.as_str()];
+    let output = rustdoc.output(&arguments, build)?;
+    let finding = if output.status.success() { "no warning".into() } else { messages(&output) };
+    reports.push(ToolReport::new("rustdoc", base, output.status.success(), finding));
+    Ok(reports)
+}
+
+fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
+    fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
+}
+
+fn render(template: &'static str, subjects: &[Subject<'_>], base: &str) -> Result<String, VerifyError> {
+    let laid_out = |s: &Subject<'_>| -> Value {
+        let program = s.program();
+        context! {
+            name => &*s.name,
+            flag => s.flag,
+            arguments => program.arguments.iter().map(|a| c_type(a.ty)).collect::<Vec<_>>(),
+            rust_arguments => program.arguments.iter().map(|a| rust_type(a.ty)).collect::<Vec<_>>(),
+            output => c_type(program.output_type()),
+            rust_output => rust_type(program.output_type()),
+        }
+    };
+    let routines: Vec<Value> = subjects.iter().map(laid_out).collect();
+    let context = context! { routines, crate_name => base, source => format!("{base}.c") };
+    Ok(Renderer::new()?.render(template, context)?)
+}

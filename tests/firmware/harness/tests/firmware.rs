@@ -1,0 +1,99 @@
+//! Generated routines on an emulated microcontroller. `.ci/firmware` runs all cases; here a few, so that
+//! `cargo test` stays short, and controls that the checks can fail.
+
+use std::path::Path;
+
+use firmware_tests::build::{self, Variant};
+use firmware_tests::cases::{self, Case};
+use firmware_tests::machine::{self, Core, Sweep};
+use firmware_tests::problem::Problem;
+use firmware_tests::subject::{self, Shift, Subject};
+use firmware_tests::{Task, perform, tools};
+use indicatif::ProgressBar;
+
+/// Whether the tools are there. Where one is missing, one line says which and how to install it; under
+/// continuous integration that is a failure.
+fn equipped() -> bool {
+    match tools::find() {
+        Ok(()) => true,
+        Err(problem) => {
+            assert!(!tools::is_ci(), "{problem}");
+            println!("skipped: firmware under QEMU; {problem}");
+            false
+        }
+    }
+}
+
+/// Outputs as on the host, and instructions, flash and stack as in the committed table.
+#[test]
+fn one_polynomial_on_every_core() {
+    if equipped() {
+        perform(Task::Check, "q31-degree-9", None, &ProgressBar::hidden()).unwrap();
+    }
+}
+
+fn generated(name: &str, work: &Path) -> Subject {
+    let all = cases::all().unwrap();
+    let case: &Case = all.iter().find(|c| c.name == name).unwrap();
+    subject::generate(&subject::codegen().unwrap(), case, Shift::Strict, &work.join("generated")).unwrap()
+}
+
+const SWEEP: Sweep = Sweep { first: 0, count: 1 << 16, stride: 65_521 };
+
+/// A coefficient that is off by one in its last place changes the digest on the target.
+#[test]
+fn a_wrong_coefficient_is_noticed() {
+    if !equipped() {
+        return;
+    }
+    let work = tempfile::tempdir().unwrap();
+    let subject = generated("q31-degree-9", work.path());
+    let right =
+        machine::on_host("", &build::host(&subject, &work.path().join("host")).unwrap(), &[SWEEP]).unwrap();
+
+    let source = subject.folder.join("c/angle.c");
+    let text = std::fs::read_to_string(&source).unwrap();
+    let line = text.lines().find(|l| l.contains("/* c5 ")).unwrap();
+    let (before, after) = line.split_once(';').unwrap();
+    let (rest, number) = before.rsplit_once(' ').unwrap();
+    let off_by_one = number.parse::<u32>().unwrap() + 1;
+    std::fs::write(&source, text.replace(line, &format!("{rest} {off_by_one};{after}"))).unwrap();
+
+    let variant = Variant::C { compiler: "gcc", shift: Shift::Strict };
+    let firmware = build::firmware(&subject, Core::M4f, variant, false, &work.path().join("wrong")).unwrap();
+    let found = machine::emulate("", Core::M4f, &firmware, "sweep", &[SWEEP]).unwrap();
+    assert_ne!(found, right);
+}
+
+/// The digest of the firmware's C is that of its Rust, and of inputs one by one.
+#[test]
+fn digests_add_up() {
+    if !equipped() {
+        return;
+    }
+    let work = tempfile::tempdir().unwrap();
+    let subject = generated("f32-degree-9", work.path());
+    let variant = Variant::Rust { level: "3" };
+    let firmware = build::firmware(&subject, Core::M3, variant, false, &work.path().join("rust")).unwrap();
+    let whole = machine::emulate("", Core::M3, &firmware, "sweep", &[SWEEP]).unwrap();
+    let half = SWEEP.count / 2;
+    let second = Sweep { first: (half as u32).wrapping_mul(SWEEP.stride), count: half, ..SWEEP };
+    let parts = [Sweep { count: half, ..SWEEP }, second];
+    assert_eq!(machine::emulate("", Core::M3, &firmware, "sweep", &parts).unwrap(), whole);
+    let host = build::host(&subject, &work.path().join("host")).unwrap();
+    assert_eq!(machine::on_host("", &host, &[SWEEP]).unwrap(), whole);
+}
+
+/// A fault on the target is an error, not a digest.
+#[test]
+fn a_refused_command_is_an_error() {
+    if !equipped() {
+        return;
+    }
+    let work = tempfile::tempdir().unwrap();
+    let subject = generated("q31-degree-9", work.path());
+    let variant = Variant::C { compiler: "clang", shift: Shift::Strict };
+    let firmware = build::firmware(&subject, Core::M0, variant, false, &work.path().join("c")).unwrap();
+    let refused = machine::emulate("", Core::M0, &firmware, "unknown", &[SWEEP]);
+    assert!(matches!(refused, Err(Problem::Refused { .. })), "{refused:?}");
+}
