@@ -233,4 +233,22 @@ mod tests {
         let wanted = 210f64.sqrt() / 2.0 / noise;
         assert!((rho / wanted - 1.0).abs() < 0.05, "{rho} for {wanted}");
     }
+
+    /// The physics of `twin` and the formulas of the table are written independently: where they agree, either
+    /// is checked by the other, and a model that is told the ids can come down to the noise.
+    #[test]
+    fn what_was_concealed_is_what_the_table_says() {
+        for number in 0..15 {
+            let assignment = Assignment { group: Group::Strong, number, seed: 77 + number as u64 };
+            let trial = Trial::draw(&assignment, "r.csv".to_owned()).unwrap();
+            let columns = Columns::new(&trial.record(), 12.0);
+            let metric = Metric::new(&columns, &trial.covariance(), 12.0).unwrap();
+            let feedback = feedback(&trial.device);
+            let added = contributions(&trial.device, &trial.protocol, trial.seed, &feedback);
+            let left = metric.left_by_own_formula(&columns, &added[0], &trial.truth.effects[0].id);
+            let part = left / trial.truth.effects[0].rho;
+            // What remains is mostly the noise of the logged observable.
+            assert!(part < 0.2, "{:?}: {part}", trial.truth);
+        }
+    }
 }

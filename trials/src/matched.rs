@@ -82,8 +82,11 @@ impl Metric {
             .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left))
     }
 
-    /// The whitener.
-    pub fn whitener(&self) -> &Whitener {
-        &self.whitener
+    /// ρ of what the formula of the contribution's own id leaves of it.
+    pub fn left_by_own_formula(&self, columns: &Columns, contribution: &[f64], id: &str) -> f64 {
+        let z = self.base.residual(&self.whitener.whiten(contribution));
+        let explained = formulas::find(id)
+            .map_or(0.0, |own| formulas::best_shape(own, columns, &self.whitener, &self.base, &z).1);
+        (dot(&z, &z) - explained).max(0.0).sqrt()
     }
 }
