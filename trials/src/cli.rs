@@ -37,7 +37,7 @@ struct Static {
     #[arg(long)]
     jobs: Option<std::num::NonZeroUsize>,
     /// The folder for recordings, answers and the report (report.json, report.html)
-    #[arg(long, default_value = "trials-out")]
+    #[arg(long, default_value = "target/trials")]
     out: PathBuf,
     /// Do not leave each effect out of the catalogue in turn
     #[arg(long)]
