@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use miette::{IntoDiagnostic, Result};
-use trials::campaign::Campaign;
+use serde::Serialize;
+use trials::campaign::{Campaign, put};
 use trials::report::Report;
 use trials::{examples, real, summary};
 
@@ -36,7 +37,8 @@ struct Static {
     /// Threads; all processors if not given
     #[arg(long)]
     jobs: Option<std::num::NonZeroUsize>,
-    /// The folder for recordings, answers and the report (report.json, report.html)
+    /// The folder for recordings, answers and the report (report.json, report.html; examples.json and real.json
+    /// where ARCSMITH_EXAMPLES and ARCSMITH_RECORDINGS name the folders of opened and of real recordings)
     #[arg(long, default_value = "target/trials")]
     out: PathBuf,
     /// Do not leave each effect out of the catalogue in turn
@@ -75,6 +77,7 @@ pub fn run(cli: &Cli) -> Result<bool> {
     if let Some(folder) = std::env::var_os("ARCSMITH_EXAMPLES") {
         let scored =
             examples::score(&PathBuf::from(folder), &args.out.join("examples"), jobs).into_diagnostic()?;
+        put(&args.out.join("examples.json"), &json(&scored)?).into_diagnostic()?;
         println!("\nOpened examples of an independent laboratory");
         print!("{}", summary::table(&scored.figures));
         for miss in &scored.misses {
@@ -88,6 +91,7 @@ pub fn run(cli: &Cli) -> Result<bool> {
         Some(folder) => {
             let figures =
                 real::figures(&PathBuf::from(folder), &args.out.join("real"), jobs).into_diagnostic()?;
+            put(&args.out.join("real.json"), &json(&figures)?).into_diagnostic()?;
             println!("\nReal recordings");
             print!("{}", summary::table(&figures));
             reached &= summary::reached(&figures);
@@ -95,4 +99,8 @@ pub fn run(cli: &Cli) -> Result<bool> {
         None => println!("\nReal recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
     }
     Ok(reached)
+}
+
+fn json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
 }
