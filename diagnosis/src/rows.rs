@@ -81,12 +81,17 @@ impl Rows {
         range(&self.theta)
     }
 
-    /// A typical distance in θ between successive rows of one pass.
+    /// A typical distance in θ between neighbouring angles of one pass, in whatever order they were read.
     pub fn step(&self) -> f64 {
-        let mut steps: Vec<f64> = (1..self.len())
-            .filter(|&i| self.pass[i] == self.pass[i - 1])
-            .map(|i| (self.theta[i] - self.theta[i - 1]).abs())
-            .collect();
+        let mut steps: Vec<f64> = Vec::with_capacity(self.len());
+        let mut first = 0;
+        while first < self.len() {
+            let last = (first..self.len()).find(|&i| self.pass[i] != self.pass[first]).unwrap_or(self.len());
+            let mut angles = self.theta[first..last].to_vec();
+            angles.sort_by(f64::total_cmp);
+            steps.extend(angles.windows(2).map(|pair| pair[1] - pair[0]));
+            first = last;
+        }
         median(&mut steps).max(1e-12)
     }
 

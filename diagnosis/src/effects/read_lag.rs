@@ -34,10 +34,11 @@ impl Effect for ReadLag {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
-        if rows.command_deg.is_some() {
+        let velocity = velocity(rows);
+        // Settled readings are taken at one pace; only a recording that moves is taken at several speeds.
+        if rows.command_deg.is_some() && !several_speeds(rows, &velocity) {
             return Err("the readings are settled ones at commanded angles: nothing moves".into());
         }
-        let velocity = velocity(rows);
         let (low, high) = crate::rows::range(&velocity);
         let middle = crate::rows::mean(&velocity).abs().max(1e-12);
         if high - low > 0.2 * middle {
@@ -58,4 +59,15 @@ impl Effect for ReadLag {
     fn readings(&self, _rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
         vec![reading("delay_s", amplitudes[0], "s")]
     }
+}
+
+/// Whether some pass was run at least half as fast again as another.
+fn several_speeds(rows: &Rows, velocity: &[f64]) -> bool {
+    let typical = rows.passes().into_iter().map(|pass| {
+        let mut speeds: Vec<f64> =
+            velocity.iter().zip(&rows.pass).filter(|(_, p)| **p == pass).map(|(v, _)| v.abs()).collect();
+        crate::rows::median(&mut speeds)
+    });
+    let (slowest, fastest) = typical.fold((f64::INFINITY, 0.0), |(s, f), v: f64| (v.min(s), v.max(f)));
+    fastest > 1.5 * slowest
 }
