@@ -11,12 +11,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::cost::Core;
-use crate::explore::{self, Candidate, Ends};
+use crate::explore::{self, Candidate};
 use crate::files;
 use crate::format::Format;
 use crate::generate::{Generated, generate};
 use crate::input::{Arity, Encoding, Input};
-use crate::options::{CShift, Method, Options, OutOfRange, RoutineOptions};
+use crate::options::{CShift, Ends, Method, Options, OutOfRange, RoutineOptions};
 use crate::output::Output;
 use crate::plot;
 use crate::quantity::Quantity;
@@ -437,7 +437,11 @@ fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
         let (core, routine) = (row.core.name(), &row.routine);
         println!("{core:<11} {routine:<22} {bound:>14} {:>13.0} {:>7}", row.instructions, row.flash_bytes);
     }
-    println!("\nBounds are proven; instructions and flash (bytes) are estimates.");
+    println!(
+        "\nBounds are proven. Instructions and flash (bytes) are estimates; instructions of counted routines\n\
+         deviate by {:.0} % at most.",
+        100.0 * Core::RELATIVE_ERROR
+    );
     Ok(ExitCode::SUCCESS)
 }
 
@@ -454,24 +458,12 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
     };
     let ends = ends(arguments)?;
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
-    let routine = |format: Format| {
-        let mut usual = RoutineOptions::of(format);
-        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
-            *full_scale = arguments.full_scale;
-        }
-        RoutineOptions {
-            method,
-            format,
-            input: ends.input.unwrap_or(usual.input),
-            output: ends.output.unwrap_or(usual.output),
-        }
-    };
     let formats = match &arguments.format[..] {
         [] => Options::default().routines.iter().map(|r| r.format).collect(),
         named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
     };
     Ok(Options {
-        routines: formats.into_iter().map(routine).collect(),
+        routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
         bound,
         degree: arguments.degree,
         range: arguments.from.zip(arguments.to),
@@ -528,7 +520,7 @@ fn ends(arguments: &Arguments) -> Result<Ends> {
             "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
         ));
     }
-    Ok(Ends { input, output })
+    Ok(Ends { input, output, full_scale: arguments.full_scale })
 }
 
 /// `2x32`: the degree and the number of segments, a power of two.

@@ -32,6 +32,9 @@ const OUTSIDE: [&str; 7] = [
     "ooc_direction_tilt",
 ];
 
+/// What was hidden, what was found, what was hidden one by one, -ln p of the alarm, milliseconds.
+type Trial = (String, Vec<String>, Vec<String>, f64, f64);
+
 fn main() {
     let mode = std::env::args().nth(1).unwrap_or("nulls".into());
     let n: u64 = std::env::args().nth(2).and_then(|s| s.parse().ok()).unwrap_or(200);
@@ -54,7 +57,7 @@ fn main() {
     };
     let snr: f64 = std::env::args().nth(3).and_then(|s| s.parse().ok()).unwrap_or(8.0);
     for family in FAMILIES {
-        let results: Vec<(String, Vec<String>, Vec<String>, f64, f64)> = (0..n)
+        let results: Vec<Trial> = (0..n)
             .into_par_iter()
             .map(|k| {
                 let mut lab = Lab::new(k * 4 + family as u64 + 77_000);

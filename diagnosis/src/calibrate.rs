@@ -96,7 +96,7 @@ pub fn log_tail(s: f64, d: usize) -> f64 {
     if d == 0 || s <= 0.0 {
         return 0.0;
     }
-    if d > TABLE_RANK || s >= TABLE_END || s < 1.0 {
+    if d > TABLE_RANK || !(1.0..TABLE_END).contains(&s) {
         return exact_log_tail(s, d);
     }
     let table = TABLE.get_or_init(|| {
@@ -188,7 +188,7 @@ pub fn calibrate(
     shares: &[f64],
 ) -> Calibration {
     let n = projected.columns.rows;
-    let mut random = ChaCha8Rng::seed_from_u64(0x5eed_0f_d1a6);
+    let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
     let mut resamples = Columns::new(n);
     let mut scales = Vec::with_capacity(RESAMPLES);
     for b in 0..2 * RESAMPLES {

@@ -47,6 +47,9 @@ pub struct Fit {
     pub of_explainable: Option<f64>,
 }
 
+/// Predictions of the base alone and of the augmented model.
+type Predicted = (Vec<f64>, Vec<f64>);
+
 /// The improvement on held-out groups.
 #[derive(Debug, Clone, Serialize)]
 pub struct Gain {
@@ -87,14 +90,14 @@ pub fn prove(explanation: &Explanation, before: &Model, after: &Model) -> Fit {
         return fit;
     }
     let out_of = |g: usize| g * folds / count;
-    let predicted: Vec<(Vec<f64>, Vec<f64>)> = (0..folds)
+    let predicted: Vec<Predicted> = (0..folds)
         .into_par_iter()
         .map(|fold| {
             let held: Vec<bool> = group.iter().map(|g| out_of(*g) == fold).collect();
             predict(explanation, before.order, after, &held)
         })
         .collect();
-    let pick = |which: fn(&(Vec<f64>, Vec<f64>)) -> &Vec<f64>| -> Vec<f64> {
+    let pick = |which: fn(&Predicted) -> &Vec<f64>| -> Vec<f64> {
         (0..rows.len()).map(|i| rows.error[i] - which(&predicted[out_of(group[i])])[i]).collect()
     };
     let (held_before, held_after) = (pick(|p| &p.0), pick(|p| &p.1));

@@ -44,7 +44,7 @@ impl Columns {
 
     /// Number of columns.
     pub fn count(&self) -> usize {
-        if self.rows == 0 { 0 } else { self.data.len() / self.rows }
+        self.data.len().checked_div(self.rows).unwrap_or(0)
     }
 
     /// Column `k`.
@@ -116,14 +116,14 @@ impl Basis {
         let mut w = v.to_vec();
         self.project_off(&mut w);
         let once = dot(&w, &w).sqrt();
-        if !(once > DEPENDENT * length) {
+        if once.is_nan() || once <= DEPENDENT * length {
             return false;
         }
         if once < 0.1 * length {
             self.project_off(&mut w);
         }
         let left = dot(&w, &w).sqrt();
-        if !(left > DEPENDENT * length) {
+        if left.is_nan() || left <= DEPENDENT * length {
             return false;
         }
         w.iter_mut().for_each(|x| *x /= left);

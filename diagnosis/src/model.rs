@@ -12,8 +12,9 @@ use crate::linear::{Basis, dot, least_squares};
 use crate::rows::Rows;
 use crate::search::Term;
 
-/// Surprise at which a further order of the base is kept: one column in twenty by chance.
-const ORDER_SURPRISE: f64 = 3.0;
+/// Surprise at which further orders of the base are kept: some ten blocks are tried, and one in fifteen
+/// recordings may keep one by chance.
+const ORDER_SURPRISE: f64 = 5.0;
 
 /// A term with its amplitudes.
 #[derive(Debug, Clone)]
@@ -263,7 +264,7 @@ fn intervals(
             down.0[k - width] -= h;
             *h
         };
-        if !(h > 0.0) {
+        if h.is_nan() || h <= 0.0 {
             continue;
         }
         let (u, d) = (effect.readings(rows, &up.0, &up.1), effect.readings(rows, &down.0, &down.1));

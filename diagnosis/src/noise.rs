@@ -144,7 +144,7 @@ fn robust_fit(y: &[f64], model: &[Vec<f64>], shape: &[f64]) -> (Basis, Vec<f64>)
         let ninth = absolute.len() * 9 / 10;
         let (_, outer, _) = absolute.select_nth_unstable_by(ninth, f64::total_cmp);
         let scale = central.max(*outer / MOST_CLEANED) / freedom.sqrt();
-        if !(scale > 0.0) {
+        if scale.is_nan() || scale <= 0.0 {
             break;
         }
         for i in 0..n {

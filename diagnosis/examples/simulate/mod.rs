@@ -47,7 +47,7 @@ impl Lab {
         let slope = self.uniform(-1.5, 1.5);
         let (mut tt, mut cc, mut co, mut cr, mut cmd) = (vec![], vec![], vec![], vec![], vec![]);
         let period = self.uniform(500.0, 1400.0);
-        let phase = self.uniform(0.0, 6.28);
+        let phase = self.uniform(0.0, std::f64::consts::TAU);
         for p in 0..passes {
             if p > 0 {
                 t += self.uniform(28.0, 33.0);
@@ -185,8 +185,8 @@ impl Lab {
             "hysteresis" => (0..n).map(|i| rows.direction[i] * (1.0 - (th[i] / 6120.0).powi(2))).collect(),
             "periodic_error" => {
                 let p = 12240.0 / self.uniform(4.0, 8.0);
-                let f = self.uniform(0.0, 6.28);
-                rows.truth.iter().map(|a| (6.283185307 * a / p + f).sin()).collect()
+                let f = self.uniform(0.0, std::f64::consts::TAU);
+                rows.truth.iter().map(|a| (std::f64::consts::TAU * a / p + f).sin()).collect()
             }
             "common_mode_leakage" => rows.common_mode_um.clone().unwrap(),
             "cross_axis_coupling" => rows.cross_arcsec.clone().unwrap(),
@@ -207,7 +207,7 @@ impl Lab {
             "ooc_temperature_square" => temp.iter().map(|x| (x - mean).powi(2)).collect(),
             "ooc_time_wave" => {
                 let p = self.uniform(90.0, 300.0);
-                t.iter().map(|t| (6.283185307 * t / p).sin()).collect()
+                t.iter().map(|t| (std::f64::consts::TAU * t / p).sin()).collect()
             }
             "ooc_time_gain" => t.iter().zip(th).map(|(t, a)| (t - 0.5 * t) * a).collect(),
             "ooc_common_temperature" => {

@@ -93,10 +93,15 @@ pub struct ValidRange {
     pub to: f64,
 }
 
+/// How far beyond the recorded range a settled end may land, as a part of the range.
+const SETTLING: f64 = 0.001;
+
 impl ValidRange {
-    /// Whether the model holds at this reading.
+    /// Whether the model holds at this reading: inside the range, or beyond its ends by so little that the same
+    /// commanded end lands there another time. A closed loop settles within its noise, not on a number.
     pub fn contains(&self, reading: f64) -> bool {
-        self.from <= reading && reading <= self.to
+        let settling = SETTLING * (self.to - self.from);
+        self.from - settling <= reading && reading <= self.to + settling
     }
 }
 

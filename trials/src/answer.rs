@@ -1,0 +1,178 @@
+//! What `diagnose` said of a recording: the part of its JSON that is scored.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+
+/// The verdict as a whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Nothing beyond the noise.
+    Consistent,
+    /// Named effects leave noise.
+    Explained,
+    /// Named effects, and structure is left.
+    PartlyExplained,
+    /// Structure without a name.
+    Unexplained,
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Answer {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The strongest first.
+    pub locations: Vec<Location>,
+    /// The strongest first.
+    pub effects: Vec<Named>,
+    /// Residuals before and after.
+    pub fit: Fit,
+    /// What the recording does not determine, in sentences.
+    #[serde(default)]
+    pub unidentifiable: Vec<String>,
+    /// What to record next.
+    pub next_experiment: Option<String>,
+}
+
+/// Where the mismatch lives.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Location {
+    /// The observable.
+    pub variable: String,
+    /// What multiplies it.
+    #[serde(default)]
+    pub times: Option<String>,
+}
+
+/// A named effect.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Named {
+    /// Its id.
+    pub id: String,
+    /// Its parameters.
+    pub parameters: Vec<Parameter>,
+    /// Ids that the recording cannot tell from it.
+    pub alternatives: Vec<String>,
+}
+
+/// A parameter with its interval.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+/// The proof on held-out passes.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Fit {
+    /// The base model alone.
+    pub before: Score,
+    /// With the named effects.
+    pub after: Score,
+    /// The gain with its interval.
+    #[serde(default)]
+    pub gain: Option<Gain>,
+}
+
+/// Residuals.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Score {
+    /// On held-out rows.
+    pub held_out_rms: Option<f64>,
+}
+
+/// rms before less rms after, on held-out rows.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Gain {
+    /// Its paired 95 % interval.
+    pub ci95: [f64; 2],
+}
+
+/// Why an answer cannot be scored.
+#[derive(Debug, thiserror::Error)]
+pub enum AnswerError {
+    /// It is not there or cannot be read.
+    #[error("{}: cannot be read ({reason}); expected the diagnosis of a recording", .path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: std::io::ErrorKind,
+    },
+    /// It is not of the agreed form.
+    #[error("{}: not a diagnosis: {reason}", .path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        reason: serde_json::Error,
+    },
+}
+
+impl Answer {
+    /// Reads the diagnosis at `path`.
+    ///
+    /// # Errors
+    /// [`AnswerError`] where it is missing or of another form.
+    pub fn read(path: &Path) -> Result<Self, AnswerError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|e| AnswerError::Missing { path: path.to_owned(), reason: e.kind() })?;
+        serde_json::from_str(&text).map_err(|reason| AnswerError::Form { path: path.to_owned(), reason })
+    }
+
+    /// Whether anything is reported.
+    pub fn detects(&self) -> bool {
+        self.verdict != Verdict::Consistent
+    }
+
+    /// The effect that is named first.
+    pub fn first(&self) -> Option<&str> {
+        self.effects.first().map(|e| e.id.as_str())
+    }
+
+    /// The named ids, sorted.
+    pub fn ids(&self) -> Vec<&str> {
+        let mut ids: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
+        ids.sort_unstable();
+        ids
+    }
+
+    /// Whether an id is named or listed as an alternative of a named one.
+    pub fn mentions(&self, id: &str) -> bool {
+        self.effects.iter().any(|e| e.id == id || e.alternatives.iter().any(|a| a == id))
+    }
+
+    /// Whether the strongest location is on one of the variables.
+    pub fn located_on(&self, variables: &[String]) -> bool {
+        self.locations.first().is_some_and(|l| variables.contains(&l.variable))
+    }
+
+    /// In words, for the list of misses.
+    pub fn sentence(&self) -> String {
+        let verdict = match self.verdict {
+            Verdict::Consistent => "consistent",
+            Verdict::Explained => "explained",
+            Verdict::PartlyExplained => "partly explained",
+            Verdict::Unexplained => "unexplained",
+        };
+        let mut text = verdict.to_owned();
+        for (k, effect) in self.effects.iter().enumerate() {
+            text += if k == 0 { ": " } else { " + " };
+            text += &effect.id;
+            if !effect.alternatives.is_empty() {
+                text += &format!(" (or {})", effect.alternatives.join(", "));
+            }
+        }
+        if let Some(location) = self.locations.first() {
+            let times = location.times.as_ref().map_or(String::new(), |t| format!(" × {t}"));
+            text += &format!(" · on {}{times}", location.variable);
+        }
+        text
+    }
+}

@@ -1,0 +1,106 @@
+//! The command line of `trials`.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use miette::{IntoDiagnostic, Result};
+use serde::Serialize;
+use trials::campaign::{Campaign, put};
+use trials::report::Report;
+use trials::{examples, real, summary};
+
+/// Conceals physical effects in simulated recordings, has `diagnose` run on the recordings alone, and scores it.
+#[derive(Parser)]
+#[command(version)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Static calibrations
+    Static(Static),
+}
+
+#[derive(Args)]
+struct Static {
+    /// Trials with something concealed
+    #[arg(long, default_value_t = 3000)]
+    trials: usize,
+    /// Nulls of each of the four noise families
+    #[arg(long, default_value_t = 2000)]
+    nulls: usize,
+    /// Seed of everything: the same seed gives the same report
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+    /// The folder for recordings, answers and the report (report.json, report.html; examples.json and real.json
+    /// where ARCSMITH_EXAMPLES and ARCSMITH_RECORDINGS name the folders of opened and of real recordings)
+    #[arg(long, default_value = "target/trials")]
+    out: PathBuf,
+    /// Do not leave each effect out of the catalogue in turn
+    #[arg(long)]
+    skip_without: bool,
+}
+
+/// Runs the program; whether every figure was reached.
+pub fn run(cli: &Cli) -> Result<bool> {
+    let Command::Static(args) = &cli.command;
+    let jobs = match args.jobs {
+        Some(jobs) => jobs.get(),
+        None => std::thread::available_parallelism().into_diagnostic()?.get(),
+    };
+    let campaign = Campaign {
+        trials: args.trials,
+        nulls: args.nulls,
+        seed: args.seed,
+        jobs,
+        without: !args.skip_without,
+        out: args.out.clone(),
+    };
+    let outcome = campaign
+        .run(|hash, count| println!("{count} recordings; the truth is sealed: SHA-256 {hash}"))
+        .into_diagnostic()?;
+    let report = Report::new(&campaign, &outcome);
+    report.write(&args.out).into_diagnostic()?;
+    print!("{}", summary::table(&report.score.figures));
+    println!(
+        "{} answers that were not right are listed in {}",
+        report.score.misses.len(),
+        args.out.display()
+    );
+    let mut reached = summary::reached(&report.score.figures);
+
+    if let Some(folder) = std::env::var_os("ARCSMITH_EXAMPLES") {
+        let scored =
+            examples::score(&PathBuf::from(folder), &args.out.join("examples"), jobs).into_diagnostic()?;
+        put(&args.out.join("examples.json"), &json(&scored)?).into_diagnostic()?;
+        println!("\nOpened examples of an independent laboratory");
+        print!("{}", summary::table(&scored.figures));
+        for miss in &scored.misses {
+            println!("{}: {}: {} → {}", miss.recording, miss.figure, miss.concealed, miss.said);
+        }
+        reached &= summary::reached(&scored.figures);
+    } else {
+        println!("\nOpened examples are skipped: ARCSMITH_EXAMPLES names no folder");
+    }
+    match std::env::var_os("ARCSMITH_RECORDINGS") {
+        Some(folder) => {
+            let figures =
+                real::figures(&PathBuf::from(folder), &args.out.join("real"), jobs).into_diagnostic()?;
+            put(&args.out.join("real.json"), &json(&figures)?).into_diagnostic()?;
+            println!("\nReal recordings");
+            print!("{}", summary::table(&figures));
+            reached &= summary::reached(&figures);
+        }
+        None => println!("\nReal recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
+    }
+    Ok(reached)
+}
+
+fn json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
+}

@@ -1,0 +1,239 @@
+//! The opened examples of an independent laboratory, scored alike: a folder with `recordings/`, `fresh/`,
+//! `truth.json` and `mirror.toml`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use twin::Reading;
+
+use crate::answer::{Answer, AnswerError};
+use crate::campaign::{CampaignError, put};
+use crate::draw::depends_on;
+use crate::fresh::{self, Twice};
+use crate::programs::{ProgramError, Programs};
+use crate::score::{Case, Score, score as score_cases};
+use crate::truth::{Concealed, Group, Truth};
+
+/// Why examples cannot be scored.
+#[derive(Debug, thiserror::Error)]
+pub enum ExampleError {
+    /// A program could not be run.
+    #[error(transparent)]
+    Program(#[from] ProgramError),
+    /// An answer is of another form.
+    #[error(transparent)]
+    Answer(#[from] AnswerError),
+    /// Nothing can be written.
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
+    /// A file of the folder is missing.
+    #[error(
+        "{}: cannot be read ({reason}); expected it in the folder that ARCSMITH_EXAMPLES names", .path.display()
+    )]
+    Missing {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        reason: std::io::ErrorKind,
+    },
+    /// The truth is of another form.
+    #[error("{}: not a truth of examples: {reason}", .path.display())]
+    Form {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        reason: serde_json::Error,
+    },
+    /// A recording is of another form.
+    #[error("{}: line {line} is no reading: expected numbers in the columns of a calibration", .path.display())]
+    Reading {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+    },
+}
+
+#[derive(Deserialize)]
+struct Opened {
+    effects: Vec<OpenedEffect>,
+    noise_arcsec: f64,
+    schedule: String,
+    temperature: String,
+    family: String,
+    ambiguous: bool,
+    fresh_is_fair: bool,
+}
+
+#[derive(Deserialize)]
+struct OpenedEffect {
+    id: String,
+    parameters: BTreeMap<String, serde_json::Value>,
+    rho: f64,
+}
+
+/// Has the examples diagnosed into `out` and scores the answers.
+///
+/// # Errors
+/// [`ExampleError`].
+pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleError> {
+    let programs = Programs::find()?;
+    let path = folder.join("truth.json");
+    let truths: BTreeMap<String, Opened> =
+        serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })?;
+    let out = std::path::absolute(out)
+        .map_err(|e| CampaignError::Write { path: out.to_owned(), reason: e.kind() })?;
+    // Copies, so that the program that answers stands in a folder without the truth.
+    let (blind, diagnosed) = (out.join("recordings"), out.join("diagnosed"));
+    for folder in [&blind, &diagnosed] {
+        if folder.is_dir() {
+            std::fs::remove_dir_all(folder)
+                .map_err(|e| CampaignError::Write { path: folder.clone(), reason: e.kind() })?;
+        }
+        std::fs::create_dir_all(folder)
+            .map_err(|e| CampaignError::Write { path: folder.clone(), reason: e.kind() })?;
+    }
+    put(&blind.join("mirror.toml"), &read(&folder.join("mirror.toml"))?)?;
+    let mut files = Vec::new();
+    for stem in truths.keys() {
+        let file = format!("{stem}.csv");
+        put(&blind.join(&file), &read(&folder.join("recordings").join(&file))?)?;
+        files.push(file);
+    }
+    if programs.diagnose(&blind, &files, &diagnosed, None, jobs)?.is_err() {
+        for file in &files {
+            if let Err(reason) =
+                programs.diagnose(&blind, std::slice::from_ref(file), &diagnosed, None, jobs)?
+            {
+                eprintln!("{file} was refused: {reason}");
+            }
+        }
+    }
+    let cases: Result<Vec<Case>, ExampleError> =
+        truths.iter().map(|(stem, opened)| case(&programs, folder, &diagnosed, stem, opened)).collect();
+    Ok(score_cases(&cases?))
+}
+
+fn case(
+    programs: &Programs,
+    folder: &Path,
+    diagnosed: &Path,
+    stem: &str,
+    opened: &Opened,
+) -> Result<Case, ExampleError> {
+    let file = format!("{stem}.csv");
+    let seen = readings(&folder.join("recordings").join(&file))?;
+    let truth = truth(&file, opened, &seen);
+    let answer = match diagnosed.join(format!("{stem}.json")) {
+        path if path.is_file() => Some(Answer::read(&path)?),
+        _ => None,
+    };
+    let mut compared = None;
+    let known = !matches!(truth.group, Group::Null | Group::Ambiguous | Group::Outside);
+    if truth.fresh_is_fair && answer.is_some() && known {
+        let path = folder.join("fresh").join(&file);
+        let angles = diagnosed.join(format!("{stem}.angles.csv"));
+        match programs.apply(&path, &diagnosed.join(format!("{stem}.coefficients.json")), &angles)? {
+            Ok(()) => {
+                let ids = truth.ids();
+                let fresh = readings(&path)?;
+                let twice =
+                    Twice { seen: &seen, fresh: &fresh, ids: &ids, covariance: None, distance_mm: 12.0 };
+                compared = fresh::compare(&twice, &angles);
+            }
+            Err(reason) => eprintln!("{stem}: the coefficients were refused: {reason}"),
+        }
+    }
+    Ok(Case { truth, answer, fresh: compared, without: None })
+}
+
+fn truth(file: &str, opened: &Opened, seen: &[Reading]) -> Truth {
+    let effects: Vec<Concealed> = opened
+        .effects
+        .iter()
+        .map(|effect| {
+            let parameters: BTreeMap<String, f64> =
+                effect.parameters.iter().filter_map(|(k, v)| Some((k.clone(), v.as_f64()?))).collect();
+            let listed = effect.parameters.get("depends_on").and_then(|v| v.as_array());
+            let variables = listed.map(|l| l.iter().filter_map(|v| v.as_str()).map(str::to_owned).collect());
+            let t_s: Vec<f64> = seen.iter().map(|r| r.t_s).collect();
+            Concealed {
+                id: effect.id.clone(),
+                rho: effect.rho,
+                depends_on: variables.unwrap_or_else(|| depends_on(&effect.id)),
+                imitation: None,
+                step_window_s: crate::draw::step_window_s(parameters.get("time_s").copied(), &t_s),
+                parameters,
+            }
+        })
+        .collect();
+    let group = match effects.as_slice() {
+        [] => Group::Null,
+        _ if opened.ambiguous => Group::Ambiguous,
+        [one] if one.id.starts_with("ooc_") => Group::Outside,
+        [one] if one.rho < 8.0 => Group::Weak,
+        [_] => Group::Strong,
+        [_, _] => Group::Pair,
+        _ => Group::Triple,
+    };
+    Truth {
+        recording: file.to_owned(),
+        group,
+        family: opened.family.clone(),
+        schedule: opened.schedule.clone(),
+        temperature: opened.temperature.clone(),
+        noise_arcsec: opened.noise_arcsec,
+        effects,
+        fresh_is_fair: opened.fresh_is_fair,
+    }
+}
+
+fn read(path: &Path) -> Result<String, ExampleError> {
+    std::fs::read_to_string(path)
+        .map_err(|e| ExampleError::Missing { path: path.to_owned(), reason: e.kind() })
+}
+
+/// The readings of a calibration with all the columns that the log of `twin` has, in its order.
+fn readings(path: &Path) -> Result<Vec<Reading>, ExampleError> {
+    let text = read(path)?;
+    let wrong = |line: usize| ExampleError::Reading { path: path.to_owned(), line };
+    let mut lines = text.lines();
+    if lines.next().is_none_or(|header| header.trim() != twin::log::HEADER) {
+        return Err(wrong(1));
+    }
+    lines
+        .enumerate()
+        .map(|(index, line)| {
+            let parse = |field: &str| field.trim().parse::<f64>().map_err(|_| wrong(index + 2));
+            let fields: Vec<f64> = line.split(',').map(parse).collect::<Result<_, _>>()?;
+            let [
+                t_s,
+                pass,
+                direction,
+                command_deg,
+                x1_mm,
+                x2_mm,
+                reference_arcsec,
+                cross_arcsec,
+                temperature_c,
+                coil_a,
+            ] = fields[..]
+            else {
+                return Err(wrong(index + 2));
+            };
+            Ok(Reading {
+                t_s,
+                pass: pass as u32,
+                direction: direction as i8,
+                command_deg,
+                x1_mm,
+                x2_mm,
+                reference_arcsec,
+                cross_arcsec,
+                temperature_c,
+                coil_a,
+            })
+        })
+        .collect()
+}

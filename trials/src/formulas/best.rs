@@ -1,0 +1,103 @@
+//! The best nonlinear parameters of a formula: a grid, then steps that halve.
+
+use super::{Columns, Formula};
+use crate::linear::{Basis, Whitener};
+
+/// A formula at nonlinear parameters.
+#[derive(Clone)]
+pub struct Shaped {
+    /// The formula.
+    pub formula: &'static Formula,
+    /// Its nonlinear parameters.
+    pub shape: Vec<f64>,
+}
+
+impl Shaped {
+    /// The columns, whitened.
+    pub fn white(&self, columns: &Columns, whitener: &Whitener) -> Vec<Vec<f64>> {
+        (self.formula.signature)(columns, &self.shape).iter().map(|c| whitener.whiten(c)).collect()
+    }
+}
+
+/// The nonlinear parameters at which `formula` explains most of the squared norm of `target` (whitened and
+/// orthogonal to `basis`), and how much that is.
+pub fn best_shape(
+    formula: &'static Formula,
+    columns: &Columns,
+    whitener: &Whitener,
+    basis: &Basis,
+    target: &[f64],
+) -> (Shaped, f64) {
+    let grid = (formula.grid)(columns);
+    let value = |shape: &[f64]| {
+        let shaped = Shaped { formula, shape: shape.to_vec() };
+        basis.explained(&shaped.white(columns, whitener), target)
+    };
+    let mut best = (Vec::new(), f64::NEG_INFINITY);
+    for place in grid.places {
+        let explained = value(&place);
+        if explained > best.1 {
+            best = (place, explained);
+        }
+    }
+    let (shape, explained) = climb(best.0, best.1, &grid.spacing, &value);
+    (Shaped { formula, shape }, explained)
+}
+
+/// Joint refinement of the nonlinear parameters of several formulas, so that together they explain most.
+pub fn refine_jointly(
+    mut together: Vec<Shaped>,
+    columns: &Columns,
+    whitener: &Whitener,
+    basis: &Basis,
+    target: &[f64],
+) -> Vec<Shaped> {
+    let spacing: Vec<f64> = together.iter().flat_map(|s| (s.formula.grid)(columns).spacing).collect();
+    if spacing.is_empty() {
+        return together;
+    }
+    let start: Vec<f64> = together.iter().flat_map(|s| s.shape.clone()).collect();
+    let formulas: Vec<(&'static Formula, usize)> =
+        together.iter().map(|s| (s.formula, s.shape.len())).collect();
+    let split = |all: &[f64]| -> Vec<Shaped> {
+        let mut rest = all;
+        formulas
+            .iter()
+            .map(|(formula, count)| {
+                let (own, others) = rest.split_at(*count);
+                rest = others;
+                Shaped { formula, shape: own.to_vec() }
+            })
+            .collect()
+    };
+    let value = |all: &[f64]| {
+        let wide: Vec<Vec<f64>> = split(all).iter().flat_map(|s| s.white(columns, whitener)).collect();
+        basis.explained(&wide, target)
+    };
+    let first = value(&start);
+    together = split(&climb(start, first, &spacing, &value).0);
+    together
+}
+
+/// Coordinate steps of half the spacing, halved whenever none helps, down to a thousandth.
+fn climb(start: Vec<f64>, first: f64, spacing: &[f64], value: &dyn Fn(&[f64]) -> f64) -> (Vec<f64>, f64) {
+    let (mut place, mut best) = (start, first);
+    let mut part = 0.5;
+    while part > 1e-3 && !spacing.is_empty() {
+        let mut moved = false;
+        for k in 0..spacing.len() {
+            for sign in [1.0, -1.0] {
+                let mut tried = place.clone();
+                tried[k] += sign * part * spacing[k];
+                let explained = value(&tried);
+                if explained > best {
+                    (place, best, moved) = (tried, explained, true);
+                }
+            }
+        }
+        if !moved {
+            part *= 0.5;
+        }
+    }
+    (place, best)
+}

@@ -1,0 +1,92 @@
+//! ρ, the strength of a concealed effect as a matched filter sees it.
+//!
+//! ρ² = zᵀ Σ⁻¹ z, z the effect's noiseless contribution after projecting off, in the metric Σ⁻¹, the base
+//! model (a constant and Eq. 6 of order 9, the order of the devices' own error) and the other effects.
+
+use crate::formulas::{self, Columns, FORMULAS};
+use crate::linear::{Basis, Whitener, dot};
+
+/// The whitened space of one recording, and the base model in it.
+pub struct Metric {
+    whitener: Whitener,
+    base: Basis,
+}
+
+/// A catalogued effect that comes close to a concealed one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Imitation {
+    /// Its id.
+    pub id: &'static str,
+    /// ρ of what it leaves of the concealed effect.
+    pub rho_left: f64,
+}
+
+impl Metric {
+    /// From the columns of a recording of probes `distance_mm` apart and the true covariance of its noise;
+    /// none where that is not positive definite.
+    pub fn new(columns: &Columns, covariance: &[f64], distance_mm: f64) -> Option<Self> {
+        let whitener = Whitener::new(covariance, columns.rows())?;
+        let mut base = Basis::default();
+        for column in columns.base(columns.half_mm(), distance_mm) {
+            base.push(&whitener.whiten(&column));
+        }
+        Some(Self { whitener, base })
+    }
+
+    /// The base model and all contributions but that at `index`.
+    fn beside(&self, contributions: &[Vec<f64>], index: usize) -> Basis {
+        let mut basis = self.base.clone();
+        for (other, contribution) in contributions.iter().enumerate() {
+            if other != index {
+                basis.push(&self.whitener.whiten(contribution));
+            }
+        }
+        basis
+    }
+
+    /// ρ of every contribution (arcsec, one value per row).
+    pub fn rho(&self, contributions: &[Vec<f64>]) -> Vec<f64> {
+        (0..contributions.len())
+            .map(|index| {
+                let z =
+                    self.beside(contributions, index).residual(&self.whitener.whiten(&contributions[index]));
+                dot(&z, &z).sqrt()
+            })
+            .collect()
+    }
+
+    /// ρ of every contribution with only the base model projected off.
+    pub fn rho_alone(&self, contributions: &[Vec<f64>]) -> Vec<f64> {
+        contributions.iter().flat_map(|c| self.rho(std::slice::from_ref(c))).collect()
+    }
+
+    /// The catalogued effect, none of `concealed`, that comes closest to the contribution at `index`; effects
+    /// that contain it as a limiting case are passed over, for the simpler name is then the right one.
+    pub fn closest_imitation(
+        &self,
+        columns: &Columns,
+        contributions: &[Vec<f64>],
+        concealed: &[&str],
+        index: usize,
+    ) -> Option<Imitation> {
+        let basis = self.beside(contributions, index);
+        let z = basis.residual(&self.whitener.whiten(&contributions[index]));
+        let whole = dot(&z, &z);
+        let limit_of = formulas::find(concealed[index]).and_then(|f| f.limit_of);
+        let rivals = FORMULAS.iter().filter(|f| !concealed.contains(&f.id) && Some(f.id) != limit_of);
+        rivals
+            .map(|rival| {
+                let (_, explained) = formulas::best_shape(rival, columns, &self.whitener, &basis, &z);
+                Imitation { id: rival.id, rho_left: (whole - explained).max(0.0).sqrt() }
+            })
+            .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left))
+    }
+
+    /// ρ of what the formula of the contribution's own id leaves of it.
+    pub fn left_by_own_formula(&self, columns: &Columns, contribution: &[f64], id: &str) -> f64 {
+        let z = self.base.residual(&self.whitener.whiten(contribution));
+        let explained = formulas::find(id)
+            .map_or(0.0, |own| formulas::best_shape(own, columns, &self.whitener, &self.base, &z).1);
+        (dot(&z, &z) - explained).max(0.0).sqrt()
+    }
+}

@@ -1,0 +1,109 @@
+//! The report: JSON for programs, and one self-contained HTML page for people. Nothing in it depends on the
+//! machine or the time, so that the same seed gives the same bytes.
+
+mod charts;
+
+use std::path::Path;
+
+use minijinja::{Environment, context};
+use serde::Serialize;
+
+use crate::campaign::{Campaign, CampaignError, Outcome, put};
+use crate::score::{Figure, Score, score};
+use crate::summary::reached;
+use crate::truth::CAN_TELL;
+
+/// What is reported of a campaign.
+#[derive(Serialize)]
+pub struct Report {
+    /// Version of the form.
+    pub schema: u32,
+    /// What was run.
+    pub command: String,
+    /// SHA-256 of the sealed truth (`truth.jsonl`).
+    pub sealed_sha256: String,
+    /// Number of recordings.
+    pub recordings: usize,
+    /// What was measured.
+    #[serde(flatten)]
+    pub score: Score,
+}
+
+impl Report {
+    /// Scores a campaign.
+    pub fn new(campaign: &Campaign, outcome: &Outcome) -> Self {
+        let without = if campaign.without { "" } else { " --skip-without" };
+        Self {
+            schema: 1,
+            command: format!(
+                "trials static --trials {} --nulls {} --seed {}{without}",
+                campaign.trials, campaign.nulls, campaign.seed
+            ),
+            sealed_sha256: outcome.sealed.clone(),
+            recordings: outcome.cases.len(),
+            score: score(&outcome.cases),
+        }
+    }
+
+    /// Writes `report.json` and `report.html` into `folder`.
+    ///
+    /// # Errors
+    /// [`CampaignError::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), CampaignError> {
+        // Plain numbers, names and lists: cannot fail.
+        let json = serde_json::to_string_pretty(self).unwrap_or_default();
+        put(&folder.join("report.json"), &(json + "\n"))?;
+        put(&folder.join("report.html"), &self.page())
+    }
+
+    /// The page.
+    fn page(&self) -> String {
+        let mut environment = Environment::new();
+        environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
+        // The template is part of the program and is rendered by its tests.
+        let rendered = environment
+            .add_template("page.html", include_str!("page.html"))
+            .and_then(|()| environment.get_template("page.html"))
+            .and_then(|template| {
+                template.render(context! {
+                    report => minijinja::Value::from(minijinja::value::Serde(self)),
+                    classes => self.score.figures.iter().map(class).collect::<Vec<_>>(),
+                    all_reached => reached(&self.score.figures),
+                    chart => self.score.curve.as_ref().map(charts::detection),
+                    ids => crate::formulas::FORMULAS.iter().map(|f| f.id).collect::<Vec<_>>(),
+                    can_tell => CAN_TELL,
+                })
+            });
+        rendered.unwrap_or_else(|error| format!("<!doctype html><p>{error}"))
+    }
+}
+
+fn class(figure: &Figure) -> &'static str {
+    match figure.passed {
+        Some(true) => "pass",
+        Some(false) => "fail",
+        None => "told",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::tests::some_cases;
+
+    #[test]
+    fn the_page_is_whole_and_says_every_figure() {
+        let campaign =
+            Campaign { trials: 1, nulls: 1, seed: 1, jobs: 1, without: true, out: std::path::PathBuf::new() };
+        let outcome = Outcome { cases: some_cases(), sealed: "00".to_owned() };
+        let report = Report::new(&campaign, &outcome);
+        let page = report.page();
+        assert!(page.trim_end().ends_with("</html>"), "{page}");
+        for figure in &report.score.figures {
+            let escaped = figure.figure.replace('/', "&#x2f;");
+            assert!(page.contains(&figure.figure) || page.contains(&escaped), "{}", figure.figure);
+        }
+        assert!(page.contains("<svg"));
+        assert_eq!(page, Report::new(&campaign, &outcome).page());
+    }
+}

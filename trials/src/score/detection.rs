@@ -1,0 +1,88 @@
+//! False alarms, and the detection of single effects.
+
+use serde::Serialize;
+
+use super::{Case, Figure, Misses, Share};
+use crate::answer::Answer;
+use crate::curve::{self, Curve};
+use crate::plan::FAMILIES;
+use crate::statistics::{lower_limit, upper_limit};
+use crate::truth::Group;
+
+/// Nulls of one noise family that it takes to show the figure.
+const NULLS: u64 = 2000;
+
+/// False alarms of one noise family.
+#[derive(Debug, Clone, Serialize)]
+pub struct FalseAlarms {
+    /// The family.
+    pub family: String,
+    /// How many of how many nulls.
+    pub share: Share,
+    /// One-sided upper 95 % limit (Clopper–Pearson).
+    pub upper: f64,
+}
+
+pub(super) fn figures(
+    cases: &[Case],
+    figures: &mut Vec<Figure>,
+    misses: &mut Misses,
+) -> (Vec<FalseAlarms>, Option<Curve>) {
+    let mut families = Vec::new();
+    let mut all = Share::default();
+    for (family, _) in FAMILIES {
+        let nulls = cases.iter().filter(|c| c.truth.group == Group::Null && c.truth.family == family);
+        let quiet = misses.share("false alarm", nulls, |_, answer| !answer.detects());
+        let share = Share { hits: quiet.of - quiet.hits, of: quiet.of };
+        (all.hits, all.of) = (all.hits + share.hits, all.of + share.of);
+        let upper = upper_limit(share.hits, share.of, 0.95);
+        let few = share.of < NULLS;
+        let remark = if few { format!(" (fewer than {NULLS})") } else { String::new() };
+        figures.push(Figure {
+            figure: format!("false alarms, {family} noise"),
+            wanted: "≤ 1 %, upper limit ≤ 1.5 %".to_owned(),
+            measured: match share.value() {
+                Some(value) => format!(
+                    "{:.2} % ({}/{}), upper limit {:.2} %{remark}",
+                    100.0 * value,
+                    share.hits,
+                    share.of,
+                    100.0 * upper
+                ),
+                None => "none".to_owned(),
+            },
+            // Fewer nulls can refute the figure, but not show it.
+            passed: match share.value() {
+                Some(_) if few && lower_limit(share.hits, share.of, 0.95) <= 0.01 => None,
+                value => value.map(|value| value <= 0.01 && upper <= 0.015),
+            },
+        });
+        families.push(FalseAlarms { family: family.to_owned(), share, upper });
+    }
+
+    let single = |c: &&Case| matches!(c.truth.group, Group::Weak | Group::Strong | Group::Step);
+    let visible = cases.iter().filter(single).filter(|c| c.truth.least_rho() >= 6.0);
+    let share = misses.share("detection, ρ ≥ 6", visible, |_, answer| answer.detects());
+    figures.push(Figure::at_least("detection where ρ ≥ 6", 0.98, share));
+
+    let points: Vec<curve::Point> =
+        cases.iter().filter(single).map(|c| (c.truth.least_rho(), c.said(Answer::detects))).collect();
+    // None of none, and none at all, still have an expected rate: half an alarm more.
+    let false_alarm = (all.hits as f64 + 0.5) / (all.of as f64 + 1.0);
+    let curve = curve::fit(&points, false_alarm.min(0.5));
+    figures.push(Figure {
+        figure: "shift in ρ of the detection curve from the ideal one".to_owned(),
+        wanted: "≤ 0.7".to_owned(),
+        measured: curve.as_ref().map_or("not determined".to_owned(), |c| {
+            format!(
+                "{:.2} (half at ρ {:.2}, width {:.2}; ideal at {:.2} % false alarms)",
+                c.shift,
+                c.half,
+                c.width,
+                100.0 * c.false_alarm
+            )
+        }),
+        passed: curve.as_ref().map(|c| c.shift <= 0.7),
+    });
+    (families, curve)
+}

@@ -1,0 +1,107 @@
+//! Physics outside the table, and effects of the table that were left out of the catalogue: the right answer
+//! is that nothing known explains it, and where it lives.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{Case, Figure, Misses, Share};
+use crate::answer::{Answer, Verdict};
+use crate::truth::Group;
+
+/// ρ of what the closest effect of the table leaves, from which on structure beside it must be seen: that
+/// from which on an effect must be detected.
+const LEFT: f64 = 6.0;
+
+/// Answers to one effect outside the table.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct OutsideRow {
+    /// Its id.
+    pub id: String,
+    /// Trials of ρ ≥ 8 of which no effect of the table explains all but ρ 6.
+    pub of: u64,
+    /// Verdict `unexplained`.
+    pub unexplained: u64,
+    /// Verdict `partly_explained`.
+    pub partly: u64,
+    /// Verdict `explained`.
+    pub named: u64,
+    /// Verdict `consistent`, or refused.
+    pub missed: u64,
+    /// Trials of ρ ≥ 8 that an effect of the table imitates; not counted above.
+    pub imitated: u64,
+}
+
+/// Answers with the concealed effect left out of the catalogue.
+pub type WithoutRow = OutsideRow;
+
+pub(super) fn figures(
+    cases: &[Case],
+    figures: &mut Vec<Figure>,
+    misses: &mut Misses,
+) -> (Vec<OutsideRow>, Vec<WithoutRow>) {
+    let left = |c: &Case| c.truth.effects[0].imitation.as_ref().is_none_or(|(_, left)| *left >= LEFT);
+    let outside = || cases.iter().filter(|c| c.truth.group == Group::Outside && c.truth.least_rho() >= 8.0);
+    let right = |c: &Case, a: &Answer| {
+        matches!(a.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
+            && a.located_on(&c.truth.effects[0].depends_on)
+    };
+    let share = misses.share("outside the table", outside().filter(|c| left(c)), right);
+    figures.push(Figure::at_least(
+        "outside the table, ρ ≥ 8: unexplained or partly explained, rightly located",
+        0.95,
+        share,
+    ));
+    let mut wrong = Share::default();
+    outside().filter(|c| left(c)).for_each(|c| wrong.count(c.said(|a| a.verdict == Verdict::Explained)));
+    figures.push(Figure {
+        figure: "outside the table: a wrong name alone".to_owned(),
+        wanted: "≤ 2 %".to_owned(),
+        measured: wrong.to_string(),
+        passed: wrong.value().map(|value| value <= 0.02),
+    });
+    let mut all = Share::default();
+    outside().for_each(|c| all.count(c.said(|a| right(c, a))));
+    figures.push(Figure::told("outside the table, those that an effect of it imitates included", all));
+
+    let asked: Vec<(&Case, &Option<Answer>)> =
+        cases.iter().filter_map(|c| c.without.as_ref().map(|answer| (c, answer))).collect();
+    // What is a limiting case of another effect has a name without its own.
+    let known =
+        |c: &Case| crate::formulas::find(&c.truth.effects[0].id).is_some_and(|f| f.limit_of.is_some());
+    let mut share = Share::default();
+    for (case, answer) in asked.iter().filter(|(c, _)| left(c) && !known(c)) {
+        let hit = answer.as_ref().is_some_and(|a| a.verdict == Verdict::Unexplained);
+        share.count(hit);
+        if !hit {
+            let said = answer.as_ref().map_or_else(|| "refused".to_owned(), Answer::sentence);
+            misses.add("left out of the catalogue", case, said);
+        }
+    }
+    if !asked.is_empty() {
+        figures.push(Figure::told("left out of the catalogue, ρ ≥ 8: unexplained", share));
+    }
+    let outside_rows = rows(outside().map(|c| (c, &c.answer, !left(c))));
+    let without_rows = rows(asked.iter().map(|&(c, a)| (c, a, !left(c) || known(c))));
+    (outside_rows, without_rows)
+}
+
+fn rows<'a>(answers: impl Iterator<Item = (&'a Case, &'a Option<Answer>, bool)>) -> Vec<OutsideRow> {
+    let mut rows: BTreeMap<&str, OutsideRow> = BTreeMap::new();
+    for (case, answer, imitated) in answers {
+        let id = case.truth.effects[0].id.as_str();
+        let row = rows.entry(id).or_insert_with(|| OutsideRow { id: id.to_owned(), ..OutsideRow::default() });
+        if imitated {
+            row.imitated += 1;
+            continue;
+        }
+        row.of += 1;
+        match answer.as_ref().map(|a| a.verdict) {
+            Some(Verdict::Unexplained) => row.unexplained += 1,
+            Some(Verdict::PartlyExplained) => row.partly += 1,
+            Some(Verdict::Explained) => row.named += 1,
+            Some(Verdict::Consistent) | None => row.missed += 1,
+        }
+    }
+    rows.into_values().collect()
+}

@@ -1,0 +1,98 @@
+//! What the augmented models are worth on fresh recordings of the same devices.
+
+use serde::Serialize;
+use twin::effects::{Scope, catalogue};
+
+use super::{Case, Figure, Misses, Share};
+use crate::answer::Answer;
+use crate::fresh::Fresh;
+use crate::statistics::percentile;
+
+/// Worth on fresh recordings.
+#[derive(Debug, Clone, Serialize)]
+pub struct Worth {
+    /// Recordings compared.
+    pub compared: usize,
+    /// Median and 95th percentile of rms / rms of a model that was told the ids.
+    pub told: Option<[f64; 2]>,
+    /// The same beside a model that was told the covariance of the noise as well.
+    pub told_more: Option<[f64; 2]>,
+    /// Median and 95th percentile of rms / rms of the base model alone.
+    pub base: Option<[f64; 2]>,
+    /// Median and 95th percentile of the first, on rows inside the range of the coefficients alone.
+    pub inside: Option<[f64; 2]>,
+    /// Gains that were claimed, and how many of them were realised.
+    pub realised: Share,
+    /// Rows of the fresh recordings outside the range of the coefficients.
+    pub extrapolated_rows: usize,
+    /// All their rows.
+    pub rows: usize,
+}
+
+pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Worth {
+    let compared: Vec<(&Case, &Fresh)> =
+        cases.iter().filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
+    let of = |ratio: fn(&Fresh) -> Option<f64>| {
+        let ratios: Vec<f64> = compared.iter().filter_map(|(_, fresh)| ratio(fresh)).collect();
+        Some([percentile(&ratios, 0.5)?, percentile(&ratios, 0.95)?])
+    };
+    let told = of(|f| Some(f.answer_arcsec / f.told_arcsec));
+    for (case, fresh) in &compared {
+        let ratio = fresh.answer_arcsec / fresh.told_arcsec;
+        if ratio > 1.10 {
+            misses.add("rms on a fresh recording", case, format!("{ratio:.2} times; {}", case.sentence()));
+        }
+    }
+    let wanted = [("median", 1.02), ("95th percentile", 1.10)];
+    for (index, (word, most)) in wanted.into_iter().enumerate() {
+        figures.push(Figure {
+            figure: format!("rms on a fresh recording / that of a model told the ids, {word}"),
+            wanted: format!("≤ {most:.2}"),
+            measured: told.map_or("none".to_owned(), |t| format!("{:.3} (of {})", t[index], compared.len())),
+            passed: told.map(|t| t[index] <= most),
+        });
+    }
+
+    let inside = of(|f| Some(f.inside_ratio));
+    figures.push(Figure {
+        figure: "the same on rows inside the calibrated range alone: median, 95th percentile".to_owned(),
+        wanted: "–".to_owned(),
+        measured: inside.map_or("none".to_owned(), |[median, most]| format!("{median:.3}, {most:.3}")),
+        passed: None,
+    });
+
+    let mut realised = Share::default();
+    for (case, fresh) in &compared {
+        let lasting = |id: &str| catalogue::find(id).is_some_and(|s| s.scope == Scope::Device);
+        if !case.truth.effects.iter().all(|e| lasting(&e.id)) || !case.said(claims_gain) {
+            continue;
+        }
+        let hit = fresh.answer_arcsec < fresh.base_arcsec;
+        realised.count(hit);
+        if !hit {
+            let said =
+                format!("rms {:.3} from {:.3}; {}", fresh.answer_arcsec, fresh.base_arcsec, case.sentence());
+            misses.add("gain realised", case, said);
+        }
+    }
+    figures.push(Figure::at_least("gain claimed is realised on a fresh recording", 0.95, realised));
+    Worth {
+        compared: compared.len(),
+        told,
+        told_more: of(|f| f.told_more_arcsec.map(|told| f.answer_arcsec / told)),
+        base: of(|f| Some(f.answer_arcsec / f.base_arcsec)),
+        inside,
+        realised,
+        extrapolated_rows: compared.iter().map(|(_, f)| f.extrapolated).sum(),
+        rows: compared.iter().map(|(_, f)| f.rows).sum(),
+    }
+}
+
+/// Whether an improvement is claimed: an interval above zero, or where there is none a smaller figure.
+fn claims_gain(answer: &Answer) -> bool {
+    match (&answer.fit.gain, answer.fit.before.held_out_rms, answer.fit.after.held_out_rms) {
+        (Some(gain), ..) => gain.ci95[0] > 0.0,
+        (None, Some(before), Some(after)) => after < before,
+        _ => false,
+    }
+}
