@@ -64,8 +64,9 @@ pub fn mutants(
     bar: &ProgressBar,
 ) -> Result<Vec<ToolReport>, VerifyError> {
     let mut reports = vec![hand_edited(generated)?];
+    let source_c = generated.files.get(&PathBuf::from(format!("c/{base}.c"))).map_or("", String::as_str);
     for subject in subjects {
-        for mutation in mutations(subject) {
+        for mutation in mutations(subject, source_c) {
             bar.set_message(format!("{}: {}", subject.name, mutation.what));
             reports.push(damaged_source(subject, generated, quantity, base, &mutation)?);
         }
@@ -87,7 +88,7 @@ fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
     ToolReport { check: "mutant".into(), subject: subject.into(), holds: !caught.is_empty(), finding }
 }
 
-fn mutations(subject: &Subject<'_>) -> Vec<Mutation> {
+fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
     let program = subject.program();
     let mut found = Vec::new();
     let constants: Vec<Operand> = program
@@ -144,9 +145,14 @@ fn mutations(subject: &Subject<'_>) -> Vec<Mutation> {
         }
     }
     if program.steps.iter().any(|s| matches!(s.op, Op::MulAddHigh { .. })) {
-        for (language, name) in [(Language::Rust, "Rust"), (Language::C, "C")] {
+        // In strict C the shift is an exact division.
+        let c =
+            if source_c.contains(">> 32") { [">> 32", ">> 31"] } else { ["/ 4294967296)", "/ 2147483648)"] };
+        for (language, name, [from, to]) in
+            [(Language::Rust, "Rust", [">> 32", ">> 31"]), (Language::C, "C", c)]
+        {
             let what = format!("a product shifted by 31 instead of 32, {name}");
-            found.push(Mutation { what, language, swap: false, from: ">> 32".into(), to: ">> 31".into() });
+            found.push(Mutation { what, language, swap: false, from: from.into(), to: to.into() });
         }
     }
     // The middle of a table is always reached.
@@ -329,7 +335,8 @@ mod tests {
 
         let subjects = Subject::all(&anew, &options);
         for subject in &subjects {
-            for mutation in mutations(subject) {
+            let source_c = &anew.files[Path::new("c/corrected_angle.c")];
+            for mutation in mutations(subject, source_c) {
                 let found = damaged_source(subject, &anew, &quantity, "corrected_angle", &mutation).unwrap();
                 assert!(found.holds, "{found:?}");
             }
