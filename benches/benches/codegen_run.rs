@@ -15,7 +15,8 @@ fn codegen_run(criterion: &mut Criterion) {
             let folder = tempfile::tempdir().expect("a temporary folder");
             let (coefficients, sha256) = Source::Embedded.load().expect("the embedded recording is sound");
             let generated = generate(&coefficients, &sha256, &options).expect("the default has its routines");
-            let written = codegen::files::write(folder.path(), &generated.files).expect("the folder is empty");
+            let written =
+                codegen::files::write(folder.path(), &generated.files).expect("the folder is empty");
             assert_eq!(written, generated.files.len());
         });
     });

@@ -11,12 +11,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 
 use crate::cost::Core;
-use crate::explore::{self, Candidate, Ends};
+use crate::explore::{self, Candidate};
 use crate::files;
 use crate::format::Format;
 use crate::generate::{Generated, generate};
 use crate::input::{Arity, Encoding, Input};
-use crate::options::{CShift, Method, Options, OutOfRange, RoutineOptions};
+use crate::options::{CShift, Ends, Method, Options, OutOfRange, RoutineOptions};
 use crate::output::Output;
 use crate::plot;
 use crate::quantity::Quantity;
@@ -91,6 +91,9 @@ struct CheckArguments {
     /// Look for panics in the Rust object, overflow checks on; and let rustdoc check the documentation.
     #[arg(long)]
     objects: bool,
+    /// Damage copies of the files on purpose, and see that every damage is caught.
+    #[arg(long)]
+    mutants: bool,
     /// Print the report as JSON.
     #[arg(long)]
     json: bool,
@@ -317,6 +320,7 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
         frama_c: checks.frama_c,
         misra: checks.misra,
         objects: checks.objects,
+        mutants: checks.mutants,
     };
     let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
         .map_err(|e| miette!("{e}"))?;
@@ -450,24 +454,12 @@ fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
     };
     let ends = ends(arguments)?;
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
-    let routine = |format: Format| {
-        let mut usual = RoutineOptions::of(format);
-        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
-            *full_scale = arguments.full_scale;
-        }
-        RoutineOptions {
-            method,
-            format,
-            input: ends.input.unwrap_or(usual.input),
-            output: ends.output.unwrap_or(usual.output),
-        }
-    };
     let formats = match &arguments.format[..] {
         [] => Options::default().routines.iter().map(|r| r.format).collect(),
         named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
     };
     Ok(Options {
-        routines: formats.into_iter().map(routine).collect(),
+        routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
         bound,
         degree: arguments.degree,
         range: arguments.from.zip(arguments.to),
@@ -524,7 +516,7 @@ fn ends(arguments: &Arguments) -> Result<Ends> {
             "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
         ));
     }
-    Ok(Ends { input, output })
+    Ok(Ends { input, output, full_scale: arguments.full_scale })
 }
 
 /// `2x32`: the degree and the number of segments, a power of two.
@@ -562,7 +554,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     while let Some(word) = arguments.next() {
         match word.as_str() {
             "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c"
-            | "--misra" | "--objects" | "--json" | "-q" | "--quiet" => {}
+            | "--misra" | "--objects" | "--mutants" | "--json" | "-q" | "--quiet" => {}
             "--out" => {
                 arguments.next();
             }

@@ -9,9 +9,7 @@ use serde::Serialize;
 use crate::cost::{Core, Cost};
 use crate::format::Format;
 use crate::fused::LARGEST_DEGREE;
-use crate::input::Input;
-use crate::options::{Method, Options, RoutineOptions};
-use crate::output::Output;
+use crate::options::{Ends, Method, Options, RoutineOptions};
 use crate::quantity::Quantity;
 use crate::routine::{self, Routine, RoutineError};
 
@@ -65,15 +63,6 @@ pub struct Row {
     pub flash_bytes: usize,
 }
 
-/// What to design for every candidate: the user's input and output, where given.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Ends {
-    /// The input; the usual one of the format where none is given.
-    pub input: Option<Input>,
-    /// The output, likewise.
-    pub output: Option<Output>,
-}
-
 /// Designs all candidates whose best polynomials come within `bound`; `done` is told how many are through.
 ///
 /// # Errors
@@ -88,13 +77,7 @@ pub fn candidates(
 ) -> Result<Vec<Candidate>, RoutineError> {
     let mut wanted: Vec<(RoutineOptions, Option<usize>)> = Vec::new();
     for &format in formats {
-        let usual = RoutineOptions::of(format);
-        let with = |method| RoutineOptions {
-            method,
-            format,
-            input: ends.input.unwrap_or(usual.input),
-            output: ends.output.unwrap_or(usual.output),
-        };
+        let with = |method| ends.routine(method, format);
         wanted.extend((1..=LARGEST_DEGREE).map(|degree| (with(Method::Fused), Some(degree))));
         if format.bits() == 31 {
             for degree in TABLE_DEGREES {

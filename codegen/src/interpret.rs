@@ -92,13 +92,13 @@ pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overf
             }
             Op::Truncate { a } => narrow(index, step.ty, float(*a) as i128)?,
             Op::MulAddHigh { a, b, shift, c } => {
-                let high = narrow(index, Type::I32, (int(*a) * int(*b) >> 32) << shift)?;
+                let high = narrow(index, Type::I32, ((int(*a) * int(*b)) >> 32) << shift)?;
                 narrow(index, step.ty, int(*c) + i128::from(high.bits()))?
             }
             Op::MulAddSplit { a, b, shift, c } => {
                 let (a, b) = (int(*a), int(*b));
                 let ((a1, a0), (b1, b0)) = ((a >> 16, a & 0xffff), (b >> 16, b & 0xffff));
-                let high = a1 * b1 + (a1 * b0 >> 16) + (a0 * b1 >> 16);
+                let high = a1 * b1 + ((a1 * b0) >> 16) + ((a0 * b1) >> 16);
                 let high = narrow(index, Type::I32, high << shift)?;
                 narrow(index, step.ty, int(*c) + i128::from(high.bits()))?
             }

@@ -84,6 +84,29 @@ impl RoutineOptions {
     }
 }
 
+/// The ends of a routine as far as the user named them; the rest is usual for the format.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ends {
+    /// The input.
+    pub input: Option<Input>,
+    /// The output.
+    pub output: Option<Output>,
+    /// What 2³¹ of the usual Q31 word stands for.
+    pub full_scale: Option<f64>,
+}
+
+impl Ends {
+    /// The routine of a method and format with these ends.
+    pub fn routine(&self, method: Method, format: Format) -> RoutineOptions {
+        let mut usual = RoutineOptions::of(format);
+        if let Encoding::Q31 { full_scale } = &mut usual.input.encoding {
+            *full_scale = self.full_scale;
+        }
+        let (input, output) = (self.input.unwrap_or(usual.input), self.output.unwrap_or(usual.output));
+        RoutineOptions { method, format, input, output }
+    }
+}
+
 /// A whole generation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {

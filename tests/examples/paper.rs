@@ -35,7 +35,7 @@ fn main() {
     row("largest mean error in ±1.4°, arcsec (< 1.1)", &|o| o.mean_error_all, 1.1);
     row("rms of the mean errors, arcsec", &|o| o.mean_error_rms, f64::INFINITY);
     row("largest standard deviation, arcsec (< 1.2)", &|o| o.deviation, 1.2);
-    row("bound of the routine, arcsec (≤ 0.01)", &|o| o.bound, 0.01);
+    row("bound of the routine, 10⁻³ arcsec (≤ 10)", &|o| 1e3 * o.bound, 10.0);
     println!(
         "\norders 7 to 11: {:.1} % of the devices",
         100.0 * share(&outcomes, |o| (7..=11).contains(&o.order))

@@ -10,12 +10,15 @@ use arcsmith_tests::judge;
 use arcsmith_tests::native::{Given, Native};
 use arcsmith_tests::toolchain::{C_COMPILERS, available};
 use codegen::design::DesignError;
+use codegen::format::Format;
 use codegen::generate::{GenerateError, Generated, generate};
-use codegen::input::{Arity, Encoding};
+use codegen::input::{Arity, Encoding, Input};
 use codegen::interpret::interpret;
-use codegen::options::OutOfRange;
+use codegen::options::{Options, OutOfRange, RoutineOptions};
 use codegen::output::{Output, OutputError};
 use codegen::routine::RoutineError;
+use fitter::Coefficients;
+use fitter::error_model::{ErrorModel, Sensor};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
@@ -159,4 +162,45 @@ fn compiled_rust_and_c_give_what_the_interpreter_gives() {
     if let Err(failure) = result {
         panic!("{failure}");
     }
+}
+
+/// Two probes in floats, the range ending nearly a whole unit in the last place beyond a float: readings
+/// between that float and the end are limited to it, twice as far as rounding alone would take them.
+#[test]
+fn the_bound_holds_between_the_last_float_and_the_end_of_the_range() {
+    let last = 0.356f32;
+    let to = f64::from(last) + 0.9 * (f64::from(last.next_up()) - f64::from(last));
+    let model = ErrorModel {
+        sensor: Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 },
+        centre: 0.0,
+        coefficients: vec![0.0, 0.14, -0.04, 0.13],
+    };
+    let input = Input { arity: Arity::Probes, encoding: Encoding::F32 };
+    let case = Case {
+        coefficients: Coefficients::of_model(&model, -to, to, "made up for a test"),
+        options: Options {
+            routines: vec![RoutineOptions { input, ..RoutineOptions::of(Format::Q31) }],
+            bound: Some(f64::MAX),
+            degree: Some(9),
+            ..Options::default()
+        },
+        seed: 0,
+    };
+    let generated = generated(&case).unwrap();
+    // x₁ in steps that the difference does not hold, x₂ so that it lies in the last gap.
+    let inputs: Vec<Words> = (1..2000u16)
+        .map(|i| {
+            let x1 = -0.1 - f32::from(i) * 3e-6;
+            let mut x2 = (f64::from(x1) + to) as f32;
+            while f64::from(x2) - f64::from(x1) > to {
+                x2 = x2.next_down();
+            }
+            [x1.to_bits(), x2.to_bits()]
+        })
+        .collect();
+    let meaning = Meaning::new(input, (-to, to));
+    let beyond = |words: &&Words| meaning.reading(**words) > f64::from(last) && meaning.in_range(**words);
+    assert!(inputs.iter().filter(beyond).count() > 100, "hardly any reading lies in the gap");
+    let given = interpreted(&generated, &inputs).unwrap();
+    check(&case, &generated, &inputs, &given).unwrap();
 }

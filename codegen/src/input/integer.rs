@@ -13,6 +13,8 @@ pub(super) struct Word {
     pub(super) lo: i64,
     pub(super) hi: i64,
     pub(super) meaning: String,
+    /// The options that set its reach, for messages.
+    pub(super) what: &'static str,
 }
 
 /// The plan for an integer encoding.
@@ -24,7 +26,6 @@ pub(super) fn plan(
     to: f64,
     arithmetic: Arithmetic,
     clamped: bool,
-    what: &'static str,
 ) -> Result<InputPlan, InputError> {
     let (lo, hi) = match arity {
         Arity::Reading => (word.lo, word.hi),
@@ -41,7 +42,7 @@ pub(super) fn plan(
             to: reaches(hi),
             range_from: from,
             range_to: to,
-            what,
+            what: word.what,
         });
     }
     let last = last.min(hi);

@@ -164,8 +164,9 @@ impl Input {
                     lo: i32::MIN.into(),
                     hi: i32::MAX.into(),
                     meaning,
+                    what: "the full scale",
                 };
-                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped, "the full scale")
+                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped)
             }
             Encoding::Counts { bits, gain, offset } => {
                 if !(gain.is_finite() && gain > 0.0) {
@@ -188,17 +189,9 @@ impl Input {
                     lo: 0,
                     hi: (1 << bits) - 1,
                     meaning,
+                    what: "the converter's bits, gain or offset",
                 };
-                integer::plan(
-                    self.arity,
-                    &names,
-                    word,
-                    from,
-                    to,
-                    arithmetic,
-                    clamped,
-                    "the converter's bits, gain or offset",
-                )
+                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped)
             }
         }
     }

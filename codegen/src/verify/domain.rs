@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use crate::exact::Interval;
 use crate::interpret::Word;
 use crate::program::{Program, Type};
 
@@ -202,18 +201,6 @@ pub fn describe(program: &Program, arguments: &[Word]) -> String {
     program.arguments.iter().zip(arguments).map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// The exact reading of arguments in its own words, for tests; the harnesses compute it in `f64`.
-pub fn reading(arguments: &[Word]) -> Interval {
-    let exact = |word: &Word| match word {
-        Word::Int(v) => Interval::from_int(*v),
-        Word::Float(v) => Interval::from_f64(f64::from(*v)),
-    };
-    match arguments {
-        [x1, x2] => &exact(x2) - &exact(x1),
-        _ => exact(&arguments[0]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,14 +211,19 @@ mod tests {
         #[test]
         fn differences_are_pairs(index in 0..(1u64 << 25) - 1) {
             let (lo, hi) = (0i64, (1i64 << 24) - 1);
-            let domain = Domain::Differences { lo, hi };
-            let difference = index as i64 - (hi - lo);
-            let (first, last) = ((lo - difference).max(lo), (hi - difference).min(hi));
-            prop_assert!(first <= last);
-            let _ = domain;
-            let scattered = ((last - first + 1) as u64).wrapping_mul(u64::from(scatter(index))) >> 32;
-            let x1 = first + scattered as i64;
-            prop_assert!(x1 >= lo && x1 <= hi && x1 + difference >= lo && x1 + difference <= hi);
+            let words = Domain::Differences { lo, hi }.words(&Program::default(), index);
+            let [x1, x2] = [words[0], words[1]].map(i64::from);
+            prop_assert!(x1 >= lo && x1 <= hi && x2 >= lo && x2 <= hi);
+            prop_assert_eq!(x2 - x1, index as i64 - (hi - lo));
+        }
+
+        /// The same of full words, where sums leave 32 bits.
+        #[test]
+        fn differences_of_full_words(index in 0..(1u64 << 33) - 1) {
+            let (lo, hi) = (i64::from(i32::MIN), i64::from(i32::MAX));
+            let words = Domain::Differences { lo, hi }.words(&Program::default(), index);
+            let [x1, x2] = [words[0], words[1]].map(|w| i64::from(w as i32));
+            prop_assert_eq!(x2 - x1, index as i64 - (hi - lo));
         }
     }
 }

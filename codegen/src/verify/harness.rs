@@ -106,7 +106,7 @@ pub struct Found {
 impl Found {
     /// Both parts together. Where two inputs are equally bad, the first stays.
     pub fn and(self, other: Found) -> Found {
-        let worse = !(other.worst <= self.worst) && !self.worst.is_nan();
+        let worse = (other.worst > self.worst || other.worst.is_nan()) && !self.worst.is_nan();
         let (worst, worst_index) =
             if worse { (other.worst, other.worst_index) } else { (self.worst, self.worst_index) };
         Found {

@@ -11,6 +11,7 @@ pub mod digest;
 pub mod domain;
 pub mod external;
 pub mod harness;
+pub mod mutants;
 pub mod report;
 pub mod sweep;
 pub mod yardstick;
@@ -100,6 +101,8 @@ pub struct Checks {
     pub misra: bool,
     /// Look for panics in the Rust object.
     pub objects: bool,
+    /// Damage copies of the files on purpose and see every one caught.
+    pub mutants: bool,
 }
 
 /// Checks the files in `folder` against what was generated anew.
@@ -156,7 +159,7 @@ pub fn verify(
         report.tools.extend(external::gappa(&subjects, &folder)?);
     }
     if checks.frama_c {
-        report.tools.push(external::frama_c(&subjects, &folder, &base, build.path())?);
+        report.tools.push(external::frama_c(&subjects, &folder, &base, build.path(), options.c_shift)?);
     }
     if checks.misra {
         report.tools.push(external::misra(&folder, &base)?);
@@ -164,6 +167,9 @@ pub fn verify(
     }
     if checks.objects {
         report.tools.extend(external::objects(&subjects, &folder, &base, build.path())?);
+    }
+    if checks.mutants {
+        report.tools.extend(mutants::mutants(&subjects, generated, quantity, &base, bar)?);
     }
     Ok(report)
 }

@@ -89,6 +89,7 @@ fn cut(sweep: Sweep) -> impl Iterator<Item = Sweep> {
 ///
 /// # Errors
 /// [`VerifyError`] where a harness cannot be run to its end.
+#[allow(clippy::too_many_arguments)]
 pub fn sweep(
     subject: &Subject<'_>,
     language: Language,
@@ -123,7 +124,7 @@ pub fn sweep(
         _ => 1.0,
     };
     let mut violations = Vec::new();
-    if !(worst_error <= bound) {
+    if worst_error > bound || worst_error.is_nan() {
         violations.push(format!(
             "the error at {} is {worst_error:.4e} {}, more than the bound {bound:.4e}",
             describe(program, &arguments),

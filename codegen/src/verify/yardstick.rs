@@ -119,3 +119,68 @@ fn variable_rounding(
     let slope = exact.derivative().range_around_zero(radius).magnitude();
     (&slope * &in_v).upper()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::format::Format;
+    use crate::options::{Options, RoutineOptions};
+    use crate::output::Output;
+    use crate::routine;
+
+    fn routine(format: Format, output: Output) -> Routine {
+        let wanted = RoutineOptions { output, ..RoutineOptions::of(format) };
+        let options = Options { degree: Some(9), ..Options::default() };
+        routine::design(&paper_coefficients(), &options, &wanted).unwrap()
+    }
+
+    /// The yardstick's distance from the exact enclosure, in output words, for a reading in its own words.
+    fn distance(routine: &Routine, yardstick: &Yardstick, reading: f64) -> f64 {
+        let (offset, step) = &routine.plan.reading_word;
+        let v = (&Interval::from_f64(reading) - offset).div(step);
+        let exact = routine.reference.at(&v).div(&routine.design.unit);
+        (&exact - &Interval::from_f64(yardstick.at(reading))).magnitude().to_f64_up()
+    }
+
+    /// A bound of the yardstick that is far below every bound it is used for.
+    #[test]
+    fn the_yardstick_is_finer_than_what_it_measures() {
+        for (format, output) in [
+            (Format::Q31, Output::PowerOfTwo),
+            (Format::Q31, Output::Nano),
+            (Format::F32 { fused: false }, Output::F32),
+        ] {
+            let routine = routine(format, output);
+            let yardstick = Yardstick::of(&routine);
+            let part = yardstick.error * routine.design.unit.to_f64() / routine.design.bound.total;
+            assert!(part < 1e-5, "{format:?}: {part:e} of the bound");
+        }
+    }
+
+    /// Readings all over the range, scattered by the golden ratio, and its ends.
+    #[test]
+    fn its_error_holds() {
+        for (format, output) in [
+            (Format::Q31, Output::PowerOfTwo),
+            (Format::Q31, Output::Nano),
+            (Format::F32 { fused: false }, Output::F32),
+        ] {
+            let routine = routine(format, output);
+            let yardstick = Yardstick::of(&routine);
+            let (lo, hi) = yardstick.range;
+            let scattered = (0..2000).map(|i| (f64::from(i) * 0.618_033_988_749_895).fract());
+            for at in scattered.chain([0.0, 1.0]) {
+                let reading = lo + (hi - lo) * at;
+                let reading = if format.is_fixed() { reading.round() } else { f64::from(reading as f32) };
+                let reading = reading.clamp(lo, hi);
+                let found = distance(&routine, &yardstick, reading);
+                assert!(
+                    found <= yardstick.error,
+                    "{format:?} at {reading}: {found:e} > {:e}",
+                    yardstick.error
+                );
+            }
+        }
+    }
+}

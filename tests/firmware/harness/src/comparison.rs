@@ -19,7 +19,7 @@ use crate::run::run;
 use crate::subject::{self, NAME, PAPER_RANGE_MM, Shift, Subject};
 use crate::table;
 
-/// What a Q31 word's 2³¹ stands for in this comparison, in millimetres.
+/// What a Q31 word's 2³¹ stands for in this comparison, in millimetres, where an entry does not say otherwise.
 const FULL_SCALE_MM: f64 = 0.5;
 
 /// Instructions of a call, without call and return.
@@ -62,7 +62,8 @@ struct Contender {
     source: PathBuf,
     include: PathBuf,
     routine: String,
-    is_word: bool,
+    /// What an integer argument's 2³¹ stands for, in millimetres; none for a float.
+    full_scale_mm: Option<f64>,
     lsb_rad: f64,
     bound_arcsec: Option<f64>,
 }
@@ -82,13 +83,19 @@ const ALTERNATIVES: [(&str, &str, &str, f64); 5] = [
 ];
 
 /// What we set beside them.
-const OURS: [(&str, &[&str]); 7] = [
+const OURS: [(&str, &[&str]); 10] = [
     ("one polynomial, q31", &["--format", "q31", "--degree", "9"]),
     ("one polynomial, f32", &["--format", "f32", "--degree", "9"]),
     ("table 3x16, q31", &["--format", "q31", "--table", "3x16"]),
     ("table 3x32, q31", &["--format", "q31", "--table", "3x32"]),
     ("table 2x32, q31", &["--format", "q31", "--table", "2x32"]),
     ("table 2x128, q31", &["--format", "q31", "--table", "2x128"]),
+    (
+        "one polynomial, q31, no limits",
+        &["--format", "q31", "--full-scale", "0.4", "--out-of-range", "continue"],
+    ),
+    ("table 2x128, q31, no limits", &["--format", "q31", "--table", "2x128", "--out-of-range", "continue"]),
+    ("table 1x1024, q31, no limits", &["--format", "q31", "--table", "1x1024", "--out-of-range", "continue"]),
     ("table 1x256, q31", &["--format", "q31", "--table", "1x256"]),
 ];
 
@@ -125,7 +132,7 @@ fn alternative((function, what, c_type, lsb_rad): (&str, &str, &str, f64)) -> Co
         source: folder.join(format!("{function}.c")),
         include: folder,
         routine: function.into(),
-        is_word: c_type == "int32_t",
+        full_scale_mm: (c_type == "int32_t").then_some(FULL_SCALE_MM),
         lsb_rad,
         bound_arcsec: None,
     }
@@ -133,7 +140,12 @@ fn alternative((function, what, c_type, lsb_rad): (&str, &str, &str, f64)) -> Co
 
 fn ours(codegen: &Path, what: &str, options: &[&str], folder: &Path) -> Result<Contender, Problem> {
     let mut options: Vec<String> = options.iter().map(|o| o.to_string()).collect();
-    options.extend(["--full-scale".into(), FULL_SCALE_MM.to_string()]);
+    let given =
+        options.iter().position(|o| o == "--full-scale").and_then(|at| options.get(at + 1)?.parse().ok());
+    if given.is_none() {
+        options.extend(["--full-scale".into(), FULL_SCALE_MM.to_string()]);
+    }
+    let full_scale_mm = given.unwrap_or(FULL_SCALE_MM);
     let case = Case { name: what.into(), coefficients: Some(Device::Paper), options };
     let subject = subject::generate(codegen, &case, Shift::Strict, folder)?;
     let include = folder.join("c");
@@ -147,7 +159,7 @@ fn ours(codegen: &Path, what: &str, options: &[&str], folder: &Path) -> Result<C
         ],
         source: include.join(format!("{NAME}.c")),
         include,
-        is_word: subject.argument == "i32",
+        full_scale_mm: (subject.argument == "i32").then_some(full_scale_mm),
         routine: subject.routine,
         lsb_rad: subject.lsb_rad,
         bound_arcsec: Some(three_digits(subject.bound_arcsec)),
@@ -202,8 +214,8 @@ fn count(
 ) -> Result<(Count, u64), Problem> {
     let calls = 1021u32;
     // Words are the readings' own; of floats, the numbers 0 … 2³² − 1 are spread over the range.
-    let (flags, sweep) = if contender.is_word {
-        let most = (PAPER_RANGE_MM / FULL_SCALE_MM * 2_147_483_648.0) as i32;
+    let (flags, sweep) = if let Some(full_scale_mm) = contender.full_scale_mm {
+        let most = (PAPER_RANGE_MM / full_scale_mm * 2_147_483_648.0) as i32;
         (String::new(), Sweep { first: -most as u32, count: calls.into(), stride: most as u32 / (calls / 2) })
     } else {
         (
@@ -235,8 +247,8 @@ fn worst(contender: &Contender, numbers: &Path, out: &Path) -> Result<f64, Probl
         .arg(format!("-DROUTINE={}", contender.routine))
         .arg(format!("-DARGUMENT={}", of("ARGUMENT")))
         .arg(format!("-DLSB={:e}L", contender.lsb_rad));
-    if contender.is_word {
-        command.arg(format!("-DFULL_SCALE={FULL_SCALE_MM}L"));
+    if let Some(full_scale_mm) = contender.full_scale_mm {
+        command.arg(format!("-DFULL_SCALE={full_scale_mm}L"));
     }
     command.arg("-o").arg(&program);
     command.arg(cases::folder().join("comparison/worst.c")).arg(&contender.source).arg("-lm");

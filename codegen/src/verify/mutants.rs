@@ -1,0 +1,357 @@
+//! Deliberately damaged copies of the generated files: every one must be caught, or the checks are worth
+//! nothing.
+//!
+//! A coefficient that is off by one in its last bits may well stay within the bound. What must catch it then
+//! is the comparison of the outputs with the program that was proved: so damaged sources get a certificate
+//! whose hashes fit them, and only what the code computes can give them away. A stated bound that is too small
+//! is caught where the certificate is recomputed, and by Gappa where its script claims too little.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use indicatif::ProgressBar;
+
+use super::VerifyError;
+use super::belonging;
+use super::external::{ToolReport, run_gappa};
+use super::harness::{self, Language, Subject};
+use super::sweep;
+use crate::certificate::Certificate;
+use crate::generate::{Generated, sha256};
+use crate::program::{Op, Operand, Stage};
+use crate::quantity::Quantity;
+use crate::text;
+
+/// The part by which a bound is made too small.
+const TOO_SMALL: f64 = 0.98;
+/// A goal that is too tight makes Gappa split without end: so long it is left to try.
+const GAPPA_SECONDS: u64 = 10;
+
+/// A change of one source file.
+struct Mutation {
+    what: String,
+    language: Language,
+    from: String,
+    to: String,
+    /// Whether `to` stands in the file as well and both change places.
+    swap: bool,
+}
+
+impl Mutation {
+    fn apply(&self, text: &str) -> String {
+        match (self.swap, text.find(&self.from), text.find(&self.to)) {
+            (true, Some(_), Some(_)) => {
+                let parted: Vec<String> =
+                    text.split(&self.from).map(|part| part.replacen(&self.to, &self.from, 1)).collect();
+                parted.join(&self.to)
+            }
+            (false, ..) => text.replacen(&self.from, &self.to, 1),
+            _ => text.into(),
+        }
+    }
+}
+
+/// Damages the generated files in every way that fits each routine and says what caught it.
+///
+/// # Errors
+/// [`VerifyError`] where a check cannot be made.
+pub fn mutants(
+    subjects: &[Subject<'_>],
+    generated: &Generated,
+    quantity: &Quantity,
+    base: &str,
+    bar: &ProgressBar,
+) -> Result<Vec<ToolReport>, VerifyError> {
+    let mut reports = vec![hand_edited(generated)?];
+    for subject in subjects {
+        for mutation in mutations(subject) {
+            bar.set_message(format!("{}: {}", subject.name, mutation.what));
+            reports.push(damaged_source(subject, generated, quantity, base, &mutation)?);
+        }
+        reports.push(bound_too_small(subject, generated)?);
+        let script = PathBuf::from(format!("gappa/{}.g", subject.name));
+        if let Some(text) = generated.files.get(&script) {
+            reports.push(goal_too_small(subject, text)?);
+        }
+    }
+    Ok(reports)
+}
+
+fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
+    let finding = if caught.is_empty() {
+        format!("{what}: NOT caught")
+    } else {
+        format!("{what}: caught, {}", caught.join(", and "))
+    };
+    ToolReport { check: "mutant".into(), subject: subject.into(), holds: !caught.is_empty(), finding }
+}
+
+fn mutations(subject: &Subject<'_>) -> Vec<Mutation> {
+    let program = subject.program();
+    let mut found = Vec::new();
+    let constants: Vec<Operand> = program
+        .steps
+        .iter()
+        .filter(|s| s.stage == Stage::Evaluation)
+        .filter_map(|s| match &s.op {
+            Op::MulAddHigh { c, .. }
+            | Op::MulAddSplit { c, .. }
+            | Op::MulAddShort { c, .. }
+            | Op::MulAddF32 { c, .. } => Some(*c),
+            _ => None,
+        })
+        .collect();
+    let chosen = [constants.first(), constants.get(constants.len() / 2), constants.last()];
+    for (c, units) in chosen.into_iter().flatten().zip([4i64, 2, 1]) {
+        let what = format!("a coefficient of {c:?} off by {units} in its last place");
+        match c {
+            Operand::Int(v) => {
+                let other = v + units * if *v < 0 { -1 } else { 1 };
+                found.push(Mutation {
+                    what: format!("{what}, Rust"),
+                    language: Language::Rust,
+                    swap: false,
+                    from: format!("({})", text::grouped(*v)),
+                    to: format!("({})", text::grouped(other)),
+                });
+                found.push(Mutation {
+                    what: format!("{what}, C"),
+                    language: Language::C,
+                    swap: false,
+                    from: format!(" {}; /*", v.abs()),
+                    to: format!(" {}; /*", other.abs()),
+                });
+            }
+            Operand::Float(v) => {
+                let other = f32::from_bits(v.to_bits() + units as u32);
+                found.push(Mutation {
+                    what: format!("{what}, Rust"),
+                    language: Language::Rust,
+                    swap: false,
+                    from: format!(" {}", text::float_decimal(v.abs())),
+                    to: format!(" {}", text::float_decimal(other.abs())),
+                });
+                found.push(Mutation {
+                    what: format!("{what}, C"),
+                    language: Language::C,
+                    swap: false,
+                    from: format!(" {}f; /*", text::float_hex(v.abs())),
+                    to: format!(" {}f; /*", text::float_hex(other.abs())),
+                });
+            }
+            Operand::Step(_) => {}
+        }
+    }
+    if program.steps.iter().any(|s| matches!(s.op, Op::MulAddHigh { .. })) {
+        for (language, name) in [(Language::Rust, "Rust"), (Language::C, "C")] {
+            let what = format!("a product shifted by 31 instead of 32, {name}");
+            found.push(Mutation { what, language, swap: false, from: ">> 32".into(), to: ">> 31".into() });
+        }
+    }
+    // The middle of a table is always reached.
+    if let [_, .., _] = &program.table[..] {
+        let middle = program.table.len() / 2;
+        let pair = [&program.table[middle - 1], &program.table[middle]];
+        let row = |digits: &dyn Fn(i64) -> String| {
+            pair.map(|r| r.iter().map(|v| digits(*v)).collect::<Vec<_>>().join(", "))
+        };
+        let (rust, c) = (row(&text::grouped), row(&|v| v.to_string()));
+        for (language, name, [from, to]) in [(Language::Rust, "Rust", rust), (Language::C, "C", c)] {
+            let what = format!("a table with two segments swapped, {name}");
+            found.push(Mutation { what, language, swap: true, from, to });
+        }
+    }
+    found
+}
+
+/// A source that computes something else, with a certificate whose hashes fit it.
+fn damaged_source(
+    subject: &Subject<'_>,
+    generated: &Generated,
+    quantity: &Quantity,
+    base: &str,
+    mutation: &Mutation,
+) -> Result<ToolReport, VerifyError> {
+    let file = match mutation.language {
+        Language::Rust => PathBuf::from(format!("src/{}.rs", subject.name)),
+        Language::C => PathBuf::from(format!("c/{base}.c")),
+    };
+    let mut files = generated.files.clone();
+    let original = files.get(&file).cloned().unwrap_or_default();
+    let edited = mutation.apply(&original);
+    if edited == original {
+        let finding =
+            format!("{}: could not be made, {:?} is not in {}", mutation.what, mutation.from, file.display());
+        return Ok(ToolReport {
+            check: "mutant".into(),
+            subject: subject.name.clone(),
+            holds: false,
+            finding,
+        });
+    }
+    files.insert(file, edited);
+    let folder = folder_of(&files)?;
+    let build = temporary()?;
+    if mutation.language == Language::Rust {
+        harness::compile_crate(folder.path(), base, build.path())?;
+    }
+    let built = harness::build(subject, mutation.language, false, folder.path(), base, build.path())?;
+    let coverage = subject.domain.interpreted(subject.program());
+    let bound = quantity.in_bound_unit(subject.routine.design.bound.total);
+    let hidden = ProgressBar::hidden();
+    let found = sweep::sweep(subject, mutation.language, false, &built, &coverage, bound, quantity, &hidden)?;
+    let mut caught = Vec::new();
+    if !found.as_interpreted {
+        caught.push("its outputs are not those of the proved program");
+    }
+    if found.worst_error > bound || found.worst_error.is_nan() {
+        caught.push("its error exceeds the bound");
+    } else if !found.as_interpreted {
+        caught.push("though within the bound on the inputs tried");
+    }
+    Ok(report(&subject.name, &mutation.what, if found.violations.is_empty() { Vec::new() } else { caught }))
+}
+
+/// A file that somebody changed, if only a comment.
+fn hand_edited(generated: &Generated) -> Result<ToolReport, VerifyError> {
+    let mut files = generated.files.clone();
+    let Some(file) = generated.certificate.routines.first().map(|e| PathBuf::from(&e.file)) else {
+        return Ok(report("files", "no file to edit", Vec::new()));
+    };
+    files.entry(file.clone()).and_modify(|text| text.push('\n'));
+    let folder = folder_of(&files)?;
+    let wrong = belonging::edited_files(folder.path(), &generated.certificate);
+    let named = wrong.iter().any(|w| w.starts_with(&file.display().to_string()));
+    let caught = if named { vec!["its hash is not the certificate's"] } else { Vec::new() };
+    Ok(report(&file.display().to_string(), "a line added by hand", caught))
+}
+
+/// A certificate that promises 2 % more than is proved.
+fn bound_too_small(subject: &Subject<'_>, generated: &Generated) -> Result<ToolReport, VerifyError> {
+    let mut certificate: Certificate = generated.certificate.clone();
+    for entry in certificate.routines.iter_mut().filter(|e| e.routine == subject.name) {
+        entry.bound *= TOO_SMALL;
+    }
+    let folder = folder_of(&generated.files)?;
+    let wrong = belonging::check(folder.path(), &certificate, generated);
+    let refused = wrong.iter().any(|w| w.contains(&subject.name) && w.contains("the bound is stated as"));
+    let caught = if refused { vec!["the bound computed anew is larger"] } else { Vec::new() };
+    Ok(report(&subject.name, "a bound 2 % too small", caught))
+}
+
+/// A Gappa script that claims 2 % less than the largest rounding on any piece.
+fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, VerifyError> {
+    let rounding = subject.routine.design.bound.rounding;
+    let what = "a Gappa goal 2 % below the certificate's";
+    let Some(line) = script.lines().find(|l| l.contains("<= ")) else {
+        return Ok(report(&subject.name, what, Vec::new()));
+    };
+    let head = line.split("<= ").next().unwrap_or_default();
+    let tight = format!("{head}<= {} }}", text::double_hex(rounding * TOO_SMALL));
+    let folder = temporary()?;
+    let path = folder.path().join("tight.g");
+    write(&path, &script.replace(line, &tight))?;
+    let caught = match run_gappa(&path, GAPPA_SECONDS)? {
+        Some(Ok(())) => Vec::new(),
+        Some(Err(_)) => vec!["Gappa refuses it"],
+        None => vec!["Gappa does not prove it in ten seconds"],
+    };
+    Ok(report(&subject.name, what, caught))
+}
+
+/// The files in a temporary folder, with a certificate whose hashes are theirs.
+fn folder_of(files: &BTreeMap<PathBuf, String>) -> Result<tempfile::TempDir, VerifyError> {
+    let folder = temporary()?;
+    for (name, text) in files {
+        let path = folder.path().join(name);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(|cause| VerifyError::Write { path: parent.into(), cause })?;
+        }
+        write(&path, text)?;
+    }
+    let path = folder.path().join("certificate.json");
+    if let Some(text) = files.get(Path::new("certificate.json")) {
+        let mut certificate: Certificate = serde_json::from_str(text)?;
+        for entry in &mut certificate.routines {
+            entry.file_sha256 = files.get(Path::new(&entry.file)).map(|t| sha256(t)).unwrap_or_default();
+        }
+        write(&path, &serde_json::to_string_pretty(&certificate)?)?;
+    }
+    Ok(folder)
+}
+
+fn temporary() -> Result<tempfile::TempDir, VerifyError> {
+    tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })
+}
+
+fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
+    fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::generate::generate;
+    use crate::options::{Method, Options, RoutineOptions};
+    use crate::verify::{Checks, verify};
+    use crate::{format::Format, output::Output};
+
+    fn generated(options: &Options) -> Generated {
+        generate(&paper_coefficients(), "0", options).unwrap()
+    }
+
+    /// What is generated passes; every damage to it is caught. Needs a C compiler.
+    #[test]
+    fn only_the_damaged_are_caught() {
+        let table = Method::Piecewise { degree: 2, segments_log2: 5 };
+        let q31 = RoutineOptions::of(Format::Q31);
+        let options = Options {
+            routines: vec![
+                RoutineOptions { output: Output::Nano, ..q31.clone() },
+                RoutineOptions { method: table, ..q31 },
+                RoutineOptions::of(Format::F32 { fused: false }),
+            ],
+            ..Options::default()
+        };
+        let anew = generated(&options);
+        let quantity = Quantity::of(&paper_coefficients().error_model());
+        let folder = folder_of(&anew.files).unwrap();
+        let hidden = ProgressBar::hidden();
+        let checks = Checks::default();
+        let report = verify(folder.path(), &anew, &quantity, &options, checks, &hidden).unwrap();
+        assert!(report.holds(), "{}", report.text());
+        assert_eq!(report.sweeps.len(), 6);
+        for sweep in &report.sweeps {
+            assert!(sweep.inputs >= 10_000_000 && sweep.margin < 1.5, "{sweep:?}");
+        }
+
+        let subjects = Subject::all(&anew, &options);
+        for subject in &subjects {
+            for mutation in mutations(subject) {
+                let found = damaged_source(subject, &anew, &quantity, "corrected_angle", &mutation).unwrap();
+                assert!(found.holds, "{found:?}");
+            }
+            assert!(bound_too_small(subject, &anew).unwrap().holds);
+        }
+        assert!(hand_edited(&anew).unwrap().holds);
+    }
+
+    /// Files that were generated from other coefficients are refused, and the file is named.
+    #[test]
+    fn a_certificate_of_another_device_is_refused() {
+        let options = Options { routines: vec![RoutineOptions::of(Format::Q31)], ..Options::default() };
+        let anew = generated(&options);
+        let mut other = paper_coefficients();
+        other.base.coefficients[3] += 1e-6;
+        let other = generate(&other, "1", &options).unwrap();
+        let folder = folder_of(&other.files).unwrap();
+        let wrong = belonging::check(folder.path(), &other.certificate, &anew);
+        assert!(wrong.iter().any(|w| w.contains("coefficients_sha256 is 1")), "{wrong:?}");
+        assert!(wrong.iter().any(|w| w.contains("src/corrected_angle_q31.rs")), "{wrong:?}");
+        // The same device passes.
+        let folder = folder_of(&anew.files).unwrap();
+        assert_eq!(belonging::check(folder.path(), &anew.certificate, &anew), Vec::<String>::new());
+    }
+}
