@@ -150,14 +150,20 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
         for (index, effect) in effects.iter().enumerate() {
             let imitation = match assignment.group {
                 Group::Weak | Group::Ambiguous => None,
-                _ => metric.closest_imitation(&columns, &added, &drawn.ids, index),
+                _ => [
+                    metric.closest_imitation(&columns, &added, &drawn.ids, index),
+                    metric.without(&columns, &added, &drawn.ids, index),
+                ]
+                .into_iter()
+                .flatten()
+                .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left)),
             };
             concealed.push(Concealed {
                 id: effect.id.clone(),
                 parameters: effect.parameters.clone(),
                 rho: rho[index],
                 depends_on: depends_on(&effect.id),
-                imitation: imitation.map(|i| (i.id.to_owned(), i.rho_left)),
+                imitation: imitation.map(|i| (i.id, i.rho_left)),
                 step_window_s: step_window_s(effect.parameters.get("time_s").copied(), &columns.t_s),
             });
         }
@@ -208,6 +214,26 @@ mod tests {
             assert_eq!(trial.record(), again.record());
             assert_ne!(trial.record(), trial.record_fresh());
         }
+    }
+
+    /// A drift and a warm-up together are very nearly another warm-up.
+    #[test]
+    fn effects_that_do_without_one_of_them_cannot_be_told() {
+        let drift = Injected::new("time_drift", [("rate_arcsec_per_h", 3.0)]);
+        let warm = Injected::new("warmup_drift", [("amplitude_arcsec", 3.0), ("time_constant_s", 200.0)]);
+        let device = Device::from_seed(1).with_mismatch(0.0).with_effects(vec![drift, warm]).unwrap();
+        let protocol = Protocol::calibration();
+        let feedback = feedback(&device);
+        let log = twin::record_with_truth(&device, &protocol, 1, &feedback);
+        let (readings, truths): (Vec<Reading>, Vec<_>) = log.into_iter().unzip();
+        let columns = Columns::new(&readings, 12.0);
+        let metric = Metric::new(&columns, &noise_covariance(&truths, &protocol.noise), 12.0).unwrap();
+        let added = contributions(&device, &protocol, 1, &feedback);
+        let ids = ["time_drift", "warmup_drift"];
+        let without_drift = metric.without(&columns, &added, &ids, 0).unwrap().rho_left;
+        let without_warm = metric.without(&columns, &added, &ids, 1).unwrap().rho_left;
+        // A drift alone cannot bend; a slower warm-up nearly can be both.
+        assert!(without_drift < 4.1 && without_drift < 0.3 * without_warm, "{without_drift} {without_warm}");
     }
 
     #[test]

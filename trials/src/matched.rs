@@ -15,8 +15,8 @@ pub struct Metric {
 /// A catalogued effect that comes close to a concealed one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imitation {
-    /// Its id.
-    pub id: &'static str,
+    /// Its id; `the others` where the other concealed effects, with other parameters, do without this one.
+    pub id: String,
     /// ρ of what it leaves of the concealed effect.
     pub rho_left: f64,
 }
@@ -77,9 +77,44 @@ impl Metric {
         rivals
             .map(|rival| {
                 let (_, explained) = formulas::best_shape(rival, columns, &self.whitener, &basis, &z);
-                Imitation { id: rival.id, rho_left: (whole - explained).max(0.0).sqrt() }
+                Imitation { id: rival.id.to_owned(), rho_left: (whole - explained).max(0.0).sqrt() }
             })
             .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left))
+    }
+
+    /// What the other concealed effects leave of all contributions together where theirs may take any
+    /// parameters: a drift beside a warm-up may be a slower warm-up. None where there is no other.
+    pub fn without(
+        &self,
+        columns: &Columns,
+        contributions: &[Vec<f64>],
+        concealed: &[&str],
+        index: usize,
+    ) -> Option<Imitation> {
+        let mut sum = vec![0.0; columns.rows()];
+        for contribution in contributions {
+            sum.iter_mut().zip(contribution).for_each(|(s, c)| *s += c);
+        }
+        let target = self.base.residual(&self.whitener.whiten(&sum));
+        let mut left: Vec<_> = (0..concealed.len()).filter(|other| *other != index).collect();
+        left.retain(|other| formulas::find(concealed[*other]).is_some());
+        if left.is_empty() {
+            return None;
+        }
+        // One after the other, each to what those before it left, then all together.
+        let mut basis = self.base.clone();
+        let mut shaped = Vec::new();
+        for formula in left.iter().filter_map(|other| formulas::find(concealed[*other])) {
+            let rest = basis.residual(&target);
+            let (best, _) = formulas::best_shape(formula, columns, &self.whitener, &basis, &rest);
+            best.white(columns, &self.whitener).iter().for_each(|column| basis.push(column));
+            shaped.push(best);
+        }
+        let shaped = formulas::refine_jointly(shaped, columns, &self.whitener, &self.base, &target);
+        let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| s.white(columns, &self.whitener)).collect();
+        let explained = self.base.explained(&wide, &target);
+        let rho_left = (dot(&target, &target) - explained).max(0.0).sqrt();
+        Some(Imitation { id: "the others".to_owned(), rho_left })
     }
 
     /// ρ of what the formula of the contribution's own id leaves of it.

@@ -67,9 +67,9 @@ pub(super) fn figures(
 
     let points: Vec<curve::Point> =
         cases.iter().filter(single).map(|c| (c.truth.least_rho(), c.said(Answer::detects))).collect();
-    // None of none, and none at all, still have an expected rate: half an alarm more.
+    // No alarm among a number of nulls still has an expected rate: half an alarm more.
     let false_alarm = (all.hits as f64 + 0.5) / (all.of as f64 + 1.0);
-    let curve = curve::fit(&points, false_alarm.min(0.5));
+    let curve = if all.of > 0 { curve::fit(&points, false_alarm.min(0.5)) } else { None };
     figures.push(Figure {
         figure: "shift in ρ of the detection curve from the ideal one".to_owned(),
         wanted: "≤ 0.7".to_owned(),
