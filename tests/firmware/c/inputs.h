@@ -91,9 +91,17 @@ static inline ARGUMENT first_of_two(uint32_t index)
         default: (ARGUMENT)scattered);
 }
 
+/* A sum with one NaN, whichever the difference is: which one an addition gives is left to the machine. */
+static inline float sum_of(float first, uint32_t difference)
+{
+    const int is_nan = (difference & 0x7FFFFFFFu) > 0x7F800000u;
+
+    return is_nan ? float_of_bits(0x7FC00000u) : (first + float_of_bits(difference));
+}
+
 static inline ARGUMENT second_of_two(uint32_t index)
 {
-    return _Generic((ARGUMENT)0, float: first_of_two(index) + float_of_bits(index), default: (ARGUMENT)index);
+    return _Generic((ARGUMENT)0, float: sum_of((float)first_of_two(index), index), default: (ARGUMENT)index);
 }
 
 static inline uint32_t key_of(uint32_t index)

@@ -20,7 +20,10 @@ pub fn arguments(index: u32) -> Arguments {
     #[cfg(all(not(one_argument), float))]
     {
         let first = scatter(index) as i32 as f32 * (1.0 / 4_294_967_296.0);
-        return (first, first + f32::from_bits(index));
+        // With one NaN, whichever the difference is: which one an addition gives is left to the machine.
+        let is_nan = index & 0x7fff_ffff > 0x7f80_0000;
+        let second = if is_nan { f32::from_bits(0x7fc0_0000) } else { first + f32::from_bits(index) };
+        return (first, second);
     }
     #[cfg(halves)]
     return ((index >> 16) as _, index as _);
