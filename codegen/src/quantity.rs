@@ -67,7 +67,7 @@ impl Quantity {
                 unit: unit.clone(),
                 bound_unit: unit.clone(),
                 bound_units_per_unit: 1.0,
-                default_name: format!("corrected_{unit}"),
+                default_name: format!("corrected_{}", unit.to_lowercase()),
             },
         }
     }
