@@ -34,7 +34,15 @@ pub(super) fn plan(
     }
     let mut p = Program::default();
     let meaning = format!("in {}", names.unit);
-    push_arguments(&mut p, arity, names, &format!("_{}", names.unit.to_lowercase()), Type::F32, &meaning, Type::F32);
+    push_arguments(
+        &mut p,
+        arity,
+        names,
+        &format!("_{}", names.unit.to_lowercase()),
+        Type::F32,
+        &meaning,
+        Type::F32,
+    );
     let mut x = Operand::Step(p.reading);
     p.clamped = p.reading;
     p.valid = (first.into(), last.into());
