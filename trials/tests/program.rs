@@ -12,7 +12,13 @@ fn copy(folder: &Path) -> std::path::PathBuf {
 }
 
 fn run(program: &Path, arguments: &[&str], folder: &Path) -> Output {
-    Command::new(program).args(arguments).current_dir(folder).output().unwrap()
+    Command::new(program)
+        .env_remove("ARCSMITH_RECORDINGS")
+        .env_remove("ARCSMITH_EXAMPLES")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
 }
 
 #[test]
