@@ -18,7 +18,7 @@ pub fn reference(model: &ErrorModel, reading: f64) -> f64 {
     model.corrected(reading) * model.sensor.per_internal()
 }
 
-/// What `f64` itself can have rounded in [`reference`] and [`value`], in the same unit: sixteen roundings of
+/// What `f64` itself can have rounded in [`reference()`] and [`value()`], in the same unit: sixteen roundings of
 /// every quantity that is added up, far below any bound.
 pub fn slack(model: &ErrorModel, reading: f64) -> f64 {
     let x = (reading - model.centre).abs();
