@@ -1,6 +1,6 @@
 //! Generates the firmware correction of a scanning mirror with a proven error bound.
 //!
-//! Coefficients ([`fitter`]) and [`options`] become a [`routine`]: the function ([`reference`]) is
+//! Coefficients ([`fitter`]) and [`options`] become a [`routine`]: the function ([`mod@reference`]) is
 //! approximated ([`approximate`]), its coefficients rounded to a format ([`quantize`]), written as a
 //! [`program`] of typed operations, and bounded ([`bound`]). The program is rendered in Rust and C
 //! ([`render`]) with a [`certificate`].

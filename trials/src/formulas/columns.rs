@@ -85,7 +85,7 @@ impl Columns {
         self.t_s.len()
     }
 
-    /// The columns of the base model: a constant, and Eq. 6 up to [`BASE_ORDER`], in Chebyshev polynomials
+    /// The columns of the base model: a constant, and Eq. 6 up to `BASE_ORDER`, in Chebyshev polynomials
     /// of s over `half_mm` for the sake of the arithmetic.
     pub fn base(&self, half_mm: f64, distance_mm: f64) -> Vec<Vec<f64>> {
         let mut columns = vec![vec![1.0; self.rows()]];
