@@ -1,13 +1,13 @@
 //! Every method and format has a Gappa script that proves the certificate's rounding, and none that proves less.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
-use arcsmith_tests::native::unpacked;
 use arcsmith_tests::toolchain::available;
 use codegen::format::Format;
-use codegen::generate::generate;
+use codegen::gappa;
 use codegen::options::{Method, Options, OutOfRange, RoutineOptions};
+use codegen::render::Renderer;
+use codegen::routine;
 use codegen::source::Source;
 use codegen::verify::external::run_gappa;
 
@@ -30,7 +30,8 @@ fn every_format_and_table_is_proved_by_gappa() {
     if !available("gappa", "proofs by Gappa; apt-get install gappa") {
         return;
     }
-    let (coefficients, sha256) = Source::Embedded.load().unwrap();
+    let renderer = Renderer::new().unwrap();
+    let (coefficients, _) = Source::Embedded.load().unwrap();
     for wanted in variants() {
         let options = Options {
             routines: vec![wanted.clone()],
@@ -39,22 +40,22 @@ fn every_format_and_table_is_proved_by_gappa() {
             out_of_range: OutOfRange::Clamp,
             ..Options::default()
         };
-        let generated =
-            generate(&coefficients, &sha256, &options).unwrap_or_else(|e| panic!("{wanted:?}: {e}"));
-        let mut scripts = generated.files.iter().filter(|(name, _)| name.starts_with("gappa"));
-        let (Some((name, text)), None) = (scripts.next(), scripts.next()) else {
-            panic!("{wanted:?}: no script, or several");
-        };
-        let folder = unpacked(&generated.files);
+        let routine =
+            routine::design(&coefficients, &options, &wanted).unwrap_or_else(|e| panic!("{wanted:?}: {e}"));
+        let text = gappa::script(&renderer, &routine, "routine", "").unwrap();
+        let text = text.unwrap_or_else(|| panic!("{wanted:?}: no script"));
+        let folder = tempfile::tempdir().unwrap();
+        let script = folder.path().join("routine.g");
+        std::fs::write(&script, &text).unwrap();
         let started = Instant::now();
-        assert_eq!(run_gappa(&folder.path().join(name), SECONDS).unwrap(), Some(Ok(())), "{wanted:?}");
+        assert_eq!(run_gappa(&script, SECONDS).unwrap(), Some(Ok(())), "{wanted:?}");
         println!("{}: {:.2} s", wanted.suffix(), started.elapsed().as_secs_f64());
 
         // The control: nine tenths of the rounding, which in fixed point is nearly reached, is not proved.
-        let bound = generated.routines[0].design.bound.rounding;
+        let bound = routine.design.bound.rounding;
         let (before, claim) = text.rsplit_once("<= ").unwrap();
         let after = claim.split_once('}').unwrap().1;
-        let tight = folder.path().join(PathBuf::from("tight.g"));
+        let tight = folder.path().join("tight.g");
         std::fs::write(&tight, format!("{before}<= {} }}{after}", 0.9 * bound)).unwrap();
         assert_ne!(run_gappa(&tight, CONTROL_SECONDS).unwrap(), Some(Ok(())), "{wanted:?}");
     }

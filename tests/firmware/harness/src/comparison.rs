@@ -3,11 +3,9 @@
 //! The alternatives are the C files of `tests/firmware/comparison`; their numbers are computed here from the
 //! model of Eq. 12. Worst errors are measured on the host, all in the same way; instructions under QEMU.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use minijinja::{Environment, context};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -17,15 +15,12 @@ use crate::machine::{self, Core, Sweep};
 use crate::problem::Problem;
 use crate::run::run;
 use crate::subject::{self, NAME, PAPER_RANGE_MM, Shift, Subject};
-use crate::table;
+
+pub mod numbers;
+pub mod page;
 
 /// What a Q31 word's 2³¹ stands for in this comparison, in millimetres, where an entry does not say otherwise.
-const FULL_SCALE_MM: f64 = 0.5;
-
-/// As in `alternatives.h`: spacings of the float tables' nodes, and the slope that is left out of them.
-const LINEAR_SPACING_MM: f64 = 3121.0 / 4_194_304.0;
-const QUADRATIC_SPACING_MM: f64 = 195.0 / 16_384.0;
-const SLOPE: f32 = 0.0715;
+pub const FULL_SCALE_MM: f64 = 0.5;
 
 /// Instructions of a call, without call and return.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -116,7 +111,7 @@ const OURS: [(&str, &[&str]); 10] = [
 /// The first [`Problem`] that was met.
 pub fn measure(work: &Path) -> Result<Vec<Row>, Problem> {
     let numbers = work.join("numbers");
-    write_numbers(&numbers)?;
+    numbers::write(&numbers)?;
     let plugin = build::plugin(work)?;
     let mut contenders: Vec<Contender> = ALTERNATIVES.iter().map(|a| alternative(*a)).collect();
     let codegen = subject::codegen()?;
@@ -272,160 +267,4 @@ fn worst(contender: &Contender, numbers: &Path, out: &Path) -> Result<f64, Probl
 
 fn three_digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
-}
-
-/// The numbers of the alternatives' tables, from the model.
-fn write_numbers(folder: &Path) -> Result<(), Problem> {
-    std::fs::create_dir_all(folder).map_err(Problem::file(folder))?;
-    let model = subject::paper_model();
-    let angle = |s_mm: f64| model.corrected(s_mm);
-    let write = |name: &str, numbers: &[String]| {
-        let path = folder.join(name);
-        std::fs::write(&path, numbers.join(",\n") + "\n").map_err(Problem::file(&path))
-    };
-    let float = |value: f64| format!("{:e}f", value as f32);
-    let coefficients: Vec<String> = model.coefficients.iter().map(|a| format!("{a:e}")).collect();
-    write("coefficients.inc", &coefficients)?;
-    let rounded: Vec<String> = model.coefficients.iter().map(|a| float(*a)).collect();
-    write("coefficients_f32.inc", &rounded)?;
-    let at = |fraction: f64, half_mm: f64| half_mm * (2.0 * fraction - 1.0);
-    // What is left to the table: the rest of the multiplication by a float near the slope at zero.
-    let rest = |s_mm: f64| angle(s_mm) - f64::from(SLOPE) * s_mm;
-    let linear = |i: i32| {
-        let (s, h) = (f64::from(i - 511) * LINEAR_SPACING_MM, LINEAR_SPACING_MM);
-        // A chord departs from the curve by f''h²/8 in its middle: half of that to either side.
-        let bend = rest(s + h) - 2.0 * rest(s) + rest(s - h);
-        float(rest(s) - bend / 16.0)
-    };
-    write("linear.inc", &(0..1024).map(linear).collect::<Vec<_>>())?;
-    let words =
-        |i: u32| format!("{}", (angle(at(f64::from(i) / 1024.0, FULL_SCALE_MM)) * 2f64.powi(33)).round());
-    write("words.inc", &(0..=1024).map(words).collect::<Vec<_>>())?;
-    let parabola = |i: i32| {
-        // Through the three Chebyshev nodes of the segment, which is nearly the best.
-        let node =
-            |k: u32| -0.5 * QUADRATIC_SPACING_MM * (f64::from(2 * k + 1) * std::f64::consts::PI / 6.0).cos();
-        let value = |t: f64| rest(f64::from(2 * i - 63) * (0.5 * QUADRATIC_SPACING_MM) + t);
-        let [t0, t1, t2] = [node(0), node(1), node(2)];
-        let slope = (value(t1) - value(t0)) / (t1 - t0);
-        let c2 = ((value(t2) - value(t1)) / (t2 - t1) - slope) / (t2 - t0);
-        let c1 = slope - c2 * (t0 + t1);
-        let c0 = value(t0) - t0 * (c1 + t0 * c2);
-        format!("{{ {}, {}, {} }}", float(c0), float(c1), float(c2))
-    };
-    write("quadratic.inc", &(0..64).map(parabola).collect::<Vec<_>>())
-}
-
-/// The committed figures.
-pub fn path() -> PathBuf {
-    cases::folder().join("comparison.json")
-}
-
-/// The page for people.
-pub fn page() -> PathBuf {
-    cases::folder().join("../../docs/comparison.md")
-}
-
-/// Renders the page.
-///
-/// # Errors
-/// [`Problem::Content`] where the template is defective.
-pub fn render(rows: &[Row]) -> Result<String, Problem> {
-    let path = cases::folder().join("comparison/page.md.jinja");
-    let template = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
-    let power = |value: f64| format!("{value:.1e}");
-    let cells = |row: &Row| {
-        context! {
-            what => &*row.what, ours => row.ours,
-            gcc => described(&row.gcc), clang => described(&row.clang),
-            flash => row.flash_bytes, stack => row.stack_bytes,
-            worst => power(row.worst_arcsec), bound => row.bound_arcsec.map(power),
-            by => winner(row, rows).map(|w| &*w.what),
-        }
-    };
-    let cells: Vec<minijinja::Value> = rows.iter().map(cells).collect();
-    let text = Environment::new().render_str(&template, context! { rows => cells });
-    text.map(|t| t + "\n").map_err(|e| Problem::Content { path, message: format!("{e:#}") })
-}
-
-fn described(count: &Count) -> String {
-    let mut text = count.average.to_string();
-    if count.fewest != count.most {
-        let _ = write!(text, " ({}…{})", count.fewest, count.most);
-    }
-    text
-}
-
-/// The first routine of ours that beats an alternative: in instructions (both compilers) and in error; double
-/// precision in instructions only, a hundredfold.
-fn winner<'a>(row: &Row, rows: &'a [Row]) -> Option<&'a Row> {
-    rows.iter().filter(|r| r.ours).find(|our| {
-        if row.what.contains("double") {
-            row.gcc.average >= 100 * our.gcc.average && row.clang.average >= 100 * our.clang.average
-        } else {
-            our.gcc.average < row.gcc.average
-                && our.clang.average < row.clang.average
-                && our.worst_arcsec < row.worst_arcsec
-        }
-    })
-}
-
-/// The alternatives that no routine of ours beats, a line each.
-pub fn unbeaten(rows: &[Row]) -> Vec<String> {
-    let lost = rows.iter().filter(|r| !r.ours && winner(r, rows).is_none());
-    lost.map(|r| format!("{} is not beaten", r.what)).collect()
-}
-
-/// Writes the figures and the page.
-///
-/// # Errors
-/// [`Problem::File`] where they cannot be written.
-pub fn write(rows: &[Row]) -> Result<(), Problem> {
-    let page = page();
-    if let Some(folder) = page.parent() {
-        std::fs::create_dir_all(folder).map_err(Problem::file(folder))?;
-    }
-    table::write_json(&path(), &rows)?;
-    table::write_text(&page, &render(rows)?)
-}
-
-/// Holds the committed figures against what they claim, and the page against them.
-///
-/// # Errors
-/// [`Problem::Figures`] with what does not hold.
-pub fn committed() -> Result<Vec<Row>, Problem> {
-    let path = path();
-    let text = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
-    let rows: Vec<Row> = serde_json::from_str(&text)
-        .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
-    let shown = std::fs::read_to_string(page()).map_err(Problem::file(page()))?;
-    if shown != render(&rows)? {
-        return Err(Problem::Figures(format!(
-            "docs/comparison.md is not what comparison.json says: {AGAIN}"
-        )));
-    }
-    let lost = unbeaten(&rows);
-    if lost.is_empty() { Ok(rows) } else { Err(Problem::Figures(lost.join("\n"))) }
-}
-
-const AGAIN: &str = "where that is meant: cargo run --release -p firmware-tests -- record";
-
-/// Holds `found` against the committed figures; those of other compilers than `instructions.json` was made by
-/// are not compared.
-///
-/// # Errors
-/// [`Problem::Figures`] with what differs, or which alternative is not beaten.
-pub fn check(found: &[Row], same_compilers: bool) -> Result<(), Problem> {
-    let committed = committed()?;
-    let lost = unbeaten(found);
-    if !lost.is_empty() {
-        return Err(Problem::Figures(lost.join("\n")));
-    }
-    if same_compilers && committed != found {
-        let differs =
-            |(before, now): (&Row, &Row)| (before != now).then(|| format!("now {now:?}\nwas {before:?}"));
-        let lines: Vec<String> = committed.iter().zip(found).filter_map(differs).collect();
-        return Err(Problem::Figures(format!("the comparison differs; {AGAIN}\n{}", lines.join("\n"))));
-    }
-    Ok(())
 }

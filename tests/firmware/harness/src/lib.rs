@@ -22,7 +22,7 @@ pub mod table;
 pub mod tools;
 
 use machine::Core;
-use measure::Extent;
+use measure::{Extent, Part};
 use problem::Problem;
 use table::Table;
 
@@ -31,8 +31,8 @@ use table::Table;
 pub enum Task {
     /// Digests of a part of all inputs, figures and comparison against the committed ones.
     Check,
-    /// Digests of all inputs on Cortex-M4F.
-    Exhaustive,
+    /// Digests of all inputs, or of a part of them, on Cortex-M4F.
+    Exhaustive(Part),
     /// Writes the table of figures and, where all cases are measured, the comparison.
     Record,
     /// Writes the comparison.
@@ -70,9 +70,11 @@ pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -
             bar.set_message("comparing with what is written otherwise");
             Ok(format!("{said}\n{}", compare(work)?))
         }
-        Task::Exhaustive => {
-            measure::all(&cases, &[Core::M4f], Extent::Exhaustive, work, bar)?;
-            Ok(format!("{} cases: all 2^32 outputs on Cortex-M4F as on the host", cases.len()))
+        Task::Exhaustive(part) => {
+            measure::all(&cases, &[Core::M4f], Extent::Exhaustive(part), work, bar)?;
+            let Part { which, of } = part;
+            let what = if of == 1 { "all".into() } else { format!("part {which} of {of} of all") };
+            Ok(format!("{} cases: {what} 2^32 outputs on Cortex-M4F as on the host", cases.len()))
         }
         Task::Check | Task::Compare => {
             let committed = Table::read(&Table::path())?;
@@ -81,7 +83,7 @@ pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -
             if !is_part {
                 bar.set_message("comparing with what is written otherwise");
                 let same = found.other_compilers(&committed).is_empty();
-                comparison::check(&comparison::measure(work)?, same)?;
+                comparison::page::check(&comparison::measure(work)?, same)?;
             }
             Ok(verdict)
         }
@@ -91,7 +93,7 @@ pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -
 /// Writes the comparison.
 fn compare(work: &Path) -> Result<String, Problem> {
     let rows = comparison::measure(work)?;
-    comparison::write(&rows)?;
-    let lost = comparison::unbeaten(&rows);
+    comparison::page::write(&rows)?;
+    let lost = comparison::page::unbeaten(&rows);
     Ok(format!("tests/firmware/comparison.json and docs/comparison.md written\n{}", lost.join("\n")))
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::iter;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -21,8 +22,33 @@ pub enum Extent {
     None,
     /// A part of the 2³² inputs, spread evenly, and all near the ends.
     Quick,
-    /// All of them.
-    Exhaustive,
+    /// All of them, or a part.
+    Exhaustive(Part),
+}
+
+/// A part of all inputs: number `which`, from 1, of `of` parts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    /// 1 … `of`.
+    pub which: u32,
+    /// A power of two up to 2¹⁶.
+    pub of: u32,
+}
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        match numbers {
+            Some((which, of)) if (1..=of).contains(&which) && of <= 1 << 16 && u32::is_power_of_two(of) => {
+                Ok(Part { which, of })
+            }
+            _ => {
+                Err("give a part as 1/64: its number, and how many parts, a power of two up to 65536".into())
+            }
+        }
+    }
 }
 
 /// Strides of the quick sweep, primes, so that all low bits occur: 1.07·10⁷ inputs, and 1.04·10⁶.
@@ -41,7 +67,10 @@ impl Extent {
     pub fn sweeps(self, subject: &Subject, core: Core) -> Vec<Sweep> {
         match self {
             Extent::None => Vec::new(),
-            Extent::Exhaustive => vec![Sweep { first: 0, count: 1 << 32, stride: 1 }],
+            Extent::Exhaustive(Part { which, of }) => {
+                let count = (1u64 << 32) / u64::from(of);
+                vec![Sweep { first: (u64::from(which - 1) * count) as u32, count, stride: 1 }]
+            }
             Extent::Quick => {
                 let by_library = match core {
                     Core::M4f => false,

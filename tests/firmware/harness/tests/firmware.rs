@@ -102,10 +102,10 @@ fn a_refused_command_is_an_error() {
 /// Needs no tool: the page is what the committed figures say, and these support what it claims.
 #[test]
 fn the_comparison_holds() {
-    let rows = comparison::committed().unwrap();
+    let rows = comparison::page::committed().unwrap();
     assert!(rows.iter().filter(|r| !r.ours).count() >= 5 && rows.iter().any(|r| r.ours));
     // The control: without our tables somebody is unbeaten.
     let without: Vec<_> = rows.into_iter().filter(|r| !r.what.starts_with("table 1x")).collect();
     let without: Vec<_> = without.into_iter().filter(|r| !r.what.contains("without limits")).collect();
-    assert!(!comparison::unbeaten(&without).is_empty());
+    assert!(!comparison::page::unbeaten(&without).is_empty());
 }
