@@ -66,7 +66,11 @@ pub(super) fn plan(
         word_step = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
         p.clamped = p.output();
         (first, last)
-    } else if p.steps[p.reading].ty == Type::I32 || word.ty == Type::U16 {
+    } else if word.ty == Type::U16 {
+        // Also those beyond a narrower converter.
+        let most = i64::from(u16::MAX);
+        if arity == Arity::Probes { (-most, most) } else { (0, most) }
+    } else if p.steps[p.reading].ty == Type::I32 {
         (lo, hi)
     } else {
         return Err(InputError::Unlimited);
