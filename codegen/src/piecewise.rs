@@ -220,3 +220,49 @@ fn program(
     let unit = output.from_fixed(&mut p, format, y, bits)?;
     Ok((p, unit))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::input::{Arity, Encoding, Input};
+    use crate::options::{Method, Options, OutOfRange, RoutineOptions};
+    use crate::quantity::Quantity;
+    use crate::routine::{self, Routine};
+
+    fn table(full_scale: f64, out_of_range: OutOfRange) -> (Routine, f64) {
+        let method = Method::Piecewise { degree: 2, segments_log2: 5 };
+        let encoding = Encoding::Q31 { full_scale: Some(full_scale) };
+        let input = Input { arity: Arity::Reading, encoding };
+        let wanted = RoutineOptions { method, format: Format::Q31, input, output: Output::PowerOfTwo };
+        let coefficients = paper_coefficients();
+        let routine =
+            routine::design(&coefficients, &Options { out_of_range, ..Options::default() }, &wanted).unwrap();
+        let bound = Quantity::of(&coefficients.error_model()).in_bound_unit(routine.design.bound.total);
+        (routine, bound)
+    }
+
+    /// Twice the range's end: limits that one instruction saturates to, half a segment at either end, no shift
+    /// before index and place, rows whose address is a shift.
+    #[test]
+    fn a_saturating_table_is_short() {
+        let (routine, arcsec) = table(0.76, OutOfRange::Clamp);
+        let p = &routine.design.program;
+        assert!(matches!(p.steps[p.clamped].op, Op::Clamp { lo: -0x4000_0000, hi: 0x3fff_ffff, .. }));
+        assert!(!p.steps.iter().any(|s| matches!(s.op, Op::ShiftLeft { .. })));
+        assert_eq!((p.table.len(), p.table[0].len()), (33, 4));
+        assert!(arcsec <= 0.005, "{arcsec}");
+    }
+
+    /// The range's end: every word is inside, and nothing is limited; the same where nothing is to be limited.
+    #[test]
+    fn a_table_of_every_word_has_no_limits() {
+        for (full_scale, out_of_range) in [(0.38, OutOfRange::Clamp), (0.4, OutOfRange::Continue)] {
+            let (routine, arcsec) = table(full_scale, out_of_range);
+            let p = &routine.design.program;
+            assert!(!p.steps.iter().any(|s| matches!(s.op, Op::Clamp { .. })));
+            assert_eq!(p.table.len(), 32);
+            assert!(arcsec <= 0.005, "{arcsec}");
+        }
+    }
+}
