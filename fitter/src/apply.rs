@@ -121,17 +121,26 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
     };
     for row in 0..rows {
         let reading = recording.reading(row);
-        let inside = valid.contains(reading);
+        // Of a sensor that turns everything repeats with the turn; what was taken off is put back at the end.
+        let (reading, turns) = match &coefficients.turn {
+            Some(turn) => turn.within(reading),
+            None => (reading, 0.0),
+        };
+        let inside = coefficients.whole_turn() || valid.contains(reading);
         let (base, explicit) = if inside {
             (model.error(reading), evaluated.inside[row])
         } else {
             (coefficients.error_beyond(reading), evaluated.outside[row])
         };
         let corrected = sensor.calculated(reading) - base;
-        applied.corrected.push(if coefficients.terms.is_empty() {
+        let corrected = if coefficients.terms.is_empty() {
             corrected
         } else {
             evaluated.solve_periodic(scale * corrected - explicit) / scale
+        };
+        applied.corrected.push(match &coefficients.turn {
+            Some(turn) => turn.finish(corrected, turns),
+            None => corrected,
         });
         applied.extrapolated.push(!inside);
     }

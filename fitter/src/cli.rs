@@ -130,7 +130,7 @@ fn fit(args: &FitArgs) -> Result<()> {
     };
     let fit = waiting("fitting", recording.rows(), || fitter::fit(&recording, &mirror, &options))
         .into_diagnostic()?;
-    let text = fit.coefficients.to_json();
+    let text = fit.coefficients.to_sealed_json();
     output::write_whole(&args.out, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
     say(&format!("{}written      {}", fitter::summary::summary(&fit), args.out.display()));
     Ok(())

@@ -25,6 +25,7 @@ pub mod statistics;
 pub mod summary;
 pub mod terms;
 mod trust_region;
+pub mod turn;
 pub mod units;
 pub mod weights;
 

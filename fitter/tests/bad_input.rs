@@ -389,7 +389,7 @@ fn damaged_coefficients() {
         (
             "newer",
             good.replace("\"version\": 1", "\"version\": 7"),
-            &["version 7", "reads up to 1", "newer program"],
+            &["version 7", "reads up to 2", "newer program"],
         ),
         (
             "coefficient lost",
