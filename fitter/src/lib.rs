@@ -7,6 +7,7 @@
 
 pub mod apply;
 mod basis;
+pub mod cli;
 pub mod coefficients;
 pub mod dependence;
 mod double_double;
@@ -21,6 +22,7 @@ pub mod output;
 pub mod points;
 mod pretty;
 pub mod recording;
+pub mod report;
 pub mod statistics;
 pub mod summary;
 pub mod terms;
