@@ -35,6 +35,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
+    ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
     ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
