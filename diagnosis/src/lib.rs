@@ -11,6 +11,7 @@ pub mod calibrate;
 pub mod condense;
 pub mod diagnosis;
 pub mod dictionary;
+pub mod dynamic;
 pub mod effects;
 pub mod experiment;
 pub mod explain;
