@@ -2,7 +2,9 @@
 //! simulated, the recording disagrees.
 
 pub mod fault;
+pub mod linear;
 pub mod recording;
+pub mod spectrum;
 
 pub use fault::DynamicError;
 pub use recording::DynamicRecording;
