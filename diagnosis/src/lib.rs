@@ -17,6 +17,7 @@ pub mod explain;
 pub mod generic;
 pub mod hand_on;
 pub mod held_out;
+pub mod intervals;
 pub mod linear;
 pub mod model;
 pub mod noise;

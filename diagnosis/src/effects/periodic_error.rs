@@ -30,7 +30,11 @@ impl Effect for PeriodicError {
     }
 
     fn source(&self) -> &'static str {
-        "Heydemann, Determination and correction of quadrature fringe measurement errors, Appl. Opt. 20 (1981)"
+        "Heydemann, Determination and correction of quadrature fringe measurement errors in interferometers, Appl. Opt. 20 (1981) 3382–3384"
+    }
+
+    fn size(&self) -> &'static str {
+        "A positive, φ free; the strongest harmonic is up to some thousandths of the period"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
