@@ -14,7 +14,7 @@ fn main() {
             r.file,
             rows.len(),
             s.noise.level,
-            s.noise.phi,
+            s.noise.correlation.typical(),
             s.noise.freedom,
             s.calibration.threshold
         );

@@ -152,7 +152,7 @@ pub fn diagnose(
             value: explanation.search.noise.level * per_cell.sqrt(),
             unit: rows.unit.clone(),
             from: from.into(),
-            autocorrelation: explanation.search.noise.phi,
+            autocorrelation: explanation.search.noise.correlation.typical(),
         },
         locations: said.locations,
         effects: said.effects,

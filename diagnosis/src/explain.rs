@@ -4,7 +4,7 @@
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
-use crate::generic::{saturated, scaled, times};
+use crate::generic::{jumps, saturated, scaled, times};
 use crate::linear::dot;
 use crate::noise::{Noise, estimate};
 use crate::rows::Rows;
@@ -51,7 +51,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let order = first_order(rows);
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
-    let noise: Noise = estimate(&rows.error, &saturated(rows, &base), &covariates);
+    let jumps = jumps(rows);
+    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &covariates, &jumps);
     let search = Search::new(rows, catalogue, order, noise, skip);
     let alarm = strongest(&search);
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
@@ -68,10 +69,10 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &model, &covariates);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &covariates, &jumps);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
-        let again = if (noise.phi - search.noise.phi).abs() < SAME_CORRELATION {
+        let again = if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
             Search::with_noise(&search, noise)
         } else {
             Search::new(rows, catalogue, order, noise, skip)

@@ -287,3 +287,26 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns.truncate((n * 2 / 5).max(base.len()));
     columns
 }
+
+/// Rows at which a jump is looked for, at most.
+const MOST_JUMPS: usize = 100;
+
+/// What slow noise is taken for where it is left in: a step at any row, offsets of the passes, and of passes
+/// of either direction. Empty for a single move, where a step cannot be told from the error's own shape.
+pub fn jumps(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+    let n = rows.len();
+    if rows.single_move() || n < 24 {
+        return Vec::new();
+    }
+    let stride = n.div_ceil(MOST_JUMPS).max(1);
+    let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+    let mut out: Vec<Vec<Vec<f64>>> = (2..n - 1).step_by(stride).map(|k| vec![step(k)]).collect();
+    // A step where the pass changes is the likeliest, and must not fall between two of the others.
+    out.extend((2..n - 1).filter(|&i| rows.pass[i] != rows.pass[i - 1]).map(|k| vec![step(k)]));
+    let passes = rows.passes();
+    if passes.len() > 2 && passes.len() <= 40 && passes.len() * 5 <= n {
+        let mark = |p: i64| rows.pass.iter().map(|q| if *q == p { 1.0 } else { 0.0 }).collect();
+        out.push(passes[1..].iter().map(|p| mark(*p)).collect());
+    }
+    out
+}

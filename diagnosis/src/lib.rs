@@ -9,6 +9,7 @@
 pub mod base;
 pub mod calibrate;
 pub mod condense;
+pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;
 pub mod effects;
