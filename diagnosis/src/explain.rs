@@ -62,6 +62,11 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let mut search = search;
     // Noise about what was found: nothing of it is left in the floor, and less freedom is spent.
     for _ in 0..2 {
+        // Of a single move nothing repeats: what is left of its shape beside a named effect may as well be noise
+        // that is correlated, and only what exceeds that is structure.
+        if rows.single_move() && terms.iter().any(|t| search.effect(t.family).is_some()) {
+            terms.retain(|t| search.effect(t.family).is_some());
+        }
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.clone()));
         let unexplained = terms.iter().any(|t| search.is_generic(t.family));
@@ -72,11 +77,12 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         let noise = estimate(&rows.error, &rows.t_s, &model, &covariates, &jumps);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
-        let again = if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
-            Search::with_noise(&search, noise)
-        } else {
-            Search::new(rows, catalogue, order, noise, skip)
-        };
+        let again =
+            if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
+                Search::with_noise(&search, noise)
+            } else {
+                Search::new(rows, catalogue, order, noise, skip)
+            };
         let next = again.run(terms.clone());
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
         search = again;

@@ -11,7 +11,7 @@ use crate::rows::Rows;
 /// Most periods over the stroke that are searched.
 const MOST_CYCLES: f64 = 64.0;
 /// Most harmonics.
-const MOST_HARMONICS: f64 = 6.0;
+const MOST_HARMONICS: f64 = 12.0;
 
 /// See the module's description.
 pub struct PeriodicError;
