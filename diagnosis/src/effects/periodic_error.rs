@@ -76,12 +76,20 @@ impl Effect for PeriodicError {
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let turn = std::f64::consts::TAU / shape[0];
         let origin = crate::rows::mean(&rows.truth);
-        (1..=shape[1] as usize)
-            .flat_map(|h| {
-                let phase = rows.truth.iter().map(move |t| h as f64 * turn * (t - origin));
-                [phase.clone().map(f64::sin).collect(), phase.map(f64::cos).collect()]
-            })
-            .collect()
+        let first: (Vec<f64>, Vec<f64>) = rows.truth.iter().map(|t| (turn * (t - origin)).sin_cos()).unzip();
+        let mut columns = vec![first.0, first.1];
+        // sin and cos of (h+1) x from those of h x and x: one call per row whatever the number of harmonics.
+        for h in 1..shape[1] as usize {
+            let (sine, cosine) = (&columns[2 * h - 2], &columns[2 * h - 1]);
+            let next: (Vec<f64>, Vec<f64>) = (0..rows.len())
+                .map(|i| {
+                    let (s, c) = (columns[0][i], columns[1][i]);
+                    (sine[i] * c + cosine[i] * s, cosine[i] * c - sine[i] * s)
+                })
+                .unzip();
+            columns.extend([next.0, next.1]);
+        }
+        columns
     }
 
     fn richer(&self, rows: &Rows, shape: &[f64]) -> Option<Vec<f64>> {
