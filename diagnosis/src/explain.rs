@@ -72,11 +72,12 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         let noise = estimate(&rows.error, &rows.t_s, &model, &covariates, &jumps);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
-        let again = if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
-            Search::with_noise(&search, noise)
-        } else {
-            Search::new(rows, catalogue, order, noise, skip)
-        };
+        let again =
+            if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
+                Search::with_noise(&search, noise)
+            } else {
+                Search::new(rows, catalogue, order, noise, skip)
+            };
         let next = again.run(terms.clone());
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
         search = again;
