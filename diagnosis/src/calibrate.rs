@@ -24,7 +24,7 @@ const TAIL: f64 = 0.2;
 /// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
 const PRIOR_TAIL: f64 = 150.0;
 /// How much less of the allowed false alarms a generic family gets than a catalogued one.
-pub const GENERIC_SHARE: f64 = 0.4;
+pub const GENERIC_SHARE: f64 = 0.04;
 
 /// P(M > m) = K exp(−a m) for a family's largest statistic m = −ln P(χ²_d > S).
 #[derive(Debug, Clone, Copy)]

@@ -19,8 +19,8 @@ const COARSE: usize = 5;
 /// Log likelihood below the best of the coarse grid at which a neighbourhood is not looked into.
 const HOPELESS: f64 = 12.0;
 /// Gain in −2 log likelihood, correlation times searched on either side, at which jumps are believed: one
-/// column among some hundred by chance once in some ten thousand recordings.
-const JUMP_GAIN: f64 = 24.0;
+/// column among some hundred by chance once in some thousand recordings.
+const JUMP_GAIN: f64 = 18.0;
 /// The same for every further column of a group.
 const JUMP_GAIN_PER_COLUMN: f64 = 3.0;
 /// Most groups of jumps that are taken out.

@@ -110,9 +110,9 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     // Time.
     let curve = legendre(&t, 6);
     add(Place::on("t_s"), vec![curve[1..=2].to_vec(), curve[1..=4].to_vec(), curve[1..=6].to_vec()]);
-    let waves = (1..=24)
+    let waves = (2..=48)
         .map(|k| {
-            let turn = std::f64::consts::PI * k as f64;
+            let turn = std::f64::consts::FRAC_PI_2 * k as f64;
             vec![t.iter().map(|t| (turn * t).sin()).collect(), t.iter().map(|t| (turn * t).cos()).collect()]
         })
         .collect();

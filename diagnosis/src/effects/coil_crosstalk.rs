@@ -37,6 +37,10 @@ impl Effect for CoilCrosstalk {
         Place::on("coil_a")
     }
 
+    fn measured(&self) -> bool {
+        true
+    }
+
     fn testable(&self, rows: &Rows) -> Result<(), String> {
         present(&rows.coil_a, "coil_a").map(drop)
     }

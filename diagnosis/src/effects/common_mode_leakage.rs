@@ -37,6 +37,10 @@ impl Effect for CommonModeLeakage {
         Place::on("common_mode_um")
     }
 
+    fn measured(&self) -> bool {
+        true
+    }
+
     fn testable(&self, rows: &Rows) -> Result<(), String> {
         present(&rows.common_mode_um, "common mode of x1_mm and x2_mm").map(drop)
     }

@@ -37,6 +37,10 @@ impl Effect for CrossAxisCoupling {
         Place::on("cross_arcsec")
     }
 
+    fn measured(&self) -> bool {
+        true
+    }
+
     fn testable(&self, rows: &Rows) -> Result<(), String> {
         present(&rows.cross_arcsec, "cross_arcsec").map(drop)
     }
