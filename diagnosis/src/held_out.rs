@@ -6,7 +6,7 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::base::base_columns;
-use crate::explain::Explanation;
+use crate::explain::{Explanation, first_order};
 use crate::generic::saturated;
 use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model, choose_order};
@@ -148,9 +148,9 @@ fn predict(explanation: &Explanation, before: &Model, after: &Model, held: &[boo
     let terms = if after.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
     let inner = Explanation { search: again, terms, alarm: None };
     let noise = &inner.search.noise;
-    let value = |terms: &[Term], highest: usize| -> Vec<f64> {
+    let value = |terms: &[Term], lowest: usize, highest: usize| -> Vec<f64> {
         // Fewer rows never justify a higher order than all of them.
-        let mut raw = base_columns(rows, choose_order(&inner, terms).min(highest));
+        let mut raw = base_columns(rows, choose_order(&inner, terms).max(lowest).min(highest));
         raw.extend(terms.iter().flat_map(|t| t.columns.clone()));
         let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
         let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
@@ -160,8 +160,12 @@ fn predict(explanation: &Explanation, before: &Model, after: &Model, held: &[boo
         }
         sum
     };
-    let base = value(&[], before.order);
-    let with = if inner.terms.is_empty() { base.clone() } else { value(&inner.terms, after.order) };
+    let base = value(&[], 1, before.order);
+    let with = if inner.terms.is_empty() {
+        base.clone()
+    } else {
+        value(&inner.terms, first_order(rows), after.order)
+    };
     (base, with)
 }
 

@@ -107,7 +107,9 @@ pub fn fit(
         .filter(|t| !matches!(search.dictionary.families[t.family].kind, Kind::Order))
         .cloned()
         .collect();
-    let order = order.unwrap_or_else(|| choose_order(explanation, &terms));
+    // The order that the search absorbed at least: one that the recording shows to be needless is no harm, one
+    // that is missing bends the effects and makes their intervals too narrow.
+    let order = order.unwrap_or_else(|| choose_order(explanation, &terms).max(first_order(rows)));
     let base = base_columns(rows, order);
     let mut columns: Vec<Vec<f64>> = base.iter().map(|c| noise.whiten(c)).collect();
     for column in terms.iter().flat_map(|t| &t.columns) {
