@@ -22,11 +22,12 @@ const MOST_GENERIC: usize = 2;
 const MOST_FOR_PAIRS: usize = 3;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
-const GENERIC_HANDICAP: f64 = 9.0;
+const GENERIC_HANDICAP: f64 = 5.0;
 /// The same for every column beyond the first.
 const HANDICAP_PER_COLUMN: f64 = 1.5;
-/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler.
-const SHAPE_PRICE: f64 = 1.5;
+/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
+/// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
+pub const SHAPE_PRICE: f64 = 3.0;
 /// Merit by which an exchange must win.
 const EXCHANGE_MARGIN: f64 = 0.3;
 /// Merit that a joint refinement may bring at most, for a set to be worth refining.
@@ -74,6 +75,8 @@ pub struct Search<'a> {
     pub shares: Vec<f64>,
     /// Price of a term by family and rank.
     prices: Vec<Vec<f64>>,
+    /// Free shape parameters of every effect of the catalogue.
+    free_shapes: Vec<usize>,
     base_order: usize,
     /// The candidates beside the base.
     projected: Projected,
@@ -125,6 +128,10 @@ impl<'a> Search<'a> {
             calibration,
             shares,
             prices,
+            free_shapes: catalogue
+                .iter()
+                .map(|e| e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count())
+                .collect(),
             base_order: order,
             projected,
             base,
@@ -146,6 +153,7 @@ impl<'a> Search<'a> {
             calibration: whole.calibration.clone(),
             shares: whole.shares.clone(),
             prices: whole.prices.clone(),
+            free_shapes: whole.free_shapes.clone(),
             base_order: order,
             projected,
             base,
@@ -190,10 +198,15 @@ impl<'a> Search<'a> {
     pub fn price(&self, term: &Term) -> f64 {
         let own = self.own_price(term);
         match self.effect(term.family) {
-            Some(_) => own + SHAPE_PRICE * term.shape.len() as f64,
+            Some(e) => own + SHAPE_PRICE * self.free_shapes(e) as f64,
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
         }
+    }
+
+    /// How many shape parameters of an effect of the catalogue are free to take any value.
+    pub fn free_shapes(&self, effect: usize) -> usize {
+        self.free_shapes[effect]
     }
 
     /// The price without what is set on top of it for comparisons.
