@@ -43,7 +43,9 @@ fn main() {
             for f in found.iter().take(16) {
                 let name = match &s.dictionary.families[f.term.family].kind {
                     diagnosis::dictionary::Kind::Effect(i) => catalogue[*i].id().to_string(),
-                    diagnosis::dictionary::Kind::Generic(p) => format!("GENERIC {}x{:?}", p.variable, p.times),
+                    diagnosis::dictionary::Kind::Generic(p) => {
+                        format!("GENERIC {}x{:?}", p.variable, p.times)
+                    }
                     _ => "ORDER".into(),
                 };
                 println!(

@@ -130,7 +130,9 @@ impl<'a> Search<'a> {
             prices,
             free_shapes: catalogue
                 .iter()
-                .map(|e| e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count())
+                .map(|e| {
+                    e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()
+                })
                 .collect(),
             base_order: order,
             projected,
