@@ -110,10 +110,10 @@ impl Correlation {
         let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         let hopeful: Vec<bool> =
             likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
-        for k in 0..POINTS {
+        for (k, value) in likelihood.iter_mut().enumerate().filter(|(_, v)| v.is_none()) {
             let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
-            if likelihood[k].is_none() && (hopeful[before] || hopeful.get(after) == Some(&true)) {
-                likelihood[k] = Some(at(k));
+            if hopeful[before] || hopeful.get(after) == Some(&true) {
+                *value = Some(at(k));
             }
         }
         let weights: Vec<f64> = likelihood.iter().map(|l| l.map_or(0.0, |l| l.min(600.0).exp())).collect();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
-use crate::dictionary::{Dictionary, Kind, Projected};
+use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::noise::Noise;
@@ -240,15 +240,16 @@ impl<'a> Search<'a> {
         let count = further.count();
         further.push(residual);
         let products = self.projected.products(&further);
-        let mut scores = Vec::new();
+        let mut scratch = Scratch::default();
         for (f, family) in self.dictionary.families.iter().enumerate() {
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
-                self.projected.scores(c, &products, count, family.smallest_part, &mut scores);
-                if scores.is_empty() || !self.possible(f, &scores) {
+                self.projected.scores(c, &products, count, family.smallest_part, &mut scratch);
+                let scores = &scratch.scores;
+                if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let s = dot(&scores, &scores);
+                let s = dot(scores, scores);
                 let m = log_tail(s, scores.len());
                 if best.is_none_or(|b| m > b.0) {
                     best = Some((m, c, s, scores.len()));
