@@ -100,19 +100,20 @@ impl Correlation {
     /// Posterior of τ (typical gaps; 0: uncorrelated) as values with weights that sum to one, given `clean`
     /// observations about the span of `model`, each row of standard deviation proportional to `shape`.
     pub fn posterior(&self, clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> Vec<(f64, f64)> {
-        let columns = scaled_columns(clean, model, shape);
-        let at_zero = restricted(&columns, &self.with(0.0));
+        let columns = orthonormal(model, shape);
+        let observed: Vec<f64> = clean.iter().zip(shape).map(|(v, s)| v / s).collect();
+        let at_zero = restricted(&columns, &observed, &self.with(0.0));
         let grid = self.grid();
-        let at = |k: usize| restricted(&columns, &self.with(grid[k])) - at_zero;
+        let at = |k: usize| restricted(&columns, &observed, &self.with(grid[k])) - at_zero;
         let mut likelihood: Vec<Option<f64>> =
             (0..POINTS).map(|k| k.is_multiple_of(COARSE).then(|| at(k))).collect();
         let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         let hopeful: Vec<bool> =
             likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
-        for k in 0..POINTS {
+        for (k, value) in likelihood.iter_mut().enumerate().filter(|(_, v)| v.is_none()) {
             let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
-            if likelihood[k].is_none() && (hopeful[before] || hopeful.get(after) == Some(&true)) {
-                likelihood[k] = Some(at(k));
+            if hopeful[before] || hopeful.get(after) == Some(&true) {
+                *value = Some(at(k));
             }
         }
         let weights: Vec<f64> = likelihood.iter().map(|l| l.map_or(0.0, |l| l.min(600.0).exp())).collect();
@@ -146,36 +147,25 @@ impl Correlation {
         let grid = self.grid();
         let times = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE));
         let n = clean.len();
-        // Per correlation time: basis, residual, and −2 log likelihood of the profile.
-        let mut places: Vec<(Correlation, Basis, Vec<f64>)> = times
-            .map(|time| {
-                let here = self.with(time);
-                let white = |v: &Vec<f64>| here.whiten(v.iter().zip(shape).map(|(v, s)| v / s));
-                let mut basis = Basis::new(n);
-                model.iter().for_each(|c| {
-                    basis.add(&white(c));
-                });
-                let mut residual = white(&clean.to_vec());
-                basis.project_off(&mut residual);
-                (here, basis, residual)
-            })
-            .collect();
-        let deviance = |here: &Correlation, rank: usize, rss: f64| {
-            here.log_determinant() + (n.saturating_sub(rank)).max(1) as f64 * rss.max(1e-300).ln()
-        };
+        let columns = orthonormal(model, shape);
+        // Per correlation time: basis, residual, and what does not depend on the jumps of −2 log likelihood
+        // of the observations' part outside the model.
+        let mut places: Vec<Place> =
+            times.map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
+        let freedom = (n - columns.count()).max(1) as f64;
+        let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
         let mut taken = Vec::new();
         while taken.len() < MOST_JUMPS {
             let before = places
                 .iter()
-                .map(|(here, basis, r)| deviance(here, basis.rank(), dot(r, r)))
+                .map(|place| deviance(place, dot(&place.residual, &place.residual)))
                 .fold(f64::INFINITY, f64::min);
             let mut best: Option<(f64, usize)> = None;
             for (k, group) in suspects.iter().enumerate().filter(|(k, _)| !taken.contains(k)) {
                 let asked = JUMP_GAIN + JUMP_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
-                for (here, basis, residual) in &places {
-                    let rss = dot(residual, residual);
-                    let explained = explained_by(here, basis, residual, group, shape);
-                    let gain = before - deviance(here, basis.rank() + group.len(), rss - explained) - asked;
+                for place in &places {
+                    let rss = dot(&place.residual, &place.residual);
+                    let gain = before - deviance(place, rss - place.explained_by(group, shape)) - asked;
                     if gain > 0.0 && best.is_none_or(|b| gain > b.0) {
                         best = Some((gain, k));
                     }
@@ -183,67 +173,92 @@ impl Correlation {
             }
             let Some((_, k)) = best else { break };
             taken.push(k);
-            for (here, basis, residual) in &mut places {
-                for column in &suspects[k] {
-                    let rank = basis.rank();
-                    if basis.add(&here.whiten(column.iter().zip(shape).map(|(v, s)| v / s))) {
-                        let q = basis.columns.get(rank);
-                        let a = dot(q, residual);
-                        add_scaled(residual, -a, q);
-                    }
-                }
-            }
+            places.iter_mut().for_each(|place| place.take(&suspects[k], shape));
         }
         taken
     }
 }
 
-/// What a group explains of a whitened residual beside a basis.
-fn explained_by(
-    here: &Correlation,
-    basis: &Basis,
-    residual: &[f64],
-    group: &[Vec<f64>],
-    shape: &[f64],
-) -> f64 {
-    let mut own = Basis::new(residual.len());
-    for column in group {
-        let mut w = here.whiten(column.iter().zip(shape).map(|(v, s)| v / s));
-        let length = dot(&w, &w).sqrt();
-        basis.project_off(&mut w);
-        if dot(&w, &w).sqrt() > 0.02 * length {
-            own.add(&w);
+/// A recording seen with one correlation time.
+struct Place {
+    correlation: Correlation,
+    basis: Basis,
+    residual: Vec<f64>,
+    constant: f64,
+}
+
+impl Place {
+    fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
+        let mut white = Columns::new(columns.rows);
+        let mut basis = Basis::new(columns.rows);
+        for k in 0..columns.count() {
+            let column = correlation.whiten(columns.get(k).iter().copied());
+            basis.add(&column);
+            white.push(&column);
+        }
+        let (_, log_determinant) = cholesky(&white.products(&white), columns.count());
+        let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
+        basis.project_off(&mut residual);
+        let constant = correlation.log_determinant() + log_determinant;
+        Place { correlation, basis, residual, constant }
+    }
+
+    fn white(&self, column: &[f64], shape: &[f64]) -> Vec<f64> {
+        self.correlation.whiten(column.iter().zip(shape).map(|(v, s)| v / s))
+    }
+
+    /// What a group of columns explains.
+    fn explained_by(&self, group: &[Vec<f64>], shape: &[f64]) -> f64 {
+        let mut own = Basis::new(self.residual.len());
+        for column in group {
+            let mut w = self.white(column, shape);
+            let length = dot(&w, &w).sqrt();
+            self.basis.project_off(&mut w);
+            if dot(&w, &w).sqrt() > 0.02 * length {
+                own.add(&w);
+            }
+        }
+        (0..own.rank()).map(|k| dot(own.columns.get(k), &self.residual).powi(2)).sum()
+    }
+
+    /// Takes a group of columns out of the residual.
+    fn take(&mut self, group: &[Vec<f64>], shape: &[f64]) {
+        for column in group {
+            let rank = self.basis.rank();
+            let white = self.white(column, shape);
+            if self.basis.add(&white) {
+                let q = self.basis.columns.get(rank);
+                let a = dot(q, &self.residual);
+                add_scaled(&mut self.residual, -a, q);
+            }
         }
     }
-    (0..own.rank()).map(|k| dot(own.columns.get(k), residual).powi(2)).sum()
 }
 
-/// The model's columns and the observations (last), each divided by `shape` and of unit length: only the
-/// data's own scale matters to the likelihood, and the factor stays well scaled.
-fn scaled_columns(clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> Columns {
-    let mut columns = Columns::new(clean.len());
-    for column in model.iter().map(|c| c.as_slice()).chain([clean]) {
-        let scaled: Vec<f64> = column.iter().zip(shape).map(|(v, s)| v / s).collect();
-        let length = dot(&scaled, &scaled).sqrt().max(1e-300);
-        columns.push(&scaled.iter().map(|v| v / length).collect::<Vec<f64>>());
+/// An orthonormal basis of the model's columns, each divided by `shape`: what depends on the others is left
+/// out once and for all, so that every correlation is judged on the same columns.
+fn orthonormal(model: &[Vec<f64>], shape: &[f64]) -> Columns {
+    let mut basis = Basis::new(shape.len());
+    for column in model {
+        basis.add(&column.iter().zip(shape).map(|(v, s)| v / s).collect::<Vec<f64>>());
     }
-    columns
+    basis.columns
 }
 
-/// Restricted log likelihood of a correlation; the last column holds the observations.
-fn restricted(columns: &Columns, correlation: &Correlation) -> f64 {
+/// Restricted log likelihood of a correlation: that of the observations' part outside the columns.
+fn restricted(columns: &Columns, observed: &[f64], correlation: &Correlation) -> f64 {
     let n = columns.rows;
     let mut white = Columns::new(n);
     for k in 0..columns.count() {
         white.push(&correlation.whiten(columns.get(k).iter().copied()));
     }
-    let m = white.count();
-    let p = m - 1;
+    white.push(&correlation.whiten(observed.iter().copied()));
+    let p = columns.count();
+    let m = p + 1;
     let gram = white.products(&white);
     let xx: Vec<f64> = (0..p * p).map(|i| gram[(i % p) * m + i / p]).collect();
     let xy: Vec<f64> = (0..p).map(|k| gram[p * m + k]).collect();
     let (factor, log_determinant) = cholesky(&xx, p);
-    let rank = (0..p).filter(|k| factor[k * p + k].is_finite()).count();
     let left = (gram[p * m + p] - quadratic_form(&factor, &xy)).max(1e-300);
-    -0.5 * (correlation.log_determinant() + log_determinant + (n - rank) as f64 * left.ln())
+    -0.5 * (correlation.log_determinant() + log_determinant + (n - p) as f64 * left.ln())
 }

@@ -81,43 +81,48 @@ impl Projected {
     /// squares is what the candidate explains of the residual. `products` holds the products with those
     /// columns and, last, with the residual. Nothing is projected row by row: within the candidate's columns
     /// Q the further ones B take CᵀC, C = BᵀQ, and what is left has the Gram matrix I − CᵀC.
-    pub fn scores(&self, c: usize, products: &[f64], further: usize, smallest: f64, scores: &mut Vec<f64>) {
+    pub fn scores(&self, c: usize, products: &[f64], further: usize, smallest: f64, scratch: &mut Scratch) {
+        let Scratch { factor, kept, scores } = scratch;
         scores.clear();
+        kept.clear();
         let count = self.columns.count();
         let range = self.of[c].clone();
-        let d = range.len();
-        let mut factor = [[0.0; MOST_COLUMNS]; MOST_COLUMNS];
-        let mut kept = 0;
-        let mut places = [0; MOST_COLUMNS];
-        for k in range.take(MOST_COLUMNS.min(d)) {
+        let width = range.len();
+        factor.resize(width * width, 0.0);
+        for k in range {
             // Cholesky, row by row, over the columns that are kept.
             let gram = |j: usize| -> f64 {
                 let own = if j == k { 1.0 } else { 0.0 };
                 own - (0..further).map(|b| products[b * count + j] * products[b * count + k]).sum::<f64>()
             };
+            let row = kept.len();
             let mut score = products[further * count + k];
             let mut pivot = gram(k);
-            for m in 0..kept {
-                let mut sum = gram(places[m]);
-                for l in 0..m {
-                    sum -= factor[kept][l] * factor[m][l];
-                }
-                factor[kept][m] = sum / factor[m][m];
-                pivot -= factor[kept][m] * factor[kept][m];
-                score -= factor[kept][m] * scores[m];
+            for m in 0..row {
+                let (above, here) = factor.split_at_mut(row * width);
+                let earlier = &above[m * width..m * width + m];
+                let sum = gram(kept[m]) - earlier.iter().zip(here.iter()).map(|(a, b)| a * b).sum::<f64>();
+                here[m] = sum / above[m * width + m];
+                pivot -= here[m] * here[m];
+                score -= here[m] * scores[m];
             }
             if pivot > 1e-12 && pivot.sqrt() * self.parts[k] > smallest {
-                factor[kept][kept] = pivot.sqrt();
+                factor[row * width + row] = pivot.sqrt();
                 scores.push(score / pivot.sqrt());
-                places[kept] = k;
-                kept += 1;
+                kept.push(k);
             }
         }
     }
 }
 
-/// Most columns of a candidate: one offset for every pass but the first, or a hat for every knot.
-pub const MOST_COLUMNS: usize = 48;
+/// Room for [`Projected::scores`], used again from candidate to candidate.
+#[derive(Default)]
+pub struct Scratch {
+    factor: Vec<f64>,
+    kept: Vec<usize>,
+    /// The scores.
+    pub scores: Vec<f64>,
+}
 
 impl Dictionary {
     /// Builds the dictionary of the effects that the recording can show (`skip` names ids to leave out).

@@ -52,7 +52,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
     let jumps = jumps(rows);
-    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &covariates, &jumps);
+    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &jumps);
     let search = Search::new(rows, catalogue, order, noise, skip);
     let alarm = strongest(&search);
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
@@ -69,12 +69,13 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         }
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.clone()));
+        let light = model.clone();
         let unexplained = terms.iter().any(|t| search.is_generic(t.family));
         if unexplained {
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &rows.t_s, &model, &covariates, &jumps);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &jumps);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
         let again =

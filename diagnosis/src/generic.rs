@@ -67,6 +67,9 @@ pub fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
+/// How sharply what sets in at one value of an observable sets in, as a part of half its range.
+const ONSET: f64 = 0.06;
+
 /// All generic families for this recording.
 pub fn families(rows: &Rows) -> Vec<Generic> {
     let n = rows.len();
@@ -82,7 +85,12 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     let own: Vec<Vec<f64>> = observables.iter().map(|o| own_part(&o.z, &x)).collect();
     for (k, o) in observables.iter().enumerate() {
         let curve = legendre(&o.z, 4);
-        add(Place::on(&o.name), vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()]);
+        let mut groups = vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()];
+        // What sets in at one value of it.
+        for threshold in [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6] {
+            groups.push(vec![o.z.iter().map(|z| ((z - threshold) / ONSET).tanh()).collect()]);
+        }
+        add(Place::on(&o.name), groups);
         let z2 = curve[2].clone();
         add(
             Place::product(&o.name, "angle_deg"),
@@ -151,7 +159,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             x.iter().zip(&p).map(|(x, p)| x - p).collect::<Vec<f64>>()
         });
         let mut groups = vec![memory.to_vec()];
-        for length in [0.1, 0.25, 0.6] {
+        for length in [0.1, 0.18, 0.3, 0.42, 0.6] {
             groups.push(vec![since_turning(rows, &x, length, false)]);
             groups.push(vec![since_turning(rows, &x, length, true)]);
         }

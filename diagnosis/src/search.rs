@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
-use crate::dictionary::{Dictionary, Kind, Projected};
+use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::noise::Noise;
@@ -22,11 +22,12 @@ const MOST_GENERIC: usize = 2;
 const MOST_FOR_PAIRS: usize = 3;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
-const GENERIC_HANDICAP: f64 = 9.0;
+const GENERIC_HANDICAP: f64 = 5.0;
 /// The same for every column beyond the first.
 const HANDICAP_PER_COLUMN: f64 = 1.5;
-/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler.
-const SHAPE_PRICE: f64 = 1.5;
+/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
+/// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
+pub const SHAPE_PRICE: f64 = 3.0;
 /// Merit by which an exchange must win.
 const EXCHANGE_MARGIN: f64 = 0.3;
 /// Merit that a joint refinement may bring at most, for a set to be worth refining.
@@ -74,6 +75,8 @@ pub struct Search<'a> {
     pub shares: Vec<f64>,
     /// Price of a term by family and rank.
     prices: Vec<Vec<f64>>,
+    /// Free shape parameters of every effect of the catalogue.
+    free_shapes: Vec<usize>,
     base_order: usize,
     /// The candidates beside the base.
     projected: Projected,
@@ -125,6 +128,12 @@ impl<'a> Search<'a> {
             calibration,
             shares,
             prices,
+            free_shapes: catalogue
+                .iter()
+                .map(|e| {
+                    e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()
+                })
+                .collect(),
             base_order: order,
             projected,
             base,
@@ -146,6 +155,7 @@ impl<'a> Search<'a> {
             calibration: whole.calibration.clone(),
             shares: whole.shares.clone(),
             prices: whole.prices.clone(),
+            free_shapes: whole.free_shapes.clone(),
             base_order: order,
             projected,
             base,
@@ -190,10 +200,15 @@ impl<'a> Search<'a> {
     pub fn price(&self, term: &Term) -> f64 {
         let own = self.own_price(term);
         match self.effect(term.family) {
-            Some(_) => own + SHAPE_PRICE * term.shape.len() as f64,
+            Some(e) => own + SHAPE_PRICE * self.free_shapes(e) as f64,
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
         }
+    }
+
+    /// How many shape parameters of an effect of the catalogue are free to take any value.
+    pub fn free_shapes(&self, effect: usize) -> usize {
+        self.free_shapes[effect]
     }
 
     /// The price without what is set on top of it for comparisons.
@@ -225,15 +240,16 @@ impl<'a> Search<'a> {
         let count = further.count();
         further.push(residual);
         let products = self.projected.products(&further);
-        let mut scores = Vec::new();
+        let mut scratch = Scratch::default();
         for (f, family) in self.dictionary.families.iter().enumerate() {
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
-                self.projected.scores(c, &products, count, family.smallest_part, &mut scores);
-                if scores.is_empty() || !self.possible(f, &scores) {
+                self.projected.scores(c, &products, count, family.smallest_part, &mut scratch);
+                let scores = &scratch.scores;
+                if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let s = dot(&scores, &scores);
+                let s = dot(scores, scores);
                 let m = log_tail(s, scores.len());
                 if best.is_none_or(|b| m > b.0) {
                     best = Some((m, c, s, scores.len()));
