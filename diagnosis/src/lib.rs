@@ -9,6 +9,7 @@
 pub mod base;
 pub mod calibrate;
 pub mod condense;
+pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;
 pub mod dynamic;
@@ -18,6 +19,7 @@ pub mod explain;
 pub mod generic;
 pub mod hand_on;
 pub mod held_out;
+pub mod intervals;
 pub mod linear;
 pub mod model;
 pub mod noise;
