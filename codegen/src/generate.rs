@@ -34,7 +34,8 @@ pub struct Generated {
 }
 
 impl Generated {
-    /// The Rust routines as one module that a firmware includes, where a crate of its own is not wanted.
+    /// The Rust routines as one module that a firmware includes, where a crate of its own is not wanted. A single
+    /// routine also goes by the base name alone, whatever format was chosen.
     ///
     /// # Errors
     /// [`GenerateError::Render`] for a defect of the template.
@@ -46,7 +47,7 @@ impl Generated {
                 Some(context! { name, text })
             })
             .collect();
-        Ok(Renderer::new()?.render("rust/module.rs", context! { modules })?)
+        Ok(Renderer::new()?.render("rust/module.rs", context! { name => &*self.name, modules })?)
     }
 }
 
