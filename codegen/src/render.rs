@@ -31,6 +31,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
     ("rust/lib.rs", include_str!("../../templates/rust/lib.rs.jinja")),
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
+    ("rust/module.rs", include_str!("../../templates/rust/module.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
