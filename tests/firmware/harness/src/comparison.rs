@@ -86,10 +86,10 @@ const ALTERNATIVES: [(&str, &str, &str, f64); 5] = [
 const OURS: [(&str, &[&str]); 10] = [
     ("one polynomial, q31", &["--format", "q31", "--degree", "9"]),
     ("one polynomial, f32", &["--format", "f32", "--degree", "9"]),
-    ("table 3x16, q31", &["--format", "q31", "--table", "3x16"]),
+    ("table 3x16, q31", &["--format", "q31", "--table", "3x16", "--full-scale", "0.76"]),
     ("table 3x32, q31", &["--format", "q31", "--table", "3x32"]),
-    ("table 2x32, q31", &["--format", "q31", "--table", "2x32"]),
-    ("table 2x128, q31", &["--format", "q31", "--table", "2x128"]),
+    ("table 2x32, q31", &["--format", "q31", "--table", "2x32", "--full-scale", "0.76"]),
+    ("table 2x128, q31", &["--format", "q31", "--table", "2x128", "--full-scale", "0.76"]),
     (
         "one polynomial, q31, without limits",
         &["--format", "q31", "--full-scale", "0.4", "--out-of-range", "continue"],
@@ -102,7 +102,7 @@ const OURS: [(&str, &[&str]); 10] = [
         "table 1x1024, q31, without limits",
         &["--format", "q31", "--table", "1x1024", "--out-of-range", "continue"],
     ),
-    ("table 1x256, q31", &["--format", "q31", "--table", "1x256"]),
+    ("table 1x256, q31", &["--format", "q31", "--table", "1x256", "--full-scale", "0.76"]),
 ];
 
 /// Measures all of them.
