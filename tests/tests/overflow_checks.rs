@@ -40,10 +40,10 @@ fn swept(files: &BTreeMap<PathBuf, String>, routine: &str, flags: &[&str]) -> Ou
     Command::new(folder.path().join("sweep")).output().unwrap()
 }
 
-/// The sources with every operation that must not overflow made one that panics where it does. A table's row and
+/// The sources with every operation that must not overflow made one that panics where it does. A table's segment and
 /// the place in it come from sums that are meant to wrap.
 fn strict(files: &BTreeMap<PathBuf, String>) -> BTreeMap<PathBuf, String> {
-    let meant = |line: &str| line.contains("let row = ") || line.contains("let w = ");
+    let meant = |line: &str| line.contains("let segment = ") || line.contains("let w = ");
     let one = |line: &str| if meant(line) { line.into() } else { line.replace(".wrapping_", ".strict_") };
     let source = |text: &String| text.lines().map(one).collect::<Vec<String>>().join("\n") + "\n";
     let is_source = |path: &Path| path.extension().is_some_and(|e| e == "rs");
