@@ -7,6 +7,7 @@ use crate::exact::Interval;
 use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
 use crate::options::{Method, Options, OutOfRange, RoutineOptions};
+use crate::physics::{Physics, PhysicsError};
 use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
@@ -24,7 +25,12 @@ pub struct Routine {
     pub reference: Reference,
     /// Smallest and largest reading for which it is valid.
     pub range: (f64, f64),
+    /// What is added to the function of the reading, and what is left out.
+    pub physics: Physics,
 }
+
+/// Bits of the last sum that terms of further physics may take at most.
+const MOST_HEADROOM: i64 = 6;
 
 /// Why there is no routine.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -117,6 +123,9 @@ pub enum RoutineError {
     /// The input does not fit.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The terms of further physics.
+    #[error(transparent)]
+    Physics(#[from] PhysicsError),
     /// The range is too wide for the geometry.
     #[error(transparent)]
     TooSteep(#[from] TooSteep),
@@ -166,12 +175,33 @@ pub fn design(
         &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
         &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
     )?;
+    let plan = match wanted.method {
+        Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
+        Method::Fused => plan,
+    };
+    let physics = Physics::of(coefficients, &options.further, &options.without)?;
+    let words = (wanted.format, wanted.output);
+    let fine = target / quantity.bound_units_per_unit;
+    // Terms that are added may need room in the last sum.
+    let extended = |design: &dyn Fn(i64) -> Result<Design, DesignError>| {
+        let mut headroom = 0;
+        loop {
+            let whole = design(headroom).and_then(|d| physics.extend(d, &model, &plan, words, fine));
+            match whole {
+                Err(DesignError::Overflows(_)) if !physics.is_empty() && headroom < MOST_HEADROOM => {
+                    headroom += 1
+                }
+                whole => return whole.map_err(|e| e.for_output(wanted.output)),
+            }
+        }
+    };
     let finish = |design| Routine {
         options: wanted.clone(),
         design,
         plan: plan.clone(),
         reference: reference.clone(),
         range,
+        physics: physics.clone(),
     };
     if let Method::Piecewise { degree, segments_log2 } = wanted.method {
         if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
@@ -180,9 +210,9 @@ pub fn design(
         if wanted.format.bits() != 31 {
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
-        let design =
-            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)
-                .map_err(|e| e.for_output(wanted.output))?;
+        let design = extended(&|headroom| {
+            piecewise::design(&plan, &reference, words, degree, segments_log2, headroom)
+        })?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -208,8 +238,7 @@ pub fn design(
         if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
             continue;
         }
-        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)
-            .map_err(|e| e.for_output(wanted.output))?;
+        let design = extended(&|headroom| fused::design(&plan, &reference, words, degree, headroom))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
