@@ -75,7 +75,7 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
-    let quantity = Quantity::of(&coefficients.error_model());
+    let quantity = Quantity::of(&routine::model(coefficients, options));
     if !text::is_identifier(&quantity.unit) {
         return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
     }

@@ -1,6 +1,7 @@
 //! From coefficients and options to a routine that is designed and bounded.
 
 use fitter::coefficients::Coefficients;
+use fitter::error_model::ErrorModel;
 
 use crate::design::{Design, DesignError};
 use crate::exact::Interval;
@@ -27,6 +28,8 @@ pub struct Routine {
     pub range: (f64, f64),
     /// What is added to the function of the reading, and what is left out.
     pub physics: Physics,
+    /// Whether the range lies wholly outside the recording, so that only what extrapolates is kept.
+    pub line: bool,
 }
 
 /// Bits of the last sum that terms of further physics may take at most.
@@ -143,7 +146,7 @@ pub fn design(
     options: &Options,
     wanted: &RoutineOptions,
 ) -> Result<Routine, RoutineError> {
-    let model = coefficients.error_model();
+    let model = model(coefficients, options);
     let quantity = Quantity::of(&model);
     let range = range(coefficients, options, &quantity)?;
     let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
@@ -179,7 +182,8 @@ pub fn design(
         Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
         Method::Fused => plan,
     };
-    let physics = Physics::of(coefficients, &options.further, &options.without)?;
+    let line = beyond(coefficients, options);
+    let physics = Physics::of(coefficients, &options.further, &options.without, line)?;
     let words = (wanted.format, wanted.output);
     let fine = target / quantity.bound_units_per_unit;
     // Terms that are added may need room in the last sum.
@@ -202,6 +206,7 @@ pub fn design(
         reference: reference.clone(),
         range,
         physics: physics.clone(),
+        line,
     };
     if let Method::Piecewise { degree, segments_log2 } = wanted.method {
         if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
@@ -250,6 +255,23 @@ pub fn design(
     let (reachable, degree) = best.unwrap_or((f64::INFINITY, LARGEST_DEGREE));
     let format = wanted.format.name();
     Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
+}
+
+/// The error model for the range that is wanted: beyond the recording, where nothing of the range was recorded, the
+/// straight line that takes the polynomial's place there.
+pub fn model(coefficients: &Coefficients, options: &Options) -> ErrorModel {
+    let mut model = coefficients.error_model();
+    if beyond(coefficients, options) {
+        let line = &coefficients.base.extrapolation;
+        model.coefficients = vec![line.constant, line.slope];
+    }
+    model
+}
+
+/// Whether the range lies wholly outside what was recorded.
+fn beyond(coefficients: &Coefficients, options: &Options) -> bool {
+    let covered = &coefficients.valid_range;
+    options.range.is_some_and(|(from, to)| to < covered.from || from > covered.to)
 }
 
 /// The range that is wanted, held against what was recorded.

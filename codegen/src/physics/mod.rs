@@ -123,7 +123,7 @@ struct Sum {
 
 impl Physics {
     /// The terms of the file: those of the device are generated, but for the effects in `without`; those of
-    /// the one recording are left out.
+    /// the one recording are left out, and `beyond` what was recorded those that do not extrapolate.
     ///
     /// # Errors
     /// [`PhysicsError`] where a term needs an input that is not described, or cannot be generated.
@@ -131,6 +131,7 @@ impl Physics {
         coefficients: &Coefficients,
         further: &[Further],
         without: &[String],
+        beyond: bool,
     ) -> Result<Physics, PhysicsError> {
         if let Some(effect) = without.iter().find(|e| !coefficients.terms.iter().any(|t| t.effect == **e)) {
             return Err(PhysicsError::NoSuchEffect(effect.clone()));
@@ -141,6 +142,9 @@ impl Physics {
                 physics.left_out.push((term.effect.clone(), "as asked for".into()));
             } else if term.scope == Scope::Recording {
                 let why = "it holds on the recording that it was found in only";
+                physics.left_out.push((term.effect.clone(), why.into()));
+            } else if beyond && !term.operator.extrapolates() {
+                let why = "it is not known beyond the recording";
                 physics.left_out.push((term.effect.clone(), why.into()));
             } else {
                 can_be_generated(term, &coefficients.sensor, further)?;
