@@ -131,7 +131,7 @@ impl Core {
                 | Op::MulAddSplit { a, b, c, .. }
                 | Op::MulAddShort { a, b, c, .. }
                 | Op::MulAddF32 { a, b, c, .. } => &[a, b, c],
-                Op::MulF32 { a, b } | Op::Sub { a, b } => &[a, b],
+                Op::MulF32 { a, b } | Op::Sub { a, b } | Op::Add { a, b } => &[a, b],
                 _ => &[],
             };
             let loads = operands.iter().map(|o| constant(o)).sum::<f64>();
@@ -139,6 +139,11 @@ impl Core {
             let extra = |shift: u32| if shift > 0 { w.extra_shift } else { 0.0 };
             let operation = match &step.op {
                 Op::Input { .. } => 0.0,
+                // Loaded, and stored in the end.
+                Op::State { .. } => 2.0,
+                Op::Add { .. } => w.subtract,
+                // The low word is wanted as well.
+                Op::Phase { .. } => w.constant + w.product_high + w.shift,
                 Op::Clamp { lo, hi, .. } if *lo == -hi - 1 && (hi + 1).count_ones() == 1 => w.saturate,
                 Op::Clamp { .. } => w.clamp,
                 Op::ClampF32 { .. } => w.clamp_f32,

@@ -95,7 +95,7 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
-    let quantity = Quantity::of(&coefficients.error_model());
+    let quantity = Quantity::of(&routine::model(coefficients, options));
     if !text::is_identifier(&quantity.unit) {
         return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
     }
@@ -131,7 +131,12 @@ pub fn generate(
         let function = format!("{name}_{}", routine.options.suffix());
         let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
         let view = renderer.view(routine, &entry, &quantity, options)?;
-        if let Some(script) = gappa::script(&renderer, routine, &function, &provenance)? {
+        // The script proves functions of one variable.
+        let script = match routine.physics.is_empty() {
+            true => gappa::script(&renderer, routine, &function, &provenance)?,
+            false => None,
+        };
+        if let Some(script) = script {
             files.insert(PathBuf::from(format!("gappa/{function}.g")), script);
         }
         described.push((entry, view));

@@ -26,6 +26,7 @@ pub mod input;
 pub mod interpret;
 pub mod options;
 pub mod output;
+pub mod physics;
 pub mod piecewise;
 pub mod plot;
 pub mod program;

@@ -17,19 +17,20 @@ use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
 
-/// Designs a table of 2^`segments_log2` polynomials of the given degree, in a format of 32-bit words.
+/// Designs a table of 2^`segments_log2` polynomials of the given degree, in a format of 32-bit words. A plan
+/// without a last shift to the left ([`InputPlan::unshifted`]) saves an instruction. `least_headroom` bits of
+/// the sum are left to what is added to it.
 ///
 /// # Errors
 /// [`DesignError`] where the table or the output's format cannot hold the range.
 pub fn design(
     plan: &InputPlan,
     reference: &Reference,
-    format: Format,
-    output: Output,
+    (format, output): (Format, Output),
     degree: usize,
     segments_log2: u32,
+    least_headroom: i64,
 ) -> Result<Design, DesignError> {
-    let plan = &plan.unshifted(segments_log2 + 1);
     let layout = Layout::new(plan, segments_log2);
     // The segments that the range reaches do not depend on the coefficients.
     let empty = program(plan, format, output, degree, &layout, &[], 0)?.0;
@@ -45,7 +46,8 @@ pub fn design(
         segments.iter().map(|s| s.reach.clone()).reduce(|a, b| a.hull(&b)).unwrap_or_else(Interval::zero);
     let minimax = segments.iter().map(|s| s.distance.to_f64_up()).fold(0.0, f64::max);
     let build = |headroom: i64| -> Result<Design, DesignError> {
-        let bits = format.bits() - 1 - headroom - reach.log2_floor().unwrap_or(-120).max(-120);
+        let bits =
+            format.bits() - 1 - least_headroom - headroom - reach.log2_floor().unwrap_or(-120).max(-120);
         let bits = bits.min(output.most_fraction_bits());
         let mut table = vec![vec![0; width]; rows];
         for s in &segments {
@@ -69,7 +71,7 @@ pub fn design(
         let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
-        Ok(Design { program, bound, degree, segments: rows, minimax, unit, fraction_bits })
+        Ok(Design { program, bound, degree, segments: rows, minimax, unit, sum_bits: bits, fraction_bits })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
 }

@@ -20,7 +20,7 @@ use crate::program::{Program, Stage, Type};
 use crate::reference::Reference;
 
 use piece::{Piece, pieces};
-pub use piece::{reach, segments, words};
+pub use piece::{reach, segments, variable_error, words};
 use steps::run;
 
 /// The certified supremum may exceed the true one by this part of itself or of an output unit, 2⁻⁷.
@@ -38,6 +38,8 @@ pub struct Bound {
     pub evaluation: f64,
     /// Rounding to the output's format.
     pub output: f64,
+    /// Whatever the terms of further physics add ([`crate::physics`]).
+    pub terms: f64,
     /// The largest `evaluation` + `output` on any piece, in output words.
     pub rounding: f64,
     /// Smallest and largest output word (float: value), over every argument, valid or not.
@@ -115,6 +117,7 @@ pub fn bound(
                 input: parts[1],
                 evaluation: parts[2],
                 output: parts[3],
+                terms: 0.0,
                 rounding: 0.0,
                 output_range: (0.0, 0.0),
             };

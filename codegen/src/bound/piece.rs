@@ -73,3 +73,9 @@ pub fn segments(program: &Program, (from, to): (Interval, Interval)) -> Vec<(usi
         })
         .collect()
 }
+
+/// The largest distance of the variable from the exact reading, in v, for any argument.
+pub fn variable_error(program: &Program, plan: &InputPlan) -> Interval {
+    let (from, to) = reach(program, plan);
+    input_error(program, plan, &from.hull(&to))
+}

@@ -72,6 +72,13 @@ pub(super) struct Arguments {
     /// What happens to readings outside the range.
     #[arg(long, value_enum, default_value = "clamp")]
     pub(super) out_of_range: OutOfRangeName,
+    /// A further input that a term of the coefficients needs: its column, the range in which it is valid, and how
+    /// it arrives: `temperature_c=15..35` (a Q31 word) or `temperature_c=15..35:counts:12:0.05:-400`.
+    #[arg(long, allow_hyphen_values = true)]
+    pub(super) further: Vec<String>,
+    /// Leave the terms of this effect out.
+    #[arg(long)]
+    pub(super) without: Vec<String>,
     /// Right shifts of negative numbers in C: none, or the compiler's.
     #[arg(long, value_enum, default_value = "strict")]
     pub(super) c_shift: CShiftName,

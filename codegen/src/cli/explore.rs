@@ -62,7 +62,7 @@ pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
     let bar = progress(common);
     let (coefficients, _) = load(common)?;
     let unit = Quantity::of(&coefficients.error_model()).bound_unit;
-    let options = options::options(common, &unit)?;
+    let options = options::options(common, &unit, !coefficients.terms.is_empty())?;
     let candidates = candidates(common, &coefficients, &options, &bar)?;
     bar.finish_and_clear();
     let cores = common.target.map_or(Core::ALL.to_vec(), |target| vec![target.core()]);

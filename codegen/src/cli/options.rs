@@ -4,11 +4,13 @@ use miette::{Result, miette};
 
 use super::arguments::Arguments;
 use super::names::{InputName, OutputName};
+use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options};
+use crate::physics::Further;
 
 /// What the arguments ask for; `unit` is that of the sensor's bounds.
-pub(super) fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
+pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
     let bound = match (&arguments.bound_arcsec, &arguments.bound) {
         (Some(bound), _) if unit == "arcsec" => Some(*bound),
         (Some(_), _) => {
@@ -20,8 +22,12 @@ pub(super) fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         (None, None) => None,
     };
     let ends = ends(arguments)?;
+    let further: std::result::Result<Vec<_>, _> =
+        arguments.further.iter().map(|f| Further::parse(f)).collect();
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
     let formats = match &arguments.format[..] {
+        // Terms of further physics need long products.
+        [] if terms => vec![Format::Q31],
         [] => Options::default().routines.iter().map(|r| r.format).collect(),
         named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
     };
@@ -32,6 +38,8 @@ pub(super) fn options(arguments: &Arguments, unit: &str) -> Result<Options> {
         range: arguments.from.zip(arguments.to),
         extrapolate: arguments.extrapolate,
         out_of_range: arguments.out_of_range.out_of_range(),
+        further: further.map_err(|e| miette!("{e}"))?,
+        without: arguments.without.clone(),
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),
         command: recorded_command(std::env::args().skip(1)),

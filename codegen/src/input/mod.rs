@@ -241,7 +241,7 @@ impl Names {
 }
 
 /// The smallest e with 2^e ≥ x, for 0 < x < ∞.
-fn exponent_above(x: f64) -> i64 {
+pub(crate) fn exponent_above(x: f64) -> i64 {
     let mut exponent = 0;
     while power_of_two(exponent) < x {
         exponent += 1;
@@ -253,7 +253,7 @@ fn exponent_above(x: f64) -> i64 {
 }
 
 /// 2^exponent, exactly, for normal numbers.
-fn power_of_two(exponent: i64) -> f64 {
+pub(crate) fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
