@@ -1,5 +1,6 @@
 //! `twin`: simulates recordings and writes them.
 
+mod encode;
 mod moving;
 
 use std::io::Write;
@@ -23,6 +24,8 @@ struct Arguments {
 enum Command {
     /// Steps a device through a protocol in closed loop on the calculated angle and writes the log.
     Record(Record),
+    /// Turns a magnetic encoder against a reference and writes what both read.
+    Encode(encode::Encode),
     /// Excites a mirror in motion and writes drive and position.
     Excite(moving::Excite),
     /// Runs a plant, with all that was found in it, on the drive of a recording and writes the position.
@@ -104,6 +107,7 @@ fn main() -> ExitCode {
 fn run(arguments: Arguments) -> miette::Result<()> {
     match arguments.command {
         Command::Record(options) => record(options),
+        Command::Encode(options) => encode::run(&options),
         Command::Excite(options) => moving::excite(options),
         Command::Simulate(options) => moving::run(&options),
         Command::Effects => {

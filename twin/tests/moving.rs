@@ -130,3 +130,24 @@ fn bad_input_gets_one_message_exit_code_2_and_no_file() {
     }
     assert!(!Path::new(&out).exists());
 }
+
+#[test]
+fn an_encoder_is_recorded_in_degrees_and_in_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, options: &str| {
+        let out = folder.path().join(name);
+        let fixed = ["encode", "--seed", "3", "--out", out.to_str().unwrap()];
+        let output = twin(&fixed.into_iter().chain(options.split_whitespace()).collect::<Vec<_>>());
+        (output, out)
+    };
+    let (output, degrees) = run("deg.csv", "");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let measured = column(&degrees, "measured");
+    assert_eq!(measured.len(), 870);
+    assert!(measured.iter().all(|m| (0.0..=360.0).contains(m)));
+    let (_, counts) = run("counts.csv", "--unit counts --unwrapped");
+    assert!(column(&counts, "measured").iter().all(|m| m.fract() == 0.0));
+    let (output, none) = run("none.csv", "--speed 0");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(!none.exists());
+}
