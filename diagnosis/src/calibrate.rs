@@ -1,7 +1,7 @@
 //! How strong the strongest of all candidates is when there is nothing: the distribution of every family's
 //! largest statistic, and of the best family over all, by resampling the recording's own whitened residual
-//! through the same projections. Correlation left over because φ is only known with an uncertainty is put
-//! into the resamples by drawing φ from its posterior; the level's uncertainty by drawing its χ².
+//! through the same projections. Correlation left over because the correlation is only known with an uncertainty is put
+//! into the resamples by drawing its time from its posterior; the level's uncertainty by drawing its χ².
 
 use std::sync::OnceLock;
 
@@ -24,7 +24,7 @@ const TAIL: f64 = 0.2;
 /// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
 const PRIOR_TAIL: f64 = 150.0;
 /// How much less of the allowed false alarms a generic family gets than a catalogued one.
-pub const GENERIC_SHARE: f64 = 0.4;
+pub const GENERIC_SHARE: f64 = 0.04;
 
 /// P(M > m) = K exp(−a m) for a family's largest statistic m = −ln P(χ²_d > S).
 #[derive(Debug, Clone, Copy)]
@@ -192,11 +192,9 @@ pub fn calibrate(
     let mut resamples = Columns::new(n);
     let mut scales = Vec::with_capacity(RESAMPLES);
     for b in 0..2 * RESAMPLES {
-        let phi = quantile(
-            &noise.phi_posterior,
-            ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64,
-        );
-        resamples.push(&resample(noise, phi, &mut random));
+        let time =
+            quantile(&noise.posterior, ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64);
+        resamples.push(&resample(noise, time, &mut random));
         // χ² of the level's freedom, by the Wilson–Hilferty cube.
         let z = standard_normal(&mut random);
         let v = 2.0 / (9.0 * noise.freedom);
@@ -224,25 +222,19 @@ pub fn calibrate(
     Calibration { families, overall, threshold }
 }
 
-/// One resample: whitened residuals drawn with random signs, given the correlation φ, whitened by the
-/// estimate.
-fn resample(noise: &Noise, phi: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+/// One resample: whitened residuals drawn with random signs, given the correlation time `time`, whitened by
+/// the estimate.
+fn resample(noise: &Noise, time: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
     let n = noise.whitened_residual.len();
-    let innovation = (1.0 - phi * phi).sqrt();
-    let scale = 1.0 / (1.0 - noise.phi * noise.phi).sqrt();
-    let mut previous = 0.0;
-    (0..n)
-        .map(|i| {
+    let drawn: Vec<f64> = (0..n)
+        .map(|_| {
             let bits = random.next_u64();
             let pick = ((bits >> 1) % n as u64) as usize;
-            let w =
-                if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] };
-            let z = if i == 0 { w } else { phi * previous + innovation * w };
-            let u = if i == 0 { z } else { (z - noise.phi * previous) * scale };
-            previous = z;
-            u
+            if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] }
         })
-        .collect()
+        .collect();
+    let coloured = noise.correlation.with(time).colour(drawn.into_iter());
+    noise.correlation.whiten(coloured.into_iter())
 }
 
 fn quantile(posterior: &[(f64, f64)], part: f64) -> f64 {

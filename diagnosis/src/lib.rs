@@ -9,14 +9,17 @@
 pub mod base;
 pub mod calibrate;
 pub mod condense;
+pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;
+pub mod dynamic;
 pub mod effects;
 pub mod experiment;
 pub mod explain;
 pub mod generic;
 pub mod hand_on;
 pub mod held_out;
+pub mod intervals;
 pub mod linear;
 pub mod model;
 pub mod noise;

@@ -19,6 +19,7 @@ mod identify;
 pub mod mirror;
 pub mod order;
 pub mod output;
+pub mod plant;
 pub mod points;
 mod pretty;
 pub mod recording;
