@@ -169,7 +169,6 @@ fn cases() -> Vec<Case> {
             arguments: &["--map", "x1_mm=x2_mm", "--map", "x1_mm=x1_mm"],
             ..case("mapped twice", CALIBRATION, &["mapped twice"])
         },
-        case("tabs", CALIBRATION.replace(',', "\t"), &["tabs", "expected commas"]),
         case("pass that is no whole number", with(5, "pass", "1.5"), &["line 5, column `pass`", "`1.5`"]),
         case("direction 0", with(6, "direction", "0"), &["line 6, column `direction`", "1 (forward)"]),
         case(

@@ -3,6 +3,7 @@
 mod calibrate;
 mod error;
 mod result;
+mod turning;
 
 use std::borrow::Cow;
 
@@ -16,14 +17,15 @@ use crate::identify::Problem;
 use crate::mirror::Mirror;
 use crate::order::{self, OrderSelection, Scores, Splits};
 use crate::points::{Grouping, Points};
-use crate::recording::{Readings, Recording};
+use crate::recording::Recording;
 use crate::statistics::PointMoments;
-use crate::turn::{self, Harmonics, MAX_HARMONICS, Unwound};
+use crate::turn::{self, MAX_HARMONICS};
 use crate::weights::{self, Scatter};
 
 pub use calibrate::Calibrated;
 pub use error::{FitError, FitNote};
 pub(crate) use result::order_selection;
+use turning::{around, turn_of, unwound};
 
 /// How the least-squares problem is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -183,50 +185,6 @@ pub fn choose_order(
             Ok(result::selection(&parts, &scores, scores.chosen))
         }
         None => Err(data.too_few_to_hold_out()),
-    }
-}
-
-/// The readings of a sensor that turns, unwound; none of another sensor, and none without a reference.
-fn unwound(recording: &Recording, sensor: &Sensor) -> Result<Option<Unwound>, FitError> {
-    match (&recording.readings, sensor) {
-        (
-            Readings::Direct { measured, reference: Some(reference) },
-            Sensor::Direct { unit, revolution: Some(turn) },
-        ) => turn::unwind(recording, measured, reference, *turn, unit).map(Some),
-        _ => Ok(None),
-    }
-}
-
-/// The problem of a whole turn; none where a polynomial is to be fitted.
-fn around<'a>(
-    recording: &'a Recording,
-    mirror: &'a Mirror,
-    options: &'a Options,
-) -> Result<Option<Harmonics<'a>>, FitError> {
-    let wrong =
-        |option, found: usize, expected| Err(FitError::Option { option, found: found.to_string(), expected });
-    let whole = unwound(recording, &mirror.sensor)?.filter(|unwound| unwound.whole);
-    match (whole, options.order, options.harmonics) {
-        (Some(_), Some(order), _) => {
-            wrong("order", order, "--harmonics for a sensor that turns (an order is a polynomial's)")
-        }
-        (None, _, Some(harmonics)) => wrong(
-            "harmonics",
-            harmonics,
-            "--order (harmonics need `revolution` and a whole turn of readings)",
-        ),
-        (Some(unwound), ..) => {
-            Ok(Some(Harmonics::of(recording, mirror, options, unwound, turn_of(&mirror.sensor))))
-        }
-        (None, ..) => Ok(None),
-    }
-}
-
-/// One revolution, where there is one.
-fn turn_of(sensor: &Sensor) -> f64 {
-    match sensor {
-        Sensor::Direct { revolution: Some(turn), .. } => *turn,
-        _ => f64::INFINITY,
     }
 }
 

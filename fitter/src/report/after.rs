@@ -70,7 +70,7 @@ impl Corrected {
             None => (0..recording.rows()).map(|row| recording.reading(row)).collect(),
         };
         let points = match &file.turn {
-            Some(_) => Points::around(recording, &reading),
+            Some(turn) => Points::around(recording, &reading, turn.revolution),
             None => Points::of(recording, &reading),
         };
         if matches!(sensor, Sensor::EddyCurrentPair { .. }) {

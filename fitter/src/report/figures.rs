@@ -31,14 +31,15 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
     );
     let scale = sensor.per_internal();
     let points = &fit.points;
-    let means = PointMoments::of(points, |row| scale * fit.calibrated.error[row]).mean;
+    // Where a sensor that turns has its zero is no error.
+    let offset = if file.whole_turn() { file.base.coefficients[0] } else { 0.0 };
+    let error = |row: usize| fit.calibrated.error[row] - offset;
+    let means = PointMoments::of(points, |row| scale * error(row)).mean;
     let left = PointMoments::of(points, |row| scale * fit.residual[row]).mean;
     let rows = 0..recording.rows();
     let calculated = |row: usize| sensor.calculated(fit.calibrated.reading[row]);
     let calibrated: Vec<(f64, f64)> = (rows.clone())
-        .map(|row| {
-            (angle(sensor, calculated(row)), angle(sensor, calculated(row) - fit.calibrated.error[row]))
-        })
+        .map(|row| (angle(sensor, calculated(row)), angle(sensor, calculated(row) - error(row))))
         .collect();
     let ends = [fit.calibrated.from, fit.calibrated.to].map(|x| angle(sensor, sensor.calculated(x)));
     let largest = means.iter().fold(0.0f64, |max, mean| max.max(mean.abs()));
@@ -77,13 +78,13 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
     let curve = (0..=CURVE)
         .map(|i| {
             let x = fit.calibrated.from + (fit.calibrated.to - fit.calibrated.from) * i as f64 / CURVE as f64;
-            (x, scale * model(file, x))
+            (x, scale * (model(file, x) - offset))
         })
         .collect();
     figures.push(figure(
         "7a",
         "Error and fitted model",
-        format!("The model is a {}.", super::model_name(file)),
+        format!("The model is {}.", super::model_name(file)),
         Chart {
             label: "Figure 7a: calibrated error and the fitted curve",
             x: reading.clone(),

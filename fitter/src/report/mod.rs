@@ -141,7 +141,7 @@ fn model_name(file: &Coefficients) -> String {
     match &file.turn {
         Some(turn) if turn.whole && turn.amplitudes.len() == 1 => "one harmonic of the turn".to_string(),
         Some(turn) if turn.whole => format!("{} harmonics of the turn", turn.amplitudes.len()),
-        _ => format!("polynomial of order {}", file.base.order),
+        _ => format!("a polynomial of order {}", file.base.order),
     }
 }
 

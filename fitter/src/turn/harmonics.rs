@@ -51,7 +51,7 @@ impl<'a> Harmonics<'a> {
         turn: f64,
     ) -> Harmonics<'a> {
         let motion = Motion::of(recording, &unwound);
-        let points = Points::around(recording, &unwound.reading);
+        let points = Points::around(recording, &unwound.reading, turn);
         let phase = (unwound.reference.iter())
             .map(|reference| {
                 let turns = reference / turn;
@@ -186,10 +186,14 @@ pub(crate) fn fit(problem: Harmonics) -> Result<Fit, FitError> {
     let basis = Basis::new(&points.reading, &weights, 1);
     let calibrated = Calibrated::from_columns(unwound.reading, unwound.error);
     let dependences = Vec::new();
-    let mut fit = Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes };
+    // Directions are told already: what else the errors depend on is looked for in what they leave.
+    let left = solution.residual;
+    let mut fit =
+        Fit { coefficients, calibrated, residual: left, points, weights, basis, dependences, notes };
     if fit.points.single_angles {
         fit.dependences = crate::dependence::dependences(recording, &fit);
     }
+    fit.residual = residual;
     Ok(fit)
 }
 
@@ -337,8 +341,9 @@ impl Found {
             unidentifiable: Vec::new(),
         });
         let scatter = self.scatter(problem);
-        file.statistics =
-            Some(statistics(&problem.points, &unwound.error, residual, 1.0, problem.unit, scatter));
+        // Where the sensor has its zero is no error: `before` is what the harmonics and the directions make.
+        let error: Vec<f64> = unwound.error.iter().map(|error| error - self.constant).collect();
+        file.statistics = Some(statistics(&problem.points, &error, residual, 1.0, problem.unit, scatter));
         if !self.waves.is_empty() {
             file.terms.push(Term {
                 effect: "periodic_error".to_string(),

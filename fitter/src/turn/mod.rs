@@ -35,7 +35,8 @@ pub struct Turn {
     /// Where the turn begins in which readings are counted: they lie from here to here + `revolution`.
     pub from: f64,
     /// Whether the recording's readings count the turns, so that a corrected reading keeps its turn;
-    /// otherwise it is brought back into the turn that begins at `from`.
+    /// otherwise it is brought back into the turn that begins at `from` (of a part of a turn it stays beside
+    /// its reading).
     pub counts_turns: bool,
     /// Whether the whole turn was recorded and harmonics were fitted to it; otherwise a polynomial to a part.
     pub whole: bool,
@@ -149,7 +150,8 @@ impl Turn {
 
     /// A corrected reading of the turn that `within` cut out, as the file counts.
     pub(crate) fn finish(&self, corrected: f64, turns: f64) -> f64 {
-        if self.counts_turns { corrected + turns * self.revolution } else { self.within(corrected).0 }
+        let one_turn = self.whole && !self.counts_turns;
+        if one_turn { self.within(corrected).0 } else { corrected + turns * self.revolution }
     }
 }
 

@@ -132,11 +132,12 @@ fn known_turns() -> Vec<(f64, String)> {
 /// `revolution`.
 fn check_jumps(
     recording: &Recording,
-    columns: &[(&'static str, &[f64])],
+    columns: &[(&'static str, &[f64]); 2],
     turn: f64,
     unit: &str,
 ) -> Result<(), FitError> {
-    for (column, values) in columns {
+    for (index, (column, values)) in columns.iter().enumerate() {
+        let other = columns[1 - index].1;
         let mut steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
         steps.sort_by(f64::total_cmp);
         let typical = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
@@ -152,9 +153,13 @@ fn check_jumps(
             if multiple >= 1.0 && (jump + typical - multiple * turn).abs() <= 0.02 * turn + 2.0 * typical {
                 continue;
             }
+            // A jump that the other column makes too is a move, unless it is as long as only a counter's is.
+            let apart = wrapped(step - (other[row] - other[row - 1]), turn).abs();
+            let moved = apart <= 2.0 * typical + 0.02 * turn;
             let largest = values.iter().fold(f64::NEG_INFINITY, |max, v| max.max(*v));
             let smallest = values.iter().fold(f64::INFINITY, |min, v| min.min(*v));
-            if let Some((_, looks)) = known_turns().into_iter().find(|(known, _)| near(*known))
+            if let Some((_, looks)) =
+                known_turns().into_iter().find(|(known, _)| near(*known) && (!moved || *known >= 1000.0))
                 && jump >= 0.9 * (largest - smallest)
             {
                 return Err(FitError::TurnJump {
