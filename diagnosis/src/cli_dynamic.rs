@@ -55,12 +55,15 @@ pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
             cli.out.display()
         )
     })?;
-    for (stem, outcome) in stems.iter().zip(&outcomes) {
+    for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
         let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
         put(&cli.out.join(format!("{stem}.json")), &text)?;
         put(&cli.out.join(format!("{stem}.plant.toml")), &outcome.plant.to_toml())?;
         let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
         put(&cli.out.join(format!("{stem}.simulated.csv")), &rows)?;
+        if !cli.no_report {
+            put(&cli.out.join(format!("{stem}.html")), &dynamic::report::page(recording, outcome))?;
+        }
         println!("{}", sentence(&outcome.diagnosis));
     }
     Ok(())

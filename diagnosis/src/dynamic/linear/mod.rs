@@ -23,3 +23,6 @@ pub mod verdict;
 pub use diagnose::diagnose_linear;
 
 use crate::dynamic::spectrum::Complex;
+
+#[cfg(test)]
+mod tests;

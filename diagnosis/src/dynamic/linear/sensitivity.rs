@@ -84,7 +84,7 @@ struct Trajectory {
     lead: usize,
 }
 
-fn normal_equations(model: &Looped, stretches: &[Stretch]) -> Option<Normal> {
+pub(super) fn normal_equations(model: &Looped, stretches: &[Stretch]) -> Option<Normal> {
     let entries = entries(model);
     let mut sum = Normal::zeros(entries.len());
     for stretch in stretches {

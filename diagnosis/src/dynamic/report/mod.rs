@@ -105,9 +105,11 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
         next => d.next_experiment.clone(),
     };
     // The template is part of the program and rendered by a test: it cannot fail on other data.
-    environment().render_named_str("dynamic.html", include_str!("page.html"), values).unwrap_or_else(|error| {
-        format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
-    })
+    environment().render_named_str("dynamic.html", include_str!("page.html"), values).unwrap_or_else(
+        |error| {
+            format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
+        },
+    )
 }
 
 /// The verdict in a sentence.

@@ -85,22 +85,14 @@ fn levels(power: &[f64], unit_hz: f64) -> Vec<(f64, f64)> {
         sums[bin].1 += p;
         sums[bin].2 += 1;
     }
-    sums.iter()
-        .filter(|s| s.2 > 0)
-        .map(|s| (s.0 / s.2 as f64, 10.0 * (s.1 / s.2 as f64).log10()))
-        .collect()
+    sums.iter().filter(|s| s.2 > 0).map(|s| (s.0 / s.2 as f64, 10.0 * (s.1 / s.2 as f64).log10())).collect()
 }
 
 /// Distortion on the lines that the multisine leaves free: even in the colour of before, odd of after.
 fn free(recording: &DynamicRecording, plan: &Plan, unit: &str) -> Option<(String, String)> {
     let length = plan.period?;
-    let (even, odd) = free_lines(
-        &recording.drives,
-        &recording.positions,
-        &recording.runs,
-        length,
-        recording.step_s,
-    );
+    let (even, odd) =
+        free_lines(&recording.drives, &recording.positions, &recording.runs, length, recording.step_s);
     if even.len() + odd.len() < 8 {
         return None;
     }

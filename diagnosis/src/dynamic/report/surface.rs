@@ -32,7 +32,8 @@ fn force(recording: &DynamicRecording, plant: &Plant) -> Option<Vec<[f64; 3]>> {
             let dot = |w: &[f64]| w.iter().zip(window).map(|(w, x)| w * x).sum::<f64>();
             let (v, a) = (dot(&first), dot(&second));
             // The drive over the same window, so that both sides are smoothed alike.
-            let drive = u[t - reach..=t + reach].iter().zip(smoothing(reach)).map(|(u, w)| w * u).sum::<f64>();
+            let drive =
+                u[t - reach..=t + reach].iter().zip(smoothing(reach)).map(|(u, w)| w * u).sum::<f64>();
             let position = window.iter().zip(smoothing(reach)).map(|(x, w)| w * x).sum::<f64>();
             out.push([position, v, a + damping * v + stiffness * position - gain * drive]);
         }
