@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use diagnosis::dynamic::diagnose::Predicted;
+use diagnosis::dynamic::linear::{self, diagnose_linear};
 use diagnosis::dynamic::{self, DynamicOutcome, DynamicRecording, Options, OwnSimulation};
 use fitter::plant::{Kind, PlantFile};
 use miette::{IntoDiagnostic, Result, miette};
@@ -14,12 +15,6 @@ use crate::cli::{Cli, progress, put, sentence, stems};
 /// Diagnoses dynamic recordings against the plant file.
 pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
     let file = PlantFile::read(plant).into_diagnostic()?;
-    if file.plant.kind == Kind::Linear {
-        return Err(miette!(
-            "{}: kind = \"linear\" is not diagnosed yet, expected \"second-order\"",
-            plant.display()
-        ));
-    }
     let stems = stems(&cli.recordings)?;
     known(&cli.without)?;
     if cli.simulated.is_some() && cli.recordings.len() > 1 {
@@ -42,9 +37,11 @@ pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
         recordings
             .par_iter()
             .map(|recording| {
-                let plant = &file.plant;
-                let outcome =
-                    dynamic::diagnose(recording, plant, simulated.as_ref(), held_out.as_ref(), &options);
+                let (own, other) = (simulated.as_ref(), held_out.as_ref());
+                let outcome = match file.plant.kind {
+                    Kind::SecondOrder => dynamic::diagnose(recording, &file.plant, own, other, &options),
+                    Kind::Linear => diagnose_linear(recording, &file, own, other, &options.skip),
+                };
                 bar.inc(1);
                 outcome.into_diagnostic()
             })
@@ -58,12 +55,15 @@ pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
             cli.out.display()
         )
     })?;
-    for (stem, outcome) in stems.iter().zip(&outcomes) {
+    for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
         let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
         put(&cli.out.join(format!("{stem}.json")), &text)?;
         put(&cli.out.join(format!("{stem}.plant.toml")), &outcome.plant.to_toml())?;
         let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
         put(&cli.out.join(format!("{stem}.simulated.csv")), &rows)?;
+        if !cli.no_report {
+            put(&cli.out.join(format!("{stem}.html")), &dynamic::report::page(recording, outcome))?;
+        }
         println!("{}", sentence(&outcome.diagnosis));
     }
     Ok(())
@@ -71,7 +71,8 @@ pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
 
 /// Refuses ids that no effect has.
 fn known(ids: &[String]) -> Result<()> {
-    let all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
+    let mut all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
+    all.push(linear::file::ID);
     match ids.iter().find(|id| !all.contains(&id.as_str())) {
         None => Ok(()),
         Some(id) => Err(miette!("--without: found `{id}`, expected one of {}", all.join(", "))),

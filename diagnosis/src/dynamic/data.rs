@@ -8,6 +8,7 @@ use fitter::plant::Hold;
 use super::effects::Scale;
 use super::recording::DynamicRecording;
 use super::signal::Signal;
+use super::simulate::Course;
 use crate::rows::mean;
 
 /// Number of kinds of rows.
@@ -26,6 +27,13 @@ const BLOCKS: usize = 64;
 /// A position beyond so many times the recorded range is an unstable simulation.
 const BOUND: f64 = 30.0;
 
+/// Most windows into which a long recording is divided for the search.
+const WINDOWS: usize = 12;
+/// Least rows of a window.
+const LEAST_WINDOW: usize = 400;
+/// Blocks of a window: as many kinds of rows in each as can be.
+const BLOCKS_OF_WINDOW: usize = 8;
+
 /// One axis.
 pub struct Data<'a> {
     /// Time from row to row, s.
@@ -42,6 +50,10 @@ pub struct Data<'a> {
     pub bound: f64,
     /// Sizes.
     pub scale: Scale,
+    /// Time at the start of every run since the start of the one that it is a window of, s.
+    pub starts_s: Vec<f64>,
+    /// Duration of the longest run, s.
+    pub duration_s: f64,
     signals: [Vec<Signal>; 3],
 }
 
@@ -67,19 +79,74 @@ impl<'a> Data<'a> {
             fold,
             bound: BOUND * largest(position).max(f64::MIN_POSITIVE),
             scale: scale(drive, position, recording.step_s, &recording.runs),
+            starts_s: vec![0.0; recording.runs.len()],
+            duration_s: recording.runs.iter().map(|r| r.len()).max().unwrap_or(1) as f64 * recording.step_s,
             signals,
         }
     }
 
-    /// The drive of every run between its samples.
-    pub fn signals(&self, hold: Hold) -> &[Signal] {
+    /// The same axis through windows that together hold about `rows` rows, spread evenly: enough to choose
+    /// among effects, and a long recording costs no more than a short one. Every window is a run with an
+    /// initial state of its own; the drive between samples stays that of the whole run.
+    pub fn windows(&self, rows: usize) -> Data<'a> {
+        let total: usize = self.runs.iter().map(|r| r.len()).sum();
+        let per_run = (WINDOWS / self.runs.len()).max(1);
+        let length = (rows / (per_run * self.runs.len())).max(LEAST_WINDOW);
+        let mut data = Data {
+            step_s: self.step_s,
+            runs: Vec::new(),
+            drive: self.drive,
+            position: self.position,
+            fold: self.fold.clone(),
+            bound: self.bound,
+            scale: self.scale,
+            starts_s: Vec::new(),
+            duration_s: self.duration_s,
+            signals: [Vec::new(), Vec::new(), Vec::new()],
+        };
+        let whole = rows >= total;
+        let mut windows = 0;
+        for (k, run) in self.runs.iter().enumerate() {
+            let (count, length) =
+                if whole { (1, run.len()) } else { (per_run, length.min(run.len() / per_run)) };
+            for i in 0..count {
+                let free = run.len() - count * length;
+                let start = i * length + if count > 1 { free * i / (count - 1) } else { 0 };
+                data.runs.push(run.start + start..run.start + start + length);
+                data.starts_s.push(self.starts_s[k] + start as f64 * self.step_s);
+                for (own, all) in data.signals.iter_mut().zip(&self.signals) {
+                    own.push(all[k].part(start..start + length));
+                }
+                if !whole {
+                    let block = length.div_ceil(BLOCKS_OF_WINDOW).max(1);
+                    for (j, fold) in
+                        data.fold[run.start + start..run.start + start + length].iter_mut().enumerate()
+                    {
+                        *fold = [FIT, CHOOSE, FIT, SCORE][(j / block + windows) % 4] as u8;
+                    }
+                }
+                windows += 1;
+            }
+        }
+        data
+    }
+
+    /// What a run is simulated along.
+    pub fn course(&self, run: usize, hold: Hold) -> Course<'_> {
         let k = HOLDS.iter().position(|h| *h == hold).unwrap_or(0);
-        &self.signals[k]
+        Course {
+            signal: &self.signals[k][run],
+            step_s: self.step_s,
+            rows: self.runs[run].len(),
+            start_s: self.starts_s[run],
+            bound: self.bound,
+        }
     }
 
     /// Number of rows of the wanted kinds.
     pub fn count(&self, folds: [bool; FOLDS]) -> usize {
-        self.fold.iter().filter(|f| folds[**f as usize]).count()
+        let of = |run: &Range<usize>| self.fold[run.clone()].iter().filter(|f| folds[**f as usize]).count();
+        self.runs.iter().map(of).sum()
     }
 
     /// First guess of position and velocity at the start of every run: a parabola through the first rows.

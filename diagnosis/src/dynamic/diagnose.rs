@@ -1,6 +1,7 @@
 //! One dynamic recording from rows to everything that is said of it.
 
 use fitter::plant::{Plant, PlantFile};
+use rayon::prelude::*;
 
 use super::data::{ALL, Data, FIT, SCORE};
 use super::estimate::{Fitted, PATIENCE, fit};
@@ -18,6 +19,15 @@ use crate::verdict::Verdict;
 
 /// Part of a position's variance above which a nominal plant does not follow the drive at all.
 const LOST: f64 = 0.98;
+
+/// Steps of the integrator that a simulation of the search may take: enough to tell effects apart, few
+/// enough that a hundred thousand rows are diagnosed in seconds.
+const SEARCH_STEPS: usize = 33_000;
+/// The rows that fit and choose, without those that score.
+const PROOF: [bool; 3] = [true, true, false];
+
+/// Rows from which the nominal plant is identified at first.
+const START_ROWS: usize = 16_384;
 
 /// What a dynamic diagnosis is asked for.
 #[derive(Debug, Clone, Default)]
@@ -84,31 +94,43 @@ pub fn diagnose(
     }
     let data = Data::new(recording);
     let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
-    let before = expected(recording, &data, simulated)?;
-    let search = Search::new(&data, &options.skip);
-    let chosen = search.run(&before);
+    let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
+    let seen = expected(recording, &data.windows(START_ROWS), simulated)?;
+    let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
+    let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
+    let search = Search::new(&windows, &options.skip);
+    let chosen = search.run(&seen);
+    // The whole recording: its initial states follow from the first rows.
+    let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
+    let nominal_model = seen.model.clone();
+    let models =
+        [(&nominal_model, ALL), (&chosen.model, ALL), (&nominal_model, PROOF), (&chosen.model, PROOF)];
+    let mut fits = models.par_iter().map(|(m, folds)| whole(m, *folds)).collect::<Vec<_>>().into_iter();
+    let mut next = || fits.next().flatten();
     // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
-    let scored = |model: &Fitted| fit(&model.model, &model.states, &data, [true, true, false], PATIENCE);
-    let (proof_before, proof_after) = (scored(&before), scored(&chosen));
-    let found = search.complete(&chosen);
-    let residual = |f: &Fitted| -> Vec<f64> {
-        let y = f.positions(&data).unwrap_or_default();
+    let (before, found, proof_before, proof_after) = (next(), next(), next(), next());
+    let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
+    let residual = |f: &Fitted, data: &Data| -> Vec<f64> {
+        let y = f.positions(data).unwrap_or_default();
         data.position.iter().zip(&y).map(|(a, b)| a - b).collect()
     };
-    let noise = autoregression(&residual(&found), &data.runs);
-    let left = structure(&found, &data, &noise.coefficients);
-    let left = verdict::significant(&left);
-    let around = if found.model.terms.is_empty() {
-        Vec::new()
-    } else {
-        let noise = autoregression(&residual(&before), &data.runs);
-        structure(&before, &data, &noise.coefficients)
+    let noise = autoregression(&residual(&found, &data), &data.runs);
+    let small = search.complete(&chosen);
+    let families = |f: &Fitted| {
+        let noise = autoregression(&residual(f, &windows), &windows.runs);
+        structure(f, &windows, &noise.coefficients)
     };
+    let left = families(&small);
+    let left = verdict::significant(&left);
+    let around = if found.model.terms.is_empty() { Vec::new() } else { families(&seen) };
     let around = if found.model.terms.is_empty() { left.clone() } else { verdict::significant(&around) };
     let said = verdict::verdict(&before, &found, &left, &around);
     let named = match said {
         Verdict::Unexplained | Verdict::Consistent => Vec::new(),
-        _ => verdict::effects(&search, &found, &noise, said == Verdict::PartlyExplained, &units),
+        _ => {
+            let imperfect = said == Verdict::PartlyExplained;
+            verdict::effects(&search, &data, &small, &found, &noise, imperfect, &units)
+        }
     };
     // What mimics an effect that is in no catalogue is not handed on.
     let after = if named.is_empty() { &before } else { &found };
@@ -170,13 +192,15 @@ fn expected(
                 });
             }
             let copy = DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() };
-            let theirs = start::nominal(&Data::new(&copy)).into_iter().next();
+            let rows = data.runs.iter().map(|r| r.len()).sum();
+            let theirs = start::nominal(&Data::new(&copy).windows(rows)).into_iter().next();
             theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL, PATIENCE))
         }
     };
     let best = best.ok_or_else(|| lost(100.0))?;
     let middle = crate::rows::mean(data.position);
-    let whole: f64 = data.position.iter().map(|p| (p - middle).powi(2)).sum();
+    let rows = data.runs.iter().flat_map(|r| r.clone());
+    let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
     let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
     if part > LOST { Err(lost(100.0 * part)) } else { Ok(best) }
 }

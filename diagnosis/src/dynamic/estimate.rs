@@ -32,7 +32,7 @@ impl Fitted {
         (self.cost(folds) / rows.max(1) as f64).sqrt()
     }
 
-    /// The simulated positions of all runs.
+    /// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
     ///
     /// # Errors
     /// [`Unstable`].
@@ -41,15 +41,16 @@ impl Fitted {
     }
 }
 
-/// The simulated positions of all runs.
+/// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
 ///
 /// # Errors
 /// [`Unstable`].
 pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
     let theta = Theta::plain(model);
-    let mut out = Vec::with_capacity(data.position.len());
-    for ((run, state), signal) in data.runs.iter().zip(states).zip(data.signals(model.hold)) {
-        simulate(model, &theta, signal, data.step_s, run.len(), *state, data.bound, |_, y: f64| out.push(y))?;
+    let mut out = vec![f64::NAN; data.position.len()];
+    for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
+        let out = &mut out[run.clone()];
+        simulate(model, &theta, &data.course(number, model.hold), *state, |k, y: f64| out[k] = y)?;
     }
     Ok(out)
 }

@@ -30,6 +30,8 @@ pub struct Grams {
 pub fn grams(model: &Model, states: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
     if model.free() + STATE <= 8 {
         collect::<8>(model, states, data, whitening)
+    } else if model.free() + STATE <= 12 {
+        collect::<12>(model, states, data, whitening)
     } else {
         collect::<16>(model, states, data, whitening)
     }
@@ -74,13 +76,14 @@ where
     let mut products = Vec::with_capacity(data.runs.len());
     let mut rows = [0; FOLDS];
     let order = whitening.len();
-    for ((run, state), signal) in data.runs.iter().zip(states).zip(data.signals(model.hold)) {
+    for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
+        let course = data.course(number, model.hold);
         let mut sums = [(); FOLDS].map(|()| Sums::<N>::new());
         let start = [Dual::variable(state[0], 0), Dual::variable(state[1], 1)];
         // The last few residuals, the newest at `newest`.
         let mut past = vec![(0.0, [0.0; N]); order.max(1)];
         let mut newest = 0;
-        simulate(model, &theta, signal, data.step_s, run.len(), start, data.bound, |k, y: Dual<N>| {
+        simulate(model, &theta, &course, start, |k, y: Dual<N>| {
             let row = run.start + k;
             let fold = data.fold[row] as usize;
             let now = (data.position[row] - y.value, y.slopes);

@@ -15,6 +15,7 @@ pub mod noise;
 pub mod number;
 pub mod plant;
 pub mod recording;
+pub mod report;
 pub mod score;
 pub mod screen;
 pub mod search;

@@ -215,8 +215,7 @@ impl<'a> Search<'a> {
 
     /// The model fitted to all rows.
     pub fn complete(&self, chosen: &Fitted) -> Fitted {
-        let all = fit(&chosen.model, &chosen.states, self.data, ALL, PATIENCE);
-        self.best_hold(all.unwrap_or_else(|| chosen.clone()), ALL)
+        fit(&chosen.model, &chosen.states, self.data, ALL, PATIENCE).unwrap_or_else(|| chosen.clone())
     }
 }
 

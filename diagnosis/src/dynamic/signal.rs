@@ -38,6 +38,15 @@ impl Signal {
         Signal { cubics, sums, step_s }
     }
 
+    /// The part of it on some intervals.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Signal {
+        let sums = self
+            .sums
+            .as_ref()
+            .map(|sums| sums[range.clone()].iter().map(|s| s - sums[range.start]).collect());
+        Signal { cubics: self.cubics[range].to_vec(), sums, step_s: self.step_s }
+    }
+
     /// Value at the part `s` of interval `k`.
     #[inline]
     pub fn at(&self, k: usize, s: f64) -> f64 {
@@ -87,8 +96,7 @@ impl Signal {
     }
 }
 
-/// The cubic spline with free third derivatives next to the ends ("not a knot" would need more rows than it
-/// is worth: the ends are transients anyway), natural at the ends.
+/// The natural cubic spline; what its ends are wrong by has died out after a few samples.
 fn spline(samples: &[f64]) -> Vec<[f64; 4]> {
     let n = samples.len();
     if n < 3 {

@@ -225,24 +225,36 @@ impl<T: Number> Lag<T> {
     }
 }
 
+/// What one run is simulated along.
+pub struct Course<'a> {
+    /// The drive.
+    pub signal: &'a Signal,
+    /// Time from row to row, s.
+    pub step_s: f64,
+    /// Number of rows.
+    pub rows: usize,
+    /// Time at the first row, s.
+    pub start_s: f64,
+    /// Bound of the position.
+    pub bound: f64,
+}
+
 /// Simulates one run: from the initial position and velocity along the drive; `visit` is given every
 /// sample's number and the position that is read out there.
 ///
 /// # Errors
-/// [`Unstable`] as soon as the position leaves ±`bound` or is not finite.
+/// [`Unstable`] as soon as the position leaves its bound or is not finite.
 pub fn simulate<T: Number>(
     model: &Model,
     theta: &Theta<T>,
-    signal: &Signal,
-    step_s: f64,
-    rows: usize,
+    course: &Course,
     start: [T; 2],
-    bound: f64,
     mut visit: impl FnMut(usize, T),
 ) -> Result<(), Unstable>
 where
     dyn DynamicEffect: Physics<T>,
 {
+    let Course { signal, step_s, rows, start_s, bound } = *course;
     let zero = T::from_f64(0.0);
     let mut state = State { p: start[0], v: start[1], z: [zero; MOST_EXTRA] };
     let mut forces = Vec::new();
@@ -299,7 +311,7 @@ where
         }
         for i in 0..substeps {
             let s = i as f64 * part;
-            machine.time = (k as f64 + s) * step_s;
+            machine.time = start_s + (k as f64 + s) * step_s;
             let (mut middle, mut to) = (raw(k, s + 0.5 * part), raw(k, s + part));
             for (term, lag) in &mut lags {
                 let tau = theta.terms[*term][0];

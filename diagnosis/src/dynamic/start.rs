@@ -21,7 +21,8 @@ pub fn nominal(data: &Data) -> Vec<Fitted> {
     let states = data.first_states();
     let cost = |plant: [f64; 3]| -> Option<(f64, Vec<f64>)> {
         let y = positions(&Model::nominal(plant, Hold::FirstOrder), &states, data).ok()?;
-        let cost: f64 = y.iter().zip(data.position).map(|(a, b)| (a - b) * (a - b)).sum();
+        let cost: f64 =
+            data.runs.iter().flat_map(|r| r.clone()).map(|k| (y[k] - data.position[k]).powi(2)).sum();
         cost.is_finite().then_some((cost, y))
     };
     let starts: Vec<(f64, [f64; 3])> = WIDTHS

@@ -166,14 +166,13 @@ pub struct Structure {
 pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Structure> {
     let base = present.model.free();
     let scale = &data.scale;
-    let length = data.runs.iter().map(|r| r.len()).max().unwrap_or(1) as f64;
     let sizes = [
         scale.stroke,
         scale.speed,
         scale.drive,
         (present.model.nominal[2] * scale.drive).abs(),
         scale.rate,
-        length * data.step_s,
+        data.duration_s,
     ];
     let mut found: Vec<Structure> = FAMILIES
         .par_iter()

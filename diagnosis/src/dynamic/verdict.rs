@@ -8,6 +8,7 @@ use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Reading, unit_of};
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::gram::grams;
+use super::model::Model;
 use super::noise::Autoregression;
 use super::search::{FIT_ROWS, Search, gain, last_id};
 use super::structure::Structure;
@@ -75,15 +76,17 @@ pub fn p_value(gain: f64, parameters: usize) -> f64 {
     }
 }
 
-/// What is said of the effects of a model.
+/// What is said of the effects of a model: `found` on the whole recording, `small` the same model on the
+/// search's windows.
 pub fn effects(
     search: &Search,
+    data: &Data,
+    small: &Fitted,
     found: &Fitted,
     noise: &Autoregression,
     imperfect: bool,
     units: &Units,
 ) -> Vec<NamedEffect> {
-    let data = search.data;
     let covariance = covariance(found, data, noise);
     let mut said: Vec<(f64, NamedEffect)> = Vec::new();
     let mut first = found.model.nominal_free.iter().filter(|f| **f).count();
@@ -116,7 +119,7 @@ pub fn effects(
                 p_value: p_value(gain(&without, found, ALL), term.parameters.len()),
                 share: lost,
                 parameters,
-                alternatives: alternatives(search, &without, found, k, imperfect),
+                alternatives: alternatives(search, small, k, imperfect),
                 runtime_correctable: term.effect.runtime_correctable(),
             },
         ));
@@ -129,7 +132,7 @@ pub fn effects(
 }
 
 /// Effects that do as well in a term's place.
-fn alternatives(search: &Search, without: &Fitted, found: &Fitted, k: usize, imperfect: bool) -> Vec<String> {
+fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> Vec<String> {
     let data = search.data;
     let effect = found.model.terms[k].effect;
     let rivals: Vec<&'static dyn DynamicEffect> = search
@@ -138,7 +141,10 @@ fn alternatives(search: &Search, without: &Fitted, found: &Fitted, k: usize, imp
         .copied()
         .filter(|e| effect.confused_with().contains(&e.id()) && !found.model.has(e.id()))
         .collect();
-    let Some(with) = fit(&found.model, &found.states, data, FIT_ROWS, PATIENCE) else { return Vec::new() };
+    let refit = |model: &Model| fit(model, &found.states, data, FIT_ROWS, PATIENCE);
+    let (Some(with), Some(without)) = (refit(&found.model), refit(&found.model.without(k))) else {
+        return Vec::new();
+    };
     let margin = if imperfect {
         ALTERNATIVE_MARGIN.max(IMPERFECT_MARGIN * data.count(FIT_ROWS) as f64)
     } else {
@@ -146,7 +152,7 @@ fn alternatives(search: &Search, without: &Fitted, found: &Fitted, k: usize, imp
     };
     let rivals = Search { data, catalogue: rivals };
     let mut near: Vec<(f64, String)> = rivals
-        .contenders(without)
+        .contenders(&without)
         .iter()
         .map(|f| (gain(f, &with, FIT_ROWS), last_id(f).to_string()))
         .filter(|(behind, _)| *behind < margin)

@@ -16,10 +16,10 @@ const MOST_POINTS: usize = 1500;
 const BINS: usize = 24;
 
 /// Stand-ins for the page's colours: what is drawn in them is given the CSS variable of that name.
-pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
-pub(super) const GRID: RGBColor = RGBColor(1, 2, 4);
-pub(super) const BEFORE: RGBColor = RGBColor(1, 2, 5);
-pub(super) const AFTER: RGBColor = RGBColor(1, 2, 6);
+pub(crate) const INK: RGBColor = RGBColor(1, 2, 3);
+pub(crate) const GRID: RGBColor = RGBColor(1, 2, 4);
+pub(crate) const BEFORE: RGBColor = RGBColor(1, 2, 5);
+pub(crate) const AFTER: RGBColor = RGBColor(1, 2, 6);
 const NAMES: [(&str, &str); 4] =
     [("#010203", "--ink"), ("#010204", "--grid"), ("#010205", "--before"), ("#010206", "--after")];
 
@@ -133,7 +133,7 @@ fn running(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// Puts CSS variables in the place of the stand-in colours, and leaves size to the page.
-pub(super) fn themed(svg: &str) -> String {
+pub(crate) fn themed(svg: &str) -> String {
     let mut out = svg.to_string();
     for (code, name) in NAMES {
         for attribute in ["fill", "stroke"] {

@@ -1,6 +1,6 @@
 //! The report: one self-contained HTML page per recording, for light and dark, desk and phone.
 
-mod charts;
+pub(crate) mod charts;
 mod map;
 
 use minijinja::{Environment, context};
@@ -88,7 +88,7 @@ pub fn page(outcome: &Outcome) -> String {
     let fit = &d.fit;
     let figure = |v: Option<f64>| v.map_or("–".to_string(), digits);
     let (map, map_key) = map::mismatch(outcome, &before, &after);
-    let environment = Environment::new();
+    let environment = environment();
     let values = context! {
         recording => d.recording.clone(),
         verdict => word(d.verdict),
@@ -122,13 +122,20 @@ pub fn page(outcome: &Outcome) -> String {
     })
 }
 
+/// The templates that pages share. They are part of the program: adding them cannot fail on other data.
+pub(crate) fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
+    let _ = environment.add_template("style.css", include_str!("style.css"));
+    environment
+}
+
 /// Residual of the base alone, or of the augmented model, row by row.
 fn residual(outcome: &Outcome, augmented: bool) -> Vec<f64> {
     let model = if augmented { &outcome.after } else { &outcome.before };
     outcome.rows.error.iter().zip(model.value()).map(|(e, v)| e - v).collect()
 }
 
-fn word(verdict: Verdict) -> &'static str {
+pub(crate) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Consistent => "consistent",
         Verdict::Explained => "explained",
@@ -137,7 +144,7 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-fn class(verdict: Verdict) -> &'static str {
+pub(crate) fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Consistent => "good",
         Verdict::Explained => "named",
@@ -220,7 +227,7 @@ pub(crate) fn digits(value: f64) -> String {
     text.replace('-', "−")
 }
 
-fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     if p < 1e-12 {
         "< 10⁻¹²".into()
     } else if p < 1e-3 {

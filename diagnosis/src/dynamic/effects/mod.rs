@@ -102,7 +102,9 @@ pub trait Physics<T: Number> {
 }
 
 /// A physical effect beyond the nominal plant.
-pub trait DynamicEffect: Physics<f64> + Physics<Dual<8>> + Physics<Dual<16>> + Sync + Send {
+pub trait DynamicEffect:
+    Physics<f64> + Physics<Dual<8>> + Physics<Dual<12>> + Physics<Dual<16>> + Sync + Send
+{
     /// Identifier in the diagnosis and in `plant.toml`.
     fn id(&self) -> &'static str;
     /// Name for a reader.

@@ -27,8 +27,7 @@ const EXPONENT: f64 = -0.2;
 /// The best start over what the operator may act on and how strongly; `None` where none can be simulated.
 pub fn start(linear: &Modal, stretches: &[Stretch], hysteresis: bool) -> Option<Looped> {
     let mut best: Option<(f64, Looped)> = None;
-    let acts =
-        [Acts::OnDrive, Acts::OnElongation { ahead: false }, Acts::OnElongation { ahead: true }];
+    let acts = [Acts::OnDrive, Acts::OnElongation { ahead: false }, Acts::OnElongation { ahead: true }];
     for acts in acts {
         let Some((cz, dz)) = signal(linear, acts) else { continue };
         let Some((cz, dz, size)) = unit_size(linear, cz, dz, stretches) else { continue };
@@ -44,8 +43,7 @@ pub fn start(linear: &Modal, stretches: &[Stretch], hysteresis: bool) -> Option<
                     .collect()
             };
             let (e, f) = (scaled(&linear.b), scaled(&linear.d));
-            let model =
-                Looped { linear: linear.clone(), e, f, cz: cz.clone(), dz: dz.clone(), operator };
+            let model = Looped { linear: linear.clone(), e, f, cz: cz.clone(), dz: dz.clone(), operator };
             let Some(cost) = sensitivity::cost(&model, stretches) else { continue };
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, model));
@@ -106,12 +104,7 @@ fn unit_size(
 ) -> Option<(Vec<f64>, Vec<f64>, Vec<f64>)> {
     let (n, m) = (linear.order(), linear.inputs);
     let q = dz.len() / m;
-    let probe = Looped::plain(Modal {
-        outputs: q,
-        c: cz.clone(),
-        d: dz.clone(),
-        ..linear.clone()
-    });
+    let probe = Looped::plain(Modal { outputs: q, c: cz.clone(), d: dz.clone(), ..linear.clone() });
     let mut size = vec![0.0f64; q];
     for stretch in stretches {
         let z = if stretch.periodic {

@@ -177,8 +177,8 @@ impl Stepper {
         let (n, m, q) = (lin.order(), lin.inputs, model.loops());
         let cells = model.operator.cells();
         for l in 0..q {
-            let z = product(&model.cz[l * n..(l + 1) * n], &state.x)
-                + product(&model.dz[l * m..(l + 1) * m], u);
+            let z =
+                product(&model.cz[l * n..(l + 1) * n], &state.x) + product(&model.dz[l * m..(l + 1) * m], u);
             let r = self.runner.step(z, &mut state.memory[l * cells..(l + 1) * cells]);
             self.w[l] = r.value;
             self.moved[l] = r.moved;

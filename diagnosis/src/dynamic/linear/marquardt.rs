@@ -4,8 +4,8 @@
 //! Source: D. Marquardt, SIAM J. Appl. Math. 11 (1963) 431–441; the damping follows Nielsen's rule
 //! (K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for non-linear least squares problems*, 2004, Eq. 2.21).
 
-use faer::linalg::solvers::Solve;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::solvers::Solve;
 use faer::{Accum, Mat, Par, Side};
 
 /// The normal equations: Σ r², JᵀJ and Jᵀr at a point.

@@ -189,10 +189,9 @@ mod tests {
     #[test]
     fn loops_enclose_area_only_with_memory() {
         let sine = |n: usize| (std::f64::consts::TAU * n as f64 / 200.0).sin();
-        for (operator, encloses) in [
-            (Operator::Hysteresis(Plays::unit(0.0)), true),
-            (Operator::Memoryless { exponent: 0.0 }, false),
-        ] {
+        for (operator, encloses) in
+            [(Operator::Hysteresis(Plays::unit(0.0)), true), (Operator::Memoryless { exponent: 0.0 }, false)]
+        {
             let w = run(&operator, (0..600).map(sine));
             let area: f64 = (200..400).map(|n| w[n] * (sine(n + 1) - sine(n - 1)) / 2.0).sum();
             assert_eq!(area.abs() > 0.05, encloses, "{operator:?}: {area}");

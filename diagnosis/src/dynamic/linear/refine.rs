@@ -45,7 +45,9 @@ pub fn refine(start: &Modal, data: &Experiments, steps: usize) -> Modal {
         let model = start.with(parameters);
         let pieces: Vec<f64> = lines
             .par_chunks(PIECE)
-            .map(|piece| piece.iter().map(|l| residual(&model, l).iter().map(|r| r.norm_sqr()).sum::<f64>()).sum())
+            .map(|piece| {
+                piece.iter().map(|l| residual(&model, l).iter().map(|r| r.norm_sqr()).sum::<f64>()).sum()
+            })
             .collect();
         model.stable().then(|| pieces.iter().sum())
     };

@@ -84,7 +84,7 @@ struct Trajectory {
     lead: usize,
 }
 
-fn normal_equations(model: &Looped, stretches: &[Stretch]) -> Option<Normal> {
+pub(super) fn normal_equations(model: &Looped, stretches: &[Stretch]) -> Option<Normal> {
     let entries = entries(model);
     let mut sum = Normal::zeros(entries.len());
     for stretch in stretches {
@@ -291,4 +291,23 @@ fn gather(start: Lane, factors: &[f64], values: &[Lane]) -> Lane {
         }
     }
     sum
+}
+
+/// Standard error of the operator's exponent at the fit, its residuals taken as white; infinite where the
+/// stretches do not determine it.
+pub fn exponent_error(model: &Looped, stretches: &[Stretch]) -> f64 {
+    use faer::linalg::solvers::Solve;
+    let Some(equations) = normal_equations(model, stretches) else { return f64::INFINITY };
+    let size = equations.gradient.len();
+    let rows: usize = stretches.iter().map(|s| s.position.len()).sum();
+    let scale: Vec<f64> = (0..size).map(|i| 1.0 / equations.gram[(i, i)].sqrt().max(1e-300)).collect();
+    // The ridge stands for the coordinates of the states, which nothing determines.
+    let scaled = faer::Mat::from_fn(size, size, |i, j| {
+        equations.gram[(i.max(j), i.min(j))] * scale[i] * scale[j] + if i == j { 1e-9 } else { 0.0 }
+    });
+    let unit = faer::Mat::from_fn(size, 1, |i, _| if i + 1 == size { 1.0 } else { 0.0 });
+    let Ok(factor) = scaled.llt(faer::Side::Lower) else { return f64::INFINITY };
+    let solved = factor.solve(&unit);
+    let variance = solved[(size - 1, 0)] * scale[size - 1] * scale[size - 1] * equations.cost;
+    (variance / rows.saturating_sub(size).max(1) as f64).sqrt()
 }

@@ -88,16 +88,7 @@ pub fn subspace(data: &Experiments, blocks: usize) -> Option<Subspace> {
     let strengths: Vec<f64> = (0..size).rev().map(|i| values[i].max(0.0).sqrt()).collect();
     let vectors = eigen.U();
     let directions = Mat::from_fn(size, size, |i, j| vectors[(i, size - 1 - j)]);
-    Some(Subspace {
-        directions,
-        strengths,
-        points,
-        gain,
-        weight,
-        inputs: m,
-        outputs: p,
-        step_s: data.step_s,
-    })
+    Some(Subspace { directions, strengths, points, gain, weight, inputs: m, outputs: p, step_s: data.step_s })
 }
 
 /// `a gᴴ` of two outputs × inputs matrices.
@@ -192,7 +183,7 @@ impl Subspace {
 }
 
 /// A = T blockdiag T⁻¹ with real 2 × 2 blocks; poles outside the unit circle are reflected into it.
-fn to_blocks(a: &Mat<f64>) -> Option<(Vec<Block>, Mat<f64>)> {
+pub(super) fn to_blocks(a: &Mat<f64>) -> Option<(Vec<Block>, Mat<f64>)> {
     let n = a.nrows();
     let eigen = a.eigen().ok()?;
     let values = eigen.S().column_vector();

@@ -10,9 +10,12 @@
 //! Source: R. Pintelon, J. Schoukens, *System Identification: A Frequency Domain Approach*, 2nd ed., 2012,
 //! chapters 2 to 4.
 
+pub mod band;
+pub mod distortion;
 pub mod experiments;
 pub mod fourier;
 pub mod frf;
+pub mod growth;
 pub mod hermitian;
 
 pub use experiments::{Experiment, Experiments};
