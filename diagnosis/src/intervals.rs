@@ -10,6 +10,7 @@
 
 use statrs::function::erf::erf;
 
+use crate::averaging::Rival;
 use crate::effects::{Effect, Reading};
 use crate::linear::{Basis, add_scaled, dot};
 use crate::noise::Noise;
@@ -215,40 +216,69 @@ impl Beside<'_> {
             .collect()
     }
 
-    /// The parameters of a fitted effect with their intervals.
+    /// The same with columns more beside it.
+    fn with(&self, columns: &[Vec<f64>]) -> Beside<'_> {
+        let mut basis = self.basis.clone();
+        let mut residual = self.residual.clone();
+        for column in columns {
+            let rank = basis.rank();
+            basis.add(column);
+            if basis.rank() > rank {
+                let q = basis.columns.get(rank);
+                let a = dot(q, &residual);
+                add_scaled(&mut residual, -a, q);
+            }
+        }
+        Beside { rows: self.rows, noise: self.noise, basis, residual, widening: self.widening }
+    }
+
+    /// The places that matter for a fitted effect, with weights that sum to one.
+    fn weighed(&self, effect: &dyn Effect, shape: &[f64], deviation: &[f64]) -> Vec<Place> {
+        let step = effect.id() == "mount_step";
+        let mut places =
+            if step { self.step_places(effect, shape) } else { self.posterior(effect, shape, deviation) };
+        let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
+        places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
+        places.iter_mut().for_each(|p| p.weight *= (p.log_likelihood - top).exp());
+        let total: f64 = places.iter().map(|p| p.weight).sum();
+        places.iter_mut().for_each(|p| p.weight /= total);
+        places
+    }
+
+    /// The parameters of a fitted effect with their intervals, averaged over the model and those with one of
+    /// `rivals` more.
     pub fn parameters(
         &self,
         effect: &dyn Effect,
         shape: &[f64],
         amplitudes: &[f64],
         deviation: &[f64],
+        rivals: &[Rival],
     ) -> Vec<(Reading, [f64; 2])> {
-        let step = effect.id() == "mount_step";
-        let mut places =
-            if step { self.step_places(effect, shape) } else { self.posterior(effect, shape, deviation) };
-        let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
-        places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
-        let total: f64 = places
-            .iter_mut()
-            .map(|p| {
-                p.weight *= (p.log_likelihood - top).exp();
-                p.weight
-            })
-            .sum();
-        places.iter_mut().for_each(|p| p.weight /= total);
+        let own = self.weighed(effect, shape, deviation);
         let readings = effect.readings(self.rows, shape, amplitudes);
-        let mut mixtures: Vec<Vec<Part>> = vec![Vec::with_capacity(places.len()); readings.len()];
-        for place in &places {
-            for (mixture, (value, deviation)) in mixtures.iter_mut().zip(self.read(effect, place)) {
-                mixture.push(Part { weight: place.weight, value, deviation });
+        let mut mixtures: Vec<Vec<Part>> = vec![Vec::with_capacity(own.len()); readings.len()];
+        let total = 1.0 + rivals.iter().map(|r| r.weight).sum::<f64>();
+        let mut add = |beside: &Beside, places: &[Place], weight: f64| {
+            for place in places {
+                for (mixture, (value, deviation)) in mixtures.iter_mut().zip(beside.read(effect, place)) {
+                    mixture.push(Part { weight: place.weight * weight / total, value, deviation });
+                }
             }
+        };
+        add(self, &own, 1.0);
+        for rival in rivals {
+            let beside = self.with(&rival.columns);
+            add(&beside, &beside.weighed(effect, shape, deviation), rival.weight);
         }
         readings
             .into_iter()
-            .zip(&mixtures)
+            .zip(&mut mixtures)
             .map(|(reading, mixture)| {
-                let interval = if step && reading.name == "time_s" {
-                    self.step_time(&places)
+                let sum: f64 = mixture.iter().map(|p| p.weight).sum();
+                mixture.iter_mut().for_each(|p| p.weight /= sum);
+                let interval = if effect.id() == "mount_step" && reading.name == "time_s" {
+                    self.step_time(&own)
                 } else {
                     [quantile(mixture, 0.025), quantile(mixture, 0.975)]
                 };

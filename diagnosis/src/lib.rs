@@ -6,6 +6,7 @@
 //! how strong the strongest of them is when there is nothing, [`search`] chooses among them, [`model`] fits
 //! what was chosen, [`held_out`] proves it, and [`verdict`] says it.
 
+pub mod averaging;
 pub mod base;
 pub mod calibrate;
 pub mod condense;
