@@ -21,6 +21,7 @@ pub mod hand_on;
 pub mod held_out;
 pub mod intervals;
 pub mod linear;
+pub mod mixture;
 pub mod model;
 pub mod noise;
 pub mod observe;
