@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &alarm);
+        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -291,6 +291,9 @@ impl<'a> Search<'a> {
     /// What a shape of an effect explains beside a basis, with its scores.
     fn try_shape(&self, family: usize, shape: &[f64], basis: &Basis, residual: &[f64]) -> Option<Found> {
         let e = self.effect(family)?;
+        if !self.catalogue[e].possible_shape(self.rows, shape) {
+            return None;
+        }
         let columns = self.catalogue[e].signature(self.rows, shape);
         let mut own = Basis::new(self.rows.len());
         for column in &columns {
