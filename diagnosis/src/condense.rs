@@ -2,7 +2,7 @@
 //! successive passes. A mismatch that a mean over such a cell would lose (a period shorter than a cell) is
 //! below what the search looks for; the noise floor is then that of the means, and is scaled back to rows.
 
-use crate::rows::{Column, Rows, range};
+use crate::rows::{Rows, range};
 
 /// Rows above which a recording is condensed, and about how many cells are made of it.
 pub const MOST_ROWS: usize = 1100;
@@ -58,37 +58,13 @@ pub fn condense(rows: &Rows) -> Option<Condensed> {
         }
         sums.iter().zip(&kept).map(|(s, &c)| s / f64::from(count[c])).collect()
     };
-    let some = |values: &Option<Vec<f64>>| values.as_ref().map(|v| average(v));
-    let sign =
-        |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|d| if d >= 0.0 { 1.0 } else { -1.0 }).collect() };
-    let mut t_s = average(&rows.t_s);
+    let pass = kept.iter().map(|c| (c / ranges) as i64).collect();
+    let mut condensed = rows.changed(pass, average);
+    condensed.direction.iter_mut().for_each(|d| *d = if *d >= 0.0 { 1.0 } else { -1.0 });
     // Within a group of passes the cells' mean times are mixed: keep them from running backward.
-    for k in 1..t_s.len() {
-        t_s[k] = t_s[k].max(t_s[k - 1]);
+    for k in 1..condensed.len() {
+        condensed.t_s[k] = condensed.t_s[k].max(condensed.t_s[k - 1]);
     }
-    let condensed = Rows {
-        unit: rows.unit.clone(),
-        pair: rows.pair,
-        t_s,
-        pass: kept.iter().map(|c| (c / ranges) as i64).collect(),
-        direction: sign(average(&rows.direction)),
-        reading: average(&rows.reading),
-        weight: average(&rows.weight),
-        theta: average(&rows.theta),
-        truth: average(&rows.truth),
-        error: average(&rows.error),
-        common_mode_um: some(&rows.common_mode_um),
-        cross_arcsec: some(&rows.cross_arcsec),
-        temperature_c: some(&rows.temperature_c),
-        coil_a: some(&rows.coil_a),
-        command_deg: some(&rows.command_deg),
-        extra: rows
-            .extra
-            .iter()
-            .map(|c| Column { name: c.name.clone(), values: average(&c.values) })
-            .collect(),
-        not_testable: rows.not_testable.clone(),
-    };
     Some(Condensed { per_cell: n as f64 / condensed.len() as f64, rows: condensed })
 }
 

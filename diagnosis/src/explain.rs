@@ -62,6 +62,11 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let mut search = search;
     // Noise about what was found: nothing of it is left in the floor, and less freedom is spent.
     for _ in 0..2 {
+        // Of a single move nothing repeats: what is left of its shape beside a named effect may as well be noise
+        // that is correlated, and only what exceeds that is structure.
+        if rows.single_move() && terms.iter().any(|t| search.effect(t.family).is_some()) {
+            terms.retain(|t| search.effect(t.family).is_some());
+        }
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.clone()));
         let light = model.clone();

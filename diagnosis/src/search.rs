@@ -435,16 +435,20 @@ impl<'a> Search<'a> {
                     continue;
                 };
                 let mut best = self.refine(start, &basis, &residual);
+                let plain = best.term.shape.clone();
                 while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
                     let Some(richer) = self.try_shape(best.term.family, &shape, &basis, &residual) else {
                         break;
                     };
-                    let richer = self.refine(richer, &basis, &residual);
                     // A further harmonic: two more columns, at the level of one test in some hundred.
                     if richer.explained - best.explained < 2.0 * 5.3 {
                         break;
                     }
                     best = richer;
+                }
+                // The shape hardly moves with its richness: once refined again at the end is enough.
+                if best.term.shape != plain {
+                    best = self.refine(best, &basis, &residual);
                 }
                 terms[k] = best.term;
             }

@@ -33,7 +33,11 @@ impl Effect for Hysteresis {
     }
 
     fn source(&self) -> &'static str {
-        "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), section 2.4: the Prandtl–Ishlinskii operator"
+        "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the Prandtl–Ishlinskii operator"
+    }
+
+    fn size(&self) -> &'static str {
+        "positive (the reading runs ahead of the mirror); up to 1 % of the stroke"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {

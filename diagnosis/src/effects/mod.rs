@@ -80,6 +80,8 @@ pub trait Effect: Sync + Send {
     fn formula(&self) -> &'static str;
     /// Where the physics is described.
     fn source(&self) -> &'static str;
+    /// Sign and magnitude that are plausible.
+    fn size(&self) -> &'static str;
     /// Ids of the effects that it is most easily taken for.
     fn confused_with(&self) -> &'static [&'static str];
     /// The observable that it depends on.
@@ -198,6 +200,29 @@ fn present<'a>(column: &'a Option<Vec<f64>>, name: &str) -> Result<&'a Vec<f64>,
 /// that goes by time can be told from it.
 fn time_apart(rows: &Rows) -> Result<(), String> {
     if rows.single_move() { Err("a single move: time runs with the angle".into()) } else { Ok(()) }
+}
+
+/// The range in which a time constant can be told from nothing: faster than a few rows it is over before it
+/// is seen; beyond `longest` recordings it is a ramp.
+fn time_constants(rows: &Rows, longest: f64) -> Range {
+    let row_s = rows.duration_s() / rows.len().max(2) as f64;
+    Range { low: 3.0 * row_s, high: longest * rows.duration_s(), logarithmic: true, whole: false }
+}
+
+/// Starts over a logarithmic range of one parameter.
+fn starts_over(range: Range, count: usize) -> Vec<Vec<f64>> {
+    logarithmic(range.low, range.high, count).into_iter().map(|value| vec![value]).collect()
+}
+
+/// Whether time passes at all and is not tied to the angle.
+fn time_passes(rows: &Rows) -> Result<(), String> {
+    time_apart(rows)?;
+    if rows.t_s.last() > rows.t_s.first() { Ok(()) } else { Err("time stands still".into()) }
+}
+
+/// The coefficient of a plain dependence, in the recording's unit per that of the observable.
+fn coefficient(rows: &Rows, amplitude: f64, name: &str, unit: &str) -> Reading {
+    reading(format!("coefficient_{}_per_{name}", rows.unit), amplitude, format!("{}/{unit}", rows.unit))
 }
 
 /// A logarithmic grid of `count` values.

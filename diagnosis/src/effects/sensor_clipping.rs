@@ -26,7 +26,11 @@ impl Effect for SensorClipping {
     }
 
     fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror (2019), section 2.1: probes of 0.5 mm range"
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2.1: probes of 0.5 mm range"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign: of a loss of sensitivity negative; up to some per cent of the slope"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
