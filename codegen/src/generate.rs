@@ -23,12 +23,32 @@ pub const TOOL: &str = concat!("codegen ", env!("CARGO_PKG_VERSION"));
 /// What was generated: nothing is written yet.
 #[derive(Debug, Clone)]
 pub struct Generated {
+    /// Base name of crate, files and functions.
+    pub name: String,
     /// Contents by path, relative to the output folder.
     pub files: BTreeMap<PathBuf, String>,
     /// The certificate, which is also among the files.
     pub certificate: Certificate,
     /// The routines as designed.
     pub routines: Vec<Routine>,
+}
+
+impl Generated {
+    /// The Rust routines as one module that a firmware includes, where a crate of its own is not wanted. A single
+    /// routine also goes by the base name alone, whatever format was chosen.
+    ///
+    /// # Errors
+    /// [`GenerateError::Render`] for a defect of the template.
+    pub fn module(&self) -> Result<String, GenerateError> {
+        let sources = self.files.iter().filter(|(path, _)| path.starts_with("src"));
+        let modules: Vec<Value> = sources
+            .filter_map(|(path, text)| {
+                let name = path.file_stem()?.to_str().filter(|name| *name != "lib")?;
+                Some(context! { name, text })
+            })
+            .collect();
+        Ok(Renderer::new()?.render("rust/module.rs", context! { name => &*self.name, modules })?)
+    }
 }
 
 /// Why nothing was generated.
@@ -164,5 +184,5 @@ pub fn generate(
         routines: entries,
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { files, certificate, routines })
+    Ok(Generated { name, files, certificate, routines })
 }

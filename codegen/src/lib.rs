@@ -7,7 +7,9 @@
 
 pub mod approximate;
 pub mod bound;
+pub mod builder;
 pub mod certificate;
+pub mod choose;
 pub mod cli;
 pub mod cost;
 pub mod design;
@@ -35,3 +37,5 @@ pub mod routine;
 pub mod source;
 pub mod text;
 pub mod verify;
+
+pub use builder::Builder;

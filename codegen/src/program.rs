@@ -135,7 +135,7 @@ pub struct Program {
     pub clamped: usize,
     /// Smallest and largest valid reading in the reading's own words.
     pub valid: (f64, f64),
-    /// Rows of coefficients that `Entry` reads; empty without a table. Their number is a power of two.
+    /// Rows of coefficients that `Entry` reads; empty without a table.
     pub table: Vec<Vec<i64>>,
     /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
     pub variable: usize,

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::certificate::{Entry, result_meaning, rust_type};
 use crate::options::{CShift, Options, OutOfRange};
-use crate::program::{Op, Operand, Program, Type};
+use crate::program::{Op, Operand, Program, Step, Type};
 use crate::quantity::Quantity;
 use crate::routine::Routine;
 use crate::text;
@@ -31,10 +31,12 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
     ("rust/lib.rs", include_str!("../../templates/rust/lib.rs.jinja")),
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
+    ("rust/module.rs", include_str!("../../templates/rust/module.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
+    ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
     ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
@@ -233,8 +235,7 @@ fn type_of(program: &Program, operand: &Operand) -> Type {
 }
 
 fn steps(program: &Program) -> Vec<Value> {
-    let assigned =
-        |name: &str, among: &[crate::program::Step]| among.iter().filter(|s| s.name == name).count();
+    let assigned = |name: &str, among: &[Step]| among.iter().filter(|s| s.name == name).count();
     let laid_out = program.steps.iter().enumerate().map(|(index, step)| {
         let operand = |o: &Operand| operand(program, o);
         let op = match &step.op {
@@ -259,10 +260,17 @@ fn steps(program: &Program) -> Vec<Value> {
                 kind => "shift_right", a => operand(a), add, by,
                 },
             Op::Index { a, add, by } => {
-                context! { kind => "index", a => operand(a), add => *add as u32, by }
+                context! { kind => "index", a => operand(a), add => *add as u32, by, first => add >> by }
             }
-            Op::Wrap { a, add, by } => context! { kind => "wrap", a => operand(a), add => *add as u32, by },
-            Op::Entry { index, column } => context! { kind => "entry", index => operand(index), column },
+            // Modulo 2³² it is one whether the sum or the product by 2^by comes first.
+            Op::Wrap { a, add, by } => {
+                let add = (*add as u32) << by;
+                context! { kind => "wrap", a => operand(a), add, signed => add as i32, by }
+            }
+            Op::Entry { index: row, column } => {
+                let first = !program.steps[..index].iter().any(|s| matches!(s.op, Op::Entry { .. }));
+                context! { kind => "entry", index => operand(row), column, first }
+            }
             Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
             Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
             Op::MulF32 { a, b } => context! { kind => "mul_f32", a => operand(a), b => operand(b) },
@@ -314,7 +322,8 @@ fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
     }
     let shifts =
         |op: &Op| matches!(op, Op::MulAddSplit { .. } | Op::MulAddShort { .. } | Op::ShiftRight { .. });
-    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op)) {
+    let signed_index = |s: &Step| matches!(s.op, Op::Index { .. }) && s.ty == Type::I32;
+    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op) || signed_index(s)) {
         helpers.insert(0, "shift_right");
     }
     helpers
@@ -334,7 +343,8 @@ fn in_range(program: &Program) -> Value {
     let wide = (raw.ty != limited.ty).then_some(rust_type(raw.ty));
     // C compares a `uint32_t` with a signed word only after a conversion; the limits are not negative.
     let unsigned = raw.ty == Type::U32;
-    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned }
+    let always = program.reading == program.clamped;
+    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned, always }
 }
 
 fn range_text(routine: &Routine, quantity: &Quantity) -> String {

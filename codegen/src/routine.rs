@@ -93,6 +93,21 @@ pub enum RoutineError {
         /// Unit of the bounds.
         unit: String,
     },
+    /// The output's unit alone is coarser than the bound.
+    #[error(
+        "the output counts in 10^-{digits} of the unit, that is {step:.3e} {unit}, of which half may be rounded away: \
+         nothing is proven within {wanted:e} {unit}; ask for a finer output or a larger bound"
+    )]
+    CoarseOutput {
+        /// The number of decimal digits.
+        digits: u32,
+        /// What one word of the output stands for.
+        step: f64,
+        /// The bound asked for.
+        wanted: f64,
+        /// Unit of the bounds.
+        unit: String,
+    },
     /// A bound that is 0, negative or not finite.
     #[error("the bound is {0}: give a positive number")]
     Bound(f64),
@@ -125,6 +140,13 @@ pub fn design(
     let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
+    }
+    if let Some(digits) = wanted.output.decimal_digits() {
+        let step = quantity.in_bound_unit(10f64.powi(-(digits as i32)));
+        if 0.5 * step > target {
+            let unit = quantity.bound_unit;
+            return Err(RoutineError::CoarseOutput { digits, step, wanted: target, unit });
+        }
     }
     let plan = wanted.input.plan(
         &model.sensor,

@@ -13,6 +13,7 @@ pub mod condense;
 pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;
+pub mod dynamic;
 pub mod effects;
 pub mod experiment;
 pub mod explain;

@@ -7,6 +7,7 @@
 
 pub mod apply;
 mod basis;
+pub mod cli;
 pub mod coefficients;
 pub mod dependence;
 mod double_double;
@@ -18,13 +19,16 @@ mod identify;
 pub mod mirror;
 pub mod order;
 pub mod output;
+pub mod plant;
 pub mod points;
 mod pretty;
 pub mod recording;
+pub mod report;
 pub mod statistics;
 pub mod summary;
 pub mod terms;
 mod trust_region;
+pub mod turn;
 pub mod units;
 pub mod weights;
 

@@ -48,6 +48,8 @@ const MOST_POINTS: usize = 1024;
 /// So many blocks at most where no angle repeats, and so many rows at least in each.
 const MOST_BLOCKS: usize = 40;
 const BLOCK_ROWS: usize = 4;
+/// So many bundles at most of a turn on which no angle repeats: 1.4 degrees each.
+const MOST_BUNDLES: usize = 256;
 
 impl Points {
     /// Groups the rows of a recording; `reading` is [`Recording::reading`] of every row.
@@ -61,6 +63,24 @@ impl Points {
             let keys = blocks(&recording.pass);
             Points { single_angles: false, ..Points::from_keys(Grouping::Block, keys, reading) }
         }
+    }
+
+    /// Groups the readings of a sensor that turns, given within the turn: by angle where angles repeat, else in
+    /// bundles of neighbouring ones. An angle is the same whichever turn was commanded.
+    pub(crate) fn around(recording: &Recording, reading: &[f64]) -> Points {
+        let keys = clusters(recording, reading);
+        if repeats(&keys, &recording.pass) {
+            return Points::from_keys(Grouping::Reading, keys, reading);
+        }
+        let mut order: Vec<usize> = (0..reading.len()).collect();
+        order.sort_by(|a, b| reading[*a].total_cmp(&reading[*b]));
+        let bundles = reading.len().min(MOST_BUNDLES);
+        let mut keys = vec![0; reading.len()];
+        for (position, row) in order.into_iter().enumerate() {
+            keys[row] = (position * bundles / reading.len()) as u32;
+        }
+        let single_angles = false;
+        Points { single_angles, ..Points::from_keys(Grouping::Reading, keys, reading) }
     }
 
     /// Number of groups.

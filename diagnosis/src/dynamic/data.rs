@@ -1,0 +1,117 @@
+//! One axis of a recording as an estimate reads it: runs, drive, position, which rows fit, which choose and
+//! which score.
+
+use std::ops::Range;
+
+use fitter::plant::Hold;
+
+use super::effects::Scale;
+use super::recording::DynamicRecording;
+use super::signal::Signal;
+use crate::rows::mean;
+
+/// Number of kinds of rows.
+pub const FOLDS: usize = 3;
+/// Rows that fit.
+pub const FIT: usize = 0;
+/// Rows that choose among the fitted.
+pub const CHOOSE: usize = 1;
+/// Rows that score what was chosen.
+pub const SCORE: usize = 2;
+/// All rows.
+pub const ALL: [bool; FOLDS] = [true; FOLDS];
+/// Blocks into which the rows of all runs are divided; every second one fits, the others choose and score
+/// in turn, so that every kind sees the whole of the excitation.
+const BLOCKS: usize = 64;
+/// A position beyond so many times the recorded range is an unstable simulation.
+const BOUND: f64 = 30.0;
+
+/// One axis.
+pub struct Data<'a> {
+    /// Time from row to row, s.
+    pub step_s: f64,
+    /// Rows of every run.
+    pub runs: Vec<Range<usize>>,
+    /// Drive.
+    pub drive: &'a [f64],
+    /// Position.
+    pub position: &'a [f64],
+    /// Kind of every row.
+    pub fold: Vec<u8>,
+    /// Bound of a simulated position.
+    pub bound: f64,
+    /// Sizes.
+    pub scale: Scale,
+    signals: [Vec<Signal>; 3],
+}
+
+/// The ways in which a drive may run between its samples.
+pub const HOLDS: [Hold; 3] = [Hold::BandLimited, Hold::FirstOrder, Hold::ZeroOrder];
+
+impl<'a> Data<'a> {
+    /// The first axis of a recording.
+    pub fn new(recording: &'a DynamicRecording) -> Data<'a> {
+        let (drive, position) = (recording.drives[0].as_slice(), recording.positions[0].as_slice());
+        let rows = position.len();
+        let length = rows.div_ceil(BLOCKS).max(1);
+        let fold = (0..rows).map(|k| [FIT, CHOOSE, FIT, SCORE][(k / length) % 4] as u8).collect();
+        let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let signals = HOLDS.map(|hold| {
+            recording.runs.iter().map(|r| Signal::new(&drive[r.clone()], recording.step_s, hold)).collect()
+        });
+        Data {
+            step_s: recording.step_s,
+            runs: recording.runs.clone(),
+            drive,
+            position,
+            fold,
+            bound: BOUND * largest(position).max(f64::MIN_POSITIVE),
+            scale: scale(drive, position, recording.step_s, &recording.runs),
+            signals,
+        }
+    }
+
+    /// The drive of every run between its samples.
+    pub fn signals(&self, hold: Hold) -> &[Signal] {
+        let k = HOLDS.iter().position(|h| *h == hold).unwrap_or(0);
+        &self.signals[k]
+    }
+
+    /// Number of rows of the wanted kinds.
+    pub fn count(&self, folds: [bool; FOLDS]) -> usize {
+        self.fold.iter().filter(|f| folds[**f as usize]).count()
+    }
+
+    /// First guess of position and velocity at the start of every run: a parabola through the first rows.
+    pub fn first_states(&self) -> Vec<[f64; 2]> {
+        self.runs
+            .iter()
+            .map(|run| {
+                let y = &self.position[run.start..run.end.min(run.start + 7)];
+                let last = y.len() - 1;
+                [y[0], (y[last] - y[0]) / (last as f64 * self.step_s)]
+            })
+            .collect()
+    }
+}
+
+fn scale(drive: &[f64], position: &[f64], step_s: f64, runs: &[Range<usize>]) -> Scale {
+    let middle = mean(position);
+    let stroke = position.iter().fold(0.0_f64, |m, p| m.max((p - middle).abs()));
+    // Differences over several rows, so that the reading noise does not make the speed.
+    let over = 4;
+    let (mut square, mut bend, mut count) = (0.0, 0.0, 0.0);
+    for run in runs {
+        let y = &position[run.clone()];
+        for k in over..y.len() - over {
+            square += ((y[k + over] - y[k - over]) / (2 * over) as f64).powi(2);
+            bend += (y[k] - middle).powi(2);
+            count += 1.0;
+        }
+    }
+    let count: f64 = f64::max(count, 1.0);
+    let speed = (square / count).sqrt() / step_s;
+    let rms = (bend / count).sqrt().max(f64::MIN_POSITIVE);
+    let largest = drive.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    Scale { stroke, speed, drive: largest, step_s, rate: (speed / rms).max(f64::MIN_POSITIVE) }
+}
