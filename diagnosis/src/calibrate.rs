@@ -15,12 +15,14 @@ use crate::linear::{Columns, dot};
 use crate::noise::Noise;
 
 /// False alarms allowed over the whole search.
-pub const FALSE_ALARMS: f64 = 0.005;
+pub const FALSE_ALARMS: f64 = 0.004;
 /// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
 /// resamples that it is then applied to would look better than it is.
 pub const RESAMPLES: usize = 360;
 /// Part of the resamples that the tails are fitted to.
 const TAIL: f64 = 0.2;
+/// Ranges of the angle from which residuals are drawn, as parts of the rows.
+const NEIGHBOURHOODS: usize = 8;
 /// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
 const PRIOR_TAIL: f64 = 150.0;
 /// How much less of the allowed false alarms a generic family gets than a catalogued one.
@@ -185,16 +187,18 @@ pub fn calibrate(
     projected: &Projected,
     catalogue: &[Box<dyn Effect>],
     noise: &Noise,
+    angles: &[f64],
     shares: &[f64],
 ) -> Calibration {
     let n = projected.columns.rows;
+    let neighbours = Neighbours::new(angles);
     let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
     let mut resamples = Columns::new(n);
     let mut scales = Vec::with_capacity(RESAMPLES);
     for b in 0..2 * RESAMPLES {
         let time =
             quantile(&noise.posterior, ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64);
-        resamples.push(&resample(noise, time, &mut random));
+        resamples.push(&resample(noise, &neighbours, time, &mut random));
         // χ² of the level's freedom, by the Wilson–Hilferty cube.
         let z = standard_normal(&mut random);
         let v = 2.0 / (9.0 * noise.freedom);
@@ -222,19 +226,45 @@ pub fn calibrate(
     Calibration { families, overall, threshold }
 }
 
-/// One resample: whitened residuals drawn with random signs, given the correlation time `time`, whitened by
-/// the estimate.
-fn resample(noise: &Noise, time: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
-    let n = noise.whitened_residual.len();
-    let drawn: Vec<f64> = (0..n)
-        .map(|_| {
+/// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given the
+/// correlation time `time`, whitened by the estimate. Drawn from all rows they would spread a variance that
+/// changes along the stroke, beyond what its model follows, evenly over it.
+fn resample(noise: &Noise, neighbours: &Neighbours, time: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let drawn: Vec<f64> = (0..noise.whitened_residual.len())
+        .map(|i| {
             let bits = random.next_u64();
-            let pick = ((bits >> 1) % n as u64) as usize;
+            let pick = neighbours.pick(i, bits >> 1);
             if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] }
         })
         .collect();
     let coloured = noise.correlation.with(time).colour(drawn.into_iter());
     noise.correlation.whiten(coloured.into_iter())
+}
+
+/// The rows nearest to every row in the angle.
+struct Neighbours {
+    /// Rows by angle.
+    sorted: Vec<usize>,
+    /// Place of every row in that order.
+    place: Vec<usize>,
+    /// How many of them a draw is from.
+    window: usize,
+}
+
+impl Neighbours {
+    fn new(angles: &[f64]) -> Neighbours {
+        let n = angles.len();
+        let mut sorted: Vec<usize> = (0..n).collect();
+        sorted.sort_by(|a, b| angles[*a].total_cmp(&angles[*b]));
+        let mut place = vec![0; n];
+        sorted.iter().enumerate().for_each(|(k, row)| place[*row] = k);
+        Neighbours { sorted, place, window: (n / NEIGHBOURHOODS).clamp(16.min(n), n) }
+    }
+
+    fn pick(&self, row: usize, random: u64) -> usize {
+        let first = self.place[row].saturating_sub(self.window / 2).min(self.sorted.len() - self.window);
+        self.sorted[first + (random % self.window as u64) as usize]
+    }
 }
 
 fn quantile(posterior: &[(f64, f64)], part: f64) -> f64 {

@@ -58,7 +58,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
         return Explanation { search, terms: Vec::new(), alarm };
     }
-    let mut terms = search.run(Vec::new());
+    let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut search = search;
     // Noise about what was found: nothing of it is left in the floor, and less freedom is spent.
     for _ in 0..2 {
@@ -84,7 +84,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             } else {
                 Search::new(rows, catalogue, order, noise, skip)
             };
-        let next = again.run(terms.clone());
+        let next = again.reshuffle(again.run(terms.clone()));
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
         search = again;
         terms = next;

@@ -181,11 +181,50 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     if knots >= 8 {
         add(Place::on("angle_deg"), vec![hats(&x, knots)]);
     }
+    add(Place::on("angle_deg"), ripples(rows));
+    if !rows.single_move() {
+        add(Place::on("angle_deg"), bumps(rows));
+    }
     if rows.single_move() {
         // Time runs with the angle, and the reference may be a function of time itself.
         let timely = ["t_s", "history", "velocity"];
         let goes = |name: &str| timely.contains(&name);
         out.retain(|g| !goes(&g.place.variable) && !g.place.times.as_deref().is_some_and(goes));
+    }
+    out
+}
+
+/// Most ripples over the stroke.
+const MOST_RIPPLES: f64 = 48.0;
+
+/// Waves over the stroke, from those that a polynomial nearly follows to the shortest that the spacing of the
+/// angles resolves.
+fn ripples(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+    let (low, high) = rows.stroke();
+    let most = ((high - low) / (2.2 * rows.step())).clamp(2.0, MOST_RIPPLES);
+    let count = ((most - 2.0) / 0.4) as usize;
+    (0..=count)
+        .map(|k| {
+            let turn = std::f64::consts::TAU * (2.0 + 0.4 * k as f64) / (high - low).max(1e-300);
+            let phase = rows.theta.iter().map(move |t| turn * (t - low));
+            vec![phase.clone().map(f64::sin).collect(), phase.map(f64::cos).collect()]
+        })
+        .collect()
+}
+
+/// Bumps of a few widths at places that overlap by half, narrower than any polynomial follows.
+fn bumps(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+    let (low, high) = rows.stroke();
+    let stroke = (high - low).max(1e-300);
+    let narrow = (rows.step() / stroke).clamp(0.004, 0.05);
+    let mut out = Vec::new();
+    for width in [narrow, 2.2 * narrow] {
+        let count = (1.0 / (1.5 * width)).ceil() as usize;
+        for k in 0..=count {
+            let centre = low + stroke * k as f64 / count as f64;
+            let bump = |t: &f64| (-0.5 * ((t - centre) / (width * stroke)).powi(2)).exp();
+            out.push(vec![rows.theta.iter().map(bump).collect()]);
+        }
     }
     out
 }

@@ -8,10 +8,10 @@
 //! evenly over their range (Cox & Hinkley, Theoretical Statistics, 1974, sections 9.3 and 10.5). That the
 //! noise level is itself an estimate widens everything by the ratio of Student's quantile to the normal one.
 
-use statrs::function::erf::erf;
-
+use crate::averaging::Rival;
 use crate::effects::{Effect, Reading};
 use crate::linear::{Basis, add_scaled, dot};
+use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
 use crate::rows::Rows;
 
@@ -215,40 +215,69 @@ impl Beside<'_> {
             .collect()
     }
 
-    /// The parameters of a fitted effect with their intervals.
+    /// The same with columns more beside it.
+    fn with(&self, columns: &[Vec<f64>]) -> Beside<'_> {
+        let mut basis = self.basis.clone();
+        let mut residual = self.residual.clone();
+        for column in columns {
+            let rank = basis.rank();
+            basis.add(column);
+            if basis.rank() > rank {
+                let q = basis.columns.get(rank);
+                let a = dot(q, &residual);
+                add_scaled(&mut residual, -a, q);
+            }
+        }
+        Beside { rows: self.rows, noise: self.noise, basis, residual, widening: self.widening }
+    }
+
+    /// The places that matter for a fitted effect, with weights that sum to one.
+    fn weighed(&self, effect: &dyn Effect, shape: &[f64], deviation: &[f64]) -> Vec<Place> {
+        let step = effect.id() == "mount_step";
+        let mut places =
+            if step { self.step_places(effect, shape) } else { self.posterior(effect, shape, deviation) };
+        let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
+        places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
+        places.iter_mut().for_each(|p| p.weight *= (p.log_likelihood - top).exp());
+        let total: f64 = places.iter().map(|p| p.weight).sum();
+        places.iter_mut().for_each(|p| p.weight /= total);
+        places
+    }
+
+    /// The parameters of a fitted effect with their intervals, averaged over the model and those with one of
+    /// `rivals` more.
     pub fn parameters(
         &self,
         effect: &dyn Effect,
         shape: &[f64],
         amplitudes: &[f64],
         deviation: &[f64],
+        rivals: &[Rival],
     ) -> Vec<(Reading, [f64; 2])> {
-        let step = effect.id() == "mount_step";
-        let mut places =
-            if step { self.step_places(effect, shape) } else { self.posterior(effect, shape, deviation) };
-        let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
-        places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
-        let total: f64 = places
-            .iter_mut()
-            .map(|p| {
-                p.weight *= (p.log_likelihood - top).exp();
-                p.weight
-            })
-            .sum();
-        places.iter_mut().for_each(|p| p.weight /= total);
+        let own = self.weighed(effect, shape, deviation);
         let readings = effect.readings(self.rows, shape, amplitudes);
-        let mut mixtures: Vec<Vec<Part>> = vec![Vec::with_capacity(places.len()); readings.len()];
-        for place in &places {
-            for (mixture, (value, deviation)) in mixtures.iter_mut().zip(self.read(effect, place)) {
-                mixture.push(Part { weight: place.weight, value, deviation });
+        let mut mixtures: Vec<Vec<Part>> = vec![Vec::with_capacity(own.len()); readings.len()];
+        let total = 1.0 + rivals.iter().map(|r| r.weight).sum::<f64>();
+        let mut add = |beside: &Beside, places: &[Place], weight: f64| {
+            for place in places {
+                for (mixture, (value, deviation)) in mixtures.iter_mut().zip(beside.read(effect, place)) {
+                    mixture.push(Part { weight: place.weight * weight / total, value, deviation });
+                }
             }
+        };
+        add(self, &own, 1.0);
+        for rival in rivals {
+            let beside = self.with(&rival.columns);
+            add(&beside, &beside.weighed(effect, shape, deviation), rival.weight);
         }
         readings
             .into_iter()
-            .zip(&mixtures)
+            .zip(&mut mixtures)
             .map(|(reading, mixture)| {
-                let interval = if step && reading.name == "time_s" {
-                    self.step_time(&places)
+                let sum: f64 = mixture.iter().map(|p| p.weight).sum();
+                mixture.iter_mut().for_each(|p| p.weight /= sum);
+                let interval = if effect.id() == "mount_step" && reading.name == "time_s" {
+                    self.step_time(&own)
                 } else {
                     [quantile(mixture, 0.025), quantile(mixture, 0.975)]
                 };
@@ -302,63 +331,6 @@ impl Beside<'_> {
     }
 }
 
-/// One normal part of a mixture.
-#[derive(Clone, Copy)]
-struct Part {
-    weight: f64,
-    value: f64,
-    deviation: f64,
-}
-
-/// The value below which `part` of a normal mixture lies. A part without any deviation is a place on a grid,
-/// and counts as spread over the distance to its neighbours.
-fn quantile(mixture: &[Part], part: f64) -> f64 {
-    if mixture.iter().all(|p| p.deviation == 0.0) {
-        return quantile_of_places(mixture, part);
-    }
-    let low = mixture.iter().map(|p| p.value - 6.0 * p.deviation).fold(f64::INFINITY, f64::min);
-    let high = mixture.iter().map(|p| p.value + 6.0 * p.deviation).fold(f64::NEG_INFINITY, f64::max);
-    let below = |v: f64| -> f64 {
-        mixture
-            .iter()
-            .map(|p| {
-                let z = (v - p.value) / p.deviation.max(1e-300);
-                p.weight * 0.5 * (1.0 + erf((z * std::f64::consts::FRAC_1_SQRT_2).clamp(-40.0, 40.0)))
-            })
-            .sum()
-    };
-    let (mut low, mut high) = (low, high);
-    for _ in 0..50 {
-        let middle = 0.5 * (low + high);
-        if below(middle) < part { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
-}
-
-/// The same for values on a grid: each place's weight lies evenly between the middles to its neighbours.
-fn quantile_of_places(mixture: &[Part], part: f64) -> f64 {
-    let mut sorted: Vec<(f64, f64)> = mixture.iter().map(|p| (p.value, p.weight)).collect();
-    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Places of one value (the other axis of a square) are one.
-    let mut merged: Vec<(f64, f64)> = Vec::with_capacity(sorted.len());
-    for (value, weight) in sorted {
-        match merged.last_mut() {
-            Some(last) if value - last.0 <= 1e-9 * value.abs() => last.1 += weight,
-            _ => merged.push((value, weight)),
-        }
-    }
-    let mut left = part;
-    for (i, (value, weight)) in merged.iter().enumerate() {
-        if left <= *weight {
-            let before = if i > 0 { 0.5 * (merged[i - 1].0 + value) } else { *value };
-            let after = merged.get(i + 1).map_or(*value, |next| 0.5 * (next.0 + value));
-            return before + (after - before) * left / weight;
-        }
-        left -= weight;
-    }
-    merged.last().map_or(f64::NAN, |p| p.0)
-}
-
 /// Inverse of an upper triangular matrix, by rows.
 fn inverse_of_triangle(r: &[f64], n: usize) -> Vec<f64> {
     let mut inverse = vec![0.0; n * n];
@@ -380,29 +352,7 @@ pub fn widening(freedom: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{NORMAL, Part, quantile, widening};
-
-    #[test]
-    fn one_normal_part_has_the_normal_interval() {
-        let one = [Part { weight: 1.0, value: 3.0, deviation: 0.5 }];
-        assert!((quantile(&one, 0.975) - (3.0 + 0.5 * NORMAL)).abs() < 1e-6);
-        assert!((quantile(&one, 0.025) - (3.0 - 0.5 * NORMAL)).abs() < 1e-6);
-    }
-
-    #[test]
-    fn two_far_parts_are_both_in_the_interval() {
-        let part = |value| Part { weight: 0.5, value, deviation: 0.1 };
-        let two = [part(0.0), part(10.0)];
-        assert!(quantile(&two, 0.025) < 0.0 && quantile(&two, 0.975) > 10.0);
-    }
-
-    #[test]
-    fn places_on_an_even_grid_give_an_even_distribution() {
-        let even: Vec<Part> =
-            (0..101).map(|i| Part { weight: 1.0 / 101.0, value: f64::from(i), deviation: 0.0 }).collect();
-        // 2.5 % of an even distribution from 0 to 100.
-        assert!((quantile(&even, 0.025) - 2.5).abs() < 0.6);
-    }
+    use super::{NORMAL, widening};
 
     #[test]
     fn few_degrees_of_freedom_widen() {

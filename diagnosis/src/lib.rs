@@ -6,6 +6,7 @@
 //! how strong the strongest of them is when there is nothing, [`search`] chooses among them, [`model`] fits
 //! what was chosen, [`held_out`] proves it, and [`verdict`] says it.
 
+pub mod averaging;
 pub mod base;
 pub mod calibrate;
 pub mod condense;
@@ -21,6 +22,7 @@ pub mod hand_on;
 pub mod held_out;
 pub mod intervals;
 pub mod linear;
+pub mod mixture;
 pub mod model;
 pub mod noise;
 pub mod observe;

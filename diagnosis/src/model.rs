@@ -1,6 +1,7 @@
 //! The augmented model: base polynomial and named effects, fitted jointly in the whitened metric, with
 //! intervals of every parameter that allow for the others and for the shape parameters.
 
+use crate::averaging::rivals;
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::dictionary::{Kind, highest_order};
@@ -145,6 +146,12 @@ pub fn fit(
         places.push(place);
     }
     let with_tangents = least_squares(&tangents, &target);
+    let mut whole_basis = Basis::new(rows.len());
+    tangents.iter().for_each(|column| {
+        whole_basis.add(column);
+    });
+    let mut whole_residual = target.clone();
+    whole_basis.project_off(&mut whole_residual);
     let p = tangents.len();
     let freedom = noise.freedom.min((rows.len() as f64 - p as f64).max(1.0));
 
@@ -184,7 +191,9 @@ pub fn fit(
             let beside = Beside { rows, noise, basis, residual, widening: widening(freedom) };
             let deviation: Vec<f64> =
                 (width..positions.len()).map(|k| covariance_of(k, k).max(0.0).sqrt()).collect();
-            beside.parameters(catalogue[e].as_ref(), &term.shape, &amplitudes, &deviation)
+            let effect = catalogue[e].as_ref();
+            let rivals = rivals(search, effect, &terms, &whole_basis, &whole_residual);
+            beside.parameters(effect, &term.shape, &amplitudes, &deviation, &rivals)
         });
         let covariance = (0..width * width).map(|k| covariance_of(k / width, k % width)).collect();
         fitted.push(FittedTerm {

@@ -20,6 +20,8 @@ const MOST_TERMS: usize = 6;
 const MOST_GENERIC: usize = 2;
 /// Terms up to which one is tried in the place of two.
 const MOST_FOR_PAIRS: usize = 3;
+/// Contenders for the first of two terms that are exchanged at once.
+const FIRST_OF_PAIRS: usize = 6;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
 const GENERIC_HANDICAP: f64 = 5.0;
@@ -110,7 +112,7 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &alarm);
+        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -291,6 +293,9 @@ impl<'a> Search<'a> {
     /// What a shape of an effect explains beside a basis, with its scores.
     fn try_shape(&self, family: usize, shape: &[f64], basis: &Basis, residual: &[f64]) -> Option<Found> {
         let e = self.effect(family)?;
+        if !self.catalogue[e].possible_shape(self.rows, shape) {
+            return None;
+        }
         let columns = self.catalogue[e].signature(self.rows, shape);
         let mut own = Basis::new(self.rows.len());
         for column in &columns {
@@ -502,6 +507,58 @@ impl<'a> Search<'a> {
         }
         let free = self.grow(start, false);
         if self.merit(&free) > self.merit(&named) + EXCHANGE_MARGIN { free } else { named }
+    }
+
+    /// Exchanges two terms at once for two of the catalogue: a time constant that was refined beside the wrong
+    /// partner makes the right one look worse than it is, and neither gives way alone.
+    pub fn reshuffle(&self, terms: Vec<Term>) -> Vec<Term> {
+        let mut terms = terms;
+        for _ in 0..2 {
+            if terms.len() < 2 || terms.len() > MOST_FOR_PAIRS + 1 {
+                return terms;
+            }
+            let merit = self.merit(&terms);
+            let mut better: Option<(f64, Vec<Term>)> = None;
+            for k in 0..terms.len() {
+                for j in k + 1..terms.len() {
+                    let mut rest = terms.clone();
+                    rest.remove(j);
+                    rest.remove(k);
+                    for set in self.pairs_beside(&rest) {
+                        if self.merit(&set) < merit - NEAR {
+                            continue;
+                        }
+                        let mut set = set;
+                        self.backfit(&mut set);
+                        let m = self.merit(&set);
+                        if m > merit + EXCHANGE_MARGIN && better.as_ref().is_none_or(|b| m > b.0) {
+                            better = Some((m, set));
+                        }
+                    }
+                }
+            }
+            match better {
+                Some((_, set)) => terms = set,
+                None => return terms,
+            }
+        }
+        terms
+    }
+
+    /// Promising pairs of catalogued effects beside the terms, with them.
+    fn pairs_beside(&self, terms: &[Term]) -> Vec<Vec<Term>> {
+        let named = |f: usize| self.effect(f).is_some();
+        let mut out = Vec::new();
+        for first in self.contenders(terms, named).into_iter().take(FIRST_OF_PAIRS) {
+            let mut with = terms.to_vec();
+            with.push(first.term);
+            for second in self.contenders(&with, named).into_iter().take(2) {
+                let mut pair = with.clone();
+                pair.push(second.term);
+                out.push(pair);
+            }
+        }
+        out
     }
 
     /// Adds and exchanges terms, only catalogued ones where `named_only`.

@@ -105,6 +105,10 @@ pub trait Effect: Sync + Send {
     }
     /// The columns that the amplitudes multiply, in the recording's unit per unit amplitude.
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>>;
+    /// Whether a shape within the ranges can be this effect.
+    fn possible_shape(&self, _rows: &Rows, _shape: &[f64]) -> bool {
+        true
+    }
     /// Whether the column is a measurement of its own: whatever is left of it beside a model is then real, and
     /// not the rounding or the noise of another column that it was computed from.
     fn measured(&self) -> bool {
