@@ -24,6 +24,8 @@ const FINAL_STEPS: usize = 3;
 const RIVAL_STEPS: usize = 4;
 /// Residual rms in units of the noise up to which nothing is left.
 const NOISE: f64 = 1.15;
+/// Part of the residual that depends on the amplitude from which on it is no noise.
+const GROWS: f64 = 0.2;
 /// Excess of a rival's held-out residual power below which it is not told apart.
 const RIVAL: f64 = 0.03;
 
@@ -87,17 +89,17 @@ pub fn diagnose_linear(
     let judged_rows = if held.is_empty() { &all } else { &held };
     let left = rms(recording, &own.after, judged_rows);
     let level = noise.map_or(left, |(level, _)| level);
+    let around = verdict::locations(recording, &plan, &before.linear, &responses);
+    // Without repeated periods nothing tells noise from distortion but its dependence on the amplitude.
+    let grows = around.iter().any(|l| l.variable == "amplitude" && l.share > GROWS);
     let said = match (&named, noise) {
-        (Some(_), Some(_)) if left <= NOISE * level => Verdict::Explained,
-        (Some(_), None) => Verdict::Explained,
-        (Some(_), Some(_)) => Verdict::PartlyExplained,
+        (Some(_), Some(_)) if left > NOISE * level => Verdict::PartlyExplained,
+        (Some(_), _) => Verdict::Explained,
         (None, Some(_)) if left > NOISE * level => Verdict::Unexplained,
+        (None, None) if grows => Verdict::Unexplained,
         (None, _) => Verdict::Consistent,
     };
-    let locations = match said {
-        Verdict::Consistent => Vec::new(),
-        _ => verdict::locations(recording, &plan, &before.linear, &responses),
-    };
+    let locations = if said == Verdict::Consistent { Vec::new() } else { around };
     let score = |own_columns: &[Vec<f64>], other_columns: Option<&Vec<Vec<f64>>>| Score {
         train_rms: rms(recording, own_columns, &plan.fitted()),
         held_out_rms: match (held_out, other_columns) {
@@ -182,7 +184,7 @@ fn name(
     judged: &[Stretch],
 ) -> Option<Named> {
     let limits = |steps| Limits { steps, decrease: 2e-3 };
-    let whole = plan.stretches(recording, &plan.fitted());
+    let whole = plan.finishing(recording);
     let finish = |model: &Looped| {
         let (model, steps) = if whole.len() > fitting.len() {
             (sensitivity::fit(model, fitting, limits(STEPS - RIVAL_STEPS)), FINAL_STEPS)
