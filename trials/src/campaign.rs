@@ -1,24 +1,23 @@
 //! One campaign: draw, write the recordings, seal, have them diagnosed blind, unseal, compare on fresh
 //! recordings.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 
-use crate::answer::{Answer, AnswerError};
-use crate::draw::{Trial, Undrawn};
+use crate::draw::Trial;
 use crate::fresh::{self, Twice};
 use crate::plan;
-use crate::programs::{ProgramError, Programs};
+use crate::programs::{Nominal, Programs};
 use crate::score::Case;
 use crate::truth::{Group, Truth, seal};
+use crate::workspace::{Batches, Folders, answer_of, progress, threads};
 
-/// Recordings given to one call of `diagnose`.
-const BATCH: usize = 40;
+pub use crate::workspace::{CampaignError, put};
+
 /// What the programs are told of the mirror: the paper's, which all devices are built as.
 const MIRROR: &str = include_str!("mirror.toml");
 
@@ -39,58 +38,12 @@ pub struct Campaign {
     pub out: PathBuf,
 }
 
-/// Why a campaign ended early.
-#[derive(Debug, thiserror::Error)]
-pub enum CampaignError {
-    /// A program could not be run.
-    #[error(transparent)]
-    Program(#[from] ProgramError),
-    /// A trial could not be drawn.
-    #[error(transparent)]
-    Undrawn(#[from] Undrawn),
-    /// A recording could not be written.
-    #[error(transparent)]
-    Recording(#[from] twin::log::WriteError),
-    /// An answer is missing or of another form.
-    #[error(transparent)]
-    Answer(#[from] AnswerError),
-    /// A folder or a file could not be written.
-    #[error("{}: cannot be written ({reason}); give --out a folder that can be written", .path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::ErrorKind,
-    },
-    /// The folder is in use for something else.
-    #[error(
-        "{}: found files that no campaign wrote; give --out a folder that is new, empty, or of an earlier campaign",
-        .path.display()
-    )]
-    Occupied {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The threads could not be started.
-    #[error("{0} threads could not be started; give a smaller --jobs")]
-    Threads(usize),
-}
-
 /// What a campaign brought.
 pub struct Outcome {
     /// The trials, unsealed.
     pub cases: Vec<Case>,
     /// SHA-256 of the sealed truth.
     pub sealed: String,
-}
-
-/// The folders of a campaign.
-struct Folders {
-    blind: PathBuf,
-    diagnosed: PathBuf,
-    without: PathBuf,
-    fresh: PathBuf,
-    truth: PathBuf,
 }
 
 impl Campaign {
@@ -100,11 +53,8 @@ impl Campaign {
     /// [`CampaignError`].
     pub fn run(&self, sealed: impl FnOnce(&str, usize)) -> Result<Outcome, CampaignError> {
         let programs = Programs::find()?;
-        let folders = self.folders()?;
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.jobs)
-            .build()
-            .map_err(|_| CampaignError::Threads(self.jobs))?;
+        let folders = Folders::prepare(&self.out, Nominal::Mirror, MIRROR)?;
+        let pool = threads(self.jobs)?;
         let trials = pool.install(|| self.draw(&folders))?;
         let mut truths: Vec<&Truth> = trials.iter().map(|t| &t.truth).collect();
         truths.sort_by(|a, b| a.recording.cmp(&b.recording));
@@ -113,7 +63,8 @@ impl Campaign {
 
         let files: Vec<String> = truths.iter().map(|t| t.recording.clone()).collect();
         let bar = progress("diagnosing", files.len());
-        self.diagnose(&programs, &folders.blind, &files, &folders.diagnosed, None, &bar)?;
+        let batches = Batches { programs: &programs, nominal: Nominal::Mirror, jobs: self.jobs };
+        batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
         bar.finish_and_clear();
         put(&folders.truth, &truth)?;
 
@@ -157,31 +108,6 @@ impl Campaign {
         trials
     }
 
-    /// Has files diagnosed, a batch at a time. A batch that is refused is given again one by one, so that one
-    /// bad recording costs one answer.
-    fn diagnose(
-        &self,
-        programs: &Programs,
-        blind: &Path,
-        files: &[String],
-        out: &Path,
-        without: Option<&str>,
-        bar: &ProgressBar,
-    ) -> Result<(), CampaignError> {
-        for batch in files.chunks(BATCH) {
-            if programs.diagnose(blind, batch, out, without, self.jobs)?.is_err() {
-                for file in batch {
-                    let one = std::slice::from_ref(file);
-                    if let Err(reason) = programs.diagnose(blind, one, out, without, self.jobs)? {
-                        bar.suspend(|| eprintln!("{file} was refused: {reason}"));
-                    }
-                }
-            }
-            bar.inc(batch.len() as u64);
-        }
-        Ok(())
-    }
-
     /// The strong single effects once more, each left out of the catalogue.
     fn diagnose_without(
         &self,
@@ -191,13 +117,14 @@ impl Campaign {
     ) -> Result<(), CampaignError> {
         let strong = || trials.iter().filter(|t| t.truth.group == Group::Strong);
         let bar = progress("leaving out", strong().count());
+        let batches = Batches { programs, nominal: Nominal::Mirror, jobs: self.jobs };
         for formula in crate::formulas::FORMULAS {
             let mut files: Vec<String> = strong()
                 .filter(|t| t.truth.effects[0].id == formula.id)
                 .map(|t| t.truth.recording.clone())
                 .collect();
             files.sort();
-            self.diagnose(programs, &folders.blind, &files, &folders.without, Some(formula.id), &bar)?;
+            batches.diagnose(&folders.blind, &files, &folders.without, Some(formula.id), &bar)?;
         }
         bar.finish_and_clear();
         Ok(())
@@ -206,7 +133,7 @@ impl Campaign {
     /// Reads the answer to a trial and tries it on a fresh recording.
     fn case(&self, programs: &Programs, folders: &Folders, trial: Trial) -> Result<Case, CampaignError> {
         let stem = trial.truth.recording.trim_end_matches(".csv").to_owned();
-        let answer = answer(&folders.diagnosed.join(format!("{stem}.json")))?;
+        let answer = answer_of(&folders.diagnosed, &stem)?;
         let without = match self.without && trial.truth.group == Group::Strong {
             true => Some(answer_of(&folders.without, &stem)?),
             false => None,
@@ -237,60 +164,4 @@ impl Campaign {
         }
         Ok(Case { truth: trial.truth, answer, fresh, without })
     }
-
-    fn folders(&self) -> Result<Folders, CampaignError> {
-        // Absolute, since the programs are started in a folder of their own.
-        let out = std::path::absolute(&self.out)
-            .map_err(|e| CampaignError::Write { path: self.out.clone(), reason: e.kind() })?;
-        let marker = out.join("campaign");
-        let occupied = std::fs::read_dir(&out).is_ok_and(|mut entries| entries.next().is_some());
-        if occupied && !marker.is_file() {
-            return Err(CampaignError::Occupied { path: self.out.clone() });
-        }
-        let folders = Folders {
-            blind: out.join("recordings"),
-            diagnosed: out.join("diagnosed"),
-            without: out.join("without"),
-            fresh: out.join("fresh"),
-            truth: out.join("truth.jsonl"),
-        };
-        for folder in [&folders.blind, &folders.diagnosed, &folders.without, &folders.fresh] {
-            // An answer of an earlier campaign must never be taken for one of this.
-            if folder.is_dir() {
-                std::fs::remove_dir_all(folder)
-                    .map_err(|e| CampaignError::Write { path: folder.clone(), reason: e.kind() })?;
-            }
-            std::fs::create_dir_all(folder)
-                .map_err(|e| CampaignError::Write { path: folder.clone(), reason: e.kind() })?;
-        }
-        put(&marker, "Written by trials; its folders are overwritten by the next campaign.\n")?;
-        put(&folders.blind.join("mirror.toml"), MIRROR)?;
-        Ok(folders)
-    }
-}
-
-/// The answer with a stem in a folder; none where it was refused.
-fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, AnswerError> {
-    answer(&folder.join(format!("{stem}.json")))
-}
-
-fn answer(path: &Path) -> Result<Option<Answer>, AnswerError> {
-    if path.is_file() { Answer::read(path).map(Some) } else { Ok(None) }
-}
-
-/// Writes a whole file.
-pub fn put(path: &Path, text: &str) -> Result<(), CampaignError> {
-    fitter::output::write_whole(path, |file| file.write_all(text.as_bytes())).map_err(|_| {
-        CampaignError::Write { path: path.to_owned(), reason: std::io::ErrorKind::PermissionDenied }
-    })
-}
-
-/// A progress bar on standard error, if someone is watching.
-fn progress(what: &str, count: usize) -> ProgressBar {
-    // Hidden by itself where standard error is no terminal.
-    let bar = ProgressBar::new(count as u64);
-    if let Ok(style) = ProgressStyle::with_template("{msg:17} {bar:40} {pos}/{len}, {eta} left") {
-        bar.set_style(style);
-    }
-    bar.with_message(what.to_owned())
 }

@@ -11,7 +11,7 @@ use crate::answer::{Answer, AnswerError};
 use crate::campaign::{CampaignError, put};
 use crate::draw::depends_on;
 use crate::fresh::{self, Twice};
-use crate::programs::{ProgramError, Programs};
+use crate::programs::{Nominal, ProgramError, Programs};
 use crate::score::{Case, Score, score as score_cases};
 use crate::truth::{Concealed, Group, Truth};
 
@@ -101,11 +101,16 @@ pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleErr
         put(&blind.join(&file), &read(&folder.join("recordings").join(&file))?)?;
         files.push(file);
     }
-    if programs.diagnose(&blind, &files, &diagnosed, None, jobs)?.is_err() {
+    if programs.diagnose(Nominal::Mirror, &blind, &files, &diagnosed, None, jobs)?.is_err() {
         for file in &files {
-            if let Err(reason) =
-                programs.diagnose(&blind, std::slice::from_ref(file), &diagnosed, None, jobs)?
-            {
+            if let Err(reason) = programs.diagnose(
+                Nominal::Mirror,
+                &blind,
+                std::slice::from_ref(file),
+                &diagnosed,
+                None,
+                jobs,
+            )? {
                 eprintln!("{file} was refused: {reason}");
             }
         }

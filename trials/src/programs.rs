@@ -29,6 +29,32 @@ pub enum ProgramError {
     },
 }
 
+/// What the programs are told of the device, as an option and the file in the folder of the recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nominal {
+    /// The nominal mirror of static recordings.
+    Mirror,
+    /// The nominal plant of dynamic ones.
+    Plant,
+}
+
+impl Nominal {
+    /// The name of the file.
+    pub fn file(self) -> &'static str {
+        match self {
+            Self::Mirror => "mirror.toml",
+            Self::Plant => "plant.toml",
+        }
+    }
+
+    fn option(self) -> &'static str {
+        match self {
+            Self::Mirror => "--mirror",
+            Self::Plant => "--plant",
+        }
+    }
+}
+
 /// The programs.
 #[derive(Debug, Clone)]
 pub struct Programs {
@@ -52,6 +78,7 @@ impl Programs {
     /// [`ProgramError::Start`].
     pub fn diagnose(
         &self,
+        nominal: Nominal,
         blind: &Path,
         files: &[String],
         out: &Path,
@@ -59,7 +86,7 @@ impl Programs {
         jobs: usize,
     ) -> Result<Result<(), String>, ProgramError> {
         let mut command = Command::new(&self.diagnose);
-        command.current_dir(blind).env_clear().args(files).args(["--mirror", "mirror.toml"]);
+        command.current_dir(blind).env_clear().args(files).args([nominal.option(), nominal.file()]);
         command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]);
         if let Some(id) = without {
             command.args(["--without", id]);

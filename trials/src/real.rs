@@ -10,7 +10,7 @@ use fitter::terms::Operator;
 use crate::answer::{Answer, AnswerError};
 use crate::campaign::{CampaignError, put};
 use crate::linear::deviation;
-use crate::programs::{ProgramError, Programs};
+use crate::programs::{Nominal, ProgramError, Programs};
 use crate::score::Figure;
 
 /// The period of the slit in millimetres, and how well it must be found.
@@ -71,7 +71,7 @@ pub fn figures(folder: &Path, out: &Path, jobs: usize) -> Result<Vec<Figure>, Re
     }
     let refused = |program, what| move |reason| RealError::Refused { program, what, reason };
     programs
-        .diagnose(&out, &["slit-train.csv.gz".to_owned()], &out, None, jobs)?
+        .diagnose(Nominal::Mirror, &out, &["slit-train.csv.gz".to_owned()], &out, None, jobs)?
         .map_err(refused("diagnose", "slit-train.csv.gz"))?;
     let answer = Answer::read(&out.join("slit-train.json"))?;
     let all = out.join("slit-train.coefficients.json");

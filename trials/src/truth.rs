@@ -94,7 +94,7 @@ impl Truth {
 }
 
 /// All truths as the text that is sealed, and its SHA-256.
-pub fn seal(truths: &[&Truth]) -> (String, String) {
+pub fn seal<T: Serialize>(truths: &[&T]) -> (String, String) {
     let mut text = String::new();
     for truth in truths {
         // Plain numbers, names and lists: cannot fail.

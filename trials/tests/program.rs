@@ -78,3 +78,25 @@ fn no_answer_is_no_right_answer_and_the_seal_comes_first() {
         assert!(name == "mirror.toml" || (name.starts_with('r') && name.ends_with(".csv")), "{name}");
     }
 }
+
+/// As above, of moving mechanisms.
+#[cfg(unix)]
+#[test]
+fn no_answer_is_no_right_answer_in_motion_either() {
+    let folder = tempfile::tempdir().unwrap();
+    let program = copy(folder.path());
+    for name in ["diagnose", "fitter"] {
+        std::fs::copy("/bin/true", folder.path().join(name)).unwrap();
+    }
+    let arguments = ["dynamic", "--trials", "5", "--jobs", "1", "--out", "out"];
+    let output = run(&program, &arguments, folder.path());
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = std::fs::read_to_string(folder.path().join("out/report.json")).unwrap();
+    assert!(report.contains("100.00 % (1/1") && report.contains("refused"), "{report}");
+    let truth = std::fs::read_to_string(folder.path().join("out/truth.jsonl")).unwrap();
+    assert_eq!(truth.lines().count(), 5);
+    for entry in std::fs::read_dir(folder.path().join("out/recordings")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        assert!(name == "plant.toml" || (name.starts_with('r') && name.ends_with(".csv.gz")), "{name}");
+    }
+}

@@ -79,6 +79,15 @@ pub fn write_csv(readings: &[Reading], mut to: impl Write) -> io::Result<()> {
 
 /// Writes the rows to the file at `path`, `.csv` or `.csv.gz`. The file appears whole or not at all.
 pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), WriteError> {
+    write_as(path, |to| write_csv(readings, to))
+}
+
+/// Lets `fill` write the file at `path`, packed where its name ends in `.csv.gz`. The file appears whole or not
+/// at all.
+pub(crate) fn write_as(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let compressed = name.ends_with(".csv.gz");
     if !compressed && !name.ends_with(".csv") {
@@ -88,10 +97,10 @@ pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), WriteError> {
         if compressed {
             // No name and no time in the head: the same recording is the same bytes.
             let mut packed = GzBuilder::new().write(to, Compression::best());
-            write_csv(readings, &mut packed)?;
+            fill(&mut packed)?;
             packed.finish().map(drop)
         } else {
-            write_csv(readings, to)
+            fill(to)
         }
     })
     .map_err(|error| WriteError::Io { path: path.to_owned(), reason: error.kind() })

@@ -1,4 +1,7 @@
-//! `twin record`: simulates a recording and writes it.
+//! `twin`: simulates recordings and writes them.
+
+mod encode;
+mod moving;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -6,9 +9,10 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use miette::{IntoDiagnostic, miette};
+use twin::dynamic::effects as moving_effects;
 use twin::{Device, Injected, Noise, Protocol, Temperature, effects};
 
-/// Simulates the calibration of a scanning mirror.
+/// Simulates a scanning mirror: its calibration, and its motion.
 #[derive(Parser)]
 #[command(version)]
 struct Arguments {
@@ -20,6 +24,12 @@ struct Arguments {
 enum Command {
     /// Steps a device through a protocol in closed loop on the calculated angle and writes the log.
     Record(Record),
+    /// Turns a magnetic encoder against a reference and writes what both read.
+    Encode(encode::Encode),
+    /// Excites a mirror in motion and writes drive and position.
+    Excite(moving::Excite),
+    /// Runs a plant, with all that was found in it, on the drive of a recording and writes the position.
+    Simulate(moving::Simulate),
     /// Lists the effects that can be hidden in a device, with their parameters.
     Effects,
 }
@@ -97,9 +107,14 @@ fn main() -> ExitCode {
 fn run(arguments: Arguments) -> miette::Result<()> {
     match arguments.command {
         Command::Record(options) => record(options),
+        Command::Encode(options) => encode::run(&options),
+        Command::Excite(options) => moving::excite(options),
+        Command::Simulate(options) => moving::run(&options),
         Command::Effects => {
             // A reader that has seen enough closes the pipe, which is no error.
-            let _ = std::io::stdout().write_all(effects::catalogue::listing().as_bytes());
+            let text =
+                effects::catalogue::listing() + "\nIn motion:\n" + &moving_effects::catalogue::listing();
+            let _ = std::io::stdout().write_all(text.as_bytes());
             Ok(())
         }
     }

@@ -29,6 +29,12 @@ pub enum Stream {
     Outliers,
     /// How the mount sits in one pass.
     Seat(u32),
+    /// The excitation of one run.
+    Excitation(u32),
+    /// Noise of the position in one run.
+    ReadOut(u32),
+    /// Traits of a direct sensor.
+    Sensor,
 }
 
 impl Stream {
@@ -45,7 +51,10 @@ impl Stream {
             Self::Settling => 8,
             Self::Order => 9,
             Self::Outliers => 10,
+            Self::Sensor => 11,
             Self::Seat(pass) => 1000 + u64::from(pass),
+            Self::Excitation(run) => (1 << 40) + u64::from(run),
+            Self::ReadOut(run) => (2 << 40) + u64::from(run),
         }
     }
 }

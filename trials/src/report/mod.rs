@@ -58,27 +58,34 @@ impl Report {
 
     /// The page.
     fn page(&self) -> String {
-        let mut environment = Environment::new();
-        environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
-        // The template is part of the program and is rendered by its tests.
-        let rendered = environment
-            .add_template("page.html", include_str!("page.html"))
-            .and_then(|()| environment.get_template("page.html"))
-            .and_then(|template| {
-                template.render(context! {
-                    report => minijinja::Value::from(minijinja::value::Serde(self)),
-                    classes => self.score.figures.iter().map(class).collect::<Vec<_>>(),
-                    all_reached => reached(&self.score.figures),
-                    chart => self.score.curve.as_ref().map(charts::detection),
-                    ids => crate::formulas::FORMULAS.iter().map(|f| f.id).collect::<Vec<_>>(),
-                    can_tell => CAN_TELL,
-                })
-            });
-        rendered.unwrap_or_else(|error| format!("<!doctype html><p>{error}"))
+        render(
+            include_str!("page.html"),
+            context! {
+                report => minijinja::Value::from(minijinja::value::Serde(self)),
+                classes => self.score.figures.iter().map(class).collect::<Vec<_>>(),
+                all_reached => reached(&self.score.figures),
+                chart => self.score.curve.as_ref().map(charts::detection),
+                ids => crate::formulas::FORMULAS.iter().map(|f| f.id).collect::<Vec<_>>(),
+                can_tell => CAN_TELL,
+            },
+        )
     }
 }
 
-fn class(figure: &Figure) -> &'static str {
+/// A page from its template, with the style that all pages share.
+pub(crate) fn render(page: &'static str, values: minijinja::Value) -> String {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
+    // The templates are part of the program and are rendered by its tests.
+    let rendered = environment
+        .add_template("style.css", include_str!("style.css"))
+        .and_then(|()| environment.add_template("page.html", page))
+        .and_then(|()| environment.get_template("page.html"))
+        .and_then(|template| template.render(values));
+    rendered.unwrap_or_else(|error| format!("<!doctype html><p>{error}"))
+}
+
+pub(crate) fn class(figure: &Figure) -> &'static str {
     match figure.passed {
         Some(true) => "pass",
         Some(false) => "fail",

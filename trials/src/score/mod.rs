@@ -59,7 +59,7 @@ pub struct Figure {
 
 impl Figure {
     /// A share that must reach a least value.
-    fn at_least(figure: &str, least: f64, share: Share) -> Self {
+    pub(crate) fn at_least(figure: &str, least: f64, share: Share) -> Self {
         Self {
             figure: figure.to_owned(),
             wanted: format!("≥ {} %", 100.0 * least),
@@ -69,7 +69,7 @@ impl Figure {
     }
 
     /// A share that is told, without a wanted value.
-    fn told(figure: &str, share: Share) -> Self {
+    pub(crate) fn told(figure: &str, share: Share) -> Self {
         Self {
             figure: figure.to_owned(), wanted: "–".to_owned(), measured: share.to_string(), passed: None
         }
@@ -86,7 +86,7 @@ pub struct Share {
 }
 
 impl Share {
-    fn count(&mut self, hit: bool) {
+    pub(crate) fn count(&mut self, hit: bool) {
         self.of += 1;
         self.hits += u64::from(hit);
     }

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::catalogue::{ALL, find};
+use super::specification::Known;
 use super::{Mechanism, Specification, Values};
 use crate::device::Device;
 
@@ -47,10 +48,12 @@ pub enum EffectError {
         value: String,
     },
     /// There is no such effect.
-    #[error("there is no effect `{id}`; expected one of {}", ids())]
+    #[error("there is no effect `{id}`; expected one of {expected}")]
     Id {
         /// What was given.
         id: String,
+        /// The ids that there are.
+        expected: String,
     },
     /// The effect has no such parameter.
     #[error("effect `{id}` has no parameter `{parameter}`; expected {expected}")]
@@ -137,26 +140,14 @@ impl Injected {
     /// Makes the mechanism for `device`.
     pub fn build(&self, device: &Device) -> Result<Box<dyn Mechanism>, EffectError> {
         let id = || self.id.clone();
-        let specification = find(&self.id).ok_or_else(|| EffectError::Id { id: id() })?;
-        let known = specification.parameters;
-        for name in self.parameters.keys() {
-            if !known.iter().any(|p| p.name == name) {
-                let expected = known.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-                return Err(EffectError::Parameter { id: id(), parameter: name.clone(), expected });
-            }
-        }
-        let mut values = BTreeMap::new();
-        for parameter in known {
-            let (name, unit, (least, most)) = (parameter.name, parameter.unit, parameter.range);
-            let value = self.parameters.get(name).copied().or(parameter.default);
-            let value = value.ok_or_else(|| EffectError::Missing { id: id(), parameter: name, unit })?;
-            if !(least..=most).contains(&value) {
-                return Err(EffectError::Range { id: id(), parameter: name, value, least, most, unit });
-            }
-            values.insert(name, value);
-        }
-        (specification.build)(&Values(values), device)
-            .map_err(|reason| EffectError::Refused { id: id(), reason })
+        let specification = find(&self.id).ok_or_else(|| EffectError::Id { id: id(), expected: ids() })?;
+        let known: Vec<Known> = specification
+            .parameters
+            .iter()
+            .map(|p| Known { name: p.name, unit: p.unit, default: p.default, range: p.range })
+            .collect();
+        let values = Values::check(&self.id, &known, &self.parameters)?;
+        (specification.build)(&values, device).map_err(|reason| EffectError::Refused { id: id(), reason })
     }
 }
 

@@ -47,6 +47,7 @@ mod warmup_drift;
 
 pub use catalogue::{draw, find};
 pub use injected::{EffectError, Injected};
+pub(crate) use specification::Known;
 pub use specification::{Build, Drawn, Parameter, Scope, Specification, Values};
 
 /// Where everything stands at one reading, or would stand at an angle that the loop tries.

@@ -1,0 +1,129 @@
+//! One dynamic campaign: draw, write the recordings, seal, have them diagnosed blind, unseal, score.
+
+use std::path::{Path, PathBuf};
+
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rayon::prelude::*;
+use twin::dynamic::{Series, bench};
+
+use super::draw::Trial;
+use super::plan;
+use super::score::Case;
+use super::truth::Truth;
+use crate::programs::{Nominal, Programs};
+use crate::truth::seal;
+use crate::workspace::{Batches, CampaignError, Folders, answer_of, progress, put, threads};
+
+/// What the programs are told of the plant: nothing but its kind and units.
+const PLANT: &str = include_str!("plant.toml");
+/// The first rows of a run give its initial state and are not scored.
+const INITIAL_ROWS: usize = 50;
+
+/// What a campaign is asked for.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    /// Trials, nulls included.
+    pub trials: usize,
+    /// Seed of everything.
+    pub seed: u64,
+    /// Threads.
+    pub jobs: usize,
+    /// The folder that everything is written into.
+    pub out: PathBuf,
+}
+
+/// What a campaign brought.
+pub struct Outcome {
+    /// The trials, unsealed.
+    pub cases: Vec<Case>,
+    /// SHA-256 of the sealed truth.
+    pub sealed: String,
+}
+
+impl Campaign {
+    /// Runs it; `sealed` is called with the hash of the truth before anything is diagnosed.
+    ///
+    /// # Errors
+    /// [`CampaignError`].
+    pub fn run(&self, sealed: impl FnOnce(&str, usize)) -> Result<Outcome, CampaignError> {
+        let programs = Programs::find()?;
+        let folders = Folders::prepare(&self.out, Nominal::Plant, PLANT)?;
+        let pool = threads(self.jobs)?;
+        let mut truths = pool.install(|| self.draw(&folders))?;
+        truths.sort_by(|a, b| a.recording.cmp(&b.recording));
+        let (truth, hash) = seal(&truths.iter().collect::<Vec<_>>());
+        sealed(&hash, truths.len());
+
+        let files: Vec<String> = truths.iter().map(|t| t.recording.clone()).collect();
+        let bar = progress("diagnosing", files.len());
+        let batches = Batches { programs: &programs, nominal: Nominal::Plant, jobs: self.jobs };
+        batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
+        bar.finish_and_clear();
+        put(&folders.truth, &truth)?;
+        let cases = truths
+            .into_iter()
+            .map(|truth| case(truth, &folders.blind, &folders.diagnosed))
+            .collect::<Result<_, _>>()?;
+        Ok(Outcome { cases, sealed: hash })
+    }
+
+    /// Draws every trial and writes its recording under a name that says nothing.
+    fn draw(&self, folders: &Folders) -> Result<Vec<Truth>, CampaignError> {
+        let assignments = plan::assignments(self.trials, self.seed);
+        let mut numbers: Vec<usize> = (0..assignments.len()).collect();
+        let mut generator = ChaCha12Rng::seed_from_u64(self.seed);
+        generator.set_stream(1);
+        numbers.shuffle(&mut generator);
+        let bar = progress("recording", assignments.len());
+        let truths = assignments
+            .par_iter()
+            .zip(&numbers)
+            .map(|(assignment, number)| {
+                let trial = Trial::draw(assignment, &format!("r{number:06}.csv.gz"))?;
+                let file = folders.blind.join(&trial.truth.recording);
+                trial.series.write(Some(bench::DECIMALS), &file)?;
+                bar.inc(1);
+                Ok(trial.truth)
+            })
+            .collect();
+        bar.finish_and_clear();
+        truths
+    }
+}
+
+/// Reads the answer to a trial, and what its free run leaves.
+pub(super) fn case(truth: Truth, blind: &Path, diagnosed: &Path) -> Result<Case, CampaignError> {
+    let stem = truth.recording.trim_end_matches(".gz").trim_end_matches(".csv");
+    let answer = answer_of(diagnosed, stem)?;
+    let left = match answer {
+        Some(_) => left(&blind.join(&truth.recording), &diagnosed.join(format!("{stem}.simulated.csv"))),
+        None => None,
+    };
+    Ok(Case { truth, answer, left })
+}
+
+/// Root mean square of the recorded position less the augmented plant's free run, over the rows that are
+/// scored; none where the simulation does not hold a row for each of the recording's.
+fn left(recording: &Path, simulated: &Path) -> Option<f64> {
+    let series = Series::read(recording).ok()?;
+    let text = std::fs::read_to_string(simulated).ok()?;
+    let mut lines = text.lines();
+    let column = lines.next()?.split(',').position(|name| name.trim() == "after")?;
+    let after: Vec<f64> =
+        lines.map(|line| line.split(',').nth(column)?.trim().parse().ok()).collect::<Option<_>>()?;
+    let position = series.positions.first()?;
+    if after.len() != position.len() {
+        return None;
+    }
+    let skipped = if series.period.is_some() { 0 } else { INITIAL_ROWS };
+    let (mut square, mut count) = (0.0, 0.0);
+    for rows in series.runs() {
+        for row in rows.start + skipped.min(rows.len())..rows.end {
+            square += (position[row] - after[row]).powi(2);
+            count += 1.0;
+        }
+    }
+    (count > 0.0).then(|| (square / count).sqrt())
+}

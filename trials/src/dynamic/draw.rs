@@ -1,0 +1,236 @@
+//! One dynamic trial: a mechanism with effects of the wanted strength concealed in it.
+
+use fitter::plant::{Hold, PlantEffect};
+use rand::RngExt;
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::SeedableRng;
+use twin::dynamic::effects::{Specification, catalogue, find};
+use twin::dynamic::{Bench, RunError, Series, Typical};
+
+use super::matched::{Basis, Whitener, norm, rms};
+use super::plan::{Assignment, circumstances};
+use super::truth::{Concealed, Group, Truth};
+
+/// Draws of one assignment before it is given up.
+const TRIES: u32 = 40;
+/// The least ρ of what is concealed.
+const LEAST_RHO: f64 = 12.0;
+/// Part of an effect's ρ that the others must leave of it; where they take more, two effects are one.
+const OWN: f64 = 0.1;
+
+/// A trial with what is needed to record it.
+pub struct Trial {
+    /// What is concealed.
+    pub truth: Truth,
+    /// The recording.
+    pub series: Series,
+}
+
+/// Why a trial could not be drawn.
+#[derive(Debug, thiserror::Error)]
+#[error("no {group:?} trial could be drawn from the seed {seed} in {TRIES} tries; take another --seed")]
+pub struct Undrawn {
+    group: Group,
+    seed: u64,
+}
+
+impl Trial {
+    /// Draws a trial.
+    ///
+    /// # Errors
+    /// [`Undrawn`] where no draw can be seen and simulated.
+    pub fn draw(assignment: &Assignment, file: &str) -> Result<Self, Undrawn> {
+        (0..TRIES)
+            .find_map(|attempt| {
+                let mut generator = ChaCha12Rng::seed_from_u64(assignment.seed);
+                generator.set_stream(u64::from(attempt));
+                attempt_one(assignment, file, &mut generator)
+            })
+            .ok_or(Undrawn { group: assignment.group, seed: assignment.seed })
+    }
+}
+
+fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng) -> Option<Trial> {
+    let drawn = circumstances(assignment, generator);
+    let seed = generator.random();
+    let typical = drawn.bench.typical(seed);
+    let make = |id: &str, strength: f64, generator: &mut ChaCha12Rng| {
+        find(id).map(|specification| drawn_effect(specification, strength, &typical, generator))
+    };
+    let effects: Vec<PlantEffect> = drawn
+        .ids
+        .iter()
+        .zip(&drawn.strengths)
+        .filter_map(|(id, strength)| make(id, *strength, generator))
+        .collect();
+    let bench = drawn.bench.with_effects(effects.clone()).ok()?;
+    let clean = positions(&bench, seed).ok()?;
+    let concealed = conceal(&drawn.bench, &bench, seed, &effects, &clean, &typical, generator)?;
+    let series = bench.record(seed).ok()?;
+    let noise: Vec<f64> = series.positions[0].iter().zip(&clean).map(|(a, b)| a - b).collect();
+    let truth = Truth {
+        recording: file.to_owned(),
+        group: assignment.group,
+        noise: drawn.noise.to_owned(),
+        excitation: drawn.excitation.to_owned(),
+        hold: hold_name(bench.model.hold).to_owned(),
+        noise_rms: rms(&noise),
+        effects: concealed,
+    };
+    Some(Trial { truth, series })
+}
+
+fn drawn_effect(
+    specification: &Specification,
+    strength: f64,
+    typical: &Typical,
+    generator: &mut ChaCha12Rng,
+) -> PlantEffect {
+    PlantEffect::new(specification.id, &(specification.draw)(strength, typical, generator))
+}
+
+fn positions(bench: &Bench, seed: u64) -> Result<Vec<f64>, RunError> {
+    bench.record_noiseless(seed).map(|series| series.positions.into_iter().next().unwrap_or_default())
+}
+
+/// What each effect adds and how well it can be seen and told; none where one of them cannot be seen.
+fn conceal(
+    bare: &Bench,
+    bench: &Bench,
+    seed: u64,
+    effects: &[PlantEffect],
+    clean: &[f64],
+    typical: &Typical,
+    generator: &mut ChaCha12Rng,
+) -> Option<Vec<Concealed>> {
+    if effects.is_empty() {
+        return Some(Vec::new());
+    }
+    let whitener = Whitener::of(bench);
+    let against = |other: &Bench| -> Option<Vec<f64>> {
+        let other = positions(other, seed).ok()?;
+        Some(clean.iter().zip(other).map(|(a, b)| a - b).collect())
+    };
+    // What other numbers of the plant could take up.
+    let mut nominal = Basis::default();
+    for change in 0..3 {
+        let mut changed = bench.clone();
+        match change {
+            0 => changed.model.damping *= 1.002,
+            1 => changed.model.stiffness *= 1.001,
+            _ => changed.model.gains.iter_mut().for_each(|gain| *gain *= 1.001),
+        }
+        nominal.push(&whitener.whiten(&against(&changed)?));
+    }
+    let mut added = Vec::new();
+    for index in 0..effects.len() {
+        let mut others = effects.to_vec();
+        others.remove(index);
+        added.push(against(&bare.with_effects(others).ok()?)?);
+    }
+    let white: Vec<Vec<f64>> = added.iter().map(|column| whitener.whiten(column)).collect();
+    let mut concealed = Vec::new();
+    for (index, effect) in effects.iter().enumerate() {
+        let mut basis = nominal.clone();
+        let alone = norm(&basis.residual(&white[index]));
+        white.iter().enumerate().filter(|(i, _)| *i != index).for_each(|(_, column)| basis.push(column));
+        let rest = basis.residual(&white[index]);
+        let rho = norm(&rest);
+        if rho < LEAST_RHO || rho < OWN * alone {
+            return None;
+        }
+        let parameters = effect.parameters.iter().filter_map(|(n, v)| Some((n.clone(), v.get(0)?)));
+        concealed.push(Concealed {
+            id: effect.id.clone(),
+            parameters: parameters.collect(),
+            effect_rms: rms(&added[index]),
+            rho,
+            depends_on: depends_on(&effect.id),
+            imitation: closest(bare, seed, effects, index, &basis, &rest, &whitener, typical, generator),
+        });
+    }
+    Some(concealed)
+}
+
+/// Draws of the shape of an effect that is tried in place of another.
+const SHAPES: usize = 2;
+
+/// The effect of the table that comes closest to the one at `index`, in its place, and ρ of what it leaves.
+#[allow(clippy::too_many_arguments)]
+fn closest(
+    bare: &Bench,
+    seed: u64,
+    effects: &[PlantEffect],
+    index: usize,
+    basis: &Basis,
+    rest: &[f64],
+    whitener: &Whitener,
+    typical: &Typical,
+    generator: &mut ChaCha12Rng,
+) -> Option<(String, f64)> {
+    let mut others = effects.to_vec();
+    others.remove(index);
+    let without = positions(&bare.with_effects(others.clone()).ok()?, seed).ok()?;
+    let taken: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
+    catalogue::ALL
+        .iter()
+        .filter(|s| s.catalogued() && !taken.contains(&s.id))
+        .flat_map(|specification| {
+            // Only what has a shape beside its strength differs from draw to draw.
+            let shapes = if specification.parameters.len() > 1 { SHAPES } else { 1 };
+            (0..shapes).map(move |_| specification)
+        })
+        .filter_map(|specification| {
+            let mut tried = others.clone();
+            tried.push(drawn_effect(specification, 0.02, typical, generator));
+            let with = positions(&bare.with_effects(tried).ok()?, seed).ok()?;
+            let column: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+            let mut wider = basis.clone();
+            wider.push(&whitener.whiten(&column));
+            Some((specification.id.to_owned(), norm(&wider.residual(rest))))
+        })
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The variables of which any may rightly be located first.
+pub fn depends_on(id: &str) -> Vec<String> {
+    find(id).map_or_else(Vec::new, |s| s.depends_on.iter().map(|v| (*v).to_owned()).collect())
+}
+
+fn hold_name(hold: Hold) -> &'static str {
+    match hold {
+        Hold::ZeroOrder => "zero-order",
+        Hold::FirstOrder => "first-order",
+        Hold::BandLimited => "band-limited",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(group: Group, number: usize) -> Trial {
+        Trial::draw(&Assignment { group, number, seed: 40 + number as u64 }, "r.csv").unwrap()
+    }
+
+    #[test]
+    fn a_trial_comes_again_from_its_seed_and_can_be_seen() {
+        let one = trial(Group::Pair, 1);
+        assert_eq!(one.truth.effects.len(), 2);
+        assert!(one.truth.effects.iter().all(|e| e.rho >= LEAST_RHO && e.effect_rms > 0.0));
+        let again = trial(Group::Pair, 1);
+        assert_eq!((one.truth, one.series), (again.truth, again.series));
+    }
+
+    /// A lag before a linear mechanism and one behind it are one and the same.
+    #[test]
+    fn what_nobody_can_tell_is_known() {
+        let lag = catalogue::ALL.iter().position(|s| s.id == "drive_lag").unwrap();
+        let truth = trial(Group::Single, lag).truth;
+        assert_eq!(truth.effects[0].id, "drive_lag");
+        assert!(!truth.can_tell(), "{truth:?}");
+        let friction = trial(Group::Single, 0).truth;
+        assert_eq!(friction.effects[0].id, "coulomb_friction");
+        assert!(friction.can_tell(), "{friction:?}");
+    }
+}

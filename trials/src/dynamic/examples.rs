@@ -1,0 +1,115 @@
+//! The opened dynamic examples of an independent laboratory, scored alike: a folder with `dynamic/`,
+//! `truth_dynamic.json` and `plant.toml`.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::campaign::case;
+use super::draw::depends_on;
+use super::score::{Score, score as score_cases};
+use super::truth::{Concealed, Group, Truth};
+use crate::examples::ExampleError;
+use crate::programs::{Nominal, Programs};
+use crate::workspace::{Batches, CampaignError, Folders, progress, put};
+
+#[derive(Deserialize)]
+struct Opened {
+    effects: Vec<OpenedEffect>,
+    noise: f64,
+    effect_rms: f64,
+    rho: f64,
+}
+
+#[derive(Deserialize)]
+struct OpenedEffect {
+    id: String,
+    parameters: BTreeMap<String, serde_json::Value>,
+}
+
+/// Has the examples diagnosed into `out` and scores the answers; none where the folder holds none.
+///
+/// # Errors
+/// [`ExampleError`].
+pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Option<Score>, ExampleError> {
+    let path = folder.join("truth_dynamic.json");
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let read = |path: &Path| {
+        std::fs::read_to_string(path)
+            .map_err(|e| ExampleError::Missing { path: path.to_owned(), reason: e.kind() })
+    };
+    let truths: BTreeMap<String, Opened> =
+        serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })?;
+    let programs = Programs::find()?;
+    // Copies, so that the program that answers stands in a folder without the truth.
+    let folders = Folders::prepare(out, Nominal::Plant, &read(&folder.join("plant.toml"))?)?;
+    let mut files = Vec::new();
+    for stem in truths.keys() {
+        let file = format!("{stem}.csv.gz");
+        let from = folder.join("dynamic").join(&file);
+        std::fs::copy(&from, folders.blind.join(&file))
+            .map_err(|e| ExampleError::Missing { path: from, reason: e.kind() })?;
+        files.push(file);
+    }
+    let bar = progress("examples", files.len());
+    Batches { programs: &programs, nominal: Nominal::Plant, jobs }.diagnose(
+        &folders.blind,
+        &files,
+        &folders.diagnosed,
+        None,
+        &bar,
+    )?;
+    bar.finish_and_clear();
+    let cases = truths
+        .into_iter()
+        .map(|(stem, opened)| {
+            case(truth(format!("{stem}.csv.gz"), opened), &folders.blind, &folders.diagnosed)
+        })
+        .collect::<Result<Vec<_>, CampaignError>>()?;
+    let score = score_cases(&cases);
+    put(&out.join("examples.json"), &(serde_json::to_string_pretty(&score).unwrap_or_default() + "\n"))?;
+    Ok(Some(score))
+}
+
+/// The strength is known of all effects of a recording together, and of each only where it is alone.
+fn truth(file: String, opened: Opened) -> Truth {
+    let effects: Vec<Concealed> = opened
+        .effects
+        .into_iter()
+        .map(|effect| {
+            let listed = effect.parameters.get("depends_on").and_then(|v| v.as_array());
+            let variables = listed.map(|l| l.iter().filter_map(|v| v.as_str()).map(str::to_owned).collect());
+            Concealed {
+                parameters: effect
+                    .parameters
+                    .iter()
+                    .filter_map(|(name, value)| Some((name.clone(), value.as_f64()?)))
+                    .collect(),
+                effect_rms: opened.effect_rms,
+                rho: opened.rho,
+                depends_on: variables.unwrap_or_else(|| depends_on(&effect.id)),
+                imitation: None,
+                id: effect.id,
+            }
+        })
+        .collect();
+    let group = match &effects[..] {
+        [] => Group::Null,
+        [one] if one.id.starts_with("ooc_") => Group::Outside,
+        [_] => Group::Single,
+        _ => Group::Pair,
+    };
+    let unknown = || String::from("not told");
+    Truth {
+        recording: file,
+        group,
+        noise: unknown(),
+        excitation: unknown(),
+        hold: unknown(),
+        noise_rms: opened.noise,
+        effects,
+    }
+}

@@ -1,0 +1,82 @@
+//! What was concealed in a dynamic recording.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::truth::CAN_TELL;
+
+/// What a trial is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// Nothing concealed.
+    Null,
+    /// One effect of the table.
+    Single,
+    /// Two of them.
+    Pair,
+    /// Physics outside the table.
+    Outside,
+}
+
+/// The truth of one recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// The file.
+    pub recording: String,
+    /// What it is for.
+    pub group: Group,
+    /// Noise family.
+    pub noise: String,
+    /// Excitation.
+    pub excitation: String,
+    /// How the drive runs between its samples.
+    pub hold: String,
+    /// Root mean square of the noise that is in the recording, in its position unit.
+    pub noise_rms: f64,
+    /// What was concealed.
+    pub effects: Vec<Concealed>,
+}
+
+/// One concealed effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Concealed {
+    /// Its id.
+    pub id: String,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, f64>,
+    /// Root mean square of what it adds to the position.
+    pub effect_rms: f64,
+    /// ρ of the part that no other damping, stiffness and gain, and no other concealed effect takes up.
+    pub rho: f64,
+    /// Variables of which any may rightly be located first.
+    pub depends_on: Vec<String>,
+    /// The effect of the table that comes closest, and ρ of what it leaves.
+    pub imitation: Option<(String, f64)>,
+}
+
+/// The part of an effect that another one has to leave so that the two can be told: less may be only what the
+/// comparison of small changes neglects.
+const PART: f64 = 0.03;
+
+impl Concealed {
+    /// Whether the recording can tell it from every other effect of the table.
+    pub fn can_tell(&self) -> bool {
+        self.imitation.as_ref().is_none_or(|(_, left)| *left >= CAN_TELL && *left >= PART * self.rho)
+    }
+}
+
+impl Truth {
+    /// Whether the recording can tell every concealed effect from the others of the table.
+    pub fn can_tell(&self) -> bool {
+        self.effects.iter().all(Concealed::can_tell)
+    }
+
+    /// The ids, sorted.
+    pub fn ids(&self) -> Vec<&str> {
+        let mut ids: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
+        ids.sort_unstable();
+        ids
+    }
+}

@@ -1,0 +1,60 @@
+//! A part of the inertia μ that swings on the moving one at its own frequency: x″ −= μ·h, q″ = h, with h =
+//! Ω²(x − q) + 2ζΩ(v − q′) and Ω = 2πf.
+
+use super::specification::{NOT_NEGATIVE, Typical, uniform};
+use super::{Action, Force, Motion, Parameter, Specification};
+
+pub(super) const SPECIFICATION: Specification = Specification {
+    id: "flexible_mode",
+    title: "a part that swings on the moving inertia",
+    depends_on: &["frequency_hz", "acceleration"],
+    parameters: &[
+        Parameter {
+            name: "frequency_hz",
+            unit: "Hz",
+            default: None,
+            range: (f64::MIN_POSITIVE, f64::INFINITY),
+        },
+        Parameter { name: "mass_ratio", unit: "1", default: None, range: NOT_NEGATIVE },
+        Parameter { name: "damping_ratio", unit: "1", default: Some(0.01), range: NOT_NEGATIVE },
+    ],
+    build: |values, _| {
+        Ok(Action::Force(Box::new(Swinging {
+            omega: std::f64::consts::TAU * values["frequency_hz"],
+            mass_ratio: values["mass_ratio"],
+            damping_ratio: values["damping_ratio"],
+        })))
+    },
+    draw: |strength, typical, generator| {
+        // Between the mechanism's own resonance and the end of the excited band.
+        let own_hz = typical.stiffness.sqrt() / std::f64::consts::TAU;
+        let highest = 0.9 * typical.highest_hz;
+        let frequency = uniform(generator, (1.6 * own_hz).min(0.8 * highest), highest);
+        vec![("frequency_hz", frequency), ("mass_ratio", strength)]
+    },
+};
+
+#[derive(Debug)]
+struct Swinging {
+    omega: f64,
+    mass_ratio: f64,
+    damping_ratio: f64,
+}
+
+impl Force for Swinging {
+    fn states(&self) -> usize {
+        2
+    }
+
+    fn scales(&self, typical: &Typical) -> Vec<f64> {
+        vec![typical.position, typical.velocity]
+    }
+
+    fn acceleration(&self, at: &Motion, own: &[f64], rates: &mut [f64]) -> f64 {
+        let spring = self.omega * self.omega * (at.x - own[0]);
+        let pull = spring + 2.0 * self.damping_ratio * self.omega * (at.v - own[1]);
+        rates[0] = own[1];
+        rates[1] = pull;
+        -self.mass_ratio * pull
+    }
+}

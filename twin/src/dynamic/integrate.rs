@@ -1,0 +1,356 @@
+//! Integration of the equations of motion from sample to sample: adaptive steps of Dormand and Prince's
+//! method of order 5(4), paused wherever the drive jumps or bends, dry friction stops or frees the mechanism, or
+//! hysteresis turns round.
+
+use differential_equations::error::Error;
+use differential_equations::interpolate::Interpolation;
+use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinary};
+use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
+
+use super::effects::Typical;
+use super::mechanism::{Instant, Mechanism, Mode};
+use super::signal::Signal;
+
+/// Accuracy of a step, relative to the state and to its typical size.
+const TOLERANCE: f64 = 1e-9;
+/// A position or velocity this many times its typical size is no motion of a mechanism any more.
+const RUNAWAY: f64 = 1e6;
+/// Pauses between two samples beyond which something rattles without end.
+const PAUSES: usize = 2000;
+
+/// Why a simulation ended early.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// It ran away.
+    #[error(
+        "the simulation runs away {t_s:.4} s after its start: the plant is unstable with these numbers; \
+         check signs and units"
+    )]
+    RunsAway {
+        /// When.
+        t_s: f64,
+    },
+    /// The integrator did not get on.
+    #[error(
+        "the simulation does not get on {t_s:.4} s after its start ({reason}); a time constant may be far \
+         shorter than the time between samples"
+    )]
+    Stalls {
+        /// When.
+        t_s: f64,
+        /// What the integrator said.
+        reason: String,
+    },
+    /// More states than are provided for.
+    #[error("the plant has {states} states, at most {most} can be simulated; leave effects out")]
+    TooLarge {
+        /// How many it has.
+        states: usize,
+        /// How many there may be.
+        most: usize,
+    },
+}
+
+/// Most states of a mechanism.
+pub const MOST_STATES: usize = 32;
+
+/// The state of a mechanism under way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// Time in seconds.
+    pub t_s: f64,
+    /// Position and velocity first.
+    pub state: Vec<f64>,
+}
+
+/// Integrates a mechanism from time to time; the number of states is fixed when it is compiled.
+pub(crate) trait Integrator {
+    /// Integrates to `t_s` under the drives.
+    fn advance(
+        &mut self,
+        mechanism: &mut Mechanism,
+        signals: &[Signal],
+        t_s: f64,
+    ) -> Result<(), SimulationError>;
+
+    /// Where it is.
+    fn progress(&self) -> Progress;
+
+    /// Puts it elsewhere.
+    fn place(&mut self, progress: &Progress);
+}
+
+/// An integrator for the mechanism, started at `start`.
+pub(crate) fn integrator(
+    mechanism: &Mechanism,
+    typical: &Typical,
+    start: &Progress,
+) -> Result<Box<dyn Integrator>, SimulationError> {
+    let states = mechanism.states();
+    Ok(match states {
+        0..=2 => Box::new(Stepper::<2>::new(mechanism, typical, start)),
+        3..=4 => Box::new(Stepper::<4>::new(mechanism, typical, start)),
+        5..=8 => Box::new(Stepper::<8>::new(mechanism, typical, start)),
+        9..=16 => Box::new(Stepper::<16>::new(mechanism, typical, start)),
+        17..=MOST_STATES => Box::new(Stepper::<MOST_STATES>::new(mechanism, typical, start)),
+        _ => return Err(SimulationError::TooLarge { states, most: MOST_STATES }),
+    })
+}
+
+type Method<const N: usize> = ExplicitRungeKutta<Ordinary, DormandPrince, f64, [f64; N], 5, 7, 7>;
+
+struct Stepper<const N: usize> {
+    method: Method<N>,
+    scales: [f64; N],
+    states: usize,
+    t_s: f64,
+    y: [f64; N],
+    mode: Option<Mode>,
+    step_s: f64,
+}
+
+struct Equations<'a> {
+    mechanism: &'a Mechanism,
+    signals: &'a [Signal],
+    within_s: f64,
+    mode: Mode,
+}
+
+impl Equations<'_> {
+    fn instant(&self, t_s: f64) -> Instant {
+        Instant { t_s, within_s: self.within_s, mode: self.mode }
+    }
+
+    /// Functions of which none changes its sign within a step.
+    fn watched(&self, t_s: f64, y: &[f64]) -> Vec<f64> {
+        let instant = self.instant(t_s);
+        let mut watched = match self.mode {
+            Mode::Free => Vec::new(),
+            Mode::Sliding(direction) => vec![direction * y[1]],
+            Mode::Stuck => {
+                let mut rates = vec![0.0; y.len()];
+                let force = self.mechanism.rates(&instant, y, &mut rates, self.signals);
+                vec![self.mechanism.holding(t_s, y, force.signum()) - force.abs()]
+            }
+        };
+        if self.mechanism.remembers_turns() {
+            watched.extend(self.mechanism.turning(&instant, y, self.signals));
+        }
+        watched
+    }
+}
+
+impl<const N: usize> ODE<f64, [f64; N]> for Equations<'_> {
+    fn diff(&self, t: f64, y: &[f64; N], dydt: &mut [f64; N]) {
+        self.mechanism.rates(&self.instant(t), y, dydt, self.signals);
+    }
+}
+
+impl<const N: usize> Stepper<N> {
+    fn new(mechanism: &Mechanism, typical: &Typical, start: &Progress) -> Self {
+        let mut scales = [1.0; N];
+        let own = mechanism.scales(typical);
+        scales[..own.len()].copy_from_slice(&own);
+        let absolute: Vec<f64> =
+            scales.iter().map(|scale| TOLERANCE * scale.max(f64::MIN_POSITIVE)).collect();
+        // The first step of every stretch is set by hand; the method only refuses one that is longer than it.
+        let method = Method::<N>::dopri5().rtol(TOLERANCE).atol(absolute).h0(1e-30).max_steps(usize::MAX);
+        let mut y = [0.0; N];
+        y[..start.state.len()].copy_from_slice(&start.state);
+        let states = mechanism.states();
+        Self { method, scales, states, t_s: start.t_s, y, mode: None, step_s: typical.sample_s }
+    }
+
+    /// The mode in which a mechanism at rest goes on.
+    fn from_rest(mechanism: &Mechanism, signals: &[Signal], t_s: f64, within_s: f64, y: &[f64; N]) -> Mode {
+        let instant = Instant { t_s, within_s, mode: Mode::Stuck };
+        let mut rates = [0.0; N];
+        let force = mechanism.rates(&instant, y, &mut rates, signals);
+        let direction = force.signum();
+        if force.abs() > mechanism.holding(t_s, y, direction) {
+            Mode::Sliding(direction)
+        } else {
+            Mode::Stuck
+        }
+    }
+
+    /// The mode at the start of a stretch.
+    fn mode_at(&self, mechanism: &Mechanism, signals: &[Signal], within_s: f64) -> Mode {
+        match self.mode {
+            _ if !mechanism.is_dry() => Mode::Free,
+            _ if self.y[1] != 0.0 => Mode::Sliding(self.y[1].signum()),
+            _ => Self::from_rest(mechanism, signals, self.t_s, within_s, &self.y),
+        }
+    }
+
+    /// Integrates over a stretch in which no drive jumps or bends.
+    fn stretch(
+        &mut self,
+        mechanism: &mut Mechanism,
+        signals: &[Signal],
+        end_s: f64,
+    ) -> Result<(), SimulationError> {
+        let within_s = 0.5 * (self.t_s + end_s);
+        let mut mode = self.mode_at(mechanism, signals, within_s);
+        // What the drives jumped to.
+        mechanism.remember(&Instant { t_s: self.t_s, within_s, mode }, &self.y, signals);
+        for _ in 0..PAUSES {
+            let equations = Equations { mechanism, signals, within_s, mode };
+            let paused = self.go(&equations, end_s)?;
+            mechanism.remember(&Instant { t_s: self.t_s, within_s, mode }, &self.y, signals);
+            mode = match mode {
+                // It has come to rest: it is held, turns back, or goes on where it only slowed down.
+                Mode::Sliding(direction) if direction * self.y[1] < 0.0 => {
+                    self.y[1] = 0.0;
+                    Self::from_rest(mechanism, signals, self.t_s, within_s, &self.y)
+                }
+                Mode::Stuck if paused => Self::from_rest(mechanism, signals, self.t_s, within_s, &self.y),
+                mode => mode,
+            };
+            self.mode = Some(mode);
+            if !paused {
+                return Ok(());
+            }
+        }
+        Err(SimulationError::Stalls { t_s: self.t_s, reason: String::from("it rattles without end") })
+    }
+
+    /// Steps to `end_s`, or to just behind the first change of sign of a watched function; whether it paused
+    /// there.
+    fn go(&mut self, equations: &Equations, end_s: f64) -> Result<bool, SimulationError> {
+        let watches = equations.mode != Mode::Free || equations.mechanism.remembers_turns();
+        let mut signs: Vec<f64> = Vec::new();
+        if watches {
+            signs = equations.watched(self.t_s, &self.y).iter().map(|w| sign(*w)).collect();
+            if equations.mode != Mode::Free {
+                signs[0] = 1.0;
+            }
+        }
+        let least_s = 1e-12 * end_s.abs().max(end_s - self.t_s);
+        if end_s - self.t_s <= least_s {
+            self.t_s = end_s;
+            return Ok(false);
+        }
+        let refused = |t_s: f64, error| SimulationError::Stalls { t_s, reason: reason(&error) };
+        self.method.init(equations, self.t_s, end_s, &self.y).map_err(|e| refused(self.t_s, e))?;
+        self.method.set_h(self.step_s.min(end_s - self.t_s));
+        while end_s - self.method.t() > least_s {
+            let (before_s, wanted) = (self.method.t(), self.method.h());
+            let left_s = end_s - before_s;
+            // Two even steps rather than a whole and a tiny one.
+            let step_s = match wanted {
+                wanted if wanted >= left_s => left_s,
+                wanted if wanted > 0.5 * left_s => 0.5 * left_s,
+                wanted => wanted,
+            };
+            self.method.set_h(step_s);
+            self.method.step(equations).map_err(|e| refused(before_s, e))?;
+            if self.method.t() == before_s {
+                continue;
+            }
+            let next = self.method.h();
+            self.step_s = if step_s < wanted { next.min(wanted.max(next)) } else { next };
+            let y = *self.method.y();
+            let runs = |i: usize| !y[i].is_finite() || y[i].abs() > RUNAWAY * self.scales[i];
+            if (0..self.states).any(runs) {
+                return Err(SimulationError::RunsAway { t_s: self.method.t() });
+            }
+            if watches && changed(&equations.watched(self.method.t(), &y), &mut signs) {
+                (self.t_s, self.y) = self.behind(equations, before_s, &mut signs)?;
+                return Ok(true);
+            }
+        }
+        (self.t_s, self.y) = (end_s, *self.method.y());
+        Ok(false)
+    }
+
+    /// The time and the state just behind the first change of sign in the last step, by bisection on the
+    /// method's own interpolation.
+    fn behind(
+        &mut self,
+        equations: &Equations,
+        before_s: f64,
+        signs: &mut [f64],
+    ) -> Result<(f64, [f64; N]), SimulationError> {
+        let (mut low, mut high) = (before_s, self.method.t());
+        let mut found = *self.method.y();
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            let y = self
+                .method
+                .interpolate(middle)
+                .map_err(|error| SimulationError::Stalls { t_s: before_s, reason: reason(&error) })?;
+            if changed(&equations.watched(middle, &y), signs) {
+                (high, found) = (middle, y);
+            } else {
+                low = middle;
+            }
+        }
+        Ok((high, found))
+    }
+}
+
+impl<const N: usize> Integrator for Stepper<N> {
+    fn advance(
+        &mut self,
+        mechanism: &mut Mechanism,
+        signals: &[Signal],
+        t_s: f64,
+    ) -> Result<(), SimulationError> {
+        // Drives that are delayed bend between the samples.
+        let length_s = t_s - self.t_s;
+        let start_s = self.t_s;
+        let mut pauses: Vec<f64> = mechanism
+            .delays_s()
+            .iter()
+            .zip(signals)
+            .filter(|(delay, signal)| **delay > 0.0 && signal.breaks())
+            .map(|(delay, _)| delay.rem_euclid(length_s))
+            .filter(|part| *part > 1e-9 * length_s && *part < (1.0 - 1e-9) * length_s)
+            .map(|part| start_s + part)
+            .collect();
+        pauses.sort_by(f64::total_cmp);
+        pauses.dedup();
+        pauses.push(t_s);
+        pauses.into_iter().try_for_each(|pause| self.stretch(mechanism, signals, pause))
+    }
+
+    fn progress(&self) -> Progress {
+        Progress { t_s: self.t_s, state: self.y[..self.states].to_vec() }
+    }
+
+    fn place(&mut self, progress: &Progress) {
+        self.t_s = progress.t_s;
+        self.y = [0.0; N];
+        self.y[..progress.state.len()].copy_from_slice(&progress.state);
+        self.mode = None;
+    }
+}
+
+/// −1, 0 or 1.
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
+/// Whether any value has another sign than it had; one that was 0 takes its sign now.
+fn changed(values: &[f64], signs: &mut [f64]) -> bool {
+    let mut any = false;
+    for (value, expected) in values.iter().zip(signs) {
+        if *expected == 0.0 {
+            *expected = sign(*value);
+        }
+        any |= *expected * value < 0.0;
+    }
+    any
+}
+
+fn reason<const N: usize>(error: &Error<f64, [f64; N]>) -> String {
+    String::from(match error {
+        Error::StepSize { .. } => "its steps shrink to nothing",
+        Error::Stiffness { .. } => "it is stiff",
+        _ => "the integrator refuses it",
+    })
+}

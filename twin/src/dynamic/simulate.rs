@@ -1,0 +1,179 @@
+//! A plant file on a drive: what `twin simulate` does.
+
+use fitter::plant::{Hold, Kind, Numbers, PlantFile};
+
+use super::effects::Context;
+use super::linear::{LinearError, LinearModel};
+use super::model::{Model, REST, RunError, Start};
+use super::series::Series;
+use crate::effects::EffectError;
+
+/// How a run begins, where its excitation is not periodic.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begin {
+    /// At rest at position 0.
+    Rest,
+    /// As the first 50 rows of the recorded position say.
+    Recorded,
+}
+
+/// Rows of a run from which its initial state is taken.
+pub const INITIAL_ROWS: usize = 50;
+
+/// Why a plant cannot be simulated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SimulateError {
+    /// A number is missing.
+    #[error(
+        "{file}: `{key}` is missing, expected {expected}; identify the plant with `diagnose`, which writes it, \
+         or add it"
+    )]
+    Missing {
+        /// The plant file.
+        file: String,
+        /// The key.
+        key: &'static str,
+        /// What it is.
+        expected: &'static str,
+    },
+    /// The drives are others than those of the plant.
+    #[error(
+        "{file}: `plant.gain` has {expected} numbers and the recording {found} drives; give one for each"
+    )]
+    Drives {
+        /// The plant file.
+        file: String,
+        /// As many as the plant has.
+        expected: usize,
+        /// As many as the recording has.
+        found: usize,
+    },
+    /// There is no recorded position.
+    #[error(
+        "the recording has {found} positions and the plant {expected}, expected as many to take the initial \
+         state from; start at rest instead"
+    )]
+    Positions {
+        /// As many as the plant has.
+        expected: usize,
+        /// As many as the recording has.
+        found: usize,
+    },
+    /// An initial state of a linear plant.
+    #[error(
+        "the initial state of a `linear` plant is not taken from a recording; start at rest, or give a \
+         recording in its periodic steady state"
+    )]
+    LinearState,
+    /// A run of a second-order plant failed.
+    #[error("{file}: {reason}")]
+    Run {
+        /// The plant file.
+        file: String,
+        /// Why.
+        reason: RunError,
+    },
+    /// A run of a linear plant failed.
+    #[error("{file}: {reason}")]
+    Linear {
+        /// The plant file.
+        file: String,
+        /// Why.
+        reason: LinearError,
+    },
+}
+
+/// Simulates every run of a recording's drives; the answer has its times, runs and periods, no drives, and the
+/// simulated positions. `file` is the plant file's name in messages.
+///
+/// Where the recording says that its excitation is periodic and in steady state, the simulation is so too, and
+/// `begin` does not matter.
+///
+/// # Errors
+/// [`SimulateError`].
+pub fn simulate(
+    file: &str,
+    plant: &PlantFile,
+    recording: &Series,
+    begin: Begin,
+) -> Result<Series, SimulateError> {
+    let sample_s = recording.sample_s();
+    let mut positions: Vec<Vec<f64>> = Vec::new();
+    for rows in recording.runs() {
+        let cut = |column: &Vec<f64>| column[rows.clone()].to_vec();
+        let drives: Vec<Vec<f64>> = recording.drives.iter().map(cut).collect();
+        let steady = recording.period_of(&rows).map(|period| Start::Steady { period });
+        let own = match plant.plant.kind {
+            Kind::SecondOrder => {
+                let model = second_order(file, plant, drives.len())?;
+                let wrong = |reason| SimulateError::Run { file: file.to_owned(), reason };
+                let start = match (steady, begin) {
+                    (Some(steady), _) => steady,
+                    (None, Begin::Rest) => REST,
+                    (None, Begin::Recorded) => match &recording.positions[..] {
+                        [position] => model
+                            .start_of(&drives, sample_s, &position[rows.clone()], INITIAL_ROWS)
+                            .map_err(wrong)?,
+                        others => {
+                            return Err(SimulateError::Positions { expected: 1, found: others.len() });
+                        }
+                    },
+                };
+                vec![model.simulate(&drives, sample_s, start).map_err(wrong)?]
+            }
+            Kind::Linear => {
+                let start = match (steady, begin) {
+                    (Some(steady), _) => steady,
+                    (None, Begin::Rest) => REST,
+                    (None, Begin::Recorded) => return Err(SimulateError::LinearState),
+                };
+                linear(file, plant)?
+                    .simulate(&drives, sample_s, start)
+                    .map_err(|reason| SimulateError::Linear { file: file.to_owned(), reason })?
+            }
+        };
+        positions.resize(own.len(), Vec::new());
+        positions.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
+    }
+    Ok(Series { drives: Vec::new(), positions, ..recording.clone() })
+}
+
+/// The model of a `second-order` plant file with all its numbers.
+///
+/// # Errors
+/// [`SimulateError::Missing`], [`SimulateError::Drives`], or effects that make no sense.
+pub fn second_order(file: &str, plant: &PlantFile, drives: usize) -> Result<Model, SimulateError> {
+    let missing = |key, expected| SimulateError::Missing { file: file.to_owned(), key, expected };
+    let number = |value: Option<f64>, key, expected| value.ok_or_else(|| missing(key, expected));
+    let gains = match plant.plant.gain.as_ref() {
+        None => return Err(missing("plant.gain", "the gain per inertia")),
+        Some(Numbers::One(gain)) => vec![*gain; drives],
+        Some(Numbers::Each(gains)) if gains.len() == drives => gains.clone(),
+        Some(Numbers::Each(gains)) => {
+            let file = file.to_owned();
+            return Err(SimulateError::Drives { file, expected: gains.len(), found: drives });
+        }
+    };
+    let model = Model {
+        damping: number(plant.plant.damping, "plant.damping", "the damping per inertia in 1/s")?,
+        stiffness: number(plant.plant.stiffness, "plant.stiffness", "the stiffness per inertia in 1/s²")?,
+        gains,
+        effects: plant.effects.clone(),
+        hold: plant.plant.hold.unwrap_or(Hold::ZeroOrder),
+        context: Context { feedback: plant.plant.feedback.is_some() },
+    };
+    model.check().map_err(|reason: EffectError| SimulateError::Run {
+        file: file.to_owned(),
+        reason: RunError::Effect(reason),
+    })
+}
+
+fn linear(file: &str, plant: &PlantFile) -> Result<LinearModel, SimulateError> {
+    let space = plant.state_space.clone().ok_or_else(|| SimulateError::Missing {
+        file: file.to_owned(),
+        key: "state_space",
+        expected: "the matrices of a `linear` plant",
+    })?;
+    let hold = plant.plant.hold.unwrap_or(Hold::ZeroOrder);
+    Ok(LinearModel { space, effects: plant.effects.clone(), hold })
+}
