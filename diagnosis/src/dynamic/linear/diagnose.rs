@@ -20,6 +20,8 @@ use crate::verdict::Verdict;
 const STEPS: usize = 7;
 /// Further steps on all rows.
 const FINAL_STEPS: usize = 3;
+/// Steps of a linear model on rows that are not periodic.
+const LINEAR_STEPS: usize = 20;
 /// Steps that a rival without memory is given.
 const RIVAL_STEPS: usize = 4;
 /// Residual rms in units of the noise up to which nothing is left.
@@ -162,7 +164,14 @@ fn nominals(recording: &DynamicRecording, plan: &Plan, order: Option<usize>) -> 
             nominal::choose_order(&low, held.as_ref())?
         }
     };
-    let pooled = nominal::identify(&all, order)?;
+    let mut pooled = nominal::identify(&all, order)?;
+    if plan.period.is_none() {
+        // Windows smear the resonances: the rows themselves decide.
+        let rows = plan.finishing(recording);
+        let limits = Limits { steps: LINEAR_STEPS, decrease: 1e-4 };
+        pooled = sensitivity::fit(&Looped::plain(pooled), &rows, limits).linear;
+        return Some((pooled.clone(), pooled));
+    }
     let start = if plan.groups.len() > 1 { nominal::identify(&low, order)? } else { pooled.clone() };
     Some((pooled, start))
 }
