@@ -120,7 +120,7 @@ pub fn diagnose_linear(
     };
     let next_experiment = match said {
         Verdict::Unexplained => Some(String::from(
-            "repeat the excitation at two amplitudes or more, three runs of each: then what depends on the amplitude \
+            "repeat the excitation at two amplitudes or more, of each more runs than drives: then what depends on the amplitude \
              is told from what the order of the model leaves",
         )),
         Verdict::PartlyExplained if plan.groups.len() < 2 => Some(String::from(
@@ -209,7 +209,13 @@ fn name(
         .and_then(|rival| verdict::gain(&first, &rival, judged))
         .is_some_and(|(gain, _)| gain > -RIVAL);
     let model = finish(&first);
-    let gain = verdict::gain(before, &model, judged)?;
+    let mut gain = verdict::gain(before, &model, judged)?;
+    if plan.held().is_empty() {
+        // Rows that were fitted flatter the larger model: as Akaike's final prediction error has it.
+        let rows: usize = judged.iter().map(|s| s.position.len()).sum();
+        let more = model.parameters().len().saturating_sub(before.parameters().len());
+        gain.0 = 1.0 - (1.0 - gain.0) * (1.0 + 2.0 * more as f64 / rows.max(1) as f64);
+    }
     verdict::worth(gain).then_some(Named { model, gain, rival })
 }
 

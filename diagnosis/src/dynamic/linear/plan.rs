@@ -45,8 +45,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Takes a recording apart: of every amplitude with three runs or more the last is held out; otherwise
-    /// the last quarter of every run.
+    /// Takes a recording apart: of every amplitude the last run is held out, where there are more runs
+    /// than drives; otherwise the last quarter of every run, unless it is periodic.
     pub fn new(recording: &DynamicRecording) -> Plan {
         let period = period(recording);
         let mut groups: Vec<Group> = Vec::new();
@@ -59,7 +59,8 @@ impl Plan {
                 _ => groups.push(Group { amplitude, fitted: vec![run], held: vec![] }),
             }
         }
-        let by_run = groups.iter().all(|g| g.fitted.len() >= 3);
+        // What is left must span the drives.
+        let by_run = groups.iter().all(|g| g.fitted.len() > recording.drives.len());
         for group in &mut groups {
             if by_run {
                 group.held.extend(group.fitted.pop());
