@@ -9,6 +9,8 @@ use crate::dynamic::spectrum::experiments::{mean_period, periodic, segment_lengt
 
 /// Rows of the stretches of one fit in the time domain: as many as hold a few hundred parameters firmly.
 const FIT_ROWS: usize = 34_000;
+/// Rows of the last steps of a fit.
+const FINAL_ROWS: usize = 100_000;
 /// Rows of a stretch of a recording that is not periodic.
 const STRETCH: usize = 4096;
 /// Rows at the start of such a stretch that give its initial state.
@@ -36,13 +38,15 @@ pub struct Plan {
     pub period: Option<usize>,
     /// Groups by increasing amplitude.
     pub groups: Vec<Group>,
+    /// Samples of a segment, where it is not.
+    pub segment: usize,
     /// What is held out: `run` or `block`.
     pub held_out_by: &'static str,
 }
 
 impl Plan {
-    /// Takes a recording apart: of every amplitude with three runs or more the last is held out; otherwise
-    /// the last quarter of every run.
+    /// Takes a recording apart: of every amplitude the last run is held out, where there are more runs
+    /// than drives; otherwise the last quarter of every run, unless it is periodic.
     pub fn new(recording: &DynamicRecording) -> Plan {
         let period = period(recording);
         let mut groups: Vec<Group> = Vec::new();
@@ -55,7 +59,8 @@ impl Plan {
                 _ => groups.push(Group { amplitude, fitted: vec![run], held: vec![] }),
             }
         }
-        let by_run = groups.iter().all(|g| g.fitted.len() >= 3);
+        // What is left must span the drives.
+        let by_run = groups.iter().all(|g| g.fitted.len() > recording.drives.len());
         for group in &mut groups {
             if by_run {
                 group.held.extend(group.fitted.pop());
@@ -67,7 +72,10 @@ impl Plan {
                 }
             }
         }
-        Plan { period, groups, held_out_by: if by_run { "run" } else { "block" } }
+        // One length for all rows, fitted or held out, so that their lines are the same.
+        let shortest = groups.iter().flat_map(|g| g.fitted.iter().chain(&g.held)).map(|r| r.len()).min();
+        let segment = segment_length(shortest.unwrap_or(0));
+        Plan { period, groups, segment, held_out_by: if by_run { "run" } else { "block" } }
     }
 
     /// Rows that are fitted, of all groups.
@@ -85,10 +93,7 @@ impl Plan {
         let (drives, positions) = (&recording.drives, &recording.positions);
         let mut data = match self.period {
             Some(length) => periodic(drives, positions, rows, length, recording.step_s),
-            None => {
-                let shortest = rows.iter().map(|r| r.len()).min().unwrap_or(0);
-                segments(drives, positions, rows, segment_length(shortest), recording.step_s)
-            }
+            None => segments(drives, positions, rows, self.segment, recording.step_s),
         };
         for e in &mut data.each {
             let power: f64 = e.position.iter().map(|y| y.norm_sqr()).sum();
@@ -117,8 +122,17 @@ impl Plan {
 
     /// Stretches for a fit: evenly chosen from every group, of bounded length in all.
     pub fn fitting(&self, recording: &DynamicRecording) -> Vec<Stretch> {
+        self.chosen(recording, FIT_ROWS)
+    }
+
+    /// Stretches for the last steps of a fit: all rows, of a very long recording evenly chosen ones.
+    pub fn finishing(&self, recording: &DynamicRecording) -> Vec<Stretch> {
+        self.chosen(recording, FINAL_ROWS)
+    }
+
+    fn chosen(&self, recording: &DynamicRecording, rows: usize) -> Vec<Stretch> {
         let mut all = Vec::new();
-        let share = FIT_ROWS / self.groups.len().max(1);
+        let share = rows / self.groups.len().max(1);
         for group in &self.groups {
             let whole = self.stretches(recording, &group.fitted);
             let size = whole.first().map_or(1, |s| s.rows(recording.drives.len())).max(1);
@@ -143,7 +157,7 @@ pub fn period(recording: &DynamicRecording) -> Option<usize> {
 
 fn amplitude(recording: &DynamicRecording, run: &Range<usize>) -> f64 {
     if let Some(column) = &recording.amplitude {
-        return crate::rows::mean(&column[run.clone()]);
+        return column[run.start];
     }
     let sum: f64 = recording
         .drives

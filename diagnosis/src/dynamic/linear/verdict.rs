@@ -194,11 +194,13 @@ pub fn hysteresis(
     if let [first, .., last] = followed.as_slice() {
         let percent = 100.0 * (last.gain - 1.0);
         parameters.push(parameter("gain_growth_percent", percent, 100.0 * last.gain_error, "%"));
-        if let (Some(a), Some(b)) = (first.resonances_hz.first(), last.resonances_hz.first()) {
+        let shifts = first.resonances_hz.iter().zip(&last.resonances_hz);
+        if let Some((from, to)) = shifts.max_by(|a, b| (a.1 - a.0).abs().total_cmp(&(b.1 - b.0).abs())) {
             // A peak is read to a fraction of a line.
-            let line =
-                responses[0].1.frequency_hz.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
-            parameters.push(parameter("resonance_shift_hz", b - a, 0.5 * line, "Hz"));
+            let lines = responses[0].1.frequency_hz.windows(2).map(|w| w[1] - w[0]);
+            let line = lines.fold(f64::INFINITY, f64::min);
+            parameters.push(parameter("resonance_hz", *from, 0.5 * line, "Hz"));
+            parameters.push(parameter("resonance_shift_hz", to - from, 0.7 * line, "Hz"));
         }
     }
     NamedEffect {

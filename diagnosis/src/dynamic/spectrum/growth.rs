@@ -34,9 +34,9 @@ pub fn growth(responses: &[(f64, Response)]) -> Vec<Growth> {
     let Some((_, first)) = responses.first() else { return Vec::new() };
     let reference = size(first);
     let peaks = strongest(&peaks(&reference), &reference);
-    // Quasi-static: below half of the lowest of the strongest resonances.
+    // Quasi-static: below a tenth of the lowest of the strongest resonances, where stiffness alone acts.
     let lowest = peaks.iter().copied().min().unwrap_or(reference.len());
-    let limit = first.frequency_hz.get(lowest).map_or(f64::INFINITY, |f| 0.5 * f);
+    let limit = first.frequency_hz.get(lowest).map_or(f64::INFINITY, |f| 0.1 * f);
     let quiet: Vec<usize> = (0..reference.len()).filter(|&k| first.frequency_hz[k] < limit).collect();
     let per = first.gain.len() / reference.len().max(1);
     responses
