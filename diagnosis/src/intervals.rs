@@ -45,6 +45,8 @@ pub struct Beside<'a> {
     pub residual: Vec<f64>,
     /// Ratio of Student's quantile to the normal one.
     pub widening: f64,
+    /// What the observations as they were read leave without the effect, for a step; else empty.
+    pub left: &'a [f64],
 }
 
 /// One shape with what follows from it.
@@ -206,6 +208,20 @@ impl Beside<'_> {
     fn step_places(&self, effect: &dyn Effect, best: &[f64]) -> Vec<Place> {
         let t = &self.rows.t_s;
         let centre = best[0] as usize;
+        let near = match self.place(effect, best) {
+            Some(place) if !self.left.is_empty() => {
+                crate::steps::places(self.left, self.noise, place.amplitudes[0], centre)
+            }
+            _ => Vec::new(),
+        };
+        if !near.is_empty() {
+            // A high step: single rows decide, as they were read.
+            let at = |(k, log_likelihood): (usize, f64)| {
+                let weight = (t[k] - t[k - 1]).max(1e-9);
+                self.place(effect, &[k as f64]).map(|p| Place { weight, log_likelihood, ..p })
+            };
+            return near.into_iter().filter_map(at).collect();
+        }
         let (from, to) = (centre.saturating_sub(STEP_REACH).max(1), (centre + STEP_REACH).min(t.len() - 1));
         (from..=to)
             .filter_map(|k| {
@@ -228,7 +244,7 @@ impl Beside<'_> {
                 add_scaled(&mut residual, -a, q);
             }
         }
-        Beside { rows: self.rows, noise: self.noise, basis, residual, widening: self.widening }
+        Beside { basis, residual, ..*self }
     }
 
     /// The places that matter for a fitted effect, with weights that sum to one.

@@ -30,6 +30,7 @@ pub mod report;
 pub mod rows;
 pub mod search;
 pub mod simulated;
+pub mod steps;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

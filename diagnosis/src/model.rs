@@ -9,8 +9,9 @@ use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
 use crate::intervals::{Beside, widening};
 use crate::linear::{Basis, dot, least_squares};
+use crate::noise::Noise;
 use crate::rows::Rows;
-use crate::search::Term;
+use crate::search::{Search, Term};
 
 /// Surprise at which further orders of the base are kept: some ten blocks are tried, and one in fifteen
 /// recordings may keep one by chance.
@@ -112,12 +113,21 @@ pub fn fit(
     // that is missing bends the effects and makes their intervals too narrow.
     let order = order.unwrap_or_else(|| choose_order(explanation, &terms).max(first_order(rows)));
     let base = base_columns(rows, order);
-    let mut columns: Vec<Vec<f64>> = base.iter().map(|c| noise.whiten(c)).collect();
-    for column in terms.iter().flat_map(|t| &t.columns) {
-        columns.push(noise.whiten(column));
-    }
     let target = noise.whiten(&noise.clean);
-    let solution = least_squares(&columns, &target);
+    let solve = |terms: &[Term]| {
+        let raw = base.iter().chain(terms.iter().flat_map(|t| &t.columns));
+        let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
+        let solution = least_squares(&columns, &target);
+        (columns, solution)
+    };
+    let (mut columns, mut solution) = solve(&terms);
+    let mut terms = terms;
+    if place_steps(rows, noise, catalogue, search, &base, &mut terms, &solution.coefficients) {
+        (columns, solution) = solve(&terms);
+    }
+    let left = without_steps(rows, &base, &terms, &solution.coefficients, |t| {
+        search.effect(t.family).is_some_and(|e| catalogue[e].id() == "mount_step")
+    });
 
     // Intervals: the amplitudes' covariance with the shapes' tangents beside them.
     let mut tangents = columns.clone();
@@ -188,7 +198,8 @@ pub fn fit(
             }
             let mut residual = target.clone();
             basis.project_off(&mut residual);
-            let beside = Beside { rows, noise, basis, residual, widening: widening(freedom) };
+            let beside =
+                Beside { rows, noise, basis, residual, widening: widening(freedom), left: &left[index] };
             let deviation: Vec<f64> =
                 (width..positions.len()).map(|k| covariance_of(k, k).max(0.0).sqrt()).collect();
             let effect = catalogue[e].as_ref();
@@ -213,6 +224,65 @@ pub fn fit(
         crate::linear::add_scaled(&mut base_value, *a, column);
     }
     Model { order, base: coefficients, base_value, terms: fitted }
+}
+
+/// What the observations as they were read leave without each term for which `wanted` holds; empty for others.
+fn without_steps(
+    rows: &Rows,
+    base: &[Vec<f64>],
+    terms: &[Term],
+    coefficients: &[f64],
+    wanted: impl Fn(&Term) -> bool,
+) -> Vec<Vec<f64>> {
+    let mut residual = rows.error.clone();
+    let raw = base.iter().chain(terms.iter().flat_map(|t| &t.columns));
+    for (a, column) in coefficients.iter().zip(raw) {
+        crate::linear::add_scaled(&mut residual, -a, column);
+    }
+    let mut first = base.len();
+    terms
+        .iter()
+        .map(|term| {
+            let at = first;
+            first += term.columns.len();
+            if !wanted(term) {
+                return Vec::new();
+            }
+            let mut left = residual.clone();
+            for (a, column) in coefficients[at..].iter().zip(&term.columns) {
+                crate::linear::add_scaled(&mut left, *a, column);
+            }
+            left
+        })
+        .collect()
+}
+
+/// Puts every step at its likeliest row; whether any moved.
+fn place_steps(
+    rows: &Rows,
+    noise: &Noise,
+    catalogue: &[Box<dyn Effect>],
+    search: &Search,
+    base: &[Vec<f64>],
+    terms: &mut [Term],
+    coefficients: &[f64],
+) -> bool {
+    let step = |t: &Term| search.effect(t.family).filter(|e| catalogue[*e].id() == "mount_step");
+    let left = without_steps(rows, base, terms, coefficients, |t| step(t).is_some());
+    let mut first = base.len();
+    let mut moved = false;
+    for (term, left) in terms.iter_mut().zip(&left) {
+        let height = coefficients[first];
+        first += term.columns.len();
+        let Some(e) = step(term) else { continue };
+        let row = crate::steps::beginning(left, noise, height, term.shape[0] as usize);
+        if row as f64 != term.shape[0] {
+            term.shape[0] = row as f64;
+            term.columns = catalogue[e].signature(rows, &term.shape);
+            moved = true;
+        }
+    }
+    moved
 }
 
 /// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
