@@ -31,7 +31,6 @@ use crate::files::{self, WriteError};
 use crate::format::Format;
 use crate::generate::{self, GenerateError, Generated};
 use crate::options::{CShift, Ends, Method, Options, OutOfRange};
-use crate::quantity::Quantity;
 use crate::source::{Source, SourceError};
 
 /// Why a build script could not generate; each is a sentence that says what to change.
