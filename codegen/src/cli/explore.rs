@@ -10,51 +10,45 @@ use miette::{IntoDiagnostic, Result, miette};
 use super::arguments::{Arguments, ExploreArguments};
 use super::options::{self, ends};
 use super::{load, progress};
+use crate::choose::{self, Wanted};
 use crate::cost::Core;
-use crate::explore::{self as front, Candidate};
+use crate::explore as front;
 use crate::files;
 use crate::format::Format;
-use crate::options::{Options, RoutineOptions};
+use crate::options::Options;
 use crate::plot;
 use crate::quantity::Quantity;
 use crate::text;
 
-/// All candidates of the formats that the user named, or of all formats that both languages have.
-fn candidates(
-    arguments: &Arguments,
-    coefficients: &Coefficients,
-    options: &Options,
-    bar: &ProgressBar,
-) -> Result<Vec<Candidate>> {
-    let formats = match &arguments.format[..] {
-        [] => vec![Format::Q31, Format::Q31Split, Format::Q15, Format::F32 { fused: false }],
+/// The formats that the user named, or all that both languages have.
+fn formats(arguments: &Arguments) -> Vec<Format> {
+    match &arguments.format[..] {
+        [] => choose::FORMATS.to_vec(),
         named => named.iter().map(|name| name.format()).collect(),
-    };
-    bar.set_message("designing");
-    let done = |through: usize, total: usize| {
-        bar.set_length(total as u64);
-        bar.set_position(through as u64);
-    };
-    front::candidates(coefficients, options, ends(arguments)?, &formats, f64::MAX, &done)
-        .map_err(|e| miette!("{e}"))
+    }
 }
 
-/// The routine that `--target` asks for; its degree is set in the options.
-pub(super) fn chosen(
-    arguments: &Arguments,
+/// Shows on the bar how many candidates of how many are through.
+fn designing(bar: &ProgressBar) -> impl Fn(usize, usize) + Sync {
+    bar.set_message("designing");
+    move |through: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(through as u64);
+    }
+}
+
+/// Puts the routine that `--target` asks for into the options.
+pub(super) fn choose_for(
     core: Core,
+    arguments: &Arguments,
     coefficients: &Coefficients,
     options: &mut Options,
     bar: &ProgressBar,
-) -> Result<RoutineOptions> {
-    let quantity = Quantity::of(&coefficients.error_model());
-    let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
-    let bound = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
-    let candidates = candidates(arguments, coefficients, options, bar)?;
-    let best = front::cheapest(&candidates, core, bound, arguments.flash_bytes, &quantity.bound_unit)
-        .map_err(|e| miette!("{e}"))?;
-    options.degree = Some(best.routine.design.degree);
-    Ok(best.options.clone())
+) -> Result<()> {
+    let formats = formats(arguments);
+    let wanted =
+        Wanted { core, formats: &formats, ends: ends(arguments)?, flash_bytes: arguments.flash_bytes };
+    choose::choose(coefficients, options, &wanted, &designing(bar)).map_err(|e| miette!("{e}"))
 }
 
 pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
@@ -63,7 +57,15 @@ pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
     let (coefficients, _) = load(common)?;
     let unit = Quantity::of(&coefficients.error_model()).bound_unit;
     let options = options::options(common, &unit, !coefficients.terms.is_empty())?;
-    let candidates = candidates(common, &coefficients, &options, &bar)?;
+    let candidates = front::candidates(
+        &coefficients,
+        &options,
+        ends(common)?,
+        &formats(common),
+        f64::MAX,
+        &designing(&bar),
+    )
+    .map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
     let cores = common.target.map_or(Core::ALL.to_vec(), |target| vec![target.core()]);
     let rows = front::rows(&candidates, &cores, &unit);

@@ -141,8 +141,7 @@ fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> 
     let quantity = Quantity::of(&coefficients.error_model());
     let mut options = options::options(arguments, &quantity.bound_unit, !coefficients.terms.is_empty())?;
     if let Some(target) = arguments.target {
-        options.routines =
-            vec![explore::chosen(arguments, target.core(), &coefficients, &mut options, &bar)?];
+        explore::choose_for(target.core(), arguments, &coefficients, &mut options, &bar)?;
     }
     bar.set_message("approximating and bounding");
     let generated = generate(&coefficients, &sha256, &options).map_err(|e| miette!("{e}"))?;
