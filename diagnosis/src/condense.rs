@@ -34,8 +34,8 @@ pub fn condense(rows: &Rows) -> Option<Condensed> {
     }
     let passes = current + 1;
     let ranges = (MOST_ROWS / passes).max(FEWEST_RANGES).min((n / passes).max(1));
-    let group = (passes * ranges).div_ceil(MOST_ROWS).max(1);
     let ranges = even_ranges(n / passes, ranges);
+    let group = (passes * ranges).div_ceil(MOST_ROWS).max(1);
     let limits = limits(&rows.theta, ranges);
     let groups = passes.div_ceil(group);
     // Cell number: group, then forward cells upward, then backward cells downward, so that the order of the

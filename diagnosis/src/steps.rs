@@ -64,7 +64,7 @@ mod tests {
         let left: Vec<f64> = (0..n).map(|i| scatter(i) + if i >= 33 { 8.0 } else { 0.0 }).collect();
         let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
         let step: Vec<f64> = (0..n).map(|i| if i >= 33 { 1.0 } else { 0.0 }).collect();
-        let noise = estimate(&left, &t, &[vec![1.0; n], step], &[], &[]);
+        let noise = estimate(&left, &t, &[vec![1.0; n], step], &[], &[], &[]);
         assert_eq!(beginning(&left, &noise, 8.0, 35), 33);
         assert_eq!(beginning(&left, &noise, 8.0, 30), 33);
         // Too low to tell from single rows.
