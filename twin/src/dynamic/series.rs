@@ -204,7 +204,7 @@ impl Series {
 
     /// The rows of each run.
     pub fn runs(&self) -> Vec<std::ops::Range<usize>> {
-        let Some(run) = &self.run else { return vec![0..self.t_s.len()] };
+        let Some(run) = &self.run else { return std::iter::once(0..self.t_s.len()).collect() };
         let mut ranges = Vec::new();
         let mut start = 0;
         for row in 1..=run.len() {

@@ -26,7 +26,12 @@ pub(super) const SPECIFICATION: Specification = Specification {
     },
     draw: |strength, typical, generator| {
         let period = typical.position * uniform(generator, 0.7, 2.0);
-        vec![("amplitude_per_inertia", strength * typical.acceleration()), ("period", period)]
+        vec![
+            ("amplitude_per_inertia", strength * typical.acceleration()),
+            ("period", period),
+            // Where the teeth stand is nobody's choice.
+            ("phase_rad", uniform(generator, 0.0, std::f64::consts::TAU)),
+        ]
     },
 };
 
