@@ -152,7 +152,7 @@ where
         let creep = effect.creep().map_or(zero, |c| parameters[c]);
         let amounts = parameters.iter().zip(effect.parameters()).filter(|(_, p)| !p.shape);
         let holds = amounts.fold(zero, |sum, (p, _)| sum + *p);
-        if !(holds.value() > 0.0) {
+        if holds.value() <= 0.0 {
             return zero;
         }
         let still = State { v: zero, ..*state };
@@ -199,7 +199,7 @@ where
             }
             // The velocity passes zero: by the secant, once corrected.
             let mut part = state.v / (state.v - to.v);
-            if !(part.value() > 0.0) {
+            if part.value().is_nan() || part.value() <= 0.0 {
                 part = zero;
             }
             let mut there = self.step(&state, left * part, &span.up_to(part), *direction);
@@ -351,7 +351,7 @@ where
             }
         }
         let p = state.p.value();
-        if !(p.abs() <= bound) {
+        if p.is_nan() || p.abs() > bound {
             return Err(Unstable(k + 1));
         }
         let y = reading.last().map_or(state.p, |(_, lag)| lag.state);

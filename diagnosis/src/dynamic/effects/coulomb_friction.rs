@@ -54,7 +54,7 @@ impl DynamicEffect for CoulombFriction {
     fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
         plain_readings(self.parameters(), parameters, 1)
     }
-    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
         let creep = value(CREEP.name).unwrap_or(f64::MIN_POSITIVE);
         let named = self.parameters()[..1].iter().map(|p| value(p.name));
         named.chain([Some(creep)]).collect()

@@ -156,7 +156,7 @@ pub trait DynamicEffect:
     }
     /// The reverse of [`DynamicEffect::readings`]: parameters from values by name; none where one is
     /// missing that has no usual value.
-    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
         self.parameters().iter().map(|p| value(p.name)).collect()
     }
     /// Whether what the recorded mechanism does now lets a controller undo it.
@@ -266,7 +266,7 @@ mod tests {
                 let some: Vec<f64> = start.iter().map(|v| if *v == 0.0 { 0.7 } else { *v }).collect();
                 let readings = e.readings(&some);
                 let back = e
-                    .from_readings(&|name| readings.iter().find(|r| r.name == name).map(|r| r.value))
+                    .parameters_from(&|name| readings.iter().find(|r| r.name == name).map(|r| r.value))
                     .unwrap();
                 for (a, b) in e.readings(&back).iter().zip(&readings) {
                     assert!(

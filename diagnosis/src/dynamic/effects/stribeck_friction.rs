@@ -67,7 +67,7 @@ impl DynamicEffect for StribeckFriction {
     fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
         plain_readings(self.parameters(), parameters, 3)
     }
-    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
         let creep = value(CREEP.name).unwrap_or(f64::MIN_POSITIVE);
         let named = self.parameters()[..3].iter().map(|p| value(p.name));
         named.chain([Some(creep)]).collect()

@@ -24,6 +24,9 @@ pub struct Inverse {
     pub terms: Vec<(&'static dyn DynamicEffect, Vec<f64>)>,
 }
 
+/// A column of the drive, and of which term's which parameter it is; of none: nominal.
+type Column = (Vec<f64>, Option<(usize, usize)>);
+
 /// An inverse model that was fitted.
 #[derive(Clone)]
 pub struct Solved {
@@ -105,7 +108,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
     let mut solved = None;
     for _ in 0..rounds {
         // Columns of the drive: acceleration, velocity, position, then every amount; with its owner.
-        let mut columns: Vec<(Vec<f64>, Option<(usize, usize)>)> =
+        let mut columns: Vec<Column> =
             nominal_columns(inverse.stiffness, motion).into_iter().map(|c| (c, None)).collect();
         for (t, (effect, shapes)) in inverse.terms.iter().enumerate() {
             if is_lag(*effect) {
@@ -136,7 +139,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
         }
         let factor = normal.factor();
         let x = factor.solve(&right);
-        if !(x[0].abs() > 0.0) || x.iter().any(|v| !v.is_finite()) {
+        if x[0] == 0.0 || x.iter().any(|v| !v.is_finite()) {
             return None;
         }
         gain = 1.0 / x[0];

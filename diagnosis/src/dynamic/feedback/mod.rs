@@ -8,7 +8,7 @@ pub mod motion;
 use fitter::plant::Plant;
 use rayon::prelude::*;
 
-use super::data::{CHOOSE, Data, FIT, FOLDS, SCORE};
+use super::data::{CHOOSE, Data, FIT, SCORE};
 use super::diagnose::{DynamicOutcome, Options, Predicted};
 use super::effects::{CATALOGUE, DynamicEffect, Part, effect, unit_of};
 use super::fault::DynamicError;
@@ -330,7 +330,6 @@ pub fn diagnose(
         gain: None,
         of_explainable: None,
     };
-    debug_assert!(FOLDS > SCORE);
     let verdict = if effects.is_empty() {
         Verdict::Consistent
     } else if coloured(&after.residual, &motion) {
