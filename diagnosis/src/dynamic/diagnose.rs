@@ -3,7 +3,7 @@
 use fitter::plant::{Plant, PlantFile};
 use rayon::prelude::*;
 
-use super::data::{ALL, Data, FIT, SCORE};
+use super::data::{ALL, Data, SCORE};
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::fault::DynamicError;
 use super::model::Model;
@@ -246,7 +246,6 @@ fn proof(
             }
         }
     };
-    debug_assert_ne!(FIT, SCORE);
     Fit {
         unit: units.position.clone(),
         held_out_by: other.map_or("block".into(), |(file, _)| file.file.clone()),

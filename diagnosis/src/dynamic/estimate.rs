@@ -79,7 +79,7 @@ pub fn fit(
     for _ in 0..patience {
         let cost = now.cost(folds);
         let (step, moves, promised) = now.step(folds, lambda);
-        if !(promised > ENOUGH * cost / now.rows(folds).max(1) as f64) {
+        if promised.is_nan() || promised <= ENOUGH * cost / now.rows(folds).max(1) as f64 {
             break;
         }
         let packed: Vec<f64> = model.pack().iter().zip(&step).map(|(x, d)| x + d).collect();

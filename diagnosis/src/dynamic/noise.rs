@@ -36,7 +36,7 @@ pub fn autoregression(residual: &[f64], runs: &[Range<usize>]) -> Autoregression
         if criterion < best.0 {
             best = (criterion, coefficients.clone(), variance);
         }
-        if order == MOST || !(variance > 1e-12 * covariance[0]) {
+        if order == MOST || variance.is_nan() || variance <= 1e-12 * covariance[0] {
             break;
         }
         let predicted: f64 = coefficients.iter().enumerate().map(|(j, c)| c * covariance[order - j]).sum();
@@ -66,7 +66,8 @@ mod tests {
         for k in 1..20_000 {
             x.push(0.8 * x[k - 1] + random());
         }
-        let found = autoregression(&x, &[0..x.len()]);
+        let whole = 0..x.len();
+        let found = autoregression(&x, std::slice::from_ref(&whole));
         assert_eq!(found.coefficients.len(), 1);
         assert!((found.coefficients[0] - 0.8).abs() < 0.02);
         assert!((found.innovation - (1.0f64 / 12.0).sqrt()).abs() < 0.01);

@@ -39,7 +39,7 @@ pub fn to_model(file: &str, plant: &PlantFile) -> Result<Option<Model>, DynamicE
         let wrong = |reason: String| DynamicError::Effect { file: file.into(), id: given.id.clone(), reason };
         let known: &'static dyn DynamicEffect = effect(&given.id)
             .ok_or_else(|| wrong("is not in the catalogue; correct its id or leave it out".into()))?;
-        let parameters = known.from_readings(&|name| given.number(name)).ok_or_else(|| {
+        let parameters = known.parameters_from(&|name| given.number(name)).ok_or_else(|| {
             let names: Vec<&str> = known.parameters().iter().map(|p| p.name).collect();
             wrong(format!("expected the parameters {}; add what is missing", names.join(", ")))
         })?;

@@ -4,7 +4,7 @@
 
 use rayon::prelude::*;
 
-use super::data::{ALL, CHOOSE, Data, FIT};
+use super::data::{CHOOSE, Data};
 use super::effects::{DynamicEffect, Flow, Parameter, Part, Physics, Scale};
 use super::estimate::Fitted;
 use super::gram::{MOST_FREE, grams};
@@ -194,7 +194,6 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
             let lanes: Vec<usize> = (0..base + count).collect();
             let (fitted_gain, gain) = gained(&whole, base, &lanes);
             let rows = whole.rows[CHOOSE].max(1) as f64;
-            debug_assert!(whole.rows(ALL) >= whole.rows[FIT]);
             let part = 1.0 - (-gain / rows).exp();
             Some(Structure { variable, times: *times, part, gain, fitted_gain, shapes: count })
         })

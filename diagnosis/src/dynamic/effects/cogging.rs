@@ -68,7 +68,7 @@ impl DynamicEffect for Cogging {
             reading("phase_rad", "rad", b.atan2(a), [-b / square, a / square, 0.0]),
         ]
     }
-    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
         let (amplitude, phase) = (value("amplitude_per_inertia")?, value("phase_rad").unwrap_or(0.0));
         Some(vec![amplitude * phase.cos(), amplitude * phase.sin(), value("period")?])
     }

@@ -65,7 +65,7 @@ impl DynamicEffect for FlexibleMode {
     fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
         parameters[1] > 0.0 && parameters[2] < 0.5 && parameters[0] < 0.5 / scale.step_s
     }
-    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
         Some(vec![value("frequency_hz")?, value("mass_ratio")?, value("damping_ratio").unwrap_or(0.01)])
     }
 }
