@@ -141,13 +141,17 @@ pub fn entry(
         lsb: value / word_unit,
     };
     let approximation = bound.approximation.min(design.minimax);
-    let parts = vec![
+    let mut parts = vec![
         part("best polynomial of this degree against the exact function", approximation),
         part("rounding of its coefficients to the format", bound.approximation - approximation),
         part("rounding of the input to the routine's variable", bound.input),
         part("rounding of the operations", bound.evaluation),
         part("rounding of the result to the output's format", bound.output),
     ];
+    if !routine.physics.is_empty() {
+        parts
+            .push(part("terms of further physics, over the box of their inputs and all states", bound.terms));
+    }
     Entry {
         routine: name.into(),
         language: String::new(),

@@ -7,7 +7,9 @@
 
 pub mod approximate;
 pub mod bound;
+pub mod builder;
 pub mod certificate;
+pub mod choose;
 pub mod cli;
 pub mod cost;
 pub mod design;
@@ -24,6 +26,7 @@ pub mod input;
 pub mod interpret;
 pub mod options;
 pub mod output;
+pub mod physics;
 pub mod piecewise;
 pub mod plot;
 pub mod program;
@@ -35,3 +38,5 @@ pub mod routine;
 pub mod source;
 pub mod text;
 pub mod verify;
+
+pub use builder::Builder;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
+use crate::physics::Further;
 
 /// What happens to a reading outside the valid range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -122,6 +123,10 @@ pub struct Options {
     pub extrapolate: bool,
     /// Outside the range.
     pub out_of_range: OutOfRange,
+    /// The further inputs of terms that the coefficients file has.
+    pub further: Vec<Further>,
+    /// Effects of which the terms are left out.
+    pub without: Vec<String>,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -139,6 +144,8 @@ impl Default for Options {
             range: None,
             extrapolate: false,
             out_of_range: OutOfRange::Clamp,
+            further: Vec::new(),
+            without: Vec::new(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),

@@ -6,9 +6,11 @@
 //! how strong the strongest of them is when there is nothing, [`search`] chooses among them, [`model`] fits
 //! what was chosen, [`held_out`] proves it, and [`verdict`] says it.
 
+pub mod averaging;
 pub mod base;
 pub mod calibrate;
 pub mod condense;
+pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;
 pub mod dynamic;
@@ -18,7 +20,9 @@ pub mod explain;
 pub mod generic;
 pub mod hand_on;
 pub mod held_out;
+pub mod intervals;
 pub mod linear;
+pub mod mixture;
 pub mod model;
 pub mod noise;
 pub mod observe;
@@ -26,6 +30,7 @@ pub mod report;
 pub mod rows;
 pub mod search;
 pub mod simulated;
+pub mod steps;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
-use crate::dictionary::{Dictionary, Kind, Projected, SMALLEST_PART};
+use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::noise::Noise;
@@ -20,13 +20,16 @@ const MOST_TERMS: usize = 6;
 const MOST_GENERIC: usize = 2;
 /// Terms up to which one is tried in the place of two.
 const MOST_FOR_PAIRS: usize = 3;
+/// Contenders for the first of two terms that are exchanged at once.
+const FIRST_OF_PAIRS: usize = 6;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
-const GENERIC_HANDICAP: f64 = 9.0;
+const GENERIC_HANDICAP: f64 = 5.0;
 /// The same for every column beyond the first.
 const HANDICAP_PER_COLUMN: f64 = 1.5;
-/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler.
-const SHAPE_PRICE: f64 = 1.5;
+/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
+/// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
+pub const SHAPE_PRICE: f64 = 3.0;
 /// Merit by which an exchange must win.
 const EXCHANGE_MARGIN: f64 = 0.3;
 /// Merit that a joint refinement may bring at most, for a set to be worth refining.
@@ -74,8 +77,11 @@ pub struct Search<'a> {
     pub shares: Vec<f64>,
     /// Price of a term by family and rank.
     prices: Vec<Vec<f64>>,
+    /// Free shape parameters of every effect of the catalogue.
+    free_shapes: Vec<usize>,
     base_order: usize,
-    whitened: Columns,
+    /// The candidates beside the base.
+    projected: Projected,
     base: Basis,
     /// Whitened cleaned observations less the base.
     target: Vec<f64>,
@@ -106,7 +112,7 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &alarm);
+        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -124,8 +130,14 @@ impl<'a> Search<'a> {
             calibration,
             shares,
             prices,
+            free_shapes: catalogue
+                .iter()
+                .map(|e| {
+                    e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()
+                })
+                .collect(),
             base_order: order,
-            whitened,
+            projected,
             base,
             target,
         }
@@ -135,8 +147,8 @@ impl<'a> Search<'a> {
     pub fn with_noise(whole: &Search<'a>, noise: Noise) -> Search<'a> {
         let order = whole.base_order;
         let dictionary = Arc::clone(&whole.dictionary);
-        let whitened = dictionary.whitened(&noise);
         let (base, target) = base_and_target(whole.rows, order, &noise);
+        let projected = dictionary.project(&dictionary.whitened(&noise), &base);
         Search {
             rows: whole.rows,
             catalogue: whole.catalogue,
@@ -145,8 +157,9 @@ impl<'a> Search<'a> {
             calibration: whole.calibration.clone(),
             shares: whole.shares.clone(),
             prices: whole.prices.clone(),
+            free_shapes: whole.free_shapes.clone(),
             base_order: order,
-            whitened,
+            projected,
             base,
             target,
         }
@@ -189,10 +202,15 @@ impl<'a> Search<'a> {
     pub fn price(&self, term: &Term) -> f64 {
         let own = self.own_price(term);
         match self.effect(term.family) {
-            Some(_) => own + SHAPE_PRICE * term.shape.len() as f64,
+            Some(e) => own + SHAPE_PRICE * self.free_shapes(e) as f64,
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
         }
+    }
+
+    /// How many shape parameters of an effect of the catalogue are free to take any value.
+    pub fn free_shapes(&self, effect: usize) -> usize {
+        self.free_shapes[effect]
     }
 
     /// The price without what is set on top of it for comparisons.
@@ -213,22 +231,27 @@ impl<'a> Search<'a> {
     /// The best candidate of every family beside the given terms, from the grid.
     pub fn survey(&self, terms: &[Term]) -> Vec<Found> {
         let (basis, residual) = self.fit(terms);
-        let projected = self.dictionary.project(&self.whitened, &basis);
-        self.survey_projected(&projected, &residual)
+        self.survey_beside(&basis, &residual)
     }
 
-    fn survey_projected(&self, projected: &Projected, residual: &[f64]) -> Vec<Found> {
+    /// The same beside the base grown by some columns, and the residual.
+    fn survey_beside(&self, basis: &Basis, residual: &[f64]) -> Vec<Found> {
         let mut found = Vec::new();
+        let mut further = Columns::new(self.rows.len());
+        (self.base.rank()..basis.rank()).for_each(|k| further.push(basis.columns.get(k)));
+        let count = further.count();
+        further.push(residual);
+        let products = self.projected.products(&further);
+        let mut scratch = Scratch::default();
         for (f, family) in self.dictionary.families.iter().enumerate() {
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
-                let range = projected.of[c].clone();
-                let scores: Vec<f64> =
-                    range.clone().map(|k| dot(projected.columns.get(k), residual)).collect();
-                if scores.is_empty() || !self.possible(f, &scores) {
+                self.projected.scores(c, &products, count, family.smallest_part, &mut scratch);
+                let scores = &scratch.scores;
+                if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let s = dot(&scores, &scores);
+                let s = dot(scores, scores);
                 let m = log_tail(s, scores.len());
                 if best.is_none_or(|b| m > b.0) {
                     best = Some((m, c, s, scores.len()));
@@ -270,13 +293,16 @@ impl<'a> Search<'a> {
     /// What a shape of an effect explains beside a basis, with its scores.
     fn try_shape(&self, family: usize, shape: &[f64], basis: &Basis, residual: &[f64]) -> Option<Found> {
         let e = self.effect(family)?;
+        if !self.catalogue[e].possible_shape(self.rows, shape) {
+            return None;
+        }
         let columns = self.catalogue[e].signature(self.rows, shape);
         let mut own = Basis::new(self.rows.len());
         for column in &columns {
             let mut w = self.noise.whiten(column);
             let length = dot(&w, &w).sqrt();
             basis.project_off(&mut w);
-            if dot(&w, &w).sqrt() > SMALLEST_PART * length {
+            if dot(&w, &w).sqrt() > self.dictionary.families[family].smallest_part * length {
                 own.add(&w);
             }
         }
@@ -409,16 +435,20 @@ impl<'a> Search<'a> {
                     continue;
                 };
                 let mut best = self.refine(start, &basis, &residual);
+                let plain = best.term.shape.clone();
                 while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
                     let Some(richer) = self.try_shape(best.term.family, &shape, &basis, &residual) else {
                         break;
                     };
-                    let richer = self.refine(richer, &basis, &residual);
                     // A further harmonic: two more columns, at the level of one test in some hundred.
                     if richer.explained - best.explained < 2.0 * 5.3 {
                         break;
                     }
                     best = richer;
+                }
+                // The shape hardly moves with its richness: once refined again at the end is enough.
+                if best.term.shape != plain {
+                    best = self.refine(best, &basis, &residual);
                 }
                 terms[k] = best.term;
             }
@@ -428,9 +458,8 @@ impl<'a> Search<'a> {
     /// The best candidates beside the terms by merit, refined; `wanted` filters families.
     pub fn contenders(&self, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
         let (basis, residual) = self.fit(terms);
-        let projected = self.dictionary.project(&self.whitened, &basis);
         let mut found: Vec<Found> = self
-            .survey_projected(&projected, &residual)
+            .survey_beside(&basis, &residual)
             .into_iter()
             .filter(|f| wanted(f.term.family) && self.allowed_beside(f.term.family, terms))
             .collect();
@@ -466,21 +495,87 @@ impl<'a> Search<'a> {
         found.explained - self.price(&found.term)
     }
 
-    /// Searches from `start` until nothing significant is left and no exchange improves the merit.
+    /// Searches from `start` until nothing significant is left and no exchange improves the merit: once with
+    /// the catalogue before anything without a name, and, where one name does not account for everything,
+    /// once with all together, because a curve that is taken first may hide two effects, and two effects may
+    /// imitate what has no name. The better set is kept.
     pub fn run(&self, start: Vec<Term>) -> Vec<Term> {
+        let named = self.grow(start.clone(), true);
+        let named = self.grow(named, false);
+        if named.len() <= 1 && !named.iter().any(|t| self.is_generic(t.family)) {
+            return named;
+        }
+        let free = self.grow(start, false);
+        if self.merit(&free) > self.merit(&named) + EXCHANGE_MARGIN { free } else { named }
+    }
+
+    /// Exchanges two terms at once for two of the catalogue: a time constant that was refined beside the wrong
+    /// partner makes the right one look worse than it is, and neither gives way alone.
+    pub fn reshuffle(&self, terms: Vec<Term>) -> Vec<Term> {
+        let mut terms = terms;
+        for _ in 0..2 {
+            if terms.len() < 2 || terms.len() > MOST_FOR_PAIRS + 1 {
+                return terms;
+            }
+            let merit = self.merit(&terms);
+            let mut better: Option<(f64, Vec<Term>)> = None;
+            for k in 0..terms.len() {
+                for j in k + 1..terms.len() {
+                    let mut rest = terms.clone();
+                    rest.remove(j);
+                    rest.remove(k);
+                    for set in self.pairs_beside(&rest) {
+                        if self.merit(&set) < merit - NEAR {
+                            continue;
+                        }
+                        let mut set = set;
+                        self.backfit(&mut set);
+                        let m = self.merit(&set);
+                        if m > merit + EXCHANGE_MARGIN && better.as_ref().is_none_or(|b| m > b.0) {
+                            better = Some((m, set));
+                        }
+                    }
+                }
+            }
+            match better {
+                Some((_, set)) => terms = set,
+                None => return terms,
+            }
+        }
+        terms
+    }
+
+    /// Promising pairs of catalogued effects beside the terms, with them.
+    fn pairs_beside(&self, terms: &[Term]) -> Vec<Vec<Term>> {
+        let named = |f: usize| self.effect(f).is_some();
+        let mut out = Vec::new();
+        for first in self.contenders(terms, named).into_iter().take(FIRST_OF_PAIRS) {
+            let mut with = terms.to_vec();
+            with.push(first.term);
+            for second in self.contenders(&with, named).into_iter().take(2) {
+                let mut pair = with.clone();
+                pair.push(second.term);
+                out.push(pair);
+            }
+        }
+        out
+    }
+
+    /// Adds and exchanges terms, only catalogued ones where `named_only`.
+    fn grow(&self, start: Vec<Term>, named_only: bool) -> Vec<Term> {
         let mut terms = start;
         self.backfit(&mut terms);
-        self.exchange(&mut terms);
+        self.exchange(&mut terms, named_only);
         for _ in 0..2 * MOST_TERMS {
             let unexplained = terms.iter().filter(|t| self.is_generic(t.family)).count();
             if terms.len() >= MOST_TERMS || unexplained >= MOST_GENERIC {
                 break;
             }
-            let contenders = self.contenders(&terms, |_| true);
+            let contenders = self.contenders(&terms, |f| !named_only || !self.is_generic(f));
             let Some(next) = contenders.into_iter().find(|f| self.significant(f)) else { break };
             terms.push(next.term);
             self.backfit(&mut terms);
-            self.exchange(&mut terms);
+            self.exchange(&mut terms, named_only);
         }
         self.prune(&mut terms);
         terms
@@ -510,7 +605,8 @@ impl<'a> Search<'a> {
 
     /// Exchanges terms for better ones, drops those that do not pay, and tries two catalogued effects in
     /// place of a generic one.
-    fn exchange(&self, terms: &mut Vec<Term>) {
+    fn exchange(&self, terms: &mut Vec<Term>, named_only: bool) {
+        let wanted = |f: usize| !named_only || !self.is_generic(f);
         let mut merit = self.merit(terms);
         for _ in 0..4 {
             let mut better: Option<(f64, Vec<Term>)> = None;
@@ -528,7 +624,7 @@ impl<'a> Search<'a> {
                     let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
                     consider(without.clone(), merit_without - lost);
                 }
-                let others = self.contenders(&without, |f| f != removed.family);
+                let others = self.contenders(&without, |f| f != removed.family && wanted(f));
                 for other in others.iter().take(2) {
                     let mut with = without.clone();
                     with.push(other.term.clone());
@@ -563,7 +659,7 @@ impl<'a> Search<'a> {
                     let mut with: Vec<Term> = terms.clone();
                     with.remove(j);
                     with.remove(k);
-                    if let Some(one) = self.contenders(&with, |_| true).into_iter().next() {
+                    if let Some(one) = self.contenders(&with, wanted).into_iter().next() {
                         with.push(one.term);
                         let m = self.merit(&with);
                         consider(with, m);
