@@ -22,9 +22,9 @@ pub struct Term {
 }
 
 impl Term {
-    /// An effect all of whose parameters are free.
+    /// An effect all of whose parameters are free but its creep.
     pub fn new(effect: &'static dyn DynamicEffect, parameters: Vec<f64>) -> Term {
-        let free = vec![true; parameters.len()];
+        let free = (0..parameters.len()).map(|k| effect.creep() != Some(k)).collect();
         Term { effect, parameters, free }
     }
 }

@@ -29,6 +29,11 @@ pub trait Number:
         let (sin, cos) = self.value().sin_cos();
         self.chain(sin, cos)
     }
+    /// Its inverse hyperbolic tangent, for magnitudes below one.
+    fn artanh(self) -> Self {
+        let x = self.value();
+        self.chain(x.atanh(), 1.0 / (1.0 - x * x))
+    }
     /// Its magnitude.
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }

@@ -175,9 +175,31 @@ impl<'a> Search<'a> {
                 break;
             }
             let next = self.best_hold(next.clone(), FIT_ROWS);
-            present = self.pruned(next);
+            present = self.creeping(self.pruned(next));
         }
         present
+    }
+
+    /// The model with the creep of its dry friction freed, where the recording shows it.
+    fn creeping(&self, present: Fitted) -> Fitted {
+        let Some(k) = present.model.terms.iter().position(|t| t.effect.creep().is_some()) else {
+            return present;
+        };
+        let Some(creep) = present.model.terms[k].effect.creep() else { return present };
+        let freed: Vec<Fitted> = [3e-4, 3e-3, 3e-2]
+            .par_iter()
+            .filter_map(|part| {
+                let mut model = present.model.clone();
+                model.terms[k].parameters[creep] = part * self.data.scale.speed;
+                model.terms[k].free[creep] = true;
+                fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE)
+            })
+            .collect();
+        let best = freed.into_iter().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
+        match best {
+            Some(f) if self.worth(&present, &f) => f,
+            _ => present,
+        }
     }
 
     /// The best contender, or a simpler one that does as well.

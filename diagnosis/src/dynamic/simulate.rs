@@ -142,6 +142,25 @@ where
         self.rates(state, drive, 0.0).v.value()
     }
 
+    /// Speed of a mechanism that dry friction holds: v = c artanh(force/holding force).
+    fn creep(&self, state: &State<T>, drive: T) -> T {
+        let zero = T::from_f64(0.0);
+        let friction = self.model.terms.iter().position(|t| t.effect.creep().is_some());
+        let Some(k) = friction else { return zero };
+        let effect = self.model.terms[k].effect;
+        let parameters = &self.theta.terms[k];
+        let creep = effect.creep().map_or(zero, |c| parameters[c]);
+        let amounts = parameters.iter().zip(effect.parameters()).filter(|(_, p)| !p.shape);
+        let holds = amounts.fold(zero, |sum, (p, _)| sum + *p);
+        if !(holds.value() > 0.0) {
+            return zero;
+        }
+        let still = State { v: zero, ..*state };
+        let part = self.rates(&still, drive, 0.0).v / holds;
+        // Close to the holding force it breaks loose rather than creeping ever faster.
+        if part.value().abs() < 0.999 { creep * part.artanh() } else { creep * (3.8 * part.value().signum()) }
+    }
+
     fn holds(&self) -> f64 {
         let one = |(effect, parameters): (&'static dyn DynamicEffect, &Vec<T>)| {
             effect.holds(&parameters.iter().map(|p| p.value()).collect::<Vec<_>>())
@@ -166,9 +185,10 @@ where
             if *direction == 0.0 {
                 let pull = self.pull(&state, span.from);
                 if pull.abs() <= holds {
-                    // It stands still while its further states go on.
+                    // It creeps at most, while its further states go on.
                     let mut to = self.step(&state, left, &span, 0.0);
-                    (to.p, to.v) = (state.p, zero);
+                    to.p = state.p + left * self.creep(&state, span.middle);
+                    to.v = zero;
                     return to;
                 }
                 *direction = pull.signum();

@@ -91,8 +91,12 @@ pub fn effects(
     let mut said: Vec<(f64, NamedEffect)> = Vec::new();
     let mut first = found.model.nominal_free.iter().filter(|f| **f).count();
     for (k, term) in found.model.terms.iter().enumerate() {
-        let own: Vec<usize> = (first..first + term.parameters.len()).collect();
-        first += term.parameters.len();
+        let own: Vec<Option<usize>> = (term.free.iter())
+            .map(|free| {
+                first += usize::from(*free);
+                free.then(|| first - 1)
+            })
+            .collect();
         let Some(without) = fit(&found.model.without(k), &found.states, data, ALL, PATIENCE) else {
             continue;
         };
@@ -180,7 +184,12 @@ pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmet
     inverse
 }
 
-fn variance(reading: &Reading, term: &super::model::Term, own: &[usize], covariance: &Symmetric) -> f64 {
+fn variance(
+    reading: &Reading,
+    term: &super::model::Term,
+    own: &[Option<usize>],
+    covariance: &Symmetric,
+) -> f64 {
     // A shape is estimated by its logarithm.
     let slope: Vec<f64> = (term.effect.parameters().iter().zip(&term.parameters))
         .zip(&reading.gradient)
@@ -189,7 +198,9 @@ fn variance(reading: &Reading, term: &super::model::Term, own: &[usize], covaria
     let mut sum = 0.0;
     for (a, i) in slope.iter().zip(own) {
         for (b, j) in slope.iter().zip(own) {
-            sum += a * b * covariance.at(*i, *j);
+            if let (Some(i), Some(j)) = (i, j) {
+                sum += a * b * covariance.at(*i, *j);
+            }
         }
     }
     sum.max(0.0)

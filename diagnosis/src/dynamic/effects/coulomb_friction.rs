@@ -1,6 +1,8 @@
 //! Coulomb friction: dry friction of constant magnitude against the motion; it holds the mechanism where the other forces are smaller.
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount};
+use super::{
+    CREEP, DynamicEffect, Flow, HARD, Parameter, Part, Physics, Reading, Scale, amount, plain_readings,
+};
 use crate::dynamic::number::Number;
 
 /// x″ −= F sign v; stuck where |force| ≤ F; F in p/s²
@@ -35,15 +37,26 @@ impl DynamicEffect for CoulombFriction {
         Part::Force
     }
     fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("force_per_inertia", "p/s²")] }
+        const { &[amount("force_per_inertia", "p/s²"), CREEP] }
     }
-    fn starts(&self, _: &Scale) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
+    fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
+        vec![vec![0.0, HARD * scale.speed]]
     }
     fn holds(&self, parameters: &[f64]) -> f64 {
         parameters[0].max(0.0)
     }
     fn plausible(&self, parameters: &[f64], _: &Scale) -> bool {
         parameters[0] > 0.0
+    }
+    fn creep(&self) -> Option<usize> {
+        Some(1)
+    }
+    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
+        plain_readings(self.parameters(), parameters, 1)
+    }
+    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+        let creep = value(CREEP.name).unwrap_or(f64::MIN_POSITIVE);
+        let named = self.parameters()[..1].iter().map(|p| value(p.name));
+        named.chain([Some(creep)]).collect()
     }
 }

@@ -1,6 +1,8 @@
 //! Stribeck friction: dry friction that is larger at rest and falls with speed.
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount, shape};
+use super::{
+    CREEP, DynamicEffect, Flow, HARD, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape,
+};
 use crate::dynamic::number::Number;
 
 /// x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E; F, E in p/s², v_s in p/s
@@ -42,11 +44,15 @@ impl DynamicEffect for StribeckFriction {
                 amount("force_per_inertia", "p/s²"),
                 amount("extra_static", "p/s²"),
                 shape("stribeck_velocity", "p/s"),
+                CREEP,
             ]
         }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
-        [0.03, 0.1, 0.3, 1.0].iter().map(|part| vec![0.0, 0.0, part * scale.speed]).collect()
+        [0.03, 0.1, 0.3, 1.0]
+            .iter()
+            .map(|part| vec![0.0, 0.0, part * scale.speed, HARD * scale.speed])
+            .collect()
     }
     fn holds(&self, parameters: &[f64]) -> f64 {
         (parameters[0] + parameters[1]).max(0.0)
@@ -54,5 +60,16 @@ impl DynamicEffect for StribeckFriction {
     fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
         // Beyond the speeds of the recording the fall of the friction is a viscous damping.
         parameters[0] >= 0.0 && parameters[1] > 0.0 && parameters[2] < 3.0 * scale.speed
+    }
+    fn creep(&self) -> Option<usize> {
+        Some(3)
+    }
+    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
+        plain_readings(self.parameters(), parameters, 3)
+    }
+    fn from_readings(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+        let creep = value(CREEP.name).unwrap_or(f64::MIN_POSITIVE);
+        let named = self.parameters()[..3].iter().map(|p| value(p.name));
+        named.chain([Some(creep)]).collect()
     }
 }
