@@ -8,6 +8,9 @@ use crate::report::charts::{AFTER, BEFORE, GRID, INK, themed};
 /// Size of a chart in its own units; the page scales it to the column.
 pub const SIZE: (u32, u32) = (560, 330);
 
+/// Label of an abscissa whose values are log₁₀ of a frequency in Hz; its ticks are written in Hz.
+pub const LOGARITHMIC: &str = "frequency (Hz, logarithmic)";
+
 /// What a curve stands for; it decides the colour.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Role {
@@ -109,7 +112,7 @@ fn axes(
             .y_desc(y_label)
             .x_labels(6)
             .y_labels(6)
-            .x_label_formatter(&|v| short(*v))
+            .x_label_formatter(&|v| if x_label == LOGARITHMIC { frequency(*v) } else { short(*v) })
             .y_label_formatter(&|v| short(*v))
             .label_style(text.clone())
             .axis_desc_style(text)
@@ -124,6 +127,13 @@ fn axes(
     // Drawing into a string fails only where a range is empty; then there is nothing to show.
     whole(&mut svg).ok()?;
     Some(themed(&svg))
+}
+
+/// A tick's label of a logarithmic frequency: two digits.
+fn frequency(logarithm: f64) -> String {
+    let value = 10f64.powf(logarithm);
+    let scale = 10f64.powi(value.log10().floor() as i32 - 1);
+    short((value / scale).round() * scale)
 }
 
 /// A tick's label: few digits, powers of ten where the number is very large or small.

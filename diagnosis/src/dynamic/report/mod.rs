@@ -88,6 +88,7 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
         correlation => digits(d.noise_floor.autocorrelation),
         rows => recording.rows(),
         runs => recording.runs.len(),
+        periodic => recording.period.is_some(),
         rate => digits(1.0 / recording.step_s),
         predicted => if feedback { "drive" } else { "position" },
         spectra => spectra.iter().map(chart).collect::<Vec<_>>(),

@@ -1,6 +1,6 @@
 //! Spectra: the recorded position, what both simulations leave of it, noise and distortion.
 
-use super::draw::{Curve, Role, curves};
+use super::draw::{Curve, LOGARITHMIC, Role, curves};
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;
 use crate::dynamic::linear::plan::Plan;
@@ -65,7 +65,7 @@ pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<
             "Spectrum".to_string()
         };
         let label = format!("level (dB re 1 {unit} rms per line)");
-        charts.extend(curves(("frequency (log₁₀ Hz)", &label), &drawn).map(|svg| (title, svg)));
+        charts.extend(curves((LOGARITHMIC, &label), &drawn).map(|svg| (title, svg)));
     }
     charts.truncate(4);
     charts.extend(free(recording, &plan, unit));
@@ -110,7 +110,7 @@ fn free(recording: &DynamicRecording, plan: &Plan, unit: &str) -> Option<(String
         Curve { role: Role::After, points: levels(&odd) },
     ];
     let label = format!("level (dB re 1 {unit} rms per line)");
-    let svg = curves(("frequency (log₁₀ Hz)", &label), &drawn)?;
+    let svg = curves((LOGARITHMIC, &label), &drawn)?;
     Some(("Free lines: even distortion (first colour) and odd (second)".into(), svg))
 }
 
