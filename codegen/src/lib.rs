@@ -11,6 +11,7 @@ pub mod certificate;
 pub mod cli;
 pub mod cost;
 pub mod design;
+pub mod estimate;
 pub mod exact;
 pub mod explore;
 pub mod files;

@@ -64,6 +64,7 @@ pub struct View {
     bound_text: String,
     parts: Vec<Value>,
     resolution_text: Option<String>,
+    band_text: Option<String>,
     steps: Vec<Value>,
     /// What is kept from call to call, and the steps that it starts from.
     state: Vec<Value>,
@@ -173,6 +174,7 @@ impl Renderer {
                 .collect(),
             resolution_text: (entry.input_resolution > 0.0)
                 .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
+            band_text: entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
             steps: steps(program, &(0..program.steps.len()).collect::<Vec<_>>()),
             start_steps: steps(program, &program.start_steps()),
             state: program
