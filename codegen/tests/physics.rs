@@ -14,7 +14,9 @@ use codegen::program::Op;
 use codegen::routine::{self, Routine};
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
-use fitter::terms::{Element, Operator, Periodic, Play, Product, Scope, Term};
+use fitter::terms::{
+    Element, Gaussian, Hinge, Lag, Operator, Periodic, Play, Product, Rate, Scope, Side, Term,
+};
 use fitter::units::ARCSEC_PER_RAD;
 use proptest::prelude::*;
 
@@ -202,6 +204,54 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    /// A lag, the rate of a moving reading and a slope beyond a threshold, however slow the lag.
+    #[test]
+    fn lags_rates_and_hinges_hold_the_bound(
+        time_constant_s in 0.05..5000.0f64,
+        period_s in 0.001..1.0f64,
+        weights in (-3.0..3.0f64, -1e-4..1e-4f64, -0.01..0.01f64),
+        threshold in -6000.0..6000.0f64,
+        above in any::<bool>(),
+        sequences in prop::collection::vec(any_sequence(), 8),
+    ) {
+        let lag = Lag::of("temperature_c", time_constant_s, 22.5);
+        let side = if above { Side::Above } else { Side::Below };
+        let mut coefficients = paper();
+        coefficients.terms = vec![
+            term("thermal_lag", Operator::Lag(lag.clone()), vec![weights.0]),
+            term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![weights.1]),
+            term(
+                "sensor_clipping",
+                Operator::Hinge(Hinge::of("angle_arcsec", threshold, side)),
+                vec![weights.2],
+            ),
+        ];
+        let options = Options { period_s: Some(period_s), bound: Some(1e3), degree: Some(9), ..options() };
+        let routine = routine::design(&coefficients, &options, &options.routines[0]).unwrap();
+        let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
+        let model = coefficients.error_model();
+        for words in sequences {
+            let sequence = readings(&words);
+            let time_s: Vec<f64> = (0..sequence.len()).map(|i| period_s * i as f64).collect();
+            let temperatures: Vec<f64> = sequence.iter().map(|(_, t)| *t).collect();
+            let lagged = lag.lagged(&time_s, &temperatures);
+            let angle = |row: usize| (sequence[row].0 / PROBE_DISTANCE_MM).atan() * ARCSEC_PER_RAD;
+            for (row, word) in interpreted(&routine, &words).into_iter().enumerate() {
+                let rate = if row == 0 { 0.0 } else { (angle(row) - angle(row - 1)) / period_s };
+                let beyond = if above { angle(row) - threshold } else { threshold - angle(row) }.max(0.0);
+                let terms = weights.0 * (lagged[row] - 22.5) + weights.1 * rate + weights.2 * beyond;
+                let expected = model.corrected(sequence[row].0) - terms / ARCSEC_PER_RAD;
+                let error = (f64::from(word) * unit - expected).abs();
+                // The reference's own rounding: a rate is a difference of like numbers, over a short time.
+                let own = 1e-15 * (1.0 + weights.1.abs() / period_s);
+                prop_assert!(error <= bound * (1.0 + 1e-9) + own, "row {row}: {error:e} exceeds {bound:e}");
+            }
+        }
+    }
+}
+
 /// A device, and 20 000 steps of a random walk.
 fn walk() -> (Device, Vec<(i32, u16)>) {
     let device = Device {
@@ -228,8 +278,14 @@ fn walk() -> (Device, Vec<(i32, u16)>) {
 #[test]
 fn compiled_c_and_rust_give_the_interpreters_bits() {
     let (device, words) = walk();
-    let options = options();
-    let generated = generate(&device.coefficients(), "0", &options).unwrap();
+    let options = Options { period_s: Some(0.002), ..options() };
+    let mut coefficients = device.coefficients();
+    coefficients.terms.extend([
+        term("thermal_lag", Operator::Lag(Lag::of("temperature_c", 400.0, 22.5)), vec![0.2]),
+        term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![1e-5]),
+        term("periodic_error", Operator::Periodic(Periodic::of(700.0, 1)), vec![2.0, -1.0]),
+    ]);
+    let generated = generate(&coefficients, "0", &options).unwrap();
     let expected = interpreted(&generated.routines[0], &words);
     let folder = tempfile::tempdir().unwrap();
     for (path, text) in &generated.files {
@@ -282,23 +338,29 @@ fn compiled_c_and_rust_give_the_interpreters_bits() {
 
 #[test]
 fn what_cannot_be_generated_is_told() {
-    let lag =
-        term("thermal_lag", Operator::Lag(fitter::terms::Lag::of("temperature_c", 60.0, 22.0)), vec![1.0]);
+    let bump = Gaussian::of("angle_arcsec", 100.0, 60.0);
+    let bump = term("local_defect", Operator::Gaussian(bump), vec![1.0]);
     let step = Operator::Step(fitter::terms::Step { observable: "t_s".into(), at: 5.0 });
     let step = Term { scope: Scope::Recording, ..term("mount_step", step, vec![3.0]) };
     let mut coefficients = paper();
-    coefficients.terms = vec![lag, step];
+    coefficients.terms = vec![bump, step];
     let mut options = Options { further: Vec::new(), ..options() };
     let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
-    assert!(refused.contains("`lag` of thermal_lag") && refused.contains("--without"), "{refused}");
-    options.without = vec!["thermal_lag".into()];
+    assert!(refused.contains("`gaussian` of local_defect") && refused.contains("--without"), "{refused}");
+    options.without = vec!["local_defect".into()];
     let generated = generate(&coefficients, "0", &options).unwrap();
     let head = &generated.files[Path::new("c/corrected_angle.h")];
-    assert!(head.contains("thermal_lag: as asked for") && head.contains("mount_step: "), "{head}");
+    assert!(head.contains("local_defect: as asked for") && head.contains("mount_step: "), "{head}");
 
     coefficients.terms =
         vec![term("thermal_zero_drift", Operator::Product(Product::of("temperature_c", 22.0)), vec![0.3])];
     options.without.clear();
     let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
     assert!(refused.contains("--further temperature_c="), "{refused}");
+
+    let lag = Operator::Lag(Lag::of("temperature_c", 60.0, 22.0));
+    coefficients.terms = vec![term("thermal_lag", lag, vec![1.0])];
+    let options = self::options();
+    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
+    assert!(refused.contains("--period-s"), "{refused}");
 }
