@@ -142,6 +142,8 @@ impl Core {
                 // Loaded, and stored in the end.
                 Op::State { .. } => 2.0,
                 Op::Add { .. } => w.subtract,
+                Op::MulAddWide { .. } => w.constant + w.product_high + w.subtract,
+                Op::High { .. } => 2.0 * w.shift,
                 // The low word is wanted as well.
                 Op::Phase { .. } => w.constant + w.product_high + w.shift,
                 Op::Clamp { lo, hi, .. } if *lo == -hi - 1 && (hi + 1).count_ones() == 1 => w.saturate,

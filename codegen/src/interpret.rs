@@ -112,6 +112,8 @@ fn run(program: &Program, state: &[i64], arguments: &[Word], which: &[usize]) ->
             Op::Input { index } => arguments[*index],
             Op::State { index } => Word::Int(state[*index]),
             Op::Add { a, b } => narrow(index, step.ty, int(*a) + int(*b))?,
+            Op::MulAddWide { a, b, c } => narrow(index, step.ty, int(*c) + int(*a) * int(*b))?,
+            Op::High { a, by } => narrow(index, step.ty, int(*a) >> by)?,
             Op::Phase { a, factor, by } => {
                 Word::Int(i64::from(((int(*a) * i128::from(*factor)) >> by) as i32))
             }

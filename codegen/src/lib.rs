@@ -13,6 +13,7 @@ pub mod choose;
 pub mod cli;
 pub mod cost;
 pub mod design;
+pub mod estimate;
 pub mod exact;
 pub mod explore;
 pub mod files;

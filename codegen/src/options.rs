@@ -125,6 +125,8 @@ pub struct Options {
     pub out_of_range: OutOfRange,
     /// The further inputs of terms that the coefficients file has.
     pub further: Vec<Further>,
+    /// Seconds between two calls of a routine with terms that depend on time.
+    pub period_s: Option<f64>,
     /// Effects of which the terms are left out.
     pub without: Vec<String>,
     /// Right shifts in C.
@@ -145,6 +147,7 @@ impl Default for Options {
             extrapolate: false,
             out_of_range: OutOfRange::Clamp,
             further: Vec::new(),
+            period_s: None,
             without: Vec::new(),
             c_shift: CShift::Strict,
             name: None,

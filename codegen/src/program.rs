@@ -73,6 +73,10 @@ pub enum Op {
     Wrap { a: Operand, add: i64, by: u32 },
     /// Entry `column` of row `index` of the table.
     Entry { index: Operand, column: usize },
+    /// c + a·b in 64 bits, exactly; b a constant.
+    MulAddWide { a: Operand, b: Operand, c: Operand },
+    /// ⌊a·2^−by⌋ of a word of 64 bits, by ≥ 31.
+    High { a: Operand, by: u32 },
     /// A float to an integer, toward zero.
     Truncate { a: Operand },
     /// An integer to a float, to nearest.
@@ -115,12 +119,14 @@ impl Op {
             | Op::Index { a, .. }
             | Op::Wrap { a, .. }
             | Op::Phase { a, .. }
+            | Op::High { a, .. }
             | Op::Truncate { a }
             | Op::ToF32 { a } => vec![a],
             Op::Entry { index, .. } => vec![index],
             Op::MulAddHigh { a, b, c, .. }
             | Op::MulAddSplit { a, b, c, .. }
             | Op::MulAddShort { a, b, c, .. }
+            | Op::MulAddWide { a, b, c }
             | Op::MulAddF32 { a, b, c, .. } => vec![a, b, c],
         }
     }
@@ -169,6 +175,8 @@ pub struct Argument {
 pub struct StateWord {
     /// Its name, an identifier.
     pub name: String,
+    /// Its type.
+    pub ty: Type,
     /// Its meaning, for the reader of the generated source.
     pub meaning: String,
     /// What it is before the first call, given that call's arguments: a constant, or a step that reads no state.
@@ -222,16 +230,27 @@ impl Program {
 
     /// The steps that the state's start needs, in their order.
     pub fn start_steps(&self) -> Vec<usize> {
+        self.needed(self.state.iter().map(|word| word.start))
+    }
+
+    /// The steps that a call needs, in their order.
+    pub fn update_steps(&self) -> Vec<usize> {
+        let results = [self.output(), self.reading, self.clamped].map(Operand::Step);
+        self.needed(self.state.iter().map(|word| word.next).chain(results))
+    }
+
+    /// The steps that lead to some operands.
+    fn needed(&self, wanted: impl Iterator<Item = Operand>) -> Vec<usize> {
         let mut needed = vec![false; self.steps.len()];
-        let mark = |needed: &mut Vec<bool>, operand: &Operand| {
+        let mark = |needed: &mut Vec<bool>, operand: Operand| {
             if let Operand::Step(i) = operand {
-                needed[*i] = true;
+                needed[i] = true;
             }
         };
-        self.state.iter().for_each(|word| mark(&mut needed, &word.start));
+        wanted.for_each(|operand| mark(&mut needed, operand));
         for index in (0..self.steps.len()).rev() {
             if needed[index] {
-                self.steps[index].op.operands().iter().for_each(|o| mark(&mut needed, o));
+                self.steps[index].op.operands().into_iter().for_each(|o| mark(&mut needed, o));
             }
         }
         (0..self.steps.len()).filter(|i| needed[*i]).collect()

@@ -66,9 +66,11 @@ pub struct View {
     bound_text: String,
     parts: Vec<Value>,
     resolution_text: Option<String>,
+    band_text: Option<String>,
     steps: Vec<Value>,
     /// What is kept from call to call, and the steps that it starts from.
     state: Vec<Value>,
+    state_bytes: usize,
     start_steps: Vec<Value>,
     /// Names of the arguments that the start reads.
     start_arguments: Vec<String>,
@@ -175,14 +177,16 @@ impl Renderer {
                 .collect(),
             resolution_text: (entry.input_resolution > 0.0)
                 .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
-            steps: steps(program, &(0..program.steps.len()).collect::<Vec<_>>()),
+            band_text: entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
+            steps: steps(program, &program.update_steps()),
+            state_bytes: program.state.iter().map(|w| if w.ty == Type::I64 { 8 } else { 4 }).sum(),
             start_steps: steps(program, &program.start_steps()),
             state: program
                 .state
                 .iter()
                 .map(|w| {
                     let (start, next) = (self::operand(program, &w.start), self::operand(program, &w.next));
-                    context! { name => &*w.name, meaning => &*w.meaning, start, next }
+                    context! { name => &*w.name, type => rust_type(w.ty), c_type => c_type(w.ty), meaning => &*w.meaning, start, next }
                 })
                 .collect(),
             start_arguments: program
@@ -274,6 +278,10 @@ fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
             Op::Input { .. } => context! { kind => "input" },
             Op::State { index } => context! { kind => "state", word => &*program.state[*index].name },
             Op::Add { a, b } => context! { kind => "add", a => operand(a), b => operand(b) },
+            Op::MulAddWide { a, b, c } => {
+                context! { kind => "mul_add_wide", a => operand(a), b => operand(b), c => operand(c) }
+            }
+            Op::High { a, by } => context! { kind => "high", a => operand(a), by },
             Op::Phase { a, factor, by } => context! { kind => "phase", a => operand(a), factor, by },
             Op::Sub { a, b } => context! {
                 kind => "sub", a => operand(a), b => operand(b), cast => type_of(program, a) != step.ty,
@@ -348,6 +356,7 @@ fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
             Op::MulAddHigh { .. } => "mul_high",
             Op::MulAddSplit { .. } => "mul_split",
             Op::MulAddShort { .. } => "mul_short",
+            Op::High { .. } => "high_word",
             Op::Wrap { .. } | Op::Phase { .. } => "to_signed",
             _ => continue,
         };

@@ -183,7 +183,7 @@ pub fn design(
         Method::Fused => plan,
     };
     let line = beyond(coefficients, options);
-    let physics = Physics::of(coefficients, &options.further, &options.without, line)?;
+    let physics = Physics::of(coefficients, options, line)?;
     let words = (wanted.format, wanted.output);
     let fine = target / quantity.bound_units_per_unit;
     // Terms that are added may need room in the last sum.

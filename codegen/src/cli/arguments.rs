@@ -76,6 +76,9 @@ pub(super) struct Arguments {
     /// it arrives: `temperature_c=15..35` (a Q31 word) or `temperature_c=15..35:counts:12:0.05:-400`.
     #[arg(long, allow_hyphen_values = true)]
     pub(super) further: Vec<String>,
+    /// Seconds between two calls of the routine, for terms that depend on time.
+    #[arg(long)]
+    pub(super) period_s: Option<f64>,
     /// Leave the terms of this effect out.
     #[arg(long)]
     pub(super) without: Vec<String>,

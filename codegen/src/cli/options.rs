@@ -39,6 +39,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         extrapolate: arguments.extrapolate,
         out_of_range: arguments.out_of_range.out_of_range(),
         further: further.map_err(|e| miette!("{e}"))?,
+        period_s: arguments.period_s,
         without: arguments.without.clone(),
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),

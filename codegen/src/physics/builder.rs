@@ -27,6 +27,13 @@ impl Tracked {
     }
 }
 
+/// A word of 64 bits: all that it can be.
+#[derive(Debug, Clone)]
+pub(super) struct Wide {
+    pub operand: Operand,
+    pub range: Interval,
+}
+
 /// A program under construction.
 pub(super) struct Builder {
     /// The steps so far.
@@ -103,6 +110,21 @@ impl Builder {
         self.push(name, op, &a.range - &b.range, &a.error + &b.error, note)
     }
 
+    /// ⌊a·2^−by⌋.
+    pub fn shift_right(
+        &mut self,
+        name: &str,
+        a: &Tracked,
+        by: u32,
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let one = Interval::from_int(1);
+        let scaled = a.range.mul_pow2(-i64::from(by));
+        let error = &a.error.mul_pow2(-i64::from(by)) + &one;
+        let op = Op::ShiftRight { a: a.operand, add: 0, by };
+        self.push(name, op, &scaled + &(-one).hull(&Interval::zero()), error, note)
+    }
+
     pub fn shift_left(&mut self, name: &str, a: &Tracked, by: u32, note: &str) -> Result<Tracked, Overflows> {
         let up = i64::from(by);
         let op = Op::ShiftLeft { a: a.operand, by };
@@ -128,20 +150,79 @@ impl Builder {
         &mut self,
         name: &str,
         meaning: String,
-        start: Operand,
+        start: &Tracked,
         range: Interval,
         error: Interval,
     ) -> Result<(usize, Tracked), Overflows> {
         let index = self.program.state.len();
-        self.program.state.push(StateWord { name: name.into(), meaning, start, next: start });
+        let start = start.operand;
+        let ty = Type::I32;
+        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start });
         let word = self.push(name, Op::State { index }, range, error, "")?;
         Ok((index, word))
     }
 
+    /// A word of 64 bits of the state, within `range`.
+    pub fn wide_state(
+        &mut self,
+        name: &str,
+        meaning: String,
+        start: Operand,
+        range: Interval,
+    ) -> Result<(usize, Wide), Overflows> {
+        let index = self.program.state.len();
+        let ty = Type::I64;
+        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start });
+        let word = self.push_wide(name, Op::State { index }, range)?;
+        Ok((index, word))
+    }
+
+    fn push_wide(&mut self, name: &str, op: Op, range: Interval) -> Result<Wide, Overflows> {
+        let word = Interval::from_int(i64::MIN).hull(&Interval::from_int(i64::MAX));
+        if !range.inside(&word) {
+            return Err(Overflows {
+                step: self.program.steps.len(),
+                name: name.into(),
+                stage: Stage::Evaluation,
+                from: range.to_f64_down(),
+                to: range.to_f64_up(),
+                ty: Type::I64,
+            });
+        }
+        Ok(Wide { operand: self.program.push(Stage::Evaluation, name, Type::I64, op, ""), range })
+    }
+
+    /// c + a·b, exactly, in 64 bits.
+    pub fn mul_add_wide(
+        &mut self,
+        name: &str,
+        (a, b): (&Tracked, i64),
+        c: Option<&Wide>,
+    ) -> Result<Wide, Overflows> {
+        let product = &a.range * &Interval::from_int(b);
+        let range = c.map_or(product.clone(), |c| &product + &c.range);
+        let c = c.map_or(Operand::Int(0), |c| c.operand);
+        let op = Op::MulAddWide { a: a.operand, b: Operand::Int(b), c };
+        self.push_wide(name, op, range)
+    }
+
+    /// ⌊a·2^−by⌋ of a wide word, which is known to be within `range` and `error`.
+    pub fn high(
+        &mut self,
+        name: &str,
+        a: &Wide,
+        by: u32,
+        range: Interval,
+        error: &Interval,
+    ) -> Result<Tracked, Overflows> {
+        let error = error + &Interval::from_int(1);
+        self.push(name, Op::High { a: a.operand, by }, range, error, "")
+    }
+
     /// What a word of the state is after the call.
-    pub fn keep(&mut self, index: usize, next: &Tracked) {
+    pub fn keep(&mut self, index: usize, next: Operand) {
         if let Some(word) = self.program.state.get_mut(index) {
-            word.next = next.operand;
+            word.next = next;
         }
     }
 }

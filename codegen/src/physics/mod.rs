@@ -7,20 +7,24 @@
 
 mod builder;
 mod further;
+mod hinge;
+mod lag;
 mod periodic;
 mod play;
 mod product;
+mod rate;
 mod shape;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
-use fitter::terms::{Operator, Scope, Term};
+use fitter::terms::{Hinge, Operator, Rate, Scope, Term};
 
 use crate::bound::{self, Overflows};
 use crate::design::{Design, DesignError};
 use crate::exact::{Interval, arcsec_per_rad};
 use crate::format::Format;
 use crate::input::InputPlan;
+use crate::options::Options;
 use crate::output::Output;
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::reference::TooSteep;
@@ -38,6 +42,8 @@ pub struct Physics {
     pub terms: Vec<Term>,
     /// The further inputs.
     pub further: Vec<Further>,
+    /// Seconds between two calls, where a term needs it.
+    pub period_s: f64,
     /// Effects that are left out, and why.
     pub left_out: Vec<(String, String)>,
 }
@@ -99,8 +105,25 @@ pub enum PhysicsError {
     #[error("terms of further physics need the format q31 or q31-split, not {0}: add --format q31")]
     Format(&'static str),
     /// A play too narrow for a word.
-    #[error("a play of half-width {0} is too narrow, or its weight too large, for words of 32 bits")]
+    #[error("a play of half-width {0} is too narrow for words of 32 bits")]
     NarrowPlay(f64),
+    /// A coefficient too large.
+    #[error("a coefficient of a term is too large for words of 32 bits")]
+    TooLarge,
+    /// A period that is none.
+    #[error("--period-s {0}: give the time between two calls of the routine in seconds, above zero")]
+    Period(f64),
+    /// A term that needs the period.
+    #[error(
+        "the term `{kind}` of {effect} needs the time between two calls of the routine: give --period-s, or leave the \
+         effect out with --without {effect}"
+    )]
+    NeedsPeriod {
+        /// The effect.
+        effect: String,
+        /// Its operator.
+        kind: &'static str,
+    },
     /// The range is too wide.
     #[error(transparent)]
     TooSteep(#[from] TooSteep),
@@ -121,18 +144,45 @@ struct Sum {
     gain: Interval,
 }
 
+impl Sum {
+    /// Adds a·factor·2⁻³².
+    fn add_scaled(
+        &mut self,
+        b: &mut Builder,
+        factor: &Interval,
+        a: &Tracked,
+        note: &str,
+    ) -> Result<(), PhysicsError> {
+        let largest = Interval::from_int(i32::MAX.into());
+        let fits = |shift: &i64| factor.mul_pow2(-shift).magnitude().certainly_le(&largest);
+        let shift = (0..30).find(fits).ok_or(PhysicsError::TooLarge)?;
+        let factor = Tracked::constant(&factor.mul_pow2(-shift));
+        self.word = b.mul_add("y", (&factor, a), shift as u32, &self.word, note)?;
+        Ok(())
+    }
+
+    /// Adds a constant of the sum's words.
+    fn add_constant(&mut self, b: &mut Builder, constant: &Interval) -> Result<(), PhysicsError> {
+        if constant.magnitude().certainly_le(&self.negligible) {
+            self.word.error = (&self.word.error + &constant.magnitude()).upper();
+        } else {
+            self.word = b.add("y", &self.word, &Tracked::constant(constant), "")?;
+        }
+        Ok(())
+    }
+}
+
 impl Physics {
     /// The terms of the file: those of the device are generated, but for the effects in `without`; those of
     /// the one recording are left out, and `beyond` what was recorded those that do not extrapolate.
     ///
     /// # Errors
     /// [`PhysicsError`] where a term needs an input that is not described, or cannot be generated.
-    pub fn of(
-        coefficients: &Coefficients,
-        further: &[Further],
-        without: &[String],
-        beyond: bool,
-    ) -> Result<Physics, PhysicsError> {
+    pub fn of(coefficients: &Coefficients, options: &Options, beyond: bool) -> Result<Physics, PhysicsError> {
+        let (further, without) = (&options.further, &options.without);
+        if let Some(period) = options.period_s.filter(|p| !(p.is_finite() && *p > 0.0)) {
+            return Err(PhysicsError::Period(period));
+        }
         if let Some(effect) = without.iter().find(|e| !coefficients.terms.iter().any(|t| t.effect == **e)) {
             return Err(PhysicsError::NoSuchEffect(effect.clone()));
         }
@@ -147,7 +197,7 @@ impl Physics {
                 let why = "it is not known beyond the recording";
                 physics.left_out.push((term.effect.clone(), why.into()));
             } else {
-                can_be_generated(term, &coefficients.sensor, further)?;
+                can_be_generated(term, &coefficients.sensor, options)?;
                 physics.terms.push(term.clone());
             }
         }
@@ -167,7 +217,8 @@ impl Physics {
         if let Some(input) = further.iter().find(|input| !read(input)) {
             return Err(PhysicsError::Unread(input.observable.clone()));
         }
-        physics.further = further.to_vec();
+        physics.further.clone_from(further);
+        physics.period_s = options.period_s.unwrap_or(0.0);
         Ok(physics)
     }
 
@@ -274,6 +325,20 @@ impl Physics {
                     // Coefficients are in the statistics' unit per unit of the observable.
                     play::subtract(b, sum, play, &weights, &variable, &observable)?;
                 }
+                Operator::Lag(lag) => {
+                    let Some((_, input)) = given.iter().find(|(name, _)| *name == lag.observable) else {
+                        continue;
+                    };
+                    lag::subtract(b, sum, lag, &weights[0], input, self.period_s)?;
+                }
+                Operator::Rate(rate) => {
+                    let Some(observable) = variable.observable(&rate.observable)? else { continue };
+                    rate::subtract(b, sum, &weights[0], &variable, &observable, self.period_s)?;
+                }
+                Operator::Hinge(hinge) => {
+                    let Some(observable) = variable.observable(&hinge.observable)? else { continue };
+                    hinge::subtract(b, sum, hinge, &weights[0], &variable, &observable)?;
+                }
                 _ => {}
             }
         }
@@ -308,6 +373,22 @@ impl Physics {
                 p.harmonics.len(),
                 p.period
             ),
+            Operator::Lag(l) => format!(
+                "{}: {:?}·({} lagged by {:?} s − {:?}), a call every {:?} s",
+                term.effect, term.coefficients[0], l.observable, l.time_constant_s, l.mean, self.period_s
+            ),
+            Operator::Rate(r) => format!(
+                "{}: {:?}·d({})/dt by the difference to the call before, {:?} s ago; 0 at the first call",
+                term.effect, term.coefficients[0], r.observable, self.period_s
+            ),
+            Operator::Hinge(h) => format!(
+                "{}: {:?}·how far {} is {} {:?}",
+                term.effect,
+                term.coefficients[0],
+                h.observable,
+                if h.side == fitter::terms::Side::Above { "above" } else { "below" },
+                h.threshold
+            ),
             other => format!("{}: {}", term.effect, other.kind()),
         };
         self.terms.iter().map(in_words).collect()
@@ -319,24 +400,33 @@ impl Physics {
             Operator::Product(product) => Some(&product.factors),
             _ => None,
         });
-        factors.flatten().find(|f| f.observable == observable).map(|f| f.mean)
+        let lags = self.terms.iter().filter_map(|t| match &t.operator {
+            Operator::Lag(lag) if lag.observable == observable => Some(lag.mean),
+            _ => None,
+        });
+        factors
+            .flatten()
+            .find(|f| f.observable == observable)
+            .map(|f| f.mean)
+            .or_else(|| lags.into_iter().next())
     }
 }
 
 /// Whether a term is one of those that are generated, and its inputs are there.
-fn can_be_generated(term: &Term, sensor: &Sensor, further: &[Further]) -> Result<(), PhysicsError> {
+fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(), PhysicsError> {
     let kind = term.operator.kind();
     let effect = term.effect.clone();
     let of_reading = |name: &str| match sensor {
         Sensor::EddyCurrentPair { .. } => matches!(name, "s_mm" | "angle_deg" | "angle_arcsec"),
         Sensor::Direct { .. } => name == "measured",
     };
+    let given = |name: &str| options.further.iter().any(|f| f.observable == name);
     let refuse = |why: &'static str| Err(PhysicsError::NotGenerated { effect: effect.clone(), kind, why });
     match &term.operator {
         Operator::Product(product) => {
             for factor in &product.factors {
                 let name = &factor.observable;
-                if !of_reading(name) && !further.iter().any(|f| f.observable == *name) {
+                if !of_reading(name) && !given(name) {
                     return Err(PhysicsError::Needs { effect, kind, observable: name.clone() });
                 }
             }
@@ -345,8 +435,22 @@ fn can_be_generated(term: &Term, sensor: &Sensor, further: &[Further]) -> Result
         Operator::Play(play) if !of_reading(&play.observable) => {
             refuse(" of another observable than the reading")
         }
-        Operator::Play(_) => Ok(()),
-        Operator::Periodic(_) => Ok(()),
+        Operator::Rate(Rate { observable }) | Operator::Hinge(Hinge { observable, .. })
+            if !of_reading(observable) =>
+        {
+            refuse(" of another observable than the reading")
+        }
+        Operator::Lag(lag) if !given(&lag.observable) => {
+            Err(PhysicsError::Needs { effect, kind, observable: lag.observable.clone() })
+        }
+        Operator::Lag(_) | Operator::Rate(_) if options.period_s.is_none() => {
+            Err(PhysicsError::NeedsPeriod { effect, kind })
+        }
+        Operator::Play(_)
+        | Operator::Periodic(_)
+        | Operator::Hinge(_)
+        | Operator::Lag(_)
+        | Operator::Rate(_) => Ok(()),
         _ => refuse(""),
     }
 }

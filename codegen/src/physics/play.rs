@@ -65,18 +65,13 @@ fn follow(
     let error = (&v.error + &one).hull(&start.error).magnitude();
     let meaning = format!("a play of half-width {}, in 2^-{n} of that", element.half_width);
     let held = v.range.hull(&start.range);
-    let (index, p) = b.state(&p_name, meaning, start.operand, held, error)?;
+    let (index, p) = b.state(&p_name, meaning, &start, held, error)?;
     let distance = b.sub(&d_name, &v, &p, "")?;
     let limit = 1i64 << n;
     let d = b.clamp(&d_name, &distance, (-limit, limit - 1), &one, "")?;
     let next = b.sub(&format!("{p_name}_next"), &v, &d, "")?;
-    b.keep(index, &next);
+    b.keep(index, next.operand);
     // −w·(v − p) in words of the sum: d·r·2^−n·2^bits.
     let factor = (-(weight * &r)).mul_pow2(sum.bits - n + 32);
-    let largest = Interval::from_int(i32::MAX.into());
-    let shift =
-        (0..30).find(|s| factor.mul_pow2(-s).magnitude().certainly_le(&largest)).ok_or_else(narrow)?;
-    let factor = Tracked::constant(&factor.mul_pow2(-shift));
-    sum.word = b.mul_add("y", (&factor, &d), shift as u32, &sum.word, "")?;
-    Ok(())
+    sum.add_scaled(b, &factor, &d, "")
 }
