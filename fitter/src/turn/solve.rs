@@ -2,11 +2,14 @@
 
 use crate::gram::{Factor, Grams};
 
+/// Writes the columns of a row.
+type Fill<'a> = dyn Fn(usize, &mut [f64]) + 'a;
+
 /// The columns of a problem: `fill(row, values)` writes them.
 pub(super) struct Columns<'a> {
     pub count: usize,
     pub rows: usize,
-    pub fill: Box<dyn Fn(usize, &mut [f64]) + 'a>,
+    pub fill: Box<Fill<'a>>,
 }
 
 /// A solution with what its covariance needs.
