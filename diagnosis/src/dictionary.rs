@@ -238,7 +238,8 @@ mod tests {
         });
         let mut residual = column(n, 11);
         beside.project_off(&mut residual);
-        let projected = Projected { columns: own.columns.clone(), of: vec![0..3], parts: vec![1.0; 3] };
+        let of = std::iter::once(0..3).collect();
+        let projected = Projected { columns: own.columns.clone(), of, parts: vec![1.0; 3] };
         let mut further = Columns::new(n);
         (0..2).for_each(|k| further.push(beside.columns.get(k)));
         further.push(&residual);
