@@ -262,3 +262,72 @@ fn restricted(columns: &Columns, observed: &[f64], correlation: &Correlation) ->
     let left = (gram[p * m + p] - quadratic_form(&factor, &xy)).max(1e-300);
     -0.5 * (correlation.log_determinant() + log_determinant + (n - p) as f64 * left.ln())
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::Correlation;
+
+    /// Normal deviates by the sum of twelve uniform ones.
+    fn white(n: usize, seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        (0..n).map(|_| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0).collect()
+    }
+
+    /// Twelve passes of seventy rows, read every 0.5, 0.2 or 0.1 s, with pauses of 30 s.
+    fn times() -> Vec<f64> {
+        let mut t = 0.0;
+        (0..840)
+            .map(|i| {
+                t += if i % 70 == 0 { 30.0 } else { [0.5, 0.2, 0.1][i / 70 % 3] };
+                t
+            })
+            .collect()
+    }
+
+    #[test]
+    fn whitening_undoes_colouring() {
+        let correlation = Correlation::none(&times()).with(20.0);
+        let drawn = white(840, 1);
+        let again = correlation.whiten(correlation.colour(drawn.iter().copied()).into_iter());
+        // The factors come within 5e-3 of 1: rounding grows by their inverse.
+        assert!(drawn.iter().zip(again).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    #[test]
+    fn correlation_is_in_time_whatever_the_pace() {
+        // 0.2 s is the typical gap, so that τ = 7 s is 35 of them.
+        let none = Correlation::none(&times());
+        let model = vec![vec![1.0; 840]];
+        let shape = vec![1.0; 840];
+        for seed in 2..6 {
+            let clean = none.with(35.0).colour(white(840, seed).into_iter());
+            let posterior = none.posterior(&clean, &model, &shape);
+            let found = none.mean(&posterior).time;
+            // Some sixty independent stretches determine τ to about a quarter: two and a half of those.
+            assert!((0.5 * 35.0..2.2 * 35.0).contains(&found), "{found}");
+            let uncorrelated = none.posterior(&white(840, seed), &model, &shape);
+            assert!(none.mean(&uncorrelated).typical() < 0.15);
+        }
+    }
+
+    #[test]
+    fn a_step_is_not_taken_for_correlation() {
+        let n = 210;
+        let none = Correlation::none(&(0..n).map(|i| 3.0 * i as f64).collect::<Vec<f64>>());
+        let model = vec![vec![1.0; n]];
+        let shape = vec![1.0; n];
+        let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        let suspects: Vec<_> = (4..n - 4).step_by(2).map(|k| vec![step(k)]).collect();
+        for time in [0.0, 2.3] {
+            let noise = none.with(time).colour(white(n, 9).into_iter());
+            assert!(none.without_jumps(&noise, &model, &shape, &suspects).is_empty());
+            let stepped: Vec<f64> = noise.iter().zip(step(100)).map(|(e, s)| e + 5.0 * s).collect();
+            let taken = none.without_jumps(&stepped, &model, &shape, &suspects);
+            let near = |k: &usize| (4 + 2 * k).abs_diff(100) <= 2;
+            assert!(taken.iter().any(near), "{taken:?}");
+        }
+    }
+}

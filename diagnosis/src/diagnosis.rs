@@ -22,7 +22,7 @@ pub struct NoiseFloor {
     pub unit: String,
     /// What it was measured from.
     pub from: String,
-    /// Correlation of successive readings.
+    /// Correlation of readings one typical gap apart.
     pub autocorrelation: f64,
 }
 

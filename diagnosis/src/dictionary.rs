@@ -213,3 +213,45 @@ pub fn highest_order(rows: &Rows) -> usize {
     let by_rows = rows.len() / 6;
     HIGHEST_ORDER.min(by_places).min(by_rows).max(1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Projected, Scratch};
+    use crate::linear::{Basis, Columns, dot};
+
+    /// Columns with nothing in common but what comes of their finite length.
+    fn column(n: usize, k: usize) -> Vec<f64> {
+        (0..n).map(|i| ((i * i * (k + 3) + 7 * i * k) as f64 * 0.618).sin()).collect()
+    }
+
+    #[test]
+    fn scores_explain_what_projection_does() {
+        let n = 60;
+        // A candidate of three orthonormal columns, beside two further columns, of a residual.
+        let mut own = Basis::new(n);
+        (0..3).for_each(|k| {
+            own.add(&column(n, k));
+        });
+        let mut beside = Basis::new(n);
+        (5..7).for_each(|k| {
+            beside.add(&column(n, k));
+        });
+        let mut residual = column(n, 11);
+        beside.project_off(&mut residual);
+        let of = std::iter::once(0..3).collect();
+        let projected = Projected { columns: own.columns.clone(), of, parts: vec![1.0; 3] };
+        let mut further = Columns::new(n);
+        (0..2).for_each(|k| further.push(beside.columns.get(k)));
+        further.push(&residual);
+        let mut scratch = Scratch::default();
+        projected.scores(0, &projected.products(&further), 2, 0.02, &mut scratch);
+        let explained = dot(&scratch.scores, &scratch.scores);
+
+        let mut both = beside.clone();
+        (0..3).for_each(|k| {
+            both.add(own.columns.get(k));
+        });
+        let wanted: f64 = (2..5).map(|k| dot(both.columns.get(k), &residual).powi(2)).sum();
+        assert!((explained - wanted).abs() < 1e-10, "{explained} for {wanted}");
+    }
+}

@@ -2,9 +2,10 @@
 //! shows whether the fit improves; or says that the recording cannot tell.
 //!
 //! [`diagnosis::diagnose`] runs it all: [`observe`] takes a recording apart into observables, [`noise`]
-//! measures the floor, [`dictionary`] holds every candidate explanation, [`calibrate`] learns by resampling
-//! how strong the strongest of them is when there is nothing, [`search`] chooses among them, [`model`] fits
-//! what was chosen, [`held_out`] proves it, and [`verdict`] says it.
+//! measures the floor and [`correlation`] how it hangs together in time, [`dictionary`] holds every candidate
+//! explanation, [`calibrate`] learns by resampling how strong the strongest of them is when there is nothing,
+//! [`search`] chooses among them, [`model`] fits what was chosen, [`held_out`] proves it, and [`verdict`] says
+//! it.
 
 pub mod averaging;
 pub mod base;
