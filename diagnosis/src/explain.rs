@@ -67,6 +67,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         if rows.single_move() && terms.iter().any(|t| search.effect(t.family).is_some()) {
             terms.retain(|t| search.effect(t.family).is_some());
         }
+        search.relocate(&mut terms);
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.clone()));
         let light = model.clone();

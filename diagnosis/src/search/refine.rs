@@ -2,8 +2,14 @@
 //! again in turn beside the other terms.
 
 use super::{Found, Search, Term};
+use crate::base::base_columns;
 use crate::calibrate::log_tail;
-use crate::linear::{Basis, dot};
+use crate::linear::{Basis, add_scaled, dot, least_squares};
+
+/// Rows by which a step is moved at most to where the raw observations have it.
+const REACH: usize = 16;
+/// Largest loss of a row, in squares of its σ.
+const BOUND: f64 = 9.0;
 
 impl Search<'_> {
     /// What a shape of an effect explains beside a basis, with its scores.
@@ -140,6 +146,55 @@ impl Search<'_> {
             }
         }
         best
+    }
+
+    /// Moves steps to the row at which the raw observations have them. To the cleaned ones a row on the wrong
+    /// side of a large step is an outlier, which was pulled in, so that the step stays where it was first put.
+    /// The loss of a row is bounded, so that a true outlier beside a step does not attract it.
+    pub fn relocate(&self, terms: &mut [Term]) {
+        for index in 0..terms.len() {
+            let Some(e) = self.effect(terms[index].family) else { continue };
+            let effect = &self.catalogue[e];
+            let ranges = effect.ranges(self.rows);
+            let [range] = ranges[..] else { continue };
+            if !range.whole || range.high <= range.low {
+                continue;
+            }
+            let mut columns = base_columns(self.rows, self.base_order);
+            let first_column = columns.len() + terms[..index].iter().map(|t| t.columns.len()).sum::<usize>();
+            columns.extend(terms.iter().flat_map(|t| t.columns.clone()));
+            let white: Vec<Vec<f64>> = columns.iter().map(|c| self.noise.whiten(c)).collect();
+            let solution = least_squares(&white, &self.noise.whiten(&self.noise.clean));
+            let mut left = self.rows.error.clone();
+            for (a, column) in solution.coefficients.iter().zip(&columns) {
+                add_scaled(&mut left, -a, column);
+            }
+            let height = solution.coefficients[first_column];
+            let loss = |i: usize, moved: f64| ((left[i] + moved) / self.noise.sigma[i]).powi(2).min(BOUND);
+            let here = terms[index].shape[0] as usize;
+            let mut best = (0.0, here);
+            // Later: the rows up to there lose the step.
+            let mut sum = 0.0;
+            for k in here..(here + REACH).min(range.high as usize) {
+                sum += loss(k, height) - loss(k, 0.0);
+                if sum < best.0 {
+                    best = (sum, k + 1);
+                }
+            }
+            // Earlier: the rows from there on gain it.
+            let mut sum = 0.0;
+            for k in (here.saturating_sub(REACH).max(range.low as usize)..here).rev() {
+                sum += loss(k, -height) - loss(k, 0.0);
+                if sum < best.0 {
+                    best = (sum, k);
+                }
+            }
+            if best.1 != here {
+                let shape = vec![best.1 as f64];
+                let columns = effect.signature(self.rows, &shape);
+                terms[index] = Term { family: terms[index].family, shape, columns };
+            }
+        }
     }
 
     /// Refines every term in turn beside the others, and tries richer forms.
