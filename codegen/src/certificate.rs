@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use fitter::coefficients::Coefficients;
 
+use crate::estimate;
 use crate::options::Options;
 use crate::output::Output;
 use crate::program::Type;
@@ -62,6 +63,10 @@ pub struct Entry {
     pub minimax: f64,
     /// What one step of the input stands for, in `unit`; 0 for floats. Not part of the bound.
     pub input_resolution: f64,
+    /// Not proved, but estimated: how near the model itself is to the device, the largest half-width of its 95 % band
+    /// in `unit`, from the covariance of what was fitted; none where that is not known.
+    #[serde(default)]
+    pub estimated_band_95: Option<f64>,
     /// The file that holds the routine, relative to the certificate.
     pub file: String,
     /// SHA-256 of that file.
@@ -141,13 +146,17 @@ pub fn entry(
         lsb: value / word_unit,
     };
     let approximation = bound.approximation.min(design.minimax);
-    let parts = vec![
+    let mut parts = vec![
         part("best polynomial of this degree against the exact function", approximation),
         part("rounding of its coefficients to the format", bound.approximation - approximation),
         part("rounding of the input to the routine's variable", bound.input),
         part("rounding of the operations", bound.evaluation),
         part("rounding of the result to the output's format", bound.output),
     ];
+    if !routine.physics.is_empty() {
+        parts
+            .push(part("terms of further physics, over the box of their inputs and all states", bound.terms));
+    }
     Entry {
         routine: name.into(),
         language: String::new(),
@@ -186,6 +195,8 @@ pub fn entry(
         parts,
         minimax: quantity.in_bound_unit(design.minimax),
         input_resolution: quantity.in_bound_unit(routine.plan.resolution * routine.slope()),
+        estimated_band_95: estimate::band(coefficients, &routine.physics, quantity, routine.range)
+            .filter(|_| !routine.line),
         file: String::new(),
         file_sha256: String::new(),
     }

@@ -33,6 +33,8 @@ pub struct Cost {
 struct Weights {
     constant: f64,
     clamp: f64,
+    /// To −2ⁿ…2ⁿ−1.
+    saturate: f64,
     clamp_f32: f64,
     subtract: f64,
     shift: f64,
@@ -40,6 +42,8 @@ struct Weights {
     product_split: f64,
     product_short: f64,
     extra_shift: f64,
+    /// Of a row of the table.
+    address: f64,
     entry: f64,
     float_operation: f64,
     float_conversion: f64,
@@ -69,6 +73,7 @@ impl Core {
         let common = Weights {
             constant: 1.0,
             clamp: 8.0,
+            saturate: 1.0,
             clamp_f32: 8.0,
             subtract: 1.0,
             shift: 1.0,
@@ -76,7 +81,8 @@ impl Core {
             product_split: 8.4,
             product_short: 1.7,
             extra_shift: 0.0,
-            entry: 1.8,
+            address: 3.0,
+            entry: 0.8,
             float_operation: 1.0,
             float_conversion: 2.0,
             bytes_per_instruction: 2.6,
@@ -96,7 +102,9 @@ impl Core {
                 product_high: 49.0,
                 product_split: 13.0,
                 product_short: 3.5,
-                entry: 2.0,
+                saturate: 8.0,
+                address: 3.0,
+                entry: 1.2,
                 float_operation: 100.0,
                 float_conversion: 40.0,
                 bytes_per_instruction: 2.0,
@@ -123,7 +131,7 @@ impl Core {
                 | Op::MulAddSplit { a, b, c, .. }
                 | Op::MulAddShort { a, b, c, .. }
                 | Op::MulAddF32 { a, b, c, .. } => &[a, b, c],
-                Op::MulF32 { a, b } | Op::Sub { a, b } => &[a, b],
+                Op::MulF32 { a, b } | Op::Sub { a, b } | Op::Add { a, b } => &[a, b],
                 _ => &[],
             };
             let loads = operands.iter().map(|o| constant(o)).sum::<f64>();
@@ -131,6 +139,14 @@ impl Core {
             let extra = |shift: u32| if shift > 0 { w.extra_shift } else { 0.0 };
             let operation = match &step.op {
                 Op::Input { .. } => 0.0,
+                // Loaded, and stored in the end.
+                Op::State { .. } => 2.0,
+                Op::Add { .. } => w.subtract,
+                Op::MulAddWide { .. } => w.constant + w.product_high + w.subtract,
+                Op::High { .. } => 2.0 * w.shift,
+                // The low word is wanted as well.
+                Op::Phase { .. } => w.constant + w.product_high + w.shift,
+                Op::Clamp { lo, hi, .. } if *lo == -hi - 1 && (hi + 1).count_ones() == 1 => w.saturate,
                 Op::Clamp { .. } => w.clamp,
                 Op::ClampF32 { .. } => w.clamp_f32,
                 Op::Sub { .. } if step.ty == Type::F32 => w.float_operation,
@@ -144,12 +160,13 @@ impl Core {
                         w.shift + w.constant + w.subtract
                     }
                 }
-                Op::Index { .. } => w.shift + w.subtract + w.constant,
+                // The constant is one that an instruction holds.
+                Op::Index { .. } => w.shift + w.subtract + w.address,
                 Op::Wrap { add, .. } => {
                     if *add == 0 {
                         w.shift
                     } else {
-                        w.shift + w.subtract + w.constant
+                        w.shift + w.subtract
                     }
                 }
                 Op::Entry { .. } => w.entry,

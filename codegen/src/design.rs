@@ -20,6 +20,8 @@ pub struct Design {
     pub minimax: f64,
     /// What one output word (float: 1) stands for, in the reference's unit.
     pub unit: Interval,
+    /// The last sum before the output's format is a word of 2^−`sum_bits` of the reference's unit (fixed point).
+    pub sum_bits: i64,
     /// Fractional bits of the output, where it is a power-of-two fraction.
     pub fraction_bits: Option<i64>,
 }
@@ -30,6 +32,9 @@ pub enum DesignError {
     /// The output cannot be expressed.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The terms of further physics cannot be generated.
+    #[error(transparent)]
+    Physics(crate::physics::PhysicsError),
     /// No format is coarse enough.
     #[error(transparent)]
     Overflows(#[from] Overflows),

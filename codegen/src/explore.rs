@@ -110,6 +110,7 @@ pub fn candidates(
             // This one is not good enough or does not fit its words; others may.
             Err(
                 RoutineError::Unreachable { .. }
+                | RoutineError::CoarseOutput { .. }
                 | RoutineError::TableUnreachable { .. }
                 | RoutineError::Design(_),
             ) => {}

@@ -74,6 +74,11 @@ impl Format {
         }
     }
 
+    /// How many truncations a product of this fixed-point format can contain, each of less than a unit.
+    pub fn floors(self) -> i64 {
+        if self == Format::Q31Split { 3 } else { 1 }
+    }
+
     /// The same for a product by a constant of 31 bits, as the output needs it.
     pub fn scale_high(self, a: Operand, b: Operand, shift: u32) -> Op {
         let c = Operand::Int(0);

@@ -15,16 +15,16 @@ use crate::reference::Reference;
 /// The highest degree that is tried.
 pub const LARGEST_DEGREE: usize = 16;
 
-/// Designs the routine of the given degree.
+/// Designs the routine of the given degree; `headroom` bits of the last sum are left to what is added to it.
 ///
 /// # Errors
 /// [`DesignError`] where the output's format cannot hold the range.
 pub fn design(
     plan: &InputPlan,
     reference: &Reference,
-    format: Format,
-    output: Output,
+    (format, output): (Format, Output),
     degree: usize,
+    headroom: i64,
 ) -> Result<Design, DesignError> {
     let (from, to) = range_in_v(plan);
     let best = minimax(&reference.polynomial, degree, &from, &to);
@@ -50,18 +50,21 @@ pub fn design(
         let (program, unit) = grid.program(plan, format, output, &units)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = grid.fraction_bits(format, output);
-        Ok(Design { program, bound, degree, segments: 1, minimax, unit, fraction_bits })
+        let sum_bits = grid.bits[0];
+        Ok(Design { program, bound, degree, segments: 1, minimax, unit, sum_bits, fraction_bits })
     };
     if let Format::F32 { .. } = format {
         return build(Grid::float(&best), true);
     }
     let in_v = |word: &Interval| word.mul_pow2(-plan.program.variable_exponent);
     let reach = (in_v(&plan.reach.0), in_v(&plan.reach.1));
+    let least = headroom;
     // A sum may leave its type at its end by a few units: then one bit less, and again. On a short range the
     // search may move high coefficients so far, for next to nothing, that no headroom is enough: then each
     // coefficient is rounded alone.
     let fixed = |common: bool| {
-        let grid = |headroom| Grid::fixed(&best, (&reach.0, &reach.1), format, output, headroom, common);
+        let grid =
+            |headroom| Grid::fixed(&best, (&reach.0, &reach.1), format, output, least + headroom, common);
         let attempts = (0..=MOST_HEADROOM).map(|bits| (bits, true)).chain([(1, false), (2, false)]);
         let mut last = build(grid(0), true);
         for (headroom, search) in attempts.skip(1) {

@@ -1,10 +1,14 @@
 //! The rounding of a routine's operations as a script for Gappa, a prover that shares nothing with
 //! [`crate::bound`]: the same claim, proved again by another program.
+//!
+//! In fixed point an operation's rounding does not depend on the coefficients, only on the place in the segment.
+//! So for a table one goal covers all segments: the coefficients are any integers of their columns' ranges.
 
 use minijinja::{Value, context};
 
 use crate::bound;
-use crate::program::{Op, Operand, Program, Type};
+use crate::exact::Interval;
+use crate::program::{Op, Operand, Program, Step, Type};
 use crate::render::{RenderError, Renderer};
 use crate::routine::Routine;
 use crate::text;
@@ -28,23 +32,28 @@ pub fn script(
     provenance: &str,
 ) -> Result<Option<String>, RenderError> {
     let program = &routine.design.program;
-    let variable = &program.steps[program.variable];
+    let fixed = program.steps[program.variable].ty != Type::F32;
     let Some(steps) = steps(program) else { return Ok(None) };
-    let fixed = variable.ty != Type::F32;
-    let (from, to) = bound::words(program, &routine.plan);
-    let ends = if fixed {
-        // The integers inside.
-        let whole = (from.ceil_to_i64().unwrap_or(i64::MIN), to.floor_to_i64().unwrap_or(i64::MAX));
-        (whole.0.to_string(), whole.1.to_string())
+    let words = bound::words(program, &routine.plan);
+    let variables = if program.index().is_some() {
+        of_table(program, words)
     } else {
-        (text::double_hex(from.to_f64_down()), text::double_hex(to.to_f64_up()))
+        let (from, to) = words;
+        let ends = if fixed {
+            // The integers inside.
+            let whole = (from.ceil_to_i64().unwrap_or(i64::MIN), to.floor_to_i64().unwrap_or(i64::MAX));
+            (whole.0.to_string(), whole.1.to_string())
+        } else {
+            (text::double_hex(from.to_f64_down()), text::double_hex(to.to_f64_up()))
+        };
+        vec![context! { name => "x_", from => ends.0, to => ends.1 }]
     };
     let factor = if fixed { FIXED_SLACK } else { FLOAT_SLACK };
     let slack = format!("claimed here is {factor} times its largest value.");
     let context = context! {
-        provenance, name, fixed, slack, steps,
-        variable => "x_",
-        from => ends.0, to => ends.1,
+        provenance, name, fixed, slack, steps, variables,
+        table => program.table.len(),
+        split => program.steps.iter().any(|s| matches!(s.op, Op::MulAddSplit { .. })),
         last => program.output(),
         bound => text::double_hex((routine.design.bound.rounding * factor).next_up()),
         pieces => PIECES,
@@ -52,15 +61,57 @@ pub fn script(
     renderer.render("gappa/routine.g", context).map(Some)
 }
 
+/// The place in a segment, and a coefficient of each column: the hull of what any segment that words between
+/// two ends reach has.
+fn of_table(program: &Program, words: (Interval, Interval)) -> Vec<Value> {
+    let segments = bound::segments(program, words);
+    let hull = |values: &mut dyn Iterator<Item = i64>| {
+        let first = values.next().unwrap_or(0);
+        values.fold((first, first), |(lo, hi), v| (lo.min(v), hi.max(v)))
+    };
+    let range = |step: &Step| match step.op {
+        Op::Wrap { add, by, .. } => Some(hull(&mut segments.iter().flat_map(|(_, from, to)| {
+            [from, to].map(|word| {
+                let word = i128::from(word.round_to_i64().unwrap_or(0));
+                i64::from(((word + i128::from(add)) << by) as i32)
+            })
+        }))),
+        Op::Entry { column, .. } => Some(hull(
+            &mut segments.iter().filter_map(|(row, ..)| program.table.get(*row)?.get(column).copied()),
+        )),
+        _ => None,
+    };
+    let named = program.steps.iter().enumerate().skip(program.variable + 1);
+    let of = |(i, step): (usize, &Step)| {
+        range(step).map(|(from, to)| {
+            context! { name => free(program, i), from => from.to_string(), to => to.to_string() }
+        })
+    };
+    named.filter_map(of).collect()
+}
+
+/// Name of a step whose result is any number of a range: the variable, the place in a segment, a coefficient.
+fn free(program: &Program, i: usize) -> String {
+    if i == program.variable { "x_".into() } else { format!("{}_", program.steps[i].name) }
+}
+
+fn is_free(program: &Program, i: usize) -> bool {
+    i == program.variable || matches!(program.steps[i].op, Op::Wrap { .. } | Op::Entry { .. })
+}
+
 fn steps(program: &Program) -> Option<Vec<Value>> {
     let steps = program.steps.iter().enumerate().skip(program.variable + 1);
-    steps.map(|(i, step)| one(program, i, &step.op)).collect()
+    let computed = steps.filter(|(i, step)| !is_free(program, *i) && !matches!(step.op, Op::Index { .. }));
+    computed.map(|(i, step)| one(program, i, &step.op)).collect()
 }
 
 fn one(program: &Program, i: usize, op: &Op) -> Option<Value> {
     let operand = |o: &Operand| -> Option<Value> {
         Some(match o {
-            Operand::Step(s) if *s == program.variable => context! { r => "x_", e => "x_", exact => true },
+            Operand::Step(s) if is_free(program, *s) => {
+                let name = free(program, *s);
+                context! { r => &*name, e => &*name, exact => true }
+            }
             Operand::Step(s) if *s > program.variable => {
                 context! { r => format!("r_{s}"), e => format!("e_{s}"), exact => false }
             }
@@ -76,6 +127,11 @@ fn one(program: &Program, i: usize, op: &Op) -> Option<Value> {
         Op::MulAddHigh { a, b, shift, c } => context! {
             i, kind => "mul_add_high", a => operand(a)?, b => operand(b)?, c => operand(c)?,
             factor => 1u64 << shift, by => 32,
+            scale => format!(" * 1b-{}", 32 - shift),
+        },
+        Op::MulAddSplit { a, b, shift, c } => context! {
+            i, kind => "mul_add_split", a => operand(a)?, b => operand(b)?, c => operand(c)?,
+            factor => 1u64 << shift,
             scale => format!(" * 1b-{}", 32 - shift),
         },
         Op::MulAddShort { a, b, by, c } => context! {

@@ -23,12 +23,32 @@ pub const TOOL: &str = concat!("codegen ", env!("CARGO_PKG_VERSION"));
 /// What was generated: nothing is written yet.
 #[derive(Debug, Clone)]
 pub struct Generated {
+    /// Base name of crate, files and functions.
+    pub name: String,
     /// Contents by path, relative to the output folder.
     pub files: BTreeMap<PathBuf, String>,
     /// The certificate, which is also among the files.
     pub certificate: Certificate,
     /// The routines as designed.
     pub routines: Vec<Routine>,
+}
+
+impl Generated {
+    /// The Rust routines as one module that a firmware includes, where a crate of its own is not wanted. A single
+    /// routine also goes by the base name alone, whatever format was chosen.
+    ///
+    /// # Errors
+    /// [`GenerateError::Render`] for a defect of the template.
+    pub fn module(&self) -> Result<String, GenerateError> {
+        let sources = self.files.iter().filter(|(path, _)| path.starts_with("src"));
+        let modules: Vec<Value> = sources
+            .filter_map(|(path, text)| {
+                let name = path.file_stem()?.to_str().filter(|name| *name != "lib")?;
+                Some(context! { name, text })
+            })
+            .collect();
+        Ok(Renderer::new()?.render("rust/module.rs", context! { name => &*self.name, modules })?)
+    }
 }
 
 /// Why nothing was generated.
@@ -75,7 +95,7 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
-    let quantity = Quantity::of(&coefficients.error_model());
+    let quantity = Quantity::of(&routine::model(coefficients, options));
     if !text::is_identifier(&quantity.unit) {
         return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
     }
@@ -111,7 +131,12 @@ pub fn generate(
         let function = format!("{name}_{}", routine.options.suffix());
         let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
         let view = renderer.view(routine, &entry, &quantity, options)?;
-        if let Some(script) = gappa::script(&renderer, routine, &function, &provenance)? {
+        // The script proves functions of one variable.
+        let script = match routine.physics.is_empty() {
+            true => gappa::script(&renderer, routine, &function, &provenance)?,
+            false => None,
+        };
+        if let Some(script) = script {
             files.insert(PathBuf::from(format!("gappa/{function}.g")), script);
         }
         described.push((entry, view));
@@ -164,5 +189,5 @@ pub fn generate(
         routines: entries,
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { files, certificate, routines })
+    Ok(Generated { name, files, certificate, routines })
 }

@@ -47,8 +47,51 @@ pub struct Overflow {
 /// # Errors
 /// [`Overflow`] where an integer leaves its type, which no bounded program does.
 pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overflow> {
-    let mut results: Vec<Word> = Vec::with_capacity(program.steps.len());
-    for (index, step) in program.steps.iter().enumerate() {
+    update(program, &mut start(program, arguments)?, arguments)
+}
+
+/// The state of a routine whose first call will have these arguments.
+///
+/// # Errors
+/// As [`interpret`].
+pub fn start(program: &Program, arguments: &[Word]) -> Result<Vec<i64>, Overflow> {
+    if program.state.is_empty() {
+        return Ok(Vec::new());
+    }
+    // The steps that are read here do not read the state.
+    let results = run(program, &vec![0; program.state.len()], arguments, &program.start_steps())?;
+    Ok(program.state.iter().map(|word| value(&word.start, &results)).collect())
+}
+
+/// Runs `program` once, from a state to the next.
+///
+/// # Errors
+/// As [`interpret`].
+pub fn update(program: &Program, state: &mut [i64], arguments: &[Word]) -> Result<Outcome, Overflow> {
+    let all: Vec<usize> = (0..program.steps.len()).collect();
+    let results = run(program, state, arguments, &all)?;
+    for (word, kept) in program.state.iter().zip(state.iter_mut()) {
+        *kept = value(&word.next, &results);
+    }
+    Ok(Outcome {
+        word: results[program.output()],
+        in_range: results[program.reading] == results[program.clamped],
+    })
+}
+
+fn value(operand: &Operand, results: &[Word]) -> i64 {
+    match operand {
+        Operand::Step(i) => results[*i].bits(),
+        Operand::Int(v) => *v,
+        Operand::Float(v) => *v as i64,
+    }
+}
+
+/// The results of the steps of which the indices are given; 0 of the others.
+fn run(program: &Program, state: &[i64], arguments: &[Word], which: &[usize]) -> Result<Vec<Word>, Overflow> {
+    let mut results = vec![Word::Int(0); program.steps.len()];
+    for &index in which {
+        let step = &program.steps[index];
         let int = |operand: Operand| match operand {
             Operand::Step(i) => match results[i] {
                 Word::Int(v) => i128::from(v),
@@ -67,6 +110,13 @@ pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overf
         };
         let result = match &step.op {
             Op::Input { index } => arguments[*index],
+            Op::State { index } => Word::Int(state[*index]),
+            Op::Add { a, b } => narrow(index, step.ty, int(*a) + int(*b))?,
+            Op::MulAddWide { a, b, c } => narrow(index, step.ty, int(*c) + int(*a) * int(*b))?,
+            Op::High { a, by } => narrow(index, step.ty, int(*a) >> by)?,
+            Op::Phase { a, factor, by } => {
+                Word::Int(i64::from(((int(*a) * i128::from(*factor)) >> by) as i32))
+            }
             Op::ClampF32 { a, lo, hi } => {
                 let value = float(*a);
                 Word::Float(if value >= *lo { if value > *hi { *hi } else { value } } else { *lo })
@@ -107,12 +157,9 @@ pub fn interpret(program: &Program, arguments: &[Word]) -> Result<Outcome, Overf
                 narrow(index, step.ty, int(*c) + i128::from(product.bits() >> by))?
             }
         };
-        results.push(result);
+        results[index] = result;
     }
-    Ok(Outcome {
-        word: results[program.output()],
-        in_range: results[program.reading] == results[program.clamped],
-    })
+    Ok(results)
 }
 
 fn narrow(step: usize, ty: Type, value: i128) -> Result<Word, Overflow> {

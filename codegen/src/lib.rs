@@ -7,10 +7,13 @@
 
 pub mod approximate;
 pub mod bound;
+pub mod builder;
 pub mod certificate;
+pub mod choose;
 pub mod cli;
 pub mod cost;
 pub mod design;
+pub mod estimate;
 pub mod exact;
 pub mod explore;
 pub mod files;
@@ -24,6 +27,7 @@ pub mod input;
 pub mod interpret;
 pub mod options;
 pub mod output;
+pub mod physics;
 pub mod piecewise;
 pub mod plot;
 pub mod program;
@@ -35,3 +39,5 @@ pub mod routine;
 pub mod source;
 pub mod text;
 pub mod verify;
+
+pub use builder::Builder;

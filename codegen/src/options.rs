@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
+use crate::physics::Further;
 
 /// What happens to a reading outside the valid range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -122,6 +123,12 @@ pub struct Options {
     pub extrapolate: bool,
     /// Outside the range.
     pub out_of_range: OutOfRange,
+    /// The further inputs of terms that the coefficients file has.
+    pub further: Vec<Further>,
+    /// Seconds between two calls of a routine with terms that depend on time.
+    pub period_s: Option<f64>,
+    /// Effects of which the terms are left out.
+    pub without: Vec<String>,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -139,6 +146,9 @@ impl Default for Options {
             range: None,
             extrapolate: false,
             out_of_range: OutOfRange::Clamp,
+            further: Vec::new(),
+            period_s: None,
+            without: Vec::new(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),

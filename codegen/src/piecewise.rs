@@ -1,9 +1,10 @@
 //! The method of a table: a polynomial of low degree for each segment, found by shifting the variable.
 //!
 //! A segment is centred at a multiple of its width, so that the place within it is simply the variable shifted
-//! left, wrapped to a signed word, and its number the variable shifted right, after half a width was added.
-//! Where the range comes too close to the end of the word for that, segments begin at multiples instead, and
-//! the half width is added for the place.
+//! left, wrapped to a signed word, and its number the variable shifted right, after half a width was added;
+//! then half a segment lies at either end of the variable's range, which makes one row more. Where the range
+//! comes too close to the end of the word for that, segments begin at multiples instead, and the half width is
+//! added for the place. A row is padded to a power of two of words: its address is one shift.
 
 use crate::approximate::minimax;
 use crate::bound;
@@ -16,22 +17,27 @@ use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
 
-/// Designs a table of 2^`segments_log2` polynomials of the given degree, in a format of 32-bit words.
+/// Designs a table of 2^`segments_log2` polynomials of the given degree, in a format of 32-bit words. A plan
+/// without a last shift to the left ([`InputPlan::unshifted`]) saves an instruction. `least_headroom` bits of
+/// the sum are left to what is added to it.
 ///
 /// # Errors
 /// [`DesignError`] where the table or the output's format cannot hold the range.
 pub fn design(
     plan: &InputPlan,
     reference: &Reference,
-    format: Format,
-    output: Output,
+    (format, output): (Format, Output),
     degree: usize,
     segments_log2: u32,
+    least_headroom: i64,
 ) -> Result<Design, DesignError> {
-    let rows = 1usize << segments_log2;
     let layout = Layout::new(plan, segments_log2);
     // The segments that the range reaches do not depend on the coefficients.
-    let empty = program(plan, format, output, degree, &layout, &vec![vec![0; degree + 1]; rows], 0)?.0;
+    let empty = program(plan, format, output, degree, &layout, &[], 0)?.0;
+    let reached =
+        bound::segments(&empty, bound::reach(&empty, plan)).into_iter().map(|(row, ..)| row + 1).max();
+    let rows = reached.unwrap_or(0).max(1 << segments_log2);
+    let width = (degree + 1).next_power_of_two();
     let segments: Vec<Segment> = bound::segments(&empty, bound::words(&empty, plan))
         .into_iter()
         .map(|(row, from, to)| Segment::new(reference, degree, &layout, row, from, to))
@@ -40,14 +46,15 @@ pub fn design(
         segments.iter().map(|s| s.reach.clone()).reduce(|a, b| a.hull(&b)).unwrap_or_else(Interval::zero);
     let minimax = segments.iter().map(|s| s.distance.to_f64_up()).fold(0.0, f64::max);
     let build = |headroom: i64| -> Result<Design, DesignError> {
-        let bits = format.bits() - 1 - headroom - reach.log2_floor().unwrap_or(-120).max(-120);
+        let bits =
+            format.bits() - 1 - least_headroom - headroom - reach.log2_floor().unwrap_or(-120).max(-120);
         let bits = bits.min(output.most_fraction_bits());
-        let mut table = vec![vec![0; degree + 1]; rows];
+        let mut table = vec![vec![0; width]; rows];
         for s in &segments {
             let Some(row) = table.get_mut(s.row) else { continue };
             *row =
                 s.local.coefficients().iter().map(|c| c.mul_pow2(bits).round_to_i64().unwrap_or(0)).collect();
-            row.resize(degree + 1, 0);
+            row.resize(width, 0);
         }
         let (rough, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let lsb = vec![Interval::from_int(1).mul_pow2(-bits).to_f64(); degree + 1];
@@ -64,7 +71,7 @@ pub fn design(
         let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
-        Ok(Design { program, bound, degree, segments: rows, minimax, unit, fraction_bits })
+        Ok(Design { program, bound, degree, segments: rows, minimax, unit, sum_bits: bits, fraction_bits })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
 }
@@ -73,20 +80,35 @@ pub fn design(
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     segments_log2: u32,
+    /// Words of the variable are v times two to this.
+    exponent: i64,
     /// Whether segments are centred at the multiples of their width, or begin there.
     centred: bool,
 }
 
 impl Layout {
     fn new(plan: &InputPlan, segments_log2: u32) -> Self {
+        let exponent = plan.program.variable_exponent;
+        let mut layout = Layout { segments_log2, exponent, centred: true };
         let last = bound::reach(&plan.program, plan).1;
-        let half = Interval::from_int(1).mul_pow2(i64::from(31 - segments_log2));
-        let centred = (&last + &half).certainly_le(&Interval::from_int(i32::MAX.into()));
-        Layout { segments_log2, centred }
+        let sum = &last + &Interval::from_int(layout.half_width() + layout.half_range());
+        layout.centred = sum.certainly_le(&Interval::from_int(u32::MAX.into()));
+        layout
     }
 
+    /// Words from the middle of a segment to its end.
     fn half_width(&self) -> i64 {
-        1 << (31 - self.segments_log2)
+        self.half_range() >> self.segments_log2
+    }
+
+    /// Words from zero to v = ½.
+    fn half_range(&self) -> i64 {
+        1 << (self.exponent - 1)
+    }
+
+    /// A segment's width as a power of two.
+    fn width_log2(&self) -> u32 {
+        (self.exponent - i64::from(self.segments_log2)) as u32
     }
 
     /// v of the middle of a row's segment.
@@ -105,6 +127,7 @@ struct Segment {
     /// v of the segment's middle, and its width as a power of two.
     middle: Interval,
     segments_log2: u32,
+    exponent: i64,
     /// The best polynomial, of the place w = (v − middle)/width, |w| ≤ ½.
     local: Polynomial,
     /// The largest value on the way of evaluating it.
@@ -128,6 +151,7 @@ impl Segment {
             to,
             middle,
             segments_log2,
+            exponent: layout.exponent,
             local: Polynomial::constant(Interval::zero()),
             reach: Interval::zero(),
             distance: Interval::zero(),
@@ -148,7 +172,7 @@ impl Segment {
 
     /// A word of the variable as a place in the segment.
     fn place(&self, word: &Interval) -> Interval {
-        (&word.mul_pow2(-32) - &self.middle).mul_pow2(self.segments_log2.into())
+        (&word.mul_pow2(-self.exponent) - &self.middle).mul_pow2(self.segments_log2.into())
     }
 
     /// A function of v as one of the place.
@@ -177,12 +201,14 @@ fn program(
 ) -> Result<(Program, Interval), DesignError> {
     let mut p = plan.program.clone();
     let x = Operand::Step(p.variable);
-    // 2³¹ so that the lowest segment is row 0.
+    // Half the range so that the lowest segment is row 0.
     let (to_middle, to_start) =
         if layout.centred { (layout.half_width(), 0) } else { (0, layout.half_width()) };
-    let index = Op::Index { a: x, add: to_middle + (1 << 31), by: 32 - layout.segments_log2 };
-    let row = p.push(Stage::Evaluation, "row", Type::U32, index, "the segment");
-    let wrap = Op::Wrap { a: x, add: to_start, by: layout.segments_log2 };
+    let (add, by) = (to_middle + layout.half_range(), layout.width_log2());
+    // From the start of the range a shift of the signed word does; otherwise the sum is positive.
+    let ty = if layout.centred { Type::U32 } else { Type::I32 };
+    let row = p.push(Stage::Evaluation, "segment", ty, Op::Index { a: x, add, by }, "");
+    let wrap = Op::Wrap { a: x, add: to_start, by: 32 - by };
     let w = p.push(Stage::Evaluation, "w", Type::I32, wrap, "the place in it, from its middle");
     let entry = |p: &mut Program, k: usize| {
         p.push(Stage::Evaluation, &format!("c{k}"), Type::I32, Op::Entry { index: row, column: k }, "")
@@ -195,4 +221,50 @@ fn program(
     p.table = table.to_vec();
     let unit = output.from_fixed(&mut p, format, y, bits)?;
     Ok((p, unit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::paper_coefficients;
+    use crate::input::{Arity, Encoding, Input};
+    use crate::options::{Method, Options, OutOfRange, RoutineOptions};
+    use crate::quantity::Quantity;
+    use crate::routine::{self, Routine};
+
+    fn table(full_scale: f64, out_of_range: OutOfRange) -> (Routine, f64) {
+        let method = Method::Piecewise { degree: 2, segments_log2: 5 };
+        let encoding = Encoding::Q31 { full_scale: Some(full_scale) };
+        let input = Input { arity: Arity::Reading, encoding };
+        let wanted = RoutineOptions { method, format: Format::Q31, input, output: Output::PowerOfTwo };
+        let coefficients = paper_coefficients();
+        let routine =
+            routine::design(&coefficients, &Options { out_of_range, ..Options::default() }, &wanted).unwrap();
+        let bound = Quantity::of(&coefficients.error_model()).in_bound_unit(routine.design.bound.total);
+        (routine, bound)
+    }
+
+    /// Twice the range's end: limits that one instruction saturates to, half a segment at either end, no shift
+    /// before index and place, rows whose address is a shift.
+    #[test]
+    fn a_saturating_table_is_short() {
+        let (routine, arcsec) = table(0.76, OutOfRange::Clamp);
+        let p = &routine.design.program;
+        assert!(matches!(p.steps[p.clamped].op, Op::Clamp { lo: -0x4000_0000, hi: 0x3fff_ffff, .. }));
+        assert!(!p.steps.iter().any(|s| matches!(s.op, Op::ShiftLeft { .. })));
+        assert_eq!((p.table.len(), p.table[0].len()), (33, 4));
+        assert!(arcsec <= 0.005, "{arcsec}");
+    }
+
+    /// The range's end: every word is inside, and nothing is limited; the same where nothing is to be limited.
+    #[test]
+    fn a_table_of_every_word_has_no_limits() {
+        for (full_scale, out_of_range) in [(0.38, OutOfRange::Clamp), (0.4, OutOfRange::Continue)] {
+            let (routine, arcsec) = table(full_scale, out_of_range);
+            let p = &routine.design.program;
+            assert!(!p.steps.iter().any(|s| matches!(s.op, Op::Clamp { .. })));
+            assert_eq!(p.table.len(), 32);
+            assert!(arcsec <= 0.005, "{arcsec}");
+        }
+    }
 }

@@ -51,6 +51,10 @@ pub enum Operand {
 pub enum Op {
     /// The routine's argument number `index`.
     Input { index: usize },
+    /// The word of the routine's state number `index`, as the call before left it.
+    State { index: usize },
+    /// a + b of integers, exactly.
+    Add { a: Operand, b: Operand },
     /// a − b, exactly: of two floats rounded once.
     Sub { a: Operand, b: Operand },
     /// a limited to lo…hi and narrowed to `i32`.
@@ -63,10 +67,16 @@ pub enum Op {
     ShiftRight { a: Operand, add: i64, by: u32 },
     /// ⌊(a + add)·2^−by⌋ where 0 ≤ a + add < 2³²: the number of a table's segment.
     Index { a: Operand, add: i64, by: u32 },
+    /// ⌊a·factor·2^−by⌋ less the multiple of 2³² that makes it a signed word: a phase, the turn being 2³².
+    Phase { a: Operand, factor: i64, by: u32 },
     /// (a + add)·2^by less the multiple of 2³² that makes it a signed word: the place within a segment.
     Wrap { a: Operand, add: i64, by: u32 },
     /// Entry `column` of row `index` of the table.
     Entry { index: Operand, column: usize },
+    /// c + a·b in 64 bits, exactly; b a constant.
+    MulAddWide { a: Operand, b: Operand, c: Operand },
+    /// ⌊a·2^−by⌋ of a word of 64 bits, by ≥ 31.
+    High { a: Operand, by: u32 },
     /// A float to an integer, toward zero.
     Truncate { a: Operand },
     /// An integer to a float, to nearest.
@@ -82,6 +92,44 @@ pub enum Op {
     MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },
     /// c + a·b of floats: rounded once where `fused`, otherwise after the product and after the sum.
     MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
+}
+
+impl Op {
+    /// What the operation reads, in the order of its fields.
+    pub fn operands(&self) -> Vec<Operand> {
+        self.clone().places().into_iter().map(|place| *place).collect()
+    }
+
+    /// The same operation on other operands: every one replaced by what `by` makes of it.
+    #[must_use]
+    pub fn on(&self, by: impl Fn(Operand) -> Operand) -> Op {
+        let mut op = self.clone();
+        op.places().into_iter().for_each(|place| *place = by(*place));
+        op
+    }
+
+    fn places(&mut self) -> Vec<&mut Operand> {
+        match self {
+            Op::Input { .. } | Op::State { .. } => vec![],
+            Op::Add { a, b } | Op::Sub { a, b } | Op::MulF32 { a, b } => vec![a, b],
+            Op::Clamp { a, .. }
+            | Op::ClampF32 { a, .. }
+            | Op::ShiftLeft { a, .. }
+            | Op::ShiftRight { a, .. }
+            | Op::Index { a, .. }
+            | Op::Wrap { a, .. }
+            | Op::Phase { a, .. }
+            | Op::High { a, .. }
+            | Op::Truncate { a }
+            | Op::ToF32 { a } => vec![a],
+            Op::Entry { index, .. } => vec![index],
+            Op::MulAddHigh { a, b, c, .. }
+            | Op::MulAddSplit { a, b, c, .. }
+            | Op::MulAddShort { a, b, c, .. }
+            | Op::MulAddWide { a, b, c }
+            | Op::MulAddF32 { a, b, c, .. } => vec![a, b, c],
+        }
+    }
 }
 
 /// Which part of the routine a step belongs to; its rounding is listed there.
@@ -122,6 +170,21 @@ pub struct Argument {
     pub meaning: String,
 }
 
+/// A word that a routine keeps from one call to the next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StateWord {
+    /// Its name, an identifier.
+    pub name: String,
+    /// Its type.
+    pub ty: Type,
+    /// Its meaning, for the reader of the generated source.
+    pub meaning: String,
+    /// What it is before the first call, given that call's arguments: a constant, or a step that reads no state.
+    pub start: Operand,
+    /// What it is after a call.
+    pub next: Operand,
+}
+
 /// A whole routine: steps in order, each using earlier ones only.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Program {
@@ -135,12 +198,14 @@ pub struct Program {
     pub clamped: usize,
     /// Smallest and largest valid reading in the reading's own words.
     pub valid: (f64, f64),
-    /// Rows of coefficients that `Entry` reads; empty without a table. Their number is a power of two.
+    /// Rows of coefficients that `Entry` reads; empty without a table.
     pub table: Vec<Vec<i64>>,
     /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
     pub variable: usize,
     /// See `variable`.
     pub variable_exponent: i64,
+    /// What is kept from call to call; empty for a function.
+    pub state: Vec<StateWord>,
 }
 
 impl Program {
@@ -161,6 +226,34 @@ impl Program {
         if !matches!(step.op, Op::Input { .. }) {
             step.name = "x".into();
         }
+    }
+
+    /// The steps that the state's start needs, in their order.
+    pub fn start_steps(&self) -> Vec<usize> {
+        self.needed(self.state.iter().map(|word| word.start))
+    }
+
+    /// The steps that a call needs, in their order.
+    pub fn update_steps(&self) -> Vec<usize> {
+        let results = [self.output(), self.reading, self.clamped].map(Operand::Step);
+        self.needed(self.state.iter().map(|word| word.next).chain(results))
+    }
+
+    /// The steps that lead to some operands.
+    fn needed(&self, wanted: impl Iterator<Item = Operand>) -> Vec<usize> {
+        let mut needed = vec![false; self.steps.len()];
+        let mark = |needed: &mut Vec<bool>, operand: Operand| {
+            if let Operand::Step(i) = operand {
+                needed[i] = true;
+            }
+        };
+        wanted.for_each(|operand| mark(&mut needed, operand));
+        for index in (0..self.steps.len()).rev() {
+            if needed[index] {
+                self.steps[index].op.operands().into_iter().for_each(|o| mark(&mut needed, o));
+            }
+        }
+        (0..self.steps.len()).filter(|i| needed[*i]).collect()
     }
 
     /// Bytes of flash that the table takes.

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::certificate::{Entry, result_meaning, rust_type};
 use crate::options::{CShift, Options, OutOfRange};
-use crate::program::{Op, Operand, Program, Type};
+use crate::program::{Op, Operand, Program, Step, Type};
 use crate::quantity::Quantity;
 use crate::routine::Routine;
 use crate::text;
@@ -31,10 +31,12 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
     ("rust/lib.rs", include_str!("../../templates/rust/lib.rs.jinja")),
     ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
+    ("rust/module.rs", include_str!("../../templates/rust/module.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
+    ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
     ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
@@ -58,12 +60,24 @@ pub struct View {
     extrapolated: Option<String>,
     flag: bool,
     continues: bool,
+    line: bool,
     fixed: bool,
     float_input: bool,
     bound_text: String,
     parts: Vec<Value>,
     resolution_text: Option<String>,
+    band_text: Option<String>,
     steps: Vec<Value>,
+    /// What is kept from call to call, and the steps that it starts from.
+    state: Vec<Value>,
+    state_bytes: usize,
+    start_steps: Vec<Value>,
+    /// Names of the arguments that the start reads.
+    start_arguments: Vec<String>,
+    type_name: String,
+    /// What is added to the function of the reading, and what is not, in sentences.
+    terms: Vec<String>,
+    left_out: Vec<String>,
     helpers: Vec<&'static str>,
     in_range: Value,
     table: Vec<Vec<i64>>,
@@ -149,6 +163,7 @@ impl Renderer {
             range_text: range_text(routine, quantity),
             extrapolated: entry.range.recorded.map(|(a, b)| format!("{a:?}…{b:?} {}", quantity.reading_unit)),
             flag: options.out_of_range == OutOfRange::Flag,
+            line: routine.line,
             continues: options.out_of_range == OutOfRange::Continue,
             float_input: program.arguments.iter().any(|a| a.ty == Type::F32),
             fixed: program.steps.iter().any(|s| s.ty == Type::I32),
@@ -162,7 +177,27 @@ impl Renderer {
                 .collect(),
             resolution_text: (entry.input_resolution > 0.0)
                 .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
-            steps: steps(program),
+            band_text: entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
+            steps: steps(program, &program.update_steps()),
+            state_bytes: program.state.iter().map(|w| if w.ty == Type::I64 { 8 } else { 4 }).sum(),
+            start_steps: steps(program, &program.start_steps()),
+            state: program
+                .state
+                .iter()
+                .map(|w| {
+                    let (start, next) = (self::operand(program, &w.start), self::operand(program, &w.next));
+                    context! { name => &*w.name, type => rust_type(w.ty), c_type => c_type(w.ty), meaning => &*w.meaning, start, next }
+                })
+                .collect(),
+            start_arguments: program
+                .start_steps()
+                .iter()
+                .filter(|&&i| matches!(program.steps[i].op, Op::Input { .. }))
+                .map(|&i| program.steps[i].name.clone())
+                .collect(),
+            type_name: text::camel_case(&entry.routine),
+            terms: routine.physics.terms_in_words(),
+            left_out: routine.physics.left_out.iter().map(|(what, why)| format!("{what}: {why}")).collect(),
             helpers: helpers(program, options.c_shift),
             in_range: in_range(program),
             table: program.table.clone(),
@@ -232,13 +267,22 @@ fn type_of(program: &Program, operand: &Operand) -> Type {
     }
 }
 
-fn steps(program: &Program) -> Vec<Value> {
-    let assigned =
-        |name: &str, among: &[crate::program::Step]| among.iter().filter(|s| s.name == name).count();
-    let laid_out = program.steps.iter().enumerate().map(|(index, step)| {
+fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
+    let assigned = |name: &str, before: usize| {
+        which.iter().filter(|&&i| i < before && program.steps[i].name == name).count()
+    };
+    let laid_out = which.iter().map(|&index| {
+        let step = &program.steps[index];
         let operand = |o: &Operand| operand(program, o);
         let op = match &step.op {
             Op::Input { .. } => context! { kind => "input" },
+            Op::State { index } => context! { kind => "state", word => &*program.state[*index].name },
+            Op::Add { a, b } => context! { kind => "add", a => operand(a), b => operand(b) },
+            Op::MulAddWide { a, b, c } => {
+                context! { kind => "mul_add_wide", a => operand(a), b => operand(b), c => operand(c) }
+            }
+            Op::High { a, by } => context! { kind => "high", a => operand(a), by },
+            Op::Phase { a, factor, by } => context! { kind => "phase", a => operand(a), factor, by },
             Op::Sub { a, b } => context! {
                 kind => "sub", a => operand(a), b => operand(b), cast => type_of(program, a) != step.ty,
             },
@@ -259,10 +303,17 @@ fn steps(program: &Program) -> Vec<Value> {
                 kind => "shift_right", a => operand(a), add, by,
                 },
             Op::Index { a, add, by } => {
-                context! { kind => "index", a => operand(a), add => *add as u32, by }
+                context! { kind => "index", a => operand(a), add => *add as u32, by, first => add >> by }
             }
-            Op::Wrap { a, add, by } => context! { kind => "wrap", a => operand(a), add => *add as u32, by },
-            Op::Entry { index, column } => context! { kind => "entry", index => operand(index), column },
+            // Modulo 2³² it is one whether the sum or the product by 2^by comes first.
+            Op::Wrap { a, add, by } => {
+                let add = (*add as u32) << by;
+                context! { kind => "wrap", a => operand(a), add, signed => add as i32, by }
+            }
+            Op::Entry { index: row, column } => {
+                let first = !program.steps[..index].iter().any(|s| matches!(s.op, Op::Entry { .. }));
+                context! { kind => "entry", index => operand(row), column, first }
+            }
             Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
             Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
             Op::MulF32 { a, b } => context! { kind => "mul_f32", a => operand(a), b => operand(b) },
@@ -282,9 +333,9 @@ fn steps(program: &Program) -> Vec<Value> {
             type => rust_type(step.ty),
             c_type => c_type(step.ty),
             note => &*step.note,
-            reassigned => assigned(&step.name, &program.steps[..index]) > 0,
+            reassigned => assigned(&step.name, index) > 0,
             last => index == program.output(),
-            constant => assigned(&step.name, &program.steps) == 1,
+            constant => assigned(&step.name, program.steps.len()) == 1,
             op,
         }
     });
@@ -305,7 +356,8 @@ fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
             Op::MulAddHigh { .. } => "mul_high",
             Op::MulAddSplit { .. } => "mul_split",
             Op::MulAddShort { .. } => "mul_short",
-            Op::Wrap { .. } if shift == CShift::Strict => "to_signed",
+            Op::High { .. } => "high_word",
+            Op::Wrap { .. } | Op::Phase { .. } => "to_signed",
             _ => continue,
         };
         if !helpers.contains(&helper) {
@@ -314,7 +366,8 @@ fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
     }
     let shifts =
         |op: &Op| matches!(op, Op::MulAddSplit { .. } | Op::MulAddShort { .. } | Op::ShiftRight { .. });
-    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op)) {
+    let signed_index = |s: &Step| matches!(s.op, Op::Index { .. }) && s.ty == Type::I32;
+    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op) || signed_index(s)) {
         helpers.insert(0, "shift_right");
     }
     helpers
@@ -334,7 +387,8 @@ fn in_range(program: &Program) -> Value {
     let wide = (raw.ty != limited.ty).then_some(rust_type(raw.ty));
     // C compares a `uint32_t` with a signed word only after a conversion; the limits are not negative.
     let unsigned = raw.ty == Type::U32;
-    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned }
+    let always = program.reading == program.clamped;
+    context! { raw => &*raw.name, limited => &*limited.name, wide, unsigned, always }
 }
 
 fn range_text(routine: &Routine, quantity: &Quantity) -> String {

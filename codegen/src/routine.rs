@@ -1,12 +1,14 @@
 //! From coefficients and options to a routine that is designed and bounded.
 
 use fitter::coefficients::Coefficients;
+use fitter::error_model::ErrorModel;
 
 use crate::design::{Design, DesignError};
 use crate::exact::Interval;
 use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
 use crate::options::{Method, Options, OutOfRange, RoutineOptions};
+use crate::physics::{Physics, PhysicsError};
 use crate::piecewise;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
@@ -24,7 +26,14 @@ pub struct Routine {
     pub reference: Reference,
     /// Smallest and largest reading for which it is valid.
     pub range: (f64, f64),
+    /// What is added to the function of the reading, and what is left out.
+    pub physics: Physics,
+    /// Whether the range lies wholly outside the recording, so that only what extrapolates is kept.
+    pub line: bool,
 }
+
+/// Bits of the last sum that terms of further physics may take at most.
+const MOST_HEADROOM: i64 = 6;
 
 /// Why there is no routine.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -93,6 +102,21 @@ pub enum RoutineError {
         /// Unit of the bounds.
         unit: String,
     },
+    /// The output's unit alone is coarser than the bound.
+    #[error(
+        "the output counts in 10^-{digits} of the unit, that is {step:.3e} {unit}, of which half may be rounded away: \
+         nothing is proven within {wanted:e} {unit}; ask for a finer output or a larger bound"
+    )]
+    CoarseOutput {
+        /// The number of decimal digits.
+        digits: u32,
+        /// What one word of the output stands for.
+        step: f64,
+        /// The bound asked for.
+        wanted: f64,
+        /// Unit of the bounds.
+        unit: String,
+    },
     /// A bound that is 0, negative or not finite.
     #[error("the bound is {0}: give a positive number")]
     Bound(f64),
@@ -102,6 +126,9 @@ pub enum RoutineError {
     /// The input does not fit.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The terms of further physics.
+    #[error(transparent)]
+    Physics(#[from] PhysicsError),
     /// The range is too wide for the geometry.
     #[error(transparent)]
     TooSteep(#[from] TooSteep),
@@ -119,12 +146,19 @@ pub fn design(
     options: &Options,
     wanted: &RoutineOptions,
 ) -> Result<Routine, RoutineError> {
-    let model = coefficients.error_model();
+    let model = model(coefficients, options);
     let quantity = Quantity::of(&model);
     let range = range(coefficients, options, &quantity)?;
     let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
+    }
+    if let Some(digits) = wanted.output.decimal_digits() {
+        let step = quantity.in_bound_unit(10f64.powi(-(digits as i32)));
+        if 0.5 * step > target {
+            let unit = quantity.bound_unit;
+            return Err(RoutineError::CoarseOutput { digits, step, wanted: target, unit });
+        }
     }
     let plan = wanted.input.plan(
         &model.sensor,
@@ -144,12 +178,35 @@ pub fn design(
         &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
         &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
     )?;
+    let plan = match wanted.method {
+        Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
+        Method::Fused => plan,
+    };
+    let line = beyond(coefficients, options);
+    let physics = Physics::of(coefficients, options, line)?;
+    let words = (wanted.format, wanted.output);
+    let fine = target / quantity.bound_units_per_unit;
+    // Terms that are added may need room in the last sum.
+    let extended = |design: &dyn Fn(i64) -> Result<Design, DesignError>| {
+        let mut headroom = 0;
+        loop {
+            let whole = design(headroom).and_then(|d| physics.extend(d, &model, &plan, words, fine));
+            match whole {
+                Err(DesignError::Overflows(_)) if !physics.is_empty() && headroom < MOST_HEADROOM => {
+                    headroom += 1
+                }
+                whole => return whole.map_err(|e| e.for_output(wanted.output)),
+            }
+        }
+    };
     let finish = |design| Routine {
         options: wanted.clone(),
         design,
         plan: plan.clone(),
         reference: reference.clone(),
         range,
+        physics: physics.clone(),
+        line,
     };
     if let Method::Piecewise { degree, segments_log2 } = wanted.method {
         if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
@@ -158,9 +215,9 @@ pub fn design(
         if wanted.format.bits() != 31 {
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
-        let design =
-            piecewise::design(&plan, &reference, wanted.format, wanted.output, degree, segments_log2)
-                .map_err(|e| e.for_output(wanted.output))?;
+        let design = extended(&|headroom| {
+            piecewise::design(&plan, &reference, words, degree, segments_log2, headroom)
+        })?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -186,8 +243,7 @@ pub fn design(
         if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
             continue;
         }
-        let design = fused::design(&plan, &reference, wanted.format, wanted.output, degree)
-            .map_err(|e| e.for_output(wanted.output))?;
+        let design = extended(&|headroom| fused::design(&plan, &reference, words, degree, headroom))?;
         let bound = quantity.in_bound_unit(design.bound.total);
         if bound <= target {
             return Ok(finish(design));
@@ -199,6 +255,23 @@ pub fn design(
     let (reachable, degree) = best.unwrap_or((f64::INFINITY, LARGEST_DEGREE));
     let format = wanted.format.name();
     Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
+}
+
+/// The error model for the range that is wanted: beyond the recording, where nothing of the range was recorded, the
+/// straight line that takes the polynomial's place there.
+pub fn model(coefficients: &Coefficients, options: &Options) -> ErrorModel {
+    let mut model = coefficients.error_model();
+    if beyond(coefficients, options) {
+        let line = &coefficients.base.extrapolation;
+        model.coefficients = vec![line.constant, line.slope];
+    }
+    model
+}
+
+/// Whether the range lies wholly outside what was recorded.
+fn beyond(coefficients: &Coefficients, options: &Options) -> bool {
+    let covered = &coefficients.valid_range;
+    options.range.is_some_and(|(from, to)| to < covered.from || from > covered.to)
 }
 
 /// The range that is wanted, held against what was recorded.

@@ -42,6 +42,15 @@ pub enum SourceError {
 }
 
 impl Source {
+    /// The files that it reads.
+    pub fn files(&self) -> Vec<&Path> {
+        match self {
+            Source::Coefficients(path) => vec![path],
+            Source::Recording { recording, mirror } => vec![recording, mirror],
+            Source::Embedded => Vec::new(),
+        }
+    }
+
     /// The coefficients and the SHA-256 of their file (where they were fitted here: of the file that `fitter
     /// fit` would have written).
     ///

@@ -29,6 +29,18 @@ pub fn grouped(value: i64) -> String {
     format!("{}{}", if value < 0 { "-" } else { "" }, groups.join("_"))
 }
 
+/// `corrected_angle_q31` as the name of a type: `CorrectedAngleQ31`.
+pub fn camel_case(name: &str) -> String {
+    name.split('_')
+        .map(|word| {
+            let mut letters = word.chars();
+            letters
+                .next()
+                .map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+        })
+        .collect()
+}
+
 /// The shortest decimal that reads back as the same float.
 pub fn float_decimal(value: f32) -> String {
     format!("{value:?}")

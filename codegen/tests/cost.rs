@@ -2,6 +2,7 @@
 
 use codegen::cost::Core;
 use codegen::format::Format;
+use codegen::options::OutOfRange::{Clamp, Continue};
 use codegen::options::{Ends, Method, Options};
 use codegen::routine;
 use fitter::coefficients::Coefficients;
@@ -24,17 +25,20 @@ fn estimates_are_as_close_to_the_counts_as_they_claim() {
     let table = |degree, segments_log2| Method::Piecewise { degree, segments_log2 };
     let f32 = Format::F32 { fused: false };
     let mut seen = Vec::new();
-    for (name, method, format, full_scale) in [
-        ("q31-degree-9", Method::Fused, Format::Q31, Some(0.4)),
-        ("q31-split-degree-9", Method::Fused, Format::Q31Split, Some(0.4)),
-        ("f32-degree-9", Method::Fused, f32, None),
-        ("q31-table-1x256", table(1, 8), Format::Q31, None),
-        ("q31-table-2x32", table(2, 5), Format::Q31, None),
-        ("q31-table-3x16", table(3, 4), Format::Q31, None),
-        ("q31-split-table-3x16", table(3, 4), Format::Q31Split, None),
+    for (name, method, format, full_scale, out_of_range) in [
+        ("q31-degree-9", Method::Fused, Format::Q31, Some(0.4), Clamp),
+        ("q31-degree-9-without-limits", Method::Fused, Format::Q31, Some(0.4), Continue),
+        ("q31-degree-9-every-word", Method::Fused, Format::Q31, Some(0.38), Clamp),
+        ("q31-split-degree-9", Method::Fused, Format::Q31Split, Some(0.4), Clamp),
+        ("f32-degree-9", Method::Fused, f32, None, Clamp),
+        ("q31-table-1x256", table(1, 8), Format::Q31, Some(0.76), Clamp),
+        ("q31-table-2x32", table(2, 5), Format::Q31, Some(0.76), Clamp),
+        ("q31-table-2x32-without-limits", table(2, 5), Format::Q31, Some(0.4), Continue),
+        ("q31-table-3x16", table(3, 4), Format::Q31, Some(0.76), Clamp),
+        ("q31-split-table-3x16", table(3, 4), Format::Q31Split, None, Clamp),
     ] {
         let wanted = Ends { full_scale, ..Ends::default() }.routine(method, format);
-        let options = Options { degree: Some(9), bound: Some(1.0), ..Options::default() };
+        let options = Options { degree: Some(9), bound: Some(1.0), out_of_range, ..Options::default() };
         let routine = routine::design(&paper(), &options, &wanted).unwrap();
         for (core, key) in [(Core::CortexM0, "m0"), (Core::CortexM3, "m3"), (Core::CortexM4f, "m4f")] {
             let inside = &counted["routines"][name][key]["C gcc strict"]["inside"];

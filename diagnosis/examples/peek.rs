@@ -6,7 +6,8 @@ fn main() {
         let r = fitter::Recording::read(std::path::Path::new(&f)).unwrap();
         let rows = observe::observe(&r, &mirror, None).unwrap();
         let start = std::time::Instant::now();
-        let e = explain::explain(&rows, &catalogue, &[]);
+        let e =
+            explain::explain(&rows, &catalogue, &std::env::var("SKIP").into_iter().collect::<Vec<String>>());
         let took = start.elapsed().as_secs_f64() * 1e3;
         let s = &e.search;
         print!(
@@ -14,7 +15,7 @@ fn main() {
             r.file,
             rows.len(),
             s.noise.level,
-            s.noise.phi,
+            s.noise.correlation.typical(),
             s.noise.freedom,
             s.calibration.threshold
         );
@@ -37,6 +38,26 @@ fn main() {
             );
         }
         println!();
+        if std::env::var("SURVEY").is_ok() {
+            let mut found = s.survey(&[]);
+            found.sort_by(|a, b| s.gain(b).total_cmp(&s.gain(a)));
+            for f in found.iter().take(16) {
+                let name = match &s.dictionary.families[f.term.family].kind {
+                    diagnosis::dictionary::Kind::Effect(i) => catalogue[*i].id().to_string(),
+                    diagnosis::dictionary::Kind::Generic(p) => {
+                        format!("GENERIC {}x{:?}", p.variable, p.times)
+                    }
+                    _ => "ORDER".into(),
+                };
+                println!(
+                    "      {name} {:?} S {:.1} price {:.1} -ln p {:.1}",
+                    f.term.shape,
+                    f.explained,
+                    s.price(&f.term),
+                    s.family_wise(f)
+                );
+            }
+        }
         if std::env::var("TOP").is_ok() {
             let name = |f: usize| match &s.dictionary.families[f].kind {
                 diagnosis::dictionary::Kind::Effect(i) => catalogue[*i].id().to_string(),

@@ -1,7 +1,7 @@
 //! How strong the strongest of all candidates is when there is nothing: the distribution of every family's
 //! largest statistic, and of the best family over all, by resampling the recording's own whitened residual
-//! through the same projections. Correlation left over because φ is only known with an uncertainty is put
-//! into the resamples by drawing φ from its posterior; the level's uncertainty by drawing its χ².
+//! through the same projections. Correlation left over because the correlation is only known with an uncertainty is put
+//! into the resamples by drawing its time from its posterior; the level's uncertainty by drawing its χ².
 
 use std::sync::OnceLock;
 
@@ -15,16 +15,18 @@ use crate::linear::{Columns, dot};
 use crate::noise::Noise;
 
 /// False alarms allowed over the whole search.
-pub const FALSE_ALARMS: f64 = 0.005;
+pub const FALSE_ALARMS: f64 = 0.004;
 /// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
 /// resamples that it is then applied to would look better than it is.
 pub const RESAMPLES: usize = 360;
 /// Part of the resamples that the tails are fitted to.
 const TAIL: f64 = 0.2;
+/// Ranges of the angle from which residuals are drawn, as parts of the rows.
+const NEIGHBOURHOODS: usize = 8;
 /// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
 const PRIOR_TAIL: f64 = 150.0;
 /// How much less of the allowed false alarms a generic family gets than a catalogued one.
-pub const GENERIC_SHARE: f64 = 0.4;
+pub const GENERIC_SHARE: f64 = 0.04;
 
 /// P(M > m) = K exp(−a m) for a family's largest statistic m = −ln P(χ²_d > S).
 #[derive(Debug, Clone, Copy)]
@@ -185,18 +187,18 @@ pub fn calibrate(
     projected: &Projected,
     catalogue: &[Box<dyn Effect>],
     noise: &Noise,
+    angles: &[f64],
     shares: &[f64],
 ) -> Calibration {
     let n = projected.columns.rows;
+    let neighbours = Neighbours::new(angles);
     let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
     let mut resamples = Columns::new(n);
     let mut scales = Vec::with_capacity(RESAMPLES);
     for b in 0..2 * RESAMPLES {
-        let phi = quantile(
-            &noise.phi_posterior,
-            ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64,
-        );
-        resamples.push(&resample(noise, phi, &mut random));
+        let time =
+            quantile(&noise.posterior, ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64);
+        resamples.push(&resample(noise, &neighbours, time, &mut random));
         // χ² of the level's freedom, by the Wilson–Hilferty cube.
         let z = standard_normal(&mut random);
         let v = 2.0 / (9.0 * noise.freedom);
@@ -224,25 +226,45 @@ pub fn calibrate(
     Calibration { families, overall, threshold }
 }
 
-/// One resample: whitened residuals drawn with random signs, given the correlation φ, whitened by the
-/// estimate.
-fn resample(noise: &Noise, phi: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
-    let n = noise.whitened_residual.len();
-    let innovation = (1.0 - phi * phi).sqrt();
-    let scale = 1.0 / (1.0 - noise.phi * noise.phi).sqrt();
-    let mut previous = 0.0;
-    (0..n)
+/// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given the
+/// correlation time `time`, whitened by the estimate. Drawn from all rows they would spread a variance that
+/// changes along the stroke, beyond what its model follows, evenly over it.
+fn resample(noise: &Noise, neighbours: &Neighbours, time: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let drawn: Vec<f64> = (0..noise.whitened_residual.len())
         .map(|i| {
             let bits = random.next_u64();
-            let pick = ((bits >> 1) % n as u64) as usize;
-            let w =
-                if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] };
-            let z = if i == 0 { w } else { phi * previous + innovation * w };
-            let u = if i == 0 { z } else { (z - noise.phi * previous) * scale };
-            previous = z;
-            u
+            let pick = neighbours.pick(i, bits >> 1);
+            if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] }
         })
-        .collect()
+        .collect();
+    let coloured = noise.correlation.with(time).colour(drawn.into_iter());
+    noise.correlation.whiten(coloured.into_iter())
+}
+
+/// The rows nearest to every row in the angle.
+struct Neighbours {
+    /// Rows by angle.
+    sorted: Vec<usize>,
+    /// Place of every row in that order.
+    place: Vec<usize>,
+    /// How many of them a draw is from.
+    window: usize,
+}
+
+impl Neighbours {
+    fn new(angles: &[f64]) -> Neighbours {
+        let n = angles.len();
+        let mut sorted: Vec<usize> = (0..n).collect();
+        sorted.sort_by(|a, b| angles[*a].total_cmp(&angles[*b]));
+        let mut place = vec![0; n];
+        sorted.iter().enumerate().for_each(|(k, row)| place[*row] = k);
+        Neighbours { sorted, place, window: (n / NEIGHBOURHOODS).clamp(16.min(n), n) }
+    }
+
+    fn pick(&self, row: usize, random: u64) -> usize {
+        let first = self.place[row].saturating_sub(self.window / 2).min(self.sorted.len() - self.window);
+        self.sorted[first + (random % self.window as u64) as usize]
+    }
 }
 
 fn quantile(posterior: &[(f64, f64)], part: f64) -> f64 {

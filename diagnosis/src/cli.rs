@@ -5,6 +5,7 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use diagnosis::Diagnosis;
 use diagnosis::observe::Simulated;
 use diagnosis::simulated;
 use diagnosis::verdict::Verdict;
@@ -21,7 +22,7 @@ use rayon::prelude::*;
 pub struct Cli {
     /// The recordings (CSV, or CSV.gz)
     #[arg(required = true)]
-    recordings: Vec<PathBuf>,
+    pub recordings: Vec<PathBuf>,
     /// The nominal mirror (mirror.toml), for static calibration recordings
     #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
     mirror: Option<PathBuf>,
@@ -30,31 +31,28 @@ pub struct Cli {
     plant: Option<PathBuf>,
     /// The folder to write into; it is made if it is not there
     #[arg(long)]
-    out: PathBuf,
+    pub out: PathBuf,
     /// Another recording of the same device, for the held-out figures
     #[arg(long)]
-    held_out: Option<PathBuf>,
+    pub held_out: Option<PathBuf>,
     /// Your own simulation of the same rows (t_s and the predicted reference), instead of the built-in one
     #[arg(long)]
-    simulated: Option<PathBuf>,
+    pub simulated: Option<PathBuf>,
     /// Write no HTML report
     #[arg(long)]
-    no_report: bool,
+    pub no_report: bool,
     /// Leave these effects out of the catalogue (ids, separated by commas)
     #[arg(long, value_delimiter = ',')]
-    without: Vec<String>,
+    pub without: Vec<String>,
     /// Number of threads; all processors if not given
     #[arg(long)]
-    jobs: Option<usize>,
+    pub jobs: Option<usize>,
 }
 
 /// Runs the program.
 pub fn run(cli: &Cli) -> Result<()> {
-    if cli.plant.is_some() {
-        return Err(miette!(
-            "--plant: dynamic recordings are not diagnosed yet, only static calibrations; give --mirror mirror.toml \
-             with a static recording"
-        ));
+    if let Some(plant) = &cli.plant {
+        return crate::cli_dynamic::run(cli, plant);
     }
     let Some(mirror) = &cli.mirror else { return Err(miette!("--mirror is missing; give the mirror.toml")) };
     let mirror = Mirror::read(mirror).into_diagnostic()?;
@@ -94,7 +92,7 @@ pub fn run(cli: &Cli) -> Result<()> {
     })?;
     for (stem, outcome) in stems.iter().zip(&outcomes) {
         write(&cli.out, stem, outcome, !cli.no_report)?;
-        println!("{}", sentence(outcome));
+        println!("{}", sentence(&outcome.diagnosis));
     }
     Ok(())
 }
@@ -116,7 +114,7 @@ fn read(path: &Path) -> Result<Recording> {
 }
 
 /// The stems of the output files; equal ones would overwrite each other.
-fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
+pub fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut stems = Vec::new();
     for path in paths {
@@ -165,11 +163,11 @@ fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Res
     Ok(())
 }
 
-fn put(path: &Path, text: &str) -> Result<()> {
+pub fn put(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |file: &mut dyn Write| file.write_all(text.as_bytes())).into_diagnostic()
 }
 
-fn progress(count: usize) -> ProgressBar {
+pub fn progress(count: usize) -> ProgressBar {
     if count < 10 || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
@@ -181,8 +179,7 @@ fn progress(count: usize) -> ProgressBar {
 }
 
 /// One line on the terminal.
-fn sentence(outcome: &Outcome) -> String {
-    let d = &outcome.diagnosis;
+pub fn sentence(d: &Diagnosis) -> String {
     let names: Vec<String> = d
         .effects
         .iter()

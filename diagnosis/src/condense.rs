@@ -2,7 +2,7 @@
 //! successive passes. A mismatch that a mean over such a cell would lose (a period shorter than a cell) is
 //! below what the search looks for; the noise floor is then that of the means, and is scaled back to rows.
 
-use crate::rows::{Column, Rows, range};
+use crate::rows::Rows;
 
 /// Rows above which a recording is condensed, and about how many cells are made of it.
 pub const MOST_ROWS: usize = 1100;
@@ -34,14 +34,14 @@ pub fn condense(rows: &Rows) -> Option<Condensed> {
     }
     let passes = current + 1;
     let ranges = (MOST_ROWS / passes).max(FEWEST_RANGES).min((n / passes).max(1));
+    let ranges = even_ranges(n / passes, ranges);
     let group = (passes * ranges).div_ceil(MOST_ROWS).max(1);
-    let (low, high) = range(&rows.theta);
-    let width = (high - low).max(1e-300) / ranges as f64;
+    let limits = limits(&rows.theta, ranges);
     let groups = passes.div_ceil(group);
     // Cell number: group, then forward cells upward, then backward cells downward, so that the order of the
     // cells is a path that the mirror could have taken.
     let cell_of = |i: usize| {
-        let k = (((rows.theta[i] - low) / width) as usize).min(ranges - 1);
+        let k = limits.partition_point(|limit| *limit <= rows.theta[i]);
         let place = if rows.direction[i] >= 0.0 { k } else { 2 * ranges - 1 - k };
         (index[i] / group) * 2 * ranges + place
     };
@@ -58,43 +58,37 @@ pub fn condense(rows: &Rows) -> Option<Condensed> {
         }
         sums.iter().zip(&kept).map(|(s, &c)| s / f64::from(count[c])).collect()
     };
-    let some = |values: &Option<Vec<f64>>| values.as_ref().map(|v| average(v));
-    let sign =
-        |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|d| if d >= 0.0 { 1.0 } else { -1.0 }).collect() };
-    let mut t_s = average(&rows.t_s);
+    let pass = kept.iter().map(|c| (c / ranges) as i64).collect();
+    let mut condensed = rows.changed(pass, average);
+    condensed.direction.iter_mut().for_each(|d| *d = if *d >= 0.0 { 1.0 } else { -1.0 });
     // Within a group of passes the cells' mean times are mixed: keep them from running backward.
-    for k in 1..t_s.len() {
-        t_s[k] = t_s[k].max(t_s[k - 1]);
+    for k in 1..condensed.len() {
+        condensed.t_s[k] = condensed.t_s[k].max(condensed.t_s[k - 1]);
     }
-    let condensed = Rows {
-        unit: rows.unit.clone(),
-        pair: rows.pair,
-        t_s,
-        pass: kept.iter().map(|c| (c / ranges) as i64).collect(),
-        direction: sign(average(&rows.direction)),
-        reading: average(&rows.reading),
-        weight: average(&rows.weight),
-        theta: average(&rows.theta),
-        truth: average(&rows.truth),
-        error: average(&rows.error),
-        common_mode_um: some(&rows.common_mode_um),
-        cross_arcsec: some(&rows.cross_arcsec),
-        temperature_c: some(&rows.temperature_c),
-        coil_a: some(&rows.coil_a),
-        command_deg: some(&rows.command_deg),
-        extra: rows
-            .extra
-            .iter()
-            .map(|c| Column { name: c.name.clone(), values: average(&c.values) })
-            .collect(),
-        not_testable: rows.not_testable.clone(),
-    };
     Some(Condensed { per_cell: n as f64 / condensed.len() as f64, rows: condensed })
+}
+
+/// The number of ranges, from `wanted` to twice as many, that cuts a pass of `length` readings into equal parts:
+/// where angles repeat from pass to pass, uneven cells would make a pattern of their own.
+fn even_ranges(length: usize, wanted: usize) -> usize {
+    (wanted..2 * wanted).find(|r| length.is_multiple_of(*r)).unwrap_or(wanted)
+}
+
+/// Limits between ranges that hold equally many rows: half way between the rows on either side.
+fn limits(theta: &[f64], ranges: usize) -> Vec<f64> {
+    let mut sorted = theta.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    (1..ranges)
+        .map(|k| {
+            let first = k * sorted.len() / ranges;
+            0.5 * (sorted[first - 1] + sorted[first])
+        })
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_ROWS, condense};
+    use super::{MOST_ROWS, condense, even_ranges, limits};
     use crate::rows::{Rows, mean};
 
     #[test]
@@ -121,5 +115,15 @@ mod tests {
         // The cells are not all of one size, so that the mean of means is near, not equal.
         assert!((mean(&condensed.rows.error) - mean(&column)).abs() < 0.02);
         assert!(condensed.rows.t_s.windows(2).all(|w| w[1] >= w[0]));
+    }
+
+    #[test]
+    fn ranges_cut_a_pass_evenly_where_they_can() {
+        assert_eq!(even_ranges(500, 72), 100);
+        assert_eq!(even_ranges(210, 100), 105);
+        // No divisor of a prime: as many as wanted.
+        assert_eq!(even_ranges(997, 72), 72);
+        let theta: Vec<f64> = (0..12).map(|i| f64::from(i % 6)).collect();
+        assert_eq!(limits(&theta, 3), vec![1.5, 3.5]);
     }
 }

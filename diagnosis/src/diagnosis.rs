@@ -22,7 +22,7 @@ pub struct NoiseFloor {
     pub unit: String,
     /// What it was measured from.
     pub from: String,
-    /// Correlation of successive readings.
+    /// Correlation of readings one typical gap apart.
     pub autocorrelation: f64,
 }
 
@@ -144,6 +144,14 @@ pub fn diagnose(
             (name, explanation.search.family_wise(f))
         })
         .collect();
+    let mut unidentifiable = said.unidentifiable;
+    if fit.after.held_out_rms.is_none() {
+        unidentifiable.push(format!(
+            "too short to hold anything out ({} readings in {} passes): the improvement is shown on the fitted rows only",
+            full.len(),
+            full.passes().len()
+        ));
+    }
     let diagnosis = Diagnosis {
         schema: 1,
         recording: recording.file.clone(),
@@ -152,12 +160,12 @@ pub fn diagnose(
             value: explanation.search.noise.level * per_cell.sqrt(),
             unit: rows.unit.clone(),
             from: from.into(),
-            autocorrelation: explanation.search.noise.phi,
+            autocorrelation: explanation.search.noise.correlation.typical(),
         },
         locations: said.locations,
         effects: said.effects,
         fit,
-        unidentifiable: said.unidentifiable,
+        unidentifiable,
         next_experiment: said.next_experiment,
     };
     Ok(Outcome { diagnosis, coefficients, rows, before, after, map })

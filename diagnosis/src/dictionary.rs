@@ -25,6 +25,8 @@ pub struct Family {
     pub kind: Kind,
     /// Range of its candidates.
     pub candidates: std::ops::Range<usize>,
+    /// Part of a column that must be left outside a model.
+    pub smallest_part: f64,
 }
 
 /// One candidate.
@@ -54,12 +56,72 @@ pub const HIGHEST_ORDER: usize = 13;
 /// left of a smooth curve after a polynomial is mostly the noise of its argument.
 pub const SMALLEST_PART: f64 = 0.02;
 
+/// The same for a measured column. Probes that differ in gain put nearly all of the stroke into their common
+/// mode: a hundredth of it that the base leaves is still many times its reading noise. A column of which the
+/// reading noise alone is left is no more than any other column of noise; below this it is rounding.
+pub const SMALLEST_PART_MEASURED: f64 = 1e-5;
+
 /// Candidates after projection: orthonormal columns per candidate.
 pub struct Projected {
     /// Orthonormal columns.
     pub columns: Columns,
     /// For every candidate the range of its columns (empty where nothing is left of it).
     pub of: Vec<std::ops::Range<usize>>,
+    /// For every column which part of the raw one's length was left.
+    pub parts: Vec<f64>,
+}
+
+impl Projected {
+    /// The columns' products with further columns, all at once: `count × further.count`, by columns.
+    pub fn products(&self, further: &Columns) -> Vec<f64> {
+        self.columns.products(further)
+    }
+
+    /// Scores of candidate `c` beside further orthonormal columns, which lie outside the basis: their sum of
+    /// squares is what the candidate explains of the residual. `products` holds the products with those
+    /// columns and, last, with the residual. Nothing is projected row by row: within the candidate's columns
+    /// Q the further ones B take CᵀC, C = BᵀQ, and what is left has the Gram matrix I − CᵀC.
+    pub fn scores(&self, c: usize, products: &[f64], further: usize, smallest: f64, scratch: &mut Scratch) {
+        let Scratch { factor, kept, scores } = scratch;
+        scores.clear();
+        kept.clear();
+        let count = self.columns.count();
+        let range = self.of[c].clone();
+        let width = range.len();
+        factor.resize(width * width, 0.0);
+        for k in range {
+            // Cholesky, row by row, over the columns that are kept.
+            let gram = |j: usize| -> f64 {
+                let own = if j == k { 1.0 } else { 0.0 };
+                own - (0..further).map(|b| products[b * count + j] * products[b * count + k]).sum::<f64>()
+            };
+            let row = kept.len();
+            let mut score = products[further * count + k];
+            let mut pivot = gram(k);
+            for m in 0..row {
+                let (above, here) = factor.split_at_mut(row * width);
+                let earlier = &above[m * width..m * width + m];
+                let sum = gram(kept[m]) - earlier.iter().zip(here.iter()).map(|(a, b)| a * b).sum::<f64>();
+                here[m] = sum / above[m * width + m];
+                pivot -= here[m] * here[m];
+                score -= here[m] * scores[m];
+            }
+            if pivot > 1e-12 && pivot.sqrt() * self.parts[k] > smallest {
+                factor[row * width + row] = pivot.sqrt();
+                scores.push(score / pivot.sqrt());
+                kept.push(k);
+            }
+        }
+    }
+}
+
+/// Room for [`Projected::scores`], used again from candidate to candidate.
+#[derive(Default)]
+pub struct Scratch {
+    factor: Vec<f64>,
+    kept: Vec<usize>,
+    /// The scores.
+    pub scores: Vec<f64>,
 }
 
 impl Dictionary {
@@ -73,23 +135,24 @@ impl Dictionary {
             }
             let starts = effect.starts(rows);
             let groups = starts.into_iter().map(|s| (effect.signature(rows, &s), s)).collect();
-            d.add(Kind::Effect(index), groups);
+            let part = if effect.measured() { SMALLEST_PART_MEASURED } else { SMALLEST_PART };
+            d.add(Kind::Effect(index), groups, part);
         }
         for family in generic::families(rows) {
             let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
-            d.add(Kind::Generic(family.place), groups);
+            d.add(Kind::Generic(family.place), groups, SMALLEST_PART);
         }
         let highest = highest_order(rows);
         if highest > order {
             let all = base_columns(rows, highest);
             let groups =
                 (order + 1..=highest).map(|m| (all[order + 1..=m].to_vec(), vec![m as f64])).collect();
-            d.add(Kind::Order, groups);
+            d.add(Kind::Order, groups, SMALLEST_PART);
         }
         d
     }
 
-    fn add(&mut self, kind: Kind, groups: Vec<(Vec<Vec<f64>>, Vec<f64>)>) {
+    fn add(&mut self, kind: Kind, groups: Vec<(Vec<Vec<f64>>, Vec<f64>)>, smallest_part: f64) {
         let family = self.families.len();
         let first = self.candidates.len();
         for (columns, shape) in groups {
@@ -97,7 +160,7 @@ impl Dictionary {
             columns.iter().for_each(|c| self.raw.push(c));
             self.candidates.push(Candidate { family, shape, columns: start..self.raw.count() });
         }
-        self.families.push(Family { kind, candidates: first..self.candidates.len() });
+        self.families.push(Family { kind, candidates: first..self.candidates.len(), smallest_part });
     }
 
     /// All columns whitened.
@@ -114,6 +177,7 @@ impl Dictionary {
         let components = basis.columns.products(whitened);
         let rank = basis.rank();
         let mut columns = Columns::new(whitened.rows);
+        let mut parts = Vec::new();
         let mut of = Vec::with_capacity(self.candidates.len());
         for candidate in &self.candidates {
             let first = columns.count();
@@ -129,14 +193,15 @@ impl Dictionary {
                     add_scaled(&mut w, -a, columns.get(j));
                 }
                 let left = dot(&w, &w).sqrt();
-                if left > SMALLEST_PART * length {
+                if left > self.families[candidate.family].smallest_part * length {
                     w.iter_mut().for_each(|v| *v /= left);
                     columns.push(&w);
+                    parts.push(left / length);
                 }
             }
             of.push(first..columns.count());
         }
-        Projected { columns, of }
+        Projected { columns, of, parts }
     }
 }
 
@@ -147,4 +212,46 @@ pub fn highest_order(rows: &Rows) -> usize {
     let by_places = (places * 0.6) as usize;
     let by_rows = rows.len() / 6;
     HIGHEST_ORDER.min(by_places).min(by_rows).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Projected, Scratch};
+    use crate::linear::{Basis, Columns, dot};
+
+    /// Columns with nothing in common but what comes of their finite length.
+    fn column(n: usize, k: usize) -> Vec<f64> {
+        (0..n).map(|i| ((i * i * (k + 3) + 7 * i * k) as f64 * 0.618).sin()).collect()
+    }
+
+    #[test]
+    fn scores_explain_what_projection_does() {
+        let n = 60;
+        // A candidate of three orthonormal columns, beside two further columns, of a residual.
+        let mut own = Basis::new(n);
+        (0..3).for_each(|k| {
+            own.add(&column(n, k));
+        });
+        let mut beside = Basis::new(n);
+        (5..7).for_each(|k| {
+            beside.add(&column(n, k));
+        });
+        let mut residual = column(n, 11);
+        beside.project_off(&mut residual);
+        let of = std::iter::once(0..3).collect();
+        let projected = Projected { columns: own.columns.clone(), of, parts: vec![1.0; 3] };
+        let mut further = Columns::new(n);
+        (0..2).for_each(|k| further.push(beside.columns.get(k)));
+        further.push(&residual);
+        let mut scratch = Scratch::default();
+        projected.scores(0, &projected.products(&further), 2, 0.02, &mut scratch);
+        let explained = dot(&scratch.scores, &scratch.scores);
+
+        let mut both = beside.clone();
+        (0..3).for_each(|k| {
+            both.add(own.columns.get(k));
+        });
+        let wanted: f64 = (2..5).map(|k| dot(both.columns.get(k), &residual).powi(2)).sum();
+        assert!((explained - wanted).abs() < 1e-10, "{explained} for {wanted}");
+    }
 }

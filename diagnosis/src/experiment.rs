@@ -53,13 +53,26 @@ const MENU: &[Experiment] = &[
     },
 ];
 
-/// The experiment that decides between what is named and its alternatives, or that would explain what is not.
+/// What separates lag, gain and backlash, where all rows were read in one direction.
+const BOTH_WAYS: &str = "record the same range in both directions, at two speeds: a backlash stays when the direction is \
+                         reversed, a lag grows with the speed, a gain does neither";
+
+/// What to record next: the experiment that decides between what is named and its alternatives, or that would
+/// explain what is not; in both directions, where this recording has one only.
 pub fn next(
     rows: &Rows,
     effects: &[NamedEffect],
     locations: &[Location],
     verdict: Verdict,
 ) -> Option<String> {
+    let deciding = deciding(effects, locations, verdict);
+    if rows.both_directions() || verdict == Verdict::Consistent {
+        return deciding;
+    }
+    Some(deciding.map_or_else(|| BOTH_WAYS.to_string(), |advice| format!("{BOTH_WAYS}; and {advice}")))
+}
+
+fn deciding(effects: &[NamedEffect], locations: &[Location], verdict: Verdict) -> Option<String> {
     let pairs: Vec<(&str, &str)> = effects
         .iter()
         .flat_map(|e| e.alternatives.iter().map(move |a| (e.id.as_str(), a.as_str())))
@@ -89,9 +102,6 @@ pub fn next(
             ),
         };
         return Some(advice);
-    }
-    if !rows.both_directions() && verdict != Verdict::Consistent {
-        return Some("record the same range in both directions: one move in one direction cannot separate lag, gain and backlash".into());
     }
     None
 }

@@ -4,7 +4,7 @@
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
-use crate::generic::{saturated, scaled, times};
+use crate::generic::{jumps, saturated, scaled, times};
 use crate::linear::dot;
 use crate::noise::{Noise, estimate};
 use crate::rows::Rows;
@@ -51,32 +51,40 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let order = first_order(rows);
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
-    let noise: Noise = estimate(&rows.error, &saturated(rows, &base), &covariates);
+    let jumps = jumps(rows);
+    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &jumps);
     let search = Search::new(rows, catalogue, order, noise, skip);
     let alarm = strongest(&search);
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
         return Explanation { search, terms: Vec::new(), alarm };
     }
-    let mut terms = search.run(Vec::new());
+    let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut search = search;
     // Noise about what was found: nothing of it is left in the floor, and less freedom is spent.
     for _ in 0..2 {
+        // Of a single move nothing repeats: what is left of its shape beside a named effect may as well be noise
+        // that is correlated, and only what exceeds that is structure.
+        if rows.single_move() && terms.iter().any(|t| search.effect(t.family).is_some()) {
+            terms.retain(|t| search.effect(t.family).is_some());
+        }
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.clone()));
+        let light = model.clone();
         let unexplained = terms.iter().any(|t| search.is_generic(t.family));
         if unexplained {
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &model, &covariates);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &jumps);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
-        let again = if (noise.phi - search.noise.phi).abs() < SAME_CORRELATION {
-            Search::with_noise(&search, noise)
-        } else {
-            Search::new(rows, catalogue, order, noise, skip)
-        };
-        let next = again.run(terms.clone());
+        let again =
+            if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
+                Search::with_noise(&search, noise)
+            } else {
+                Search::new(rows, catalogue, order, noise, skip)
+            };
+        let next = again.reshuffle(again.run(terms.clone()));
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
         search = again;
         terms = next;

@@ -67,6 +67,9 @@ pub fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
+/// How sharply what sets in at one value of an observable sets in, as a part of half its range.
+const ONSET: f64 = 0.06;
+
 /// All generic families for this recording.
 pub fn families(rows: &Rows) -> Vec<Generic> {
     let n = rows.len();
@@ -82,7 +85,12 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     let own: Vec<Vec<f64>> = observables.iter().map(|o| own_part(&o.z, &x)).collect();
     for (k, o) in observables.iter().enumerate() {
         let curve = legendre(&o.z, 4);
-        add(Place::on(&o.name), vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()]);
+        let mut groups = vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()];
+        // What sets in at one value of it.
+        for threshold in [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6] {
+            groups.push(vec![o.z.iter().map(|z| ((z - threshold) / ONSET).tanh()).collect()]);
+        }
+        add(Place::on(&o.name), groups);
         let z2 = curve[2].clone();
         add(
             Place::product(&o.name, "angle_deg"),
@@ -110,9 +118,9 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     // Time.
     let curve = legendre(&t, 6);
     add(Place::on("t_s"), vec![curve[1..=2].to_vec(), curve[1..=4].to_vec(), curve[1..=6].to_vec()]);
-    let waves = (1..=24)
+    let waves = (2..=48)
         .map(|k| {
-            let turn = std::f64::consts::PI * k as f64;
+            let turn = std::f64::consts::FRAC_PI_2 * k as f64;
             vec![t.iter().map(|t| (turn * t).sin()).collect(), t.iter().map(|t| (turn * t).cos()).collect()]
         })
         .collect();
@@ -151,7 +159,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             x.iter().zip(&p).map(|(x, p)| x - p).collect::<Vec<f64>>()
         });
         let mut groups = vec![memory.to_vec()];
-        for length in [0.1, 0.25, 0.6] {
+        for length in [0.1, 0.18, 0.3, 0.42, 0.6] {
             groups.push(vec![since_turning(rows, &x, length, false)]);
             groups.push(vec![since_turning(rows, &x, length, true)]);
         }
@@ -173,11 +181,50 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     if knots >= 8 {
         add(Place::on("angle_deg"), vec![hats(&x, knots)]);
     }
+    add(Place::on("angle_deg"), ripples(rows));
+    if !rows.single_move() {
+        add(Place::on("angle_deg"), bumps(rows));
+    }
     if rows.single_move() {
         // Time runs with the angle, and the reference may be a function of time itself.
         let timely = ["t_s", "history", "velocity"];
         let goes = |name: &str| timely.contains(&name);
         out.retain(|g| !goes(&g.place.variable) && !g.place.times.as_deref().is_some_and(goes));
+    }
+    out
+}
+
+/// Most ripples over the stroke.
+const MOST_RIPPLES: f64 = 48.0;
+
+/// Waves over the stroke, from those that a polynomial nearly follows to the shortest that the spacing of the
+/// angles resolves.
+fn ripples(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+    let (low, high) = rows.stroke();
+    let most = ((high - low) / (2.2 * rows.step())).clamp(2.0, MOST_RIPPLES);
+    let count = ((most - 2.0) / 0.4) as usize;
+    (0..=count)
+        .map(|k| {
+            let turn = std::f64::consts::TAU * (2.0 + 0.4 * k as f64) / (high - low).max(1e-300);
+            let phase = rows.theta.iter().map(move |t| turn * (t - low));
+            vec![phase.clone().map(f64::sin).collect(), phase.map(f64::cos).collect()]
+        })
+        .collect()
+}
+
+/// Bumps of a few widths at places that overlap by half, narrower than any polynomial follows.
+fn bumps(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+    let (low, high) = rows.stroke();
+    let stroke = (high - low).max(1e-300);
+    let narrow = (rows.step() / stroke).clamp(0.004, 0.05);
+    let mut out = Vec::new();
+    for width in [narrow, 2.2 * narrow] {
+        let count = (1.0 / (1.5 * width)).ceil() as usize;
+        for k in 0..=count {
+            let centre = low + stroke * k as f64 / count as f64;
+            let bump = |t: &f64| (-0.5 * ((t - centre) / (width * stroke)).powi(2)).exp();
+            out.push(vec![rows.theta.iter().map(bump).collect()]);
+        }
     }
     out
 }
@@ -286,4 +333,27 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     }
     columns.truncate((n * 2 / 5).max(base.len()));
     columns
+}
+
+/// Rows at which a jump is looked for, at most.
+const MOST_JUMPS: usize = 100;
+
+/// What slow noise is taken for where it is left in: a step at any row, offsets of the passes, and of passes
+/// of either direction. Empty for a single move, where a step cannot be told from the error's own shape.
+pub fn jumps(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+    let n = rows.len();
+    if rows.single_move() || n < 24 {
+        return Vec::new();
+    }
+    let stride = n.div_ceil(MOST_JUMPS).max(1);
+    let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+    let mut out: Vec<Vec<Vec<f64>>> = (2..n - 1).step_by(stride).map(|k| vec![step(k)]).collect();
+    // A step where the pass changes is the likeliest, and must not fall between two of the others.
+    out.extend((2..n - 1).filter(|&i| rows.pass[i] != rows.pass[i - 1]).map(|k| vec![step(k)]));
+    let passes = rows.passes();
+    if passes.len() > 2 && passes.len() <= 40 && passes.len() * 5 <= n {
+        let mark = |p: i64| rows.pass.iter().map(|q| if *q == p { 1.0 } else { 0.0 }).collect();
+        out.push(passes[1..].iter().map(|p| mark(*p)).collect());
+    }
+    out
 }

@@ -6,10 +6,10 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::base::base_columns;
-use crate::explain::Explanation;
+use crate::explain::{Explanation, first_order};
 use crate::generic::saturated;
 use crate::linear::least_squares;
-use crate::model::Model;
+use crate::model::{FittedTerm, Model, choose_order};
 use crate::noise::Noise;
 use crate::rows::{Rows, mean, rms};
 use crate::search::{Search, Term};
@@ -59,6 +59,15 @@ pub struct Gain {
     pub ci95: [f64; 2],
 }
 
+/// The fold in which a group is held out. Of a single move the first and the last block are never held out:
+/// there the base polynomial would be asked to extrapolate, which no model of the recording promises.
+fn fold_of(group: usize, count: usize, folds: usize, by: &str) -> Option<usize> {
+    if by == "pass" {
+        return Some(group * folds / count);
+    }
+    (group > 0 && group + 1 < count).then(|| (group - 1) % folds)
+}
+
 /// The group of every row: its pass, or where there is one pass a block of it.
 pub fn groups(rows: &Rows) -> (Vec<usize>, usize, &'static str) {
     let passes = rows.passes();
@@ -86,29 +95,35 @@ pub fn prove(explanation: &Explanation, before: &Model, after: &Model) -> Fit {
         gain: None,
         of_explainable: of_explainable(explanation, before, after),
     };
-    if count < 2 || rows.len() / count * (count - 1) < 2 * (after.order + 2) {
+    let out_of = |g: usize| fold_of(g, count, folds, by);
+    let held: Vec<usize> = (0..count).filter(|g| out_of(*g).is_some()).collect();
+    if count < 2 || held.is_empty() || rows.len() / count * (count - 1) < 2 * (after.order + 2) {
         return fit;
     }
-    let out_of = |g: usize| g * folds / count;
     let predicted: Vec<Predicted> = (0..folds)
         .into_par_iter()
         .map(|fold| {
-            let held: Vec<bool> = group.iter().map(|g| out_of(*g) == fold).collect();
-            predict(explanation, before.order, after, &held)
+            let held: Vec<bool> = group.iter().map(|g| out_of(*g) == Some(fold)).collect();
+            predict(explanation, before, after, &held)
         })
         .collect();
-    let pick = |which: fn(&Predicted) -> &Vec<f64>| -> Vec<f64> {
-        (0..rows.len()).map(|i| rows.error[i] - which(&predicted[out_of(group[i])])[i]).collect()
+    // Errors of the prediction of every held-out row of the groups for which `of` holds.
+    let errors = |which: fn(&Predicted) -> &Vec<f64>, of: &dyn Fn(usize) -> bool| -> Vec<f64> {
+        let row = |i: usize| {
+            let fold = out_of(group[i]).filter(|_| of(group[i]))?;
+            Some(rows.error[i] - which(&predicted[fold])[i])
+        };
+        (0..rows.len()).filter_map(row).collect()
     };
-    let (held_before, held_after) = (pick(|p| &p.0), pick(|p| &p.1));
-    fit.before.held_out_rms = Some(rms(&held_before));
-    fit.after.held_out_rms = Some(rms(&held_after));
-    let gains: Vec<f64> = (0..count)
+    let both = |of: &dyn Fn(usize) -> bool| (rms(&errors(|p| &p.0, of)), rms(&errors(|p| &p.1, of)));
+    let (held_before, held_after) = both(&|_| true);
+    fit.before.held_out_rms = Some(held_before);
+    fit.after.held_out_rms = Some(held_after);
+    let gains: Vec<f64> = held
+        .iter()
         .map(|g| {
-            let of = |v: &[f64]| {
-                rms(&v.iter().zip(&group).filter(|(_, h)| **h == g).map(|(x, _)| *x).collect::<Vec<f64>>())
-            };
-            of(&held_before) - of(&held_after)
+            let (before, after) = both(&|h| h == *g);
+            before - after
         })
         .collect();
     if !after.terms.is_empty() {
@@ -122,19 +137,20 @@ pub fn prove(explanation: &Explanation, before: &Model, after: &Model) -> Fit {
     fit
 }
 
-/// Predictions of the base alone and of the model that a search without the held-out rows finds.
-fn predict(
-    explanation: &Explanation,
-    order_before: usize,
-    after: &Model,
-    held: &[bool],
-) -> (Vec<f64>, Vec<f64>) {
+/// Predictions of the base alone and of the model that a search without the held-out rows finds, the orders of
+/// both chosen without them as well.
+fn predict(explanation: &Explanation, before: &Model, after: &Model, held: &[bool]) -> Predicted {
     let search = &explanation.search;
     let rows = search.rows;
     let mut noise: Noise = search.noise.clone();
     noise.sigma.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
-    let value = |order: usize, terms: &[Term]| -> Vec<f64> {
-        let mut raw = base_columns(rows, order);
+    let again = Search::with_noise(search, noise);
+    let terms = if after.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
+    let inner = Explanation { search: again, terms, alarm: None };
+    let noise = &inner.search.noise;
+    let value = |terms: &[Term], lowest: usize, highest: usize| -> Vec<f64> {
+        // Fewer rows never justify a higher order than all of them.
+        let mut raw = base_columns(rows, choose_order(&inner, terms).max(lowest).min(highest));
         raw.extend(terms.iter().flat_map(|t| t.columns.clone()));
         let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
         let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
@@ -144,14 +160,13 @@ fn predict(
         }
         sum
     };
-    let base = value(order_before, &[]);
-    if after.terms.is_empty() {
-        let same = base.clone();
-        return (base, same);
-    }
-    let again = Search::with_noise(search, noise.clone());
-    let terms: Vec<Term> = again.run(Vec::new());
-    (base, value(after.order, &terms))
+    let base = value(&[], 1, before.order);
+    let with = if inner.terms.is_empty() {
+        base.clone()
+    } else {
+        value(&inner.terms, first_order(rows), after.order)
+    };
+    (base, with)
 }
 
 /// Variance explained by the terms over that explained by the saturated model, each for its freedom.
@@ -169,8 +184,13 @@ fn of_explainable(explanation: &Explanation, before: &Model, after: &Model) -> O
         least_squares(&whitened, &target).rss / (rows.len() as f64 - rank as f64).max(1.0)
     };
     let base = level(&base_columns(rows, before.order));
-    let mut with = base_columns(rows, after.order);
-    with.extend(after.terms.iter().flat_map(|t| t.term.columns.clone()));
-    let flexible = level(&saturated(rows, &base_columns(rows, after.order))).min(level(&with));
-    (base > flexible).then(|| ((base - level(&with)) / (base - flexible)).clamp(0.0, 1.0))
+    let of = |wanted: &dyn Fn(&FittedTerm) -> bool| {
+        let mut columns = base_columns(rows, after.order);
+        columns.extend(after.terms.iter().filter(|t| wanted(t)).flat_map(|t| t.term.columns.clone()));
+        level(&columns)
+    };
+    // What was located without a name is part of what can be explained, not of what the named effects explain.
+    let named = of(&|t| t.effect.is_some());
+    let flexible = level(&saturated(rows, &base_columns(rows, after.order))).min(of(&|_| true)).min(named);
+    (base > flexible).then(|| ((base - named) / (base - flexible)).clamp(0.0, 1.0))
 }

@@ -2,22 +2,28 @@
 //! shows whether the fit improves; or says that the recording cannot tell.
 //!
 //! [`diagnosis::diagnose`] runs it all: [`observe`] takes a recording apart into observables, [`noise`]
-//! measures the floor, [`dictionary`] holds every candidate explanation, [`calibrate`] learns by resampling
-//! how strong the strongest of them is when there is nothing, [`search`] chooses among them, [`model`] fits
-//! what was chosen, [`held_out`] proves it, and [`verdict`] says it.
+//! measures the floor and [`correlation`] how it hangs together in time, [`dictionary`] holds every candidate
+//! explanation, [`calibrate`] learns by resampling how strong the strongest of them is when there is nothing,
+//! [`search`] chooses among them, [`model`] fits what was chosen, [`held_out`] proves it, and [`verdict`] says
+//! it.
 
+pub mod averaging;
 pub mod base;
 pub mod calibrate;
 pub mod condense;
+pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;
+pub mod dynamic;
 pub mod effects;
 pub mod experiment;
 pub mod explain;
 pub mod generic;
 pub mod hand_on;
 pub mod held_out;
+pub mod intervals;
 pub mod linear;
+pub mod mixture;
 pub mod model;
 pub mod noise;
 pub mod observe;
@@ -25,6 +31,7 @@ pub mod report;
 pub mod rows;
 pub mod search;
 pub mod simulated;
+pub mod steps;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

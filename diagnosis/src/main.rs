@@ -1,6 +1,7 @@
 //! `diagnose`: what separates a recording from its simulation.
 
 mod cli;
+mod cli_dynamic;
 
 use clap::Parser;
 

@@ -1,16 +1,17 @@
 //! The augmented model: base polynomial and named effects, fitted jointly in the whitened metric, with
 //! intervals of every parameter that allow for the others and for the shape parameters.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
+use crate::averaging::rivals;
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::dictionary::{Kind, highest_order};
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
+use crate::intervals::{Beside, widening};
 use crate::linear::{Basis, dot, least_squares};
+use crate::noise::Noise;
 use crate::rows::Rows;
-use crate::search::Term;
+use crate::search::{Search, Term};
 
 /// Surprise at which further orders of the base are kept: some ten blocks are tried, and one in fifteen
 /// recordings may keep one by chance.
@@ -108,14 +109,25 @@ pub fn fit(
         .filter(|t| !matches!(search.dictionary.families[t.family].kind, Kind::Order))
         .cloned()
         .collect();
-    let order = order.unwrap_or_else(|| choose_order(explanation, &terms));
+    // The order that the search absorbed at least: one that the recording shows to be needless is no harm, one
+    // that is missing bends the effects and makes their intervals too narrow.
+    let order = order.unwrap_or_else(|| choose_order(explanation, &terms).max(first_order(rows)));
     let base = base_columns(rows, order);
-    let mut columns: Vec<Vec<f64>> = base.iter().map(|c| noise.whiten(c)).collect();
-    for column in terms.iter().flat_map(|t| &t.columns) {
-        columns.push(noise.whiten(column));
-    }
     let target = noise.whiten(&noise.clean);
-    let solution = least_squares(&columns, &target);
+    let solve = |terms: &[Term]| {
+        let raw = base.iter().chain(terms.iter().flat_map(|t| &t.columns));
+        let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
+        let solution = least_squares(&columns, &target);
+        (columns, solution)
+    };
+    let (mut columns, mut solution) = solve(&terms);
+    let mut terms = terms;
+    if place_steps(rows, noise, catalogue, search, &base, &mut terms, &solution.coefficients) {
+        (columns, solution) = solve(&terms);
+    }
+    let left = without_steps(rows, &base, &terms, &solution.coefficients, |t| {
+        search.effect(t.family).is_some_and(|e| catalogue[e].id() == "mount_step")
+    });
 
     // Intervals: the amplitudes' covariance with the shapes' tangents beside them.
     let mut tangents = columns.clone();
@@ -144,9 +156,14 @@ pub fn fit(
         places.push(place);
     }
     let with_tangents = least_squares(&tangents, &target);
+    let mut whole_basis = Basis::new(rows.len());
+    tangents.iter().for_each(|column| {
+        whole_basis.add(column);
+    });
+    let mut whole_residual = target.clone();
+    whole_basis.project_off(&mut whole_residual);
     let p = tangents.len();
     let freedom = noise.freedom.min((rows.len() as f64 - p as f64).max(1.0));
-    let quantile = StudentsT::new(0.0, 1.0, freedom).map_or(1.96, |t| t.inverse_cdf(0.975));
 
     let whole: f64 = solution.rss;
     let mut fitted = Vec::new();
@@ -173,7 +190,21 @@ pub fn fit(
         };
         let effect = search.effect(term.family);
         let parameters = effect.map_or_else(Vec::new, |e| {
-            intervals(catalogue[e].as_ref(), rows, term, &amplitudes, covariance_of, quantile)
+            // The other effects' columns and tangents: everything but this effect's own.
+            let own: Vec<usize> = positions.iter().flatten().copied().collect();
+            let mut basis = Basis::new(rows.len());
+            for (_, column) in tangents.iter().enumerate().filter(|(k, _)| !own.contains(k)) {
+                basis.add(column);
+            }
+            let mut residual = target.clone();
+            basis.project_off(&mut residual);
+            let beside =
+                Beside { rows, noise, basis, residual, widening: widening(freedom), left: &left[index] };
+            let deviation: Vec<f64> =
+                (width..positions.len()).map(|k| covariance_of(k, k).max(0.0).sqrt()).collect();
+            let effect = catalogue[e].as_ref();
+            let rivals = rivals(search, effect, &terms, &whole_basis, &whole_residual);
+            beside.parameters(effect, &term.shape, &amplitudes, &deviation, &rivals)
         });
         let covariance = (0..width * width).map(|k| covariance_of(k / width, k % width)).collect();
         fitted.push(FittedTerm {
@@ -192,9 +223,66 @@ pub fn fit(
     for (a, column) in coefficients.iter().zip(&base) {
         crate::linear::add_scaled(&mut base_value, *a, column);
     }
-    let mut model = Model { order, base: coefficients, base_value, terms: fitted };
-    step_times(explanation, catalogue, &mut model);
-    model
+    Model { order, base: coefficients, base_value, terms: fitted }
+}
+
+/// What the observations as they were read leave without each term for which `wanted` holds; empty for others.
+fn without_steps(
+    rows: &Rows,
+    base: &[Vec<f64>],
+    terms: &[Term],
+    coefficients: &[f64],
+    wanted: impl Fn(&Term) -> bool,
+) -> Vec<Vec<f64>> {
+    let mut residual = rows.error.clone();
+    let raw = base.iter().chain(terms.iter().flat_map(|t| &t.columns));
+    for (a, column) in coefficients.iter().zip(raw) {
+        crate::linear::add_scaled(&mut residual, -a, column);
+    }
+    let mut first = base.len();
+    terms
+        .iter()
+        .map(|term| {
+            let at = first;
+            first += term.columns.len();
+            if !wanted(term) {
+                return Vec::new();
+            }
+            let mut left = residual.clone();
+            for (a, column) in coefficients[at..].iter().zip(&term.columns) {
+                crate::linear::add_scaled(&mut left, *a, column);
+            }
+            left
+        })
+        .collect()
+}
+
+/// Puts every step at its likeliest row; whether any moved.
+fn place_steps(
+    rows: &Rows,
+    noise: &Noise,
+    catalogue: &[Box<dyn Effect>],
+    search: &Search,
+    base: &[Vec<f64>],
+    terms: &mut [Term],
+    coefficients: &[f64],
+) -> bool {
+    let step = |t: &Term| search.effect(t.family).filter(|e| catalogue[*e].id() == "mount_step");
+    let left = without_steps(rows, base, terms, coefficients, |t| step(t).is_some());
+    let mut first = base.len();
+    let mut moved = false;
+    for (term, left) in terms.iter_mut().zip(&left) {
+        let height = coefficients[first];
+        first += term.columns.len();
+        let Some(e) = step(term) else { continue };
+        let row = crate::steps::beginning(left, noise, height, term.shape[0] as usize);
+        if row as f64 != term.shape[0] {
+            term.shape[0] = row as f64;
+            term.columns = catalogue[e].signature(rows, &term.shape);
+            moved = true;
+        }
+    }
+    moved
 }
 
 /// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
@@ -233,104 +321,6 @@ fn tangent(
     };
     let (up, down) = (at(shape[k] + h), at(shape[k] - h));
     up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * h)).collect()
-}
-
-/// Reported parameters with intervals by the delta method.
-fn intervals(
-    effect: &dyn Effect,
-    rows: &Rows,
-    term: &Term,
-    amplitudes: &[f64],
-    covariance: impl Fn(usize, usize) -> f64,
-    quantile: f64,
-) -> Vec<(Reading, [f64; 2])> {
-    let width = amplitudes.len();
-    let count = width + term.shape.len();
-    let steps = tangent_steps(effect, rows, &term.shape);
-    let readings = effect.readings(rows, &term.shape, amplitudes);
-    // Gradient of every reading with respect to amplitudes and shapes.
-    let mut gradients = vec![vec![0.0; count]; readings.len()];
-    for k in 0..count {
-        let (mut up, mut down) =
-            ((term.shape.clone(), amplitudes.to_vec()), (term.shape.clone(), amplitudes.to_vec()));
-        let h = if k < width {
-            let h = (1e-3 * covariance(k, k).sqrt()).max(1e-9 * amplitudes[k].abs());
-            up.1[k] += h;
-            down.1[k] -= h;
-            h
-        } else {
-            let Some(Some(h)) = steps.get(k - width) else { continue };
-            up.0[k - width] += h;
-            down.0[k - width] -= h;
-            *h
-        };
-        if h.is_nan() || h <= 0.0 {
-            continue;
-        }
-        let (u, d) = (effect.readings(rows, &up.0, &up.1), effect.readings(rows, &down.0, &down.1));
-        for (g, (u, d)) in gradients.iter_mut().zip(u.iter().zip(&d)) {
-            g[k] = (u.value - d.value) / (2.0 * h);
-        }
-    }
-    readings
-        .into_iter()
-        .zip(gradients)
-        .map(|(reading, g)| {
-            let mut variance = 0.0;
-            for a in 0..count {
-                for b in 0..count {
-                    variance += g[a] * g[b] * covariance(a, b);
-                }
-            }
-            let half = quantile * variance.max(0.0).sqrt();
-            let interval = [reading.value - half, reading.value + half];
-            (reading, interval)
-        })
-        .collect()
-}
-
-/// The time of a step lies between two rows: its interval is the central 95 % of the posterior over the gaps
-/// between rows, each weighted by its likelihood and its length.
-fn step_times(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &mut Model) {
-    let search = &explanation.search;
-    let rows = search.rows;
-    let all: Vec<Term> = model.terms.iter().map(|t| t.term.clone()).collect();
-    for (index, fitted) in model.terms.iter_mut().enumerate() {
-        let Some(e) = fitted.effect.filter(|e| catalogue[*e].id() == "mount_step") else { continue };
-        let others: Vec<Term> =
-            all.iter().enumerate().filter(|(k, _)| *k != index).map(|(_, t)| t.clone()).collect();
-        let (basis, residual) = search.fit(&others);
-        let centre = fitted.term.shape[0] as usize;
-        let reach = 60;
-        let (from, to) = (centre.saturating_sub(reach).max(1), (centre + reach).min(rows.len() - 1));
-        let likelihood: Vec<f64> = (from..=to)
-            .map(|k| {
-                let mut w = search.noise.whiten(&catalogue[e].signature(rows, &[k as f64])[0]);
-                basis.project_off(&mut w);
-                let length = dot(&w, &w);
-                if length > 1e-9 { dot(&w, &residual).powi(2) / length } else { 0.0 }
-            })
-            .collect();
-        let best = likelihood.iter().copied().fold(0.0, f64::max);
-        let weight: Vec<f64> = (from..=to)
-            .zip(&likelihood)
-            .map(|(k, l)| (0.5 * (l - best)).exp() * (rows.t_s[k] - rows.t_s[k - 1]).max(1e-9))
-            .collect();
-        let total: f64 = weight.iter().sum();
-        let quantile = |part: f64| {
-            let mut left = part * total;
-            for (k, w) in (from..=to).zip(&weight) {
-                if left <= *w {
-                    return rows.t_s[k - 1] + (rows.t_s[k] - rows.t_s[k - 1]) * left / w;
-                }
-                left -= w;
-            }
-            rows.t_s[to]
-        };
-        if let Some(time) = fitted.parameters.iter_mut().find(|p| p.0.name == "time_s") {
-            time.1 = [quantile(0.025), quantile(0.975)];
-        }
-    }
 }
 
 /// The base alone, as the simulation expects it, without any effect.

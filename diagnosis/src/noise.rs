@@ -2,11 +2,11 @@
 //! (base, every angle by itself, smooth in time, linear in every observable), robust against outliers,
 //! with a variance that may change along the recording and an autocorrelation from row to row.
 //!
-//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary first-order autoregression, Rᵢⱼ = φ^|i−j|.
-//! φ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
-//! its whole posterior: a test that took the estimate for the truth would raise false alarms.
+//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that forgets with the time constant τ,
+//! Rᵢⱼ = e^(−|tᵢ−tⱼ|/τ) (see [`crate::correlation`]).
 
-use crate::linear::{Basis, Columns, cholesky, dot, quadratic_form};
+use crate::correlation::Correlation;
+use crate::linear::{Basis, dot};
 use crate::rows::median;
 
 /// Where the redescending influence function leaves the straight line, starts to fall, and is zero, in σ
@@ -14,8 +14,6 @@ use crate::rows::median;
 const HAMPEL: (f64, f64, f64) = (3.0, 4.5, 8.0);
 /// The scale is at least such that nine tenths of the residuals lie within this many of it (Gaussian: 1.64).
 const MOST_CLEANED: f64 = 2.5;
-/// Prior probability that successive rows are uncorrelated.
-const PRIOR_UNCORRELATED: f64 = 0.5;
 /// Gain in −2 log likelihood that a dependence of the variance must bring, per parameter.
 const VARIANCE_GAIN: f64 = 6.6;
 
@@ -26,10 +24,11 @@ pub struct Noise {
     pub sigma: Vec<f64>,
     /// Root mean square of the cleaned observations' noise: the floor.
     pub level: f64,
-    /// Correlation of successive rows used for whitening (posterior mean).
-    pub phi: f64,
-    /// Posterior of the correlation: values with weights that sum to one.
-    pub phi_posterior: Vec<(f64, f64)>,
+    /// Correlation used for whitening (posterior mean).
+    pub correlation: Correlation,
+    /// Posterior of the correlation time (typical gaps between rows; 0: uncorrelated): values with weights
+    /// that sum to one.
+    pub posterior: Vec<(f64, f64)>,
     /// Degrees of freedom of the estimate of the overall level.
     pub freedom: f64,
     /// The observations with gross outliers moved to where the influence function puts them.
@@ -39,29 +38,42 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Makes noise white: each row divided by its σ, less φ times its predecessor, scaled to variance one.
+    /// Makes noise white: each row divided by its σ, less what it has of its predecessor, scaled to variance
+    /// one.
     pub fn whiten(&self, v: &[f64]) -> Vec<f64> {
-        let scale = 1.0 / (1.0 - self.phi * self.phi).sqrt();
-        let mut previous = 0.0;
-        v.iter()
-            .zip(&self.sigma)
-            .enumerate()
-            .map(|(i, (x, s))| {
-                let z = x / s;
-                let u = if i == 0 { z } else { (z - self.phi * previous) * scale };
-                previous = z;
-                u
-            })
-            .collect()
+        self.correlation.whiten(v.iter().zip(&self.sigma).map(|(x, s)| x / s))
     }
 }
 
-/// Estimates the noise of `y` about the span of `model` (raw columns). `covariates` are what the variance may
-/// depend on, centred; a dependence is kept only where it improves the likelihood clearly.
-pub fn estimate(y: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
+/// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
+/// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
+/// `jumps` are groups of columns that slow noise would be taken for if they were left in; they are looked for
+/// beside the model, and beside `light`, the least model, because a model that follows slow changes closely
+/// hides a jump nearly as well as correlation does.
+pub fn estimate(
+    y: &[f64],
+    t_s: &[f64],
+    model: &[Vec<f64>],
+    light: &[Vec<f64>],
+    covariates: &[Vec<f64>],
+    jumps: &[Vec<Vec<f64>>],
+) -> Noise {
     let n = y.len();
     let mut shape = vec![1.0; n];
     let (mut basis, mut clean) = robust_fit(y, model, &shape);
+    let correlation = Correlation::none(t_s);
+    let mut model = model.to_vec();
+    let mut taken = correlation.without_jumps(&clean, &model, &shape, jumps);
+    if light.len() < model.len() {
+        taken.extend(correlation.without_jumps(&clean, light, &shape, jumps));
+        taken.sort_unstable();
+        taken.dedup();
+    }
+    if !taken.is_empty() {
+        model.extend(taken.iter().flat_map(|k| jumps[*k].clone()));
+        (basis, clean) = robust_fit(y, &model, &shape);
+    }
+    let model = &model;
     let residual = standardised(&clean, &basis, &shape);
     let fitted = variance_shape(&residual, &basis, covariates);
     if fitted.iter().any(|s| (s - 1.0).abs() > 1e-9) {
@@ -69,14 +81,14 @@ pub fn estimate(y: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise
         (basis, clean) = robust_fit(y, model, &shape);
     }
     let residual = standardised(&clean, &basis, &shape);
-    let posterior = correlation(&clean, model, &shape);
-    let phi = posterior.iter().map(|(p, w)| p * w).sum::<f64>();
+    let posterior = correlation.posterior(&clean, model, &shape);
+    let correlation = correlation.mean(&posterior);
 
     // The overall level about the whitened saturated model.
     let unit = Noise {
         sigma: shape.clone(),
-        phi,
-        phi_posterior: posterior,
+        correlation,
+        posterior,
         freedom: 1.0,
         level: 0.0,
         clean,
@@ -244,55 +256,4 @@ fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> V
     }
     let centre = crate::rows::mean(&log_variance);
     log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
-}
-
-/// Posterior of φ by restricted likelihood on a grid, with a prior mass on exactly zero.
-fn correlation(clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> Vec<(f64, f64)> {
-    let n = clean.len();
-    let mut x = Columns::new(n);
-    for column in model.iter().map(|c| c.as_slice()).chain([clean]) {
-        let scaled: Vec<f64> = column.iter().zip(shape).map(|(v, s)| v / s).collect();
-        let length = dot(&scaled, &scaled).sqrt().max(1e-300);
-        // Only the data's own scale matters to the likelihood; unit columns keep the factor well scaled.
-        x.push(&scaled.iter().map(|v| v / length).collect::<Vec<f64>>());
-    }
-    let m = x.count();
-    let p = m - 1;
-    let mut shifted = Columns::new(n);
-    for k in 0..m {
-        let mut column = vec![0.0; n];
-        column[1..].copy_from_slice(&x.get(k)[..n - 1]);
-        shifted.push(&column);
-    }
-    let (g0, g1) = (x.products(&x), x.products(&shifted));
-    let edge = |a: usize, b: usize| x.get(a)[0] * x.get(b)[0] + x.get(a)[n - 1] * x.get(b)[n - 1];
-    let edges: Vec<f64> = (0..m * m).map(|i| edge(i % m, i / m)).collect();
-    let restricted = |phi: f64| -> f64 {
-        let one = 1.0 - phi * phi;
-        let at = |a: usize, b: usize| {
-            ((1.0 + phi * phi) * g0[b * m + a]
-                - phi * (g1[b * m + a] + g1[a * m + b])
-                - phi * phi * edges[b * m + a])
-                / one
-        };
-        let xx: Vec<f64> = (0..p * p).map(|i| at(i / p, i % p)).collect();
-        let xy: Vec<f64> = (0..p).map(|k| at(k, p)).collect();
-        let (factor, log_determinant) = cholesky(&xx, p);
-        let rank = (0..p).filter(|k| factor[k * p + k].is_finite()).count();
-        let left = (at(p, p) - quadratic_form(&factor, &xy)).max(1e-300);
-        -0.5 * ((n as f64 - 1.0) * one.ln() + log_determinant + (n - rank) as f64 * left.ln())
-    };
-    let at_zero = restricted(0.0);
-    let grid: Vec<f64> = (-15..=48).map(|k| k as f64 * 0.02).collect();
-    let weights: Vec<f64> = grid.iter().map(|phi| (restricted(*phi) - at_zero).min(600.0).exp()).collect();
-    // The slab is uniform over the grid.
-    let slab = weights.iter().sum::<f64>() / grid.len() as f64;
-    let total = PRIOR_UNCORRELATED + (1.0 - PRIOR_UNCORRELATED) * slab;
-    let mut posterior = vec![(0.0, PRIOR_UNCORRELATED / total)];
-    let each = (1.0 - PRIOR_UNCORRELATED) / (total * grid.len() as f64);
-    posterior.extend(grid.iter().zip(&weights).map(|(phi, w)| (*phi, w * each)));
-    posterior.retain(|(_, w)| *w > 1e-5);
-    let sum: f64 = posterior.iter().map(|(_, w)| w).sum();
-    posterior.iter_mut().for_each(|(_, w)| *w /= sum);
-    posterior
 }

@@ -147,6 +147,7 @@ pub fn observe(
         extra,
         not_testable,
     };
+    note_columns(recording, &mut rows);
     note_time(recording, &mut rows);
     if rows.single_move() {
         rows.not_testable.push(
@@ -161,6 +162,22 @@ pub fn observe(
         );
     }
     Ok(rows)
+}
+
+/// Columns that were left out or assumed when the file was read.
+fn note_columns(recording: &Recording, rows: &mut Rows) {
+    for note in &recording.notes {
+        match note {
+            Note::TextColumn { column } => rows
+                .not_testable
+                .push(format!("{column}: holds no numbers; nothing that depends on it can be tested")),
+            Note::Assumed { column } => rows.not_testable.push(format!(
+                "{column}: missing, all rows are taken as one forward pass; nothing that tells passes or directions \
+                 apart can be tested"
+            )),
+            Note::TimeBackward { .. } => {}
+        }
+    }
 }
 
 /// What time itself forbids or limits. Time that runs backward is replaced by the row number.

@@ -131,31 +131,30 @@ impl Rows {
         passes
     }
 
-    /// The rows for which `keep` holds.
-    pub fn filter(&self, keep: impl Fn(usize) -> bool) -> Rows {
-        let index: Vec<usize> = (0..self.len()).filter(|&i| keep(i)).collect();
-        let pick = |v: &Vec<f64>| index.iter().map(|&i| v[i]).collect::<Vec<f64>>();
-        let pick_some = |v: &Option<Vec<f64>>| v.as_ref().map(pick);
+    /// The same recording with every column put through `change` (a choice of rows, means over cells), and with
+    /// the passes that then belong to its rows.
+    pub fn changed(&self, pass: Vec<i64>, change: impl Fn(&[f64]) -> Vec<f64>) -> Rows {
+        let some = |values: &Option<Vec<f64>>| values.as_ref().map(|v| change(v));
         Rows {
             unit: self.unit.clone(),
             pair: self.pair,
-            t_s: pick(&self.t_s),
-            pass: index.iter().map(|&i| self.pass[i]).collect(),
-            direction: pick(&self.direction),
-            reading: pick(&self.reading),
-            weight: pick(&self.weight),
-            theta: pick(&self.theta),
-            truth: pick(&self.truth),
-            error: pick(&self.error),
-            common_mode_um: pick_some(&self.common_mode_um),
-            cross_arcsec: pick_some(&self.cross_arcsec),
-            temperature_c: pick_some(&self.temperature_c),
-            coil_a: pick_some(&self.coil_a),
-            command_deg: pick_some(&self.command_deg),
+            t_s: change(&self.t_s),
+            pass,
+            direction: change(&self.direction),
+            reading: change(&self.reading),
+            weight: change(&self.weight),
+            theta: change(&self.theta),
+            truth: change(&self.truth),
+            error: change(&self.error),
+            common_mode_um: some(&self.common_mode_um),
+            cross_arcsec: some(&self.cross_arcsec),
+            temperature_c: some(&self.temperature_c),
+            coil_a: some(&self.coil_a),
+            command_deg: some(&self.command_deg),
             extra: self
                 .extra
                 .iter()
-                .map(|c| Column { name: c.name.clone(), values: pick(&c.values) })
+                .map(|c| Column { name: c.name.clone(), values: change(&c.values) })
                 .collect(),
             not_testable: self.not_testable.clone(),
         }

@@ -4,35 +4,27 @@
 //! price is what the strongest of the family's candidates explains in one recording of nothing in
 //! [`crate::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
 
+mod refine;
+mod select;
+
 use std::sync::Arc;
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
-use crate::dictionary::{Dictionary, Kind, Projected, SMALLEST_PART};
+use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::noise::Noise;
 use crate::rows::Rows;
 
-/// Most terms in a model.
-const MOST_TERMS: usize = 6;
-/// Generic terms after which the search stops: what is left is located well enough to be looked into.
-const MOST_GENERIC: usize = 2;
-/// Terms up to which one is tried in the place of two.
-const MOST_FOR_PAIRS: usize = 3;
 /// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
 /// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
-const GENERIC_HANDICAP: f64 = 9.0;
+const GENERIC_HANDICAP: f64 = 5.0;
 /// The same for every column beyond the first.
 const HANDICAP_PER_COLUMN: f64 = 1.5;
-/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler.
-const SHAPE_PRICE: f64 = 1.5;
-/// Merit by which an exchange must win.
-const EXCHANGE_MARGIN: f64 = 0.3;
-/// Merit that a joint refinement may bring at most, for a set to be worth refining.
-const NEAR: f64 = 12.0;
-/// Families that are refined before they are compared, at most.
-const REFINED: usize = 5;
+/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
+/// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
+pub const SHAPE_PRICE: f64 = 3.0;
 
 /// One term of a model.
 #[derive(Debug, Clone)]
@@ -74,8 +66,11 @@ pub struct Search<'a> {
     pub shares: Vec<f64>,
     /// Price of a term by family and rank.
     prices: Vec<Vec<f64>>,
+    /// Free shape parameters of every effect of the catalogue.
+    free_shapes: Vec<usize>,
     base_order: usize,
-    whitened: Columns,
+    /// The candidates beside the base.
+    projected: Projected,
     base: Basis,
     /// Whitened cleaned observations less the base.
     target: Vec<f64>,
@@ -106,7 +101,7 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &alarm);
+        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -124,8 +119,14 @@ impl<'a> Search<'a> {
             calibration,
             shares,
             prices,
+            free_shapes: catalogue
+                .iter()
+                .map(|e| {
+                    e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()
+                })
+                .collect(),
             base_order: order,
-            whitened,
+            projected,
             base,
             target,
         }
@@ -135,8 +136,8 @@ impl<'a> Search<'a> {
     pub fn with_noise(whole: &Search<'a>, noise: Noise) -> Search<'a> {
         let order = whole.base_order;
         let dictionary = Arc::clone(&whole.dictionary);
-        let whitened = dictionary.whitened(&noise);
         let (base, target) = base_and_target(whole.rows, order, &noise);
+        let projected = dictionary.project(&dictionary.whitened(&noise), &base);
         Search {
             rows: whole.rows,
             catalogue: whole.catalogue,
@@ -145,8 +146,9 @@ impl<'a> Search<'a> {
             calibration: whole.calibration.clone(),
             shares: whole.shares.clone(),
             prices: whole.prices.clone(),
+            free_shapes: whole.free_shapes.clone(),
             base_order: order,
-            whitened,
+            projected,
             base,
             target,
         }
@@ -189,10 +191,15 @@ impl<'a> Search<'a> {
     pub fn price(&self, term: &Term) -> f64 {
         let own = self.own_price(term);
         match self.effect(term.family) {
-            Some(_) => own + SHAPE_PRICE * term.shape.len() as f64,
+            Some(e) => own + SHAPE_PRICE * self.free_shapes(e) as f64,
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
         }
+    }
+
+    /// How many shape parameters of an effect of the catalogue are free to take any value.
+    pub fn free_shapes(&self, effect: usize) -> usize {
+        self.free_shapes[effect]
     }
 
     /// The price without what is set on top of it for comparisons.
@@ -213,22 +220,27 @@ impl<'a> Search<'a> {
     /// The best candidate of every family beside the given terms, from the grid.
     pub fn survey(&self, terms: &[Term]) -> Vec<Found> {
         let (basis, residual) = self.fit(terms);
-        let projected = self.dictionary.project(&self.whitened, &basis);
-        self.survey_projected(&projected, &residual)
+        self.survey_beside(&basis, &residual)
     }
 
-    fn survey_projected(&self, projected: &Projected, residual: &[f64]) -> Vec<Found> {
+    /// The same beside the base grown by some columns, and the residual.
+    fn survey_beside(&self, basis: &Basis, residual: &[f64]) -> Vec<Found> {
         let mut found = Vec::new();
+        let mut further = Columns::new(self.rows.len());
+        (self.base.rank()..basis.rank()).for_each(|k| further.push(basis.columns.get(k)));
+        let count = further.count();
+        further.push(residual);
+        let products = self.projected.products(&further);
+        let mut scratch = Scratch::default();
         for (f, family) in self.dictionary.families.iter().enumerate() {
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
-                let range = projected.of[c].clone();
-                let scores: Vec<f64> =
-                    range.clone().map(|k| dot(projected.columns.get(k), residual)).collect();
-                if scores.is_empty() || !self.possible(f, &scores) {
+                self.projected.scores(c, &products, count, family.smallest_part, &mut scratch);
+                let scores = &scratch.scores;
+                if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let s = dot(&scores, &scores);
+                let s = dot(scores, scores);
                 let m = log_tail(s, scores.len());
                 if best.is_none_or(|b| m > b.0) {
                     best = Some((m, c, s, scores.len()));
@@ -265,319 +277,6 @@ impl<'a> Search<'a> {
     /// −ln of the family-wise p-value.
     pub fn family_wise(&self, found: &Found) -> f64 {
         self.calibration.family_wise(found.surprise, self.shares[found.term.family])
-    }
-
-    /// What a shape of an effect explains beside a basis, with its scores.
-    fn try_shape(&self, family: usize, shape: &[f64], basis: &Basis, residual: &[f64]) -> Option<Found> {
-        let e = self.effect(family)?;
-        let columns = self.catalogue[e].signature(self.rows, shape);
-        let mut own = Basis::new(self.rows.len());
-        for column in &columns {
-            let mut w = self.noise.whiten(column);
-            let length = dot(&w, &w).sqrt();
-            basis.project_off(&mut w);
-            if dot(&w, &w).sqrt() > SMALLEST_PART * length {
-                own.add(&w);
-            }
-        }
-        let scores: Vec<f64> = (0..own.rank()).map(|k| dot(own.columns.get(k), residual)).collect();
-        if scores.is_empty() || !self.possible(family, &scores) {
-            return None;
-        }
-        let explained = dot(&scores, &scores);
-        let surprise = self.calibration.families[family].surprise(log_tail(explained, scores.len()));
-        Some(Found {
-            term: Term { family, shape: shape.to_vec(), columns },
-            explained,
-            rank: scores.len(),
-            surprise,
-        })
-    }
-
-    /// Improves the shape of a candidate beside a model by a compass search.
-    pub fn refine(&self, found: Found, basis: &Basis, residual: &[f64]) -> Found {
-        let family = found.term.family;
-        let Some(e) = self.effect(family) else { return found };
-        let effect = &self.catalogue[e];
-        let mut best = found;
-        if effect.consistent_shape(&[1.0]).is_some() {
-            return self.make_consistent(best, basis, residual);
-        }
-        let ranges = effect.ranges(self.rows);
-        if ranges.is_empty() {
-            return best;
-        }
-        let mut steps = self.first_steps(family, &best.term.shape);
-        let least: Vec<f64> = steps.iter().map(|s| s * 2e-3).collect();
-        for _ in 0..200 {
-            let mut improved = false;
-            let mut active = false;
-            for k in 0..ranges.len() {
-                let whole = ranges[k].whole;
-                if steps[k] == 0.0 || (!whole && steps[k] < least[k]) || (whole && steps[k] < 1.0) {
-                    continue;
-                }
-                active = true;
-                let mut here = false;
-                for sign in [1.0, -1.0] {
-                    let mut shape = best.term.shape.clone();
-                    let value = if ranges[k].logarithmic {
-                        shape[k] * (sign * steps[k]).exp()
-                    } else if whole {
-                        shape[k] + sign * steps[k].round()
-                    } else {
-                        shape[k] + sign * steps[k]
-                    };
-                    shape[k] = value.clamp(ranges[k].low, ranges[k].high);
-                    if shape[k] == best.term.shape[k] {
-                        continue;
-                    }
-                    if let Some(next) = self.try_shape(family, &shape, basis, residual)
-                        && next.explained > best.explained
-                    {
-                        best = next;
-                        here = true;
-                        break;
-                    }
-                }
-                if here { improved = true } else { steps[k] *= 0.5 }
-            }
-            if !active && !improved {
-                break;
-            }
-        }
-        best
-    }
-
-    /// First steps of the compass: half the distance to the neighbouring starts.
-    fn first_steps(&self, family: usize, shape: &[f64]) -> Vec<f64> {
-        let Some(e) = self.effect(family) else { return Vec::new() };
-        let ranges = self.catalogue[e].ranges(self.rows);
-        let candidates = &self.dictionary.candidates[self.dictionary.families[family].candidates.clone()];
-        ranges
-            .iter()
-            .enumerate()
-            .map(|(k, r)| {
-                if r.high <= r.low {
-                    return 0.0;
-                }
-                let place = |v: f64| if r.logarithmic { v.ln() } else { v };
-                let here = place(shape[k]);
-                let nearest = candidates
-                    .iter()
-                    .map(|c| (place(c.shape[k]) - here).abs())
-                    .filter(|d| *d > 1e-9 * here.abs().max(1e-9))
-                    .fold(f64::INFINITY, f64::min);
-                let step =
-                    if nearest.is_finite() { 0.5 * nearest } else { 0.1 * (place(r.high) - place(r.low)) };
-                if r.whole { step.max(4.0) } else { step }
-            })
-            .collect()
-    }
-
-    /// Solves for a shape that is its own amplitude.
-    fn make_consistent(&self, found: Found, basis: &Basis, residual: &[f64]) -> Found {
-        let family = found.term.family;
-        let Some(e) = self.effect(family) else { return found };
-        let mut best = found;
-        for _ in 0..4 {
-            let column = self.noise.whiten(&best.term.columns[0]);
-            let mut w = column.clone();
-            basis.project_off(&mut w);
-            let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
-            let Some(shape) = self.catalogue[e].consistent_shape(&[amplitude]) else { return best };
-            match self.try_shape(family, &shape, basis, residual) {
-                Some(next) => best = next,
-                None => return best,
-            }
-        }
-        best
-    }
-
-    /// Refines every term in turn beside the others, and tries richer forms.
-    pub fn backfit(&self, terms: &mut [Term]) {
-        for sweep in 0..2 {
-            for k in 0..terms.len() {
-                let Some(e) = self.effect(terms[k].family) else { continue };
-                if self.catalogue[e].ranges(self.rows).is_empty() || (terms.len() == 1 && sweep > 0) {
-                    continue;
-                }
-                let others: Vec<Term> =
-                    terms.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, t)| t.clone()).collect();
-                let (basis, residual) = self.fit(&others);
-                let Some(start) = self.try_shape(terms[k].family, &terms[k].shape, &basis, &residual) else {
-                    continue;
-                };
-                let mut best = self.refine(start, &basis, &residual);
-                while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
-                    let Some(richer) = self.try_shape(best.term.family, &shape, &basis, &residual) else {
-                        break;
-                    };
-                    let richer = self.refine(richer, &basis, &residual);
-                    // A further harmonic: two more columns, at the level of one test in some hundred.
-                    if richer.explained - best.explained < 2.0 * 5.3 {
-                        break;
-                    }
-                    best = richer;
-                }
-                terms[k] = best.term;
-            }
-        }
-    }
-
-    /// The best candidates beside the terms by merit, refined; `wanted` filters families.
-    pub fn contenders(&self, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
-        let (basis, residual) = self.fit(terms);
-        let projected = self.dictionary.project(&self.whitened, &basis);
-        let mut found: Vec<Found> = self
-            .survey_projected(&projected, &residual)
-            .into_iter()
-            .filter(|f| wanted(f.term.family) && self.allowed_beside(f.term.family, terms))
-            .collect();
-        found.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
-        let best = found.first().map_or(0.0, |f| self.gain(f));
-        let mut refined = 0;
-        let mut out: Vec<Found> = found
-            .into_iter()
-            .map(|f| {
-                // Refinement brings at most what the grid lost: a third, generously.
-                let shaped = self.effect(f.term.family).is_some() && !f.term.shape.is_empty();
-                if shaped && refined < REFINED && f.explained * 1.5 > best.max(0.0) {
-                    refined += 1;
-                    self.refine(f, &basis, &residual)
-                } else {
-                    f
-                }
-            })
-            .collect();
-        out.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
-        out
-    }
-
-    /// Whether a family may stand beside these terms: an effect that cannot repeat only once.
-    fn allowed_beside(&self, family: usize, terms: &[Term]) -> bool {
-        let repeatable = self.effect(family).is_none_or(|e| self.catalogue[e].repeatable());
-        let already = terms.iter().filter(|t| t.family == family).count();
-        already < if repeatable { 2 } else { 1 }
-    }
-
-    /// What a candidate adds to the merit.
-    pub fn gain(&self, found: &Found) -> f64 {
-        found.explained - self.price(&found.term)
-    }
-
-    /// Searches from `start` until nothing significant is left and no exchange improves the merit.
-    pub fn run(&self, start: Vec<Term>) -> Vec<Term> {
-        let mut terms = start;
-        self.backfit(&mut terms);
-        self.exchange(&mut terms);
-        for _ in 0..2 * MOST_TERMS {
-            let unexplained = terms.iter().filter(|t| self.is_generic(t.family)).count();
-            if terms.len() >= MOST_TERMS || unexplained >= MOST_GENERIC {
-                break;
-            }
-            let contenders = self.contenders(&terms, |_| true);
-            let Some(next) = contenders.into_iter().find(|f| self.significant(f)) else { break };
-            terms.push(next.term);
-            self.backfit(&mut terms);
-            self.exchange(&mut terms);
-        }
-        self.prune(&mut terms);
-        terms
-    }
-
-    /// Drops terms that no longer pay.
-    fn prune(&self, terms: &mut Vec<Term>) {
-        loop {
-            let whole = self.explained(terms);
-            let weakest = (0..terms.len())
-                .map(|k| {
-                    let mut without = terms.clone();
-                    let term = without.remove(k);
-                    let own =
-                        self.calibration.price(term.family, self.shares[term.family], term.columns.len());
-                    (k, whole - self.explained(&without) - own)
-                })
-                .min_by(|a, b| a.1.total_cmp(&b.1));
-            match weakest {
-                Some((k, surplus)) if surplus < 0.0 => {
-                    terms.remove(k);
-                }
-                _ => return,
-            }
-        }
-    }
-
-    /// Exchanges terms for better ones, drops those that do not pay, and tries two catalogued effects in
-    /// place of a generic one.
-    fn exchange(&self, terms: &mut Vec<Term>) {
-        let mut merit = self.merit(terms);
-        for _ in 0..4 {
-            let mut better: Option<(f64, Vec<Term>)> = None;
-            let mut consider = |candidate: Vec<Term>, merit_of: f64| {
-                if better.as_ref().is_none_or(|b| merit_of > b.0) {
-                    better = Some((merit_of, candidate));
-                }
-            };
-            for k in 0..terms.len() {
-                let mut without = terms.clone();
-                let removed = without.remove(k);
-                let merit_without = self.merit(&without);
-                if terms.len() > 1 {
-                    // The handicap is for comparisons with physics, not with nothing.
-                    let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
-                    consider(without.clone(), merit_without - lost);
-                }
-                let others = self.contenders(&without, |f| f != removed.family);
-                for other in others.iter().take(2) {
-                    let mut with = without.clone();
-                    with.push(other.term.clone());
-                    // Refining all terms together brings little: only a near contender is worth it.
-                    if self.merit(&with) > merit - NEAR {
-                        self.backfit(&mut with);
-                        let m = self.merit(&with);
-                        consider(with, m);
-                    }
-                }
-                if self.is_generic(removed.family) || terms.len() == 1 {
-                    let catalogued = others.iter().filter(|o| self.effect(o.term.family).is_some());
-                    for first in catalogued.take(3) {
-                        let mut with = without.clone();
-                        with.push(first.term.clone());
-                        let second = self.contenders(&with, |f| self.effect(f).is_some());
-                        if let Some(second) = second.into_iter().next() {
-                            with.push(second.term);
-                            if self.merit(&with) > merit - NEAR {
-                                self.backfit(&mut with);
-                                let m = self.merit(&with);
-                                consider(with, m);
-                            }
-                        }
-                    }
-                }
-            }
-            // One explanation in the place of two.
-            let few = if terms.len() <= MOST_FOR_PAIRS { terms.len() } else { 0 };
-            for k in 0..few {
-                for j in k + 1..few {
-                    let mut with: Vec<Term> = terms.clone();
-                    with.remove(j);
-                    with.remove(k);
-                    if let Some(one) = self.contenders(&with, |_| true).into_iter().next() {
-                        with.push(one.term);
-                        let m = self.merit(&with);
-                        consider(with, m);
-                    }
-                }
-            }
-            match better {
-                Some((m, candidate)) if m > merit + EXCHANGE_MARGIN => {
-                    *terms = candidate;
-                    merit = m;
-                }
-                _ => return,
-            }
-        }
     }
 }
 

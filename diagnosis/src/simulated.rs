@@ -58,7 +58,8 @@ pub fn read(path: &Path) -> Result<Simulation, SimulatedError> {
     let time = find("t_s").ok_or_else(|| missing("t_s"))?;
     let predicted = find("reference_arcsec")
         .or_else(|| find("reference"))
-        .ok_or_else(|| missing("reference_arcsec (or reference)"))?;
+        .or_else(|| find("position"))
+        .ok_or_else(|| missing("reference_arcsec (or reference, or position)"))?;
     let mut simulation = Simulation {
         file: file.clone(),
         t_s: Vec::new(),
@@ -93,6 +94,18 @@ impl Simulation {
             Readings::Pair { .. } => "reference_arcsec",
             Readings::Direct { .. } => "reference",
         };
+        Ok(Simulated { reference: self.rows_of(wanted, &recording.time_s)? })
+    }
+
+    /// The simulated positions of a dynamic recording whose rows are at these times.
+    ///
+    /// # Errors
+    /// As [`Simulation::for_recording`].
+    pub fn positions_for(&self, t_s: &[f64]) -> Result<Vec<f64>, SimulatedError> {
+        self.rows_of("position", t_s)
+    }
+
+    fn rows_of(&self, wanted: &str, time_s: &[f64]) -> Result<Vec<f64>, SimulatedError> {
         if self.name != wanted {
             return Err(SimulatedError::Column {
                 file: self.file.clone(),
@@ -100,22 +113,22 @@ impl Simulation {
                 found: self.name.clone(),
             });
         }
-        if self.values.len() != recording.rows() {
+        if self.values.len() != time_s.len() {
             return Err(SimulatedError::Rows {
                 file: self.file.clone(),
                 found: format!("{} rows", self.values.len()),
-                expected: format!("{} rows", recording.rows()),
+                expected: format!("{} rows", time_s.len()),
             });
         }
         // A simulation may print its times with fewer digits: a millisecond is far below a row's distance.
-        let apart = (0..recording.rows()).find(|&i| (self.t_s[i] - recording.time_s[i]).abs() > 1e-3);
+        let apart = (0..time_s.len()).find(|&i| (self.t_s[i] - time_s[i]).abs() > 1e-3);
         if let Some(i) = apart {
             return Err(SimulatedError::Rows {
                 file: self.file.clone(),
                 found: format!("t_s = {} on line {}", self.t_s[i], i + 2),
-                expected: format!("t_s = {}", recording.time_s[i]),
+                expected: format!("t_s = {}", time_s[i]),
             });
         }
-        Ok(Simulated { reference: self.values.clone() })
+        Ok(self.values.clone())
     }
 }

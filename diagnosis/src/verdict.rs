@@ -9,7 +9,7 @@ use crate::experiment;
 use crate::explain::Explanation;
 use crate::model::{FittedTerm, Model};
 use crate::rows::{Rows, centred, range};
-use crate::search::Term;
+use crate::search::{SHAPE_PRICE, Term};
 
 /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
 /// between two explanations that are equally good in truth the difference seldom exceeds it.
@@ -190,12 +190,16 @@ fn alternatives(
     let is_thermal = |f: usize| {
         search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
     };
+    let free = |f: usize| search.effect(f).map_or(0, |e| search.free_shapes(e));
     let mut found: Vec<(usize, f64)> = search
         .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
         .into_iter()
         .filter(|f| {
             let thermal = is_thermal(term.family) || is_thermal(f.term.family);
-            f.explained > best - ALTERNATIVE_MARGIN - if thermal { blurred * best } else { 0.0 }
+            // A richer explanation follows the noise further than a simpler one.
+            let richer = free(term.family).saturating_sub(free(f.term.family)) as f64;
+            let margin = ALTERNATIVE_MARGIN + SHAPE_PRICE * richer;
+            f.explained > best - margin - if thermal { blurred * best } else { 0.0 }
         })
         .filter_map(|f| search.effect(f.term.family).map(|e| (e, f.explained / best.max(1e-300))))
         .collect();

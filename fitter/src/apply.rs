@@ -24,10 +24,35 @@ pub enum ApplyError {
     )]
     OtherSensor { file: String, recording: &'static str, model: &'static str },
     #[error(
+        "{file}: column `{column}` is missing, which `{effect}` of the coefficients depends on; record it, or map it \
+         (--map {column}=…)"
+    )]
+    MissingColumn { file: String, column: String, effect: String },
+    #[error(
         "{file}: found readings {variable} from {from:.6} to {to:.6}, a thousand times beyond the calibrated range \
          {valid_from:.6} to {valid_to:.6}, expected the same unit; convert them"
     )]
     Unit { file: String, variable: String, from: f64, to: f64, valid_from: f64, valid_to: f64 },
+}
+
+/// Refuses a recording that lacks a column which a term of the coefficients reads.
+///
+/// # Errors
+/// [`ApplyError::MissingColumn`], for the first of them.
+pub fn check_columns(recording: &Recording, coefficients: &Coefficients) -> Result<(), ApplyError> {
+    let observables = Observables { recording, sensor: &coefficients.sensor };
+    for term in &coefficients.terms {
+        for observable in term.operator.observables() {
+            if observables.get(observable).is_err() {
+                return Err(ApplyError::MissingColumn {
+                    file: recording.file.clone(),
+                    column: observable.to_string(),
+                    effect: term.effect.clone(),
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// What a reader of the corrected angles should know.
@@ -121,17 +146,26 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
     };
     for row in 0..rows {
         let reading = recording.reading(row);
-        let inside = valid.contains(reading);
+        // Of a sensor that turns everything repeats with the turn; what was taken off is put back at the end.
+        let (reading, turns) = match &coefficients.turn {
+            Some(turn) => turn.within(reading),
+            None => (reading, 0.0),
+        };
+        let inside = coefficients.whole_turn() || valid.contains(reading);
         let (base, explicit) = if inside {
             (model.error(reading), evaluated.inside[row])
         } else {
             (coefficients.error_beyond(reading), evaluated.outside[row])
         };
         let corrected = sensor.calculated(reading) - base;
-        applied.corrected.push(if coefficients.terms.is_empty() {
+        let corrected = if coefficients.terms.is_empty() {
             corrected
         } else {
             evaluated.solve_periodic(scale * corrected - explicit) / scale
+        };
+        applied.corrected.push(match &coefficients.turn {
+            Some(turn) => turn.finish(corrected, turns),
+            None => corrected,
         });
         applied.extrapolated.push(!inside);
     }

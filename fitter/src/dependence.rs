@@ -99,6 +99,10 @@ fn tests(design: &Design) -> Vec<Dependence> {
 /// The angle itself: what no polynomial leaves between the points, against the scatter within them; where
 /// no angle repeats, whether neighbouring readings have like residuals.
 fn misfit(design: &Design, fit: &Fit) -> Option<Dependence> {
+    // Of a whole turn the cross-validation of the harmonics says what the angle still explains.
+    if fit.coefficients.whole_turn() {
+        return None;
+    }
     let p_value = if fit.points.grouping == Grouping::Block || !fit.points.single_angles {
         let mut order: Vec<usize> = (0..design.rows.len()).collect();
         let reading = |index: &usize| fit.calibrated.reading[design.rows[*index]];

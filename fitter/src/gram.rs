@@ -43,10 +43,27 @@ pub(crate) struct Row {
 }
 
 impl Grams {
-    /// Accumulates rows in the given order, one after the other, so that the sums do not depend on how many
-    /// threads there are.
+    /// The sums of the rows of a polynomial problem.
     pub fn of(basis: &Basis, folds: usize, points: usize, rows: impl Iterator<Item = Row>) -> Grams {
         let order = basis.order();
+        Grams::accumulate(order, folds, points, rows, |row, values| {
+            basis.evaluate(row.reading, &mut values[..=order]);
+            values[..=order].iter_mut().for_each(|p| *p *= row.gain);
+            values[order + 1] = row.error;
+            (row.fold, row.point)
+        })
+    }
+
+    /// Accumulates rows in the given order, one after the other, so that the sums do not depend on how many
+    /// threads there are. `fill` writes a row's order + 1 columns and its error, and says which fold and point
+    /// the row belongs to.
+    pub fn accumulate<T>(
+        order: usize,
+        folds: usize,
+        points: usize,
+        rows: impl Iterator<Item = T>,
+        mut fill: impl FnMut(T, &mut [f64]) -> (usize, usize),
+    ) -> Grams {
         let (width, size) = (columns(order), packed(columns(order)));
         let mut grams = Grams {
             order,
@@ -57,10 +74,8 @@ impl Grams {
         };
         let mut values = vec![0.0; width];
         for row in rows {
-            basis.evaluate(row.reading, &mut values[..=order]);
-            values[..=order].iter_mut().for_each(|p| *p *= row.gain);
-            values[order + 1] = row.error;
-            let cell = row.fold * points + row.point;
+            let (fold, point) = fill(row, &mut values);
+            let cell = fold * points + point;
             grams.rows[cell] += 1;
             add_products(&mut grams.sums[cell * size..][..size], &values);
         }

@@ -7,6 +7,7 @@
 
 pub mod apply;
 mod basis;
+pub mod cli;
 pub mod coefficients;
 pub mod dependence;
 mod double_double;
@@ -22,10 +23,12 @@ pub mod plant;
 pub mod points;
 mod pretty;
 pub mod recording;
+pub mod report;
 pub mod statistics;
 pub mod summary;
 pub mod terms;
 mod trust_region;
+pub mod turn;
 pub mod units;
 pub mod weights;
 

@@ -8,6 +8,15 @@ use toml::{Table, Value};
 use crate::error_model::Sensor;
 use crate::recording::nearest;
 
+/// What `fitter init` writes for two eddy-current probes.
+pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
+/// What it writes for a sensor that reports the angle or position itself.
+pub const DIRECT_FILE: &str = include_str!("../data/mirror-direct.toml");
+/// What it writes for an encoder.
+pub const ENCODER_FILE: &str = include_str!("../data/mirror-encoder.toml");
+/// The JSON schema of a mirror file.
+pub const SCHEMA: &str = include_str!("../data/mirror.schema.json");
+
 /// The nominal sensor and its reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mirror {

@@ -97,14 +97,29 @@ pub(crate) struct Scores {
     pub chosen: usize,
 }
 
-/// Scores the orders from `first` to `last`, and chooses; none if the recording has too few points to
-/// hold any out. `weights` and `distinct` (the number of distinct readings) are per point.
+/// The orders that are tried: `first`, `first` + `step` … up to `last`. A harmonic has two columns, a power one.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidates {
+    pub first: usize,
+    pub last: usize,
+    pub step: usize,
+}
+
+impl Candidates {
+    /// Those up to the order that a factor determines.
+    fn determined(self, highest: Option<usize>) -> impl Iterator<Item = usize> {
+        let end = highest.map_or(0, |order| order + 1).min(self.last + 1);
+        (self.first..end).step_by(self.step)
+    }
+}
+
+/// Scores the candidate orders, and chooses; none if the recording has too few points to hold any out.
+/// `weights` and `distinct` (the number of distinct readings) are per point.
 pub(crate) fn select(
     grams: &Grams,
     weights: &[f64],
     distinct: &[usize],
-    first: usize,
-    last: usize,
+    candidates: Candidates,
     splits: &Splits,
 ) -> Option<Scores> {
     let points = grams.points;
@@ -116,20 +131,21 @@ pub(crate) fn select(
     let mut sizes = distinct.to_vec();
     sizes.sort_unstable();
     let training: usize = sizes[..points - held_out].iter().sum();
-    let last = last.min(grams.order).min(training.saturating_sub(2));
+    let last = candidates.last.min(grams.order).min(training.saturating_sub(2));
+    let candidates = Candidates { last, ..candidates };
     let sets = held_out_sets(points, held_out, splits);
 
     let every = |skip: std::ops::Range<usize>| -> Vec<Sums> {
         (0..points).map(|point| grams.point(point, weights[point], &skip)).collect()
     };
-    let whole = Runs::of(&every(0..0), &sets, first, last)?;
+    let whole = Runs::of(&every(0..0), &sets, candidates)?;
     let (training, testing) = (whole.mean(|run| run.0), whole.mean(|run| run.1));
-    let orders: Vec<usize> = (first..first + testing.len()).collect();
+    let orders: Vec<usize> = (0..testing.len()).map(|i| candidates.first + i * candidates.step).collect();
     let best = (0..orders.len()).min_by(|a, b| testing[*a].total_cmp(&testing[*b]))?;
     let excess: Vec<f64> = testing.iter().map(|score| score - testing[best]).collect();
     let repeats: Vec<Vec<f64>> = jackknife_groups(grams.folds)
         .into_iter()
-        .filter_map(|group| Runs::of(&every(group), &sets, first, last))
+        .filter_map(|group| Runs::of(&every(group), &sets, candidates))
         .map(|runs| runs.mean(|run| run.1))
         .filter(|testing| testing.len() == orders.len())
         .map(|testing| testing.iter().map(|score| score - testing[best]).collect())
@@ -198,12 +214,12 @@ fn held_out_sets(points: usize, held_out: usize, splits: &Splits) -> Vec<Vec<usi
 struct Runs(Vec<Vec<(f64, f64)>>);
 
 impl Runs {
-    /// `plain` holds the weighted sums of each point. None if no order from `first` on is determined.
-    fn of(plain: &[Sums], sets: &[Vec<usize>], first: usize, last: usize) -> Option<Runs> {
+    /// `plain` holds the weighted sums of each point. None if no candidate is determined.
+    fn of(plain: &[Sums], sets: &[Vec<usize>], candidates: Candidates) -> Option<Runs> {
         let mut whole = Sums::zero(plain[0].order);
         plain.iter().for_each(|sums| whole.add(sums, 1.0));
         let mut runs: Vec<Vec<(f64, f64)>> =
-            sets.iter().map(|held_out| score_split(plain, &whole, held_out, first, last)).collect();
+            sets.iter().map(|held_out| score_split(plain, &whole, held_out, candidates)).collect();
         let orders = runs.iter().map(Vec::len).min().filter(|orders| *orders > 0)?;
         runs.iter_mut().for_each(|run| run.truncate(orders));
         Some(Runs(runs))
@@ -227,23 +243,16 @@ impl Runs {
     }
 }
 
-/// Mean squared training and testing error (Eq. 9, 10) of every order from `first` on that the training
-/// set determines.
-fn score_split(
-    plain: &[Sums],
-    whole: &Sums,
-    held_out: &[usize],
-    first: usize,
-    last: usize,
-) -> Vec<(f64, f64)> {
+/// Mean squared training and testing error (Eq. 9, 10) of every candidate that the training set determines.
+fn score_split(plain: &[Sums], whole: &Sums, held_out: &[usize], candidates: Candidates) -> Vec<(f64, f64)> {
     let (mut training, mut testing) = (whole.clone(), Sums::zero(whole.order));
     for point in held_out {
         testing.add(&plain[*point], 1.0);
         training.add(&plain[*point], -1.0);
     }
     let factor = training.factor();
-    let determined = factor.order.map_or(0, |order| order + 1).min(last + 1);
-    (first..determined)
+    candidates
+        .determined(factor.order)
         .map(|order| {
             let c = factor.solve(order);
             (training.squares(&c) / training.weight, testing.squares(&c) / testing.weight)

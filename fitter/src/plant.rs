@@ -17,6 +17,7 @@
 //! | `nonlinear_damping` | x″ −= c·x²·v | `coefficient` |
 //! | `bouc_wen_hysteresis` | x″ −= k·z, z′ = v·(1 − (β·sign(v z) + 1 − β)·\|z/Y\|ⁿ) | `stiffness` k, `yield` Y; `beta` (0.5), `exponent` n (1) |
 //! | `rayleigh_hysteresis` | w = u + c·R(u): R = u·\|u\| on the virgin curve, R = R_r + ½(u−u_r)·\|u−u_r\| from the reversal (u_r, R_r), return-point memory | `coefficient` c: a number, or a list with one per drive |
+//! | `rayleigh_hysteresis` of a `linear` plant | z′ += E·w, x += F·w with w_l = Σ_k g_k·p_k(ζ_l), ζ = C·z + D·u; p_k is the play of half-width r_k, p ← min(max(p, ζ − r), ζ + r), from 0 | by rows: `into_state` E, `into_position` F, `from_state` C, `from_drive` D; `thresholds` r, `weights` g |
 //! | `transport_delay` | w(t) = u(t − T) | `delay_s` |
 //! | `drive_lag` | τ w′ = u − w | `time_constant_s` |
 //! | `sensor_lag` | τ y′ = x − y | `time_constant_s` |

@@ -48,6 +48,8 @@ const MOST_POINTS: usize = 1024;
 /// So many blocks at most where no angle repeats, and so many rows at least in each.
 const MOST_BLOCKS: usize = 40;
 const BLOCK_ROWS: usize = 4;
+/// So many bundles at most of a turn on which no angle repeats: 1.4 degrees each.
+const MOST_BUNDLES: usize = 256;
 
 impl Points {
     /// Groups the rows of a recording; `reading` is [`Recording::reading`] of every row.
@@ -61,6 +63,35 @@ impl Points {
             let keys = blocks(&recording.pass);
             Points { single_angles: false, ..Points::from_keys(Grouping::Block, keys, reading) }
         }
+    }
+
+    /// Groups the readings of a sensor that turns, given within the turn: by angle where the same angles come
+    /// again, pass by pass or turn by turn, else in bundles of neighbouring ones. An angle is the same
+    /// whichever turn was commanded.
+    pub(crate) fn around(recording: &Recording, reading: &[f64], turn: f64) -> Points {
+        let mut steps: Vec<f64> = (1..reading.len())
+            .filter(|row| recording.pass[*row] == recording.pass[row - 1])
+            .map(|row| reading[row] - reading[row - 1])
+            .map(|step| (step - turn * (step / turn).round()).abs())
+            .filter(|step| *step > 0.0)
+            .collect();
+        steps.sort_by(f64::total_cmp);
+        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let keys = gathered(reading, 0.25 * step);
+        let count = keys.iter().max().map_or(0, |key| *key as usize + 1);
+        // Steps that are out of step from turn to turn run together, into few groups or into none.
+        let apart = count as f64 * step >= 0.5 * turn;
+        if apart && 2 * reading.len() >= 3 * count {
+            return Points::from_keys(Grouping::Reading, keys, reading);
+        }
+        let mut order: Vec<usize> = (0..reading.len()).collect();
+        order.sort_by(|a, b| reading[*a].total_cmp(&reading[*b]));
+        let bundles = reading.len().min(MOST_BUNDLES);
+        let mut keys = vec![0; reading.len()];
+        for (position, row) in order.into_iter().enumerate() {
+            keys[row] = (position * bundles / reading.len()) as u32;
+        }
+        Points { single_angles: false, ..Points::from_keys(Grouping::Reading, keys, reading) }
     }
 
     /// Number of groups.
@@ -124,9 +155,6 @@ fn commanded(command_deg: &[f64]) -> Option<Vec<u32>> {
 /// than a quarter of the typical step is the same angle.
 fn clusters(recording: &Recording, reading: &[f64]) -> Vec<u32> {
     let mut order: Vec<usize> = (0..reading.len()).collect();
-    let gaps = |order: &[usize]| -> Vec<f64> {
-        order.windows(2).map(|pair| reading[pair[1]] - reading[pair[0]]).collect()
-    };
     order.sort_by(|a, b| {
         (recording.pass[*a].cmp(&recording.pass[*b])).then(reading[*a].total_cmp(&reading[*b]))
     });
@@ -135,13 +163,18 @@ fn clusters(recording: &Recording, reading: &[f64]) -> Vec<u32> {
         .map(|pair| reading[pair[1]] - reading[pair[0]])
         .collect();
     steps.sort_by(f64::total_cmp);
-    let tolerance = 0.25 * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    gathered(reading, 0.25 * steps.get(steps.len() / 2).copied().unwrap_or(0.0))
+}
+
+/// One number per cluster of readings that lie no further apart than `tolerance`, ascending.
+fn gathered(reading: &[f64], tolerance: f64) -> Vec<u32> {
+    let mut order: Vec<usize> = (0..reading.len()).collect();
     order.sort_by(|a, b| reading[*a].total_cmp(&reading[*b]));
     let mut keys = vec![0; reading.len()];
     let mut key = 0;
-    for (index, gap) in gaps(&order).into_iter().enumerate() {
-        key += u32::from(gap > tolerance);
-        keys[order[index + 1]] = key;
+    for pair in order.windows(2) {
+        key += u32::from(reading[pair[1]] - reading[pair[0]] > tolerance);
+        keys[pair[1]] = key;
     }
     keys
 }

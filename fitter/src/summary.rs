@@ -1,80 +1,167 @@
-//! What `fitter fit` prints: one screen.
+//! What `fitter fit` prints: one screen, or JSON.
 
 use std::fmt::Write;
 
+use anstyle::{AnsiColor, Style};
+use serde_json::{Value, json};
+
+use crate::Coefficients;
 use crate::fit::Fit;
 use crate::order::OrderSelection;
 
-/// The summary of a fit, for people.
+/// What a line is about.
+const LABEL: Style = Style::new().dimmed();
+/// The figure that matters.
+pub(crate) const FIGURE: Style = AnsiColor::Green.on_default().bold();
+/// What should be looked at.
+pub(crate) const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+
+/// So many harmonics are listed unless everything is.
+const LISTED: usize = 6;
+
+/// The summary of a fit as plain text.
 pub fn summary(fit: &Fit) -> String {
-    let file = &fit.coefficients;
+    anstream::adapter::strip_str(&styled(fit, false)).to_string()
+}
+
+/// The same with colours for a terminal; `verbose` adds the curve of the selection.
+pub fn styled(fit: &Fit, verbose: bool) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
-    let _ = write_summary(&mut text, fit, file);
+    let _ = write_summary(&mut text, fit, verbose);
     text
 }
 
-fn write_summary(text: &mut String, fit: &Fit, file: &crate::Coefficients) -> std::fmt::Result {
+/// One labelled line.
+pub(crate) fn line(label: &str, content: &str) -> String {
+    format!("{LABEL}{label:<12}{LABEL:#} {content}\n")
+}
+
+fn write_summary(text: &mut String, fit: &Fit, verbose: bool) -> std::fmt::Result {
+    let file = &fit.coefficients;
     let (recording, range) = (&file.recording, &file.valid_range);
     writeln!(text, "{}: {} readings in {} passes", recording.file, recording.rows, recording.passes)?;
-    writeln!(
-        text,
-        "range        {} from {:.4} to {:.4} {}",
-        range.variable, range.from, range.to, file.units.reading
-    )?;
-    if let Some(selection) = &file.order_selection {
-        writeln!(text, "order        {}", order_line(file.base.order, selection))?;
-    } else {
-        writeln!(text, "order        {}, as given", file.base.order)?;
-    }
-    if let Some(identification) = &file.identification {
-        if let Some(zero) = &identification.zero {
-            let error = zero.standard_error_arcsec.map_or(String::new(), |e| format!(" ± {e:.2}"));
-            writeln!(text, "zero         {:.3}{error} arcsec, {}", zero.alpha0_arcsec, zero.from)?;
-        }
-        let unit = &file.units.statistics;
-        if let Some(statistics) = &file.statistics {
-            for (name, spread) in [("before", &statistics.before), ("after", &statistics.after)] {
-                writeln!(
-                    text,
-                    "{name:<12} rms {:.4} {unit}, largest {:.4} {unit}, largest mean of a point {:.4} {unit}",
-                    spread.rms, spread.max, spread.max_of_point_means
-                )?;
-            }
-            if let Some(scatter) = &statistics.between_passes {
-                writeln!(
-                    text,
-                    "noise        {:.4} {unit} per reading between passes{}",
-                    scatter.standard_deviation,
-                    if scatter.weighted { ", uneven: rows are weighted by it" } else { "" }
-                )?;
-            }
-        }
-        writeln!(text, "coefficients")?;
-        for parameter in &identification.parameters {
-            let interval = parameter
-                .ci95
-                .map_or(String::new(), |[low, high]| format!("   95 %: {low:>13.5e} … {high:>13.5e}"));
-            writeln!(
-                text,
-                "  {:<10} {:>13.5e} {:<7}{interval}",
-                parameter.name, parameter.value, parameter.unit
-            )?;
-        }
-        for open in &identification.unidentifiable {
-            writeln!(text, "open         {}", open.statement)?;
-        }
-    }
     for note in &fit.notes {
-        writeln!(text, "note         {note}")?;
+        *text += &line("note", &note.to_string());
     }
-    if let Some(line) = crate::dependence::pointer(&fit.dependences, &recording.file) {
-        writeln!(text, "note         {line}")?;
+    *text += &line(
+        "range",
+        &format!("{} from {:.4} to {:.4} {}", range.variable, range.from, range.to, file.units.reading),
+    );
+    write_choice(text, file, verbose)?;
+    if let Some(zero) = file.identification.as_ref().and_then(|found| found.zero.as_ref()) {
+        let error = zero.standard_error_arcsec.map_or(String::new(), |e| format!(" ± {e:.2}"));
+        *text += &line("zero", &format!("{:.3}{error} arcsec, {}", zero.alpha0_arcsec, zero.from));
+    }
+    write_statistics(text, file)?;
+    if file.whole_turn() {
+        write_harmonics(text, file, verbose)?;
+    } else {
+        write_coefficients(text, file)?;
+    }
+    if let Some(turn) = &file.turn {
+        *text += &line("directions", &turn.directions.statement);
+    }
+    if let Some(found) = crate::dependence::pointer(&fit.dependences, &recording.file) {
+        *text += &format!("{WARNING}{:<12}{WARNING:#} {found}\n", "note");
     }
     Ok(())
 }
 
-fn order_line(chosen: usize, selection: &OrderSelection) -> String {
+/// What was chosen, and why.
+fn write_choice(text: &mut String, file: &Coefficients, verbose: bool) -> std::fmt::Result {
+    let turn = file.turn.as_ref().filter(|turn| turn.whole);
+    let (label, chosen) = match turn {
+        Some(turn) => ("harmonics", turn.amplitudes.len()),
+        None => ("order", file.base.order),
+    };
+    let selection = turn.map_or(file.order_selection.as_ref(), |turn| turn.harmonics.as_ref());
+    let Some(selection) = selection else {
+        *text += &line(label, &format!("{chosen}, as given"));
+        return Ok(());
+    };
+    *text += &line(label, &order_line(chosen, label, selection));
+    if verbose {
+        writeln!(text, "  {label:<10} {:>12} {:>12} {}", "training", "testing", selection.unit)?;
+        for score in &selection.curve {
+            writeln!(text, "  {:<10} {:>12.5} {:>12.5}", score.order, score.training, score.testing)?;
+        }
+    }
+    Ok(())
+}
+
+fn write_statistics(text: &mut String, file: &Coefficients) -> std::fmt::Result {
+    let Some(statistics) = &file.statistics else { return Ok(()) };
+    let unit = &statistics.unit;
+    for (name, spread, style) in
+        [("before", &statistics.before, Style::new()), ("after", &statistics.after, FIGURE)]
+    {
+        *text += &line(
+            name,
+            &format!(
+                "rms {style}{:.4} {unit}{style:#}, largest {:.4} {unit}, largest mean of a point {:.4} {unit}",
+                spread.rms, spread.max, spread.max_of_point_means
+            ),
+        );
+    }
+    if let Some(scatter) = &statistics.between_passes {
+        let weighted = if scatter.weighted { ", uneven: rows are weighted by it" } else { "" };
+        *text += &line(
+            "noise",
+            &format!("{:.4} {unit} per reading between passes{weighted}", scatter.standard_deviation),
+        );
+    }
+    Ok(())
+}
+
+fn write_coefficients(text: &mut String, file: &Coefficients) -> std::fmt::Result {
+    let Some(identification) = &file.identification else { return Ok(()) };
+    writeln!(text, "{LABEL}coefficients{LABEL:#}")?;
+    for parameter in &identification.parameters {
+        let interval = parameter
+            .ci95
+            .map_or(String::new(), |[low, high]| format!("   95 %: {low:>13.5e} … {high:>13.5e}"));
+        writeln!(
+            text,
+            "  {:<10} {:>13.5e} {:<7}{interval}",
+            parameter.name, parameter.value, parameter.unit
+        )?;
+    }
+    for open in &identification.unidentifiable {
+        *text += &line("open", &open.statement);
+    }
+    Ok(())
+}
+
+fn write_harmonics(text: &mut String, file: &Coefficients, verbose: bool) -> std::fmt::Result {
+    let Some(turn) = &file.turn else { return Ok(()) };
+    let unit = &file.units.statistics;
+    *text += &line(
+        "turn",
+        &format!(
+            "{} {unit}; wraps unwound: {} of measured, {} of reference",
+            turn.revolution, turn.wraps.measured, turn.wraps.reference
+        ),
+    );
+    *text += &line("offset", &format!("{:.6} {unit}", file.base.coefficients[0]));
+    let listed = if verbose { turn.amplitudes.len() } else { LISTED.min(turn.amplitudes.len()) };
+    for wave in &turn.amplitudes[..listed] {
+        let error = wave.standard_error.map_or(String::new(), |error| format!(" ± {error:.1e}"));
+        writeln!(
+            text,
+            "  {:<10} {:>13.5e}{error} {unit}, phase {:.2} deg",
+            format!("harmonic {}", wave.harmonic),
+            wave.amplitude,
+            wave.phase_deg
+        )?;
+    }
+    if listed < turn.amplitudes.len() {
+        writeln!(text, "  and {} more (-v lists them)", turn.amplitudes.len() - listed)?;
+    }
+    Ok(())
+}
+
+fn order_line(chosen: usize, what: &str, selection: &OrderSelection) -> String {
     let testing = |order: usize| {
         (selection.curve.iter().find(|score| score.order == order))
             .map_or(String::from("?"), |score| format!("{:.4}", score.testing))
@@ -88,10 +175,40 @@ fn order_line(chosen: usize, selection: &OrderSelection) -> String {
         format!("{chosen}, as given; testing error {} {} ({by})", testing(chosen), selection.unit)
     } else {
         format!(
-            "{chosen}: testing error {} {}, within one standard error of the smallest, {} at order {best} ({by})",
+            "{FIGURE}{chosen}{FIGURE:#}: testing error {} {}, within one standard error of the smallest, {} at {what} \
+             {best} ({by})",
             testing(chosen),
             selection.unit,
             testing(best)
         )
     }
+}
+
+/// The summary of a fit for programs.
+pub fn json(fit: &Fit) -> Value {
+    let file = &fit.coefficients;
+    let turn = file.turn.as_ref().filter(|turn| turn.whole);
+    let selection = turn.map_or(file.order_selection.as_ref(), |turn| turn.harmonics.as_ref());
+    let chosen = selection.and_then(|s| s.curve.iter().find(|score| score.order == s.chosen));
+    json!({
+        "recording": file.recording,
+        "range": file.valid_range,
+        "unit": file.units.statistics,
+        "order": file.base.order,
+        "harmonics": turn.map(|turn| turn.amplitudes.len()),
+        "rule": selection.map(|selection| &selection.rule),
+        "testing_error": chosen.map(|score| score.testing),
+        "training_error": chosen.map(|score| score.training),
+        "zero": file.identification.as_ref().and_then(|found| found.zero.as_ref()),
+        "before": file.statistics.as_ref().map(|statistics| &statistics.before),
+        "after": file.statistics.as_ref().map(|statistics| &statistics.after),
+        "noise": file.statistics.as_ref().and_then(|statistics| statistics.between_passes.as_ref()),
+        "parameters": file.identification.as_ref().map(|found| &found.parameters),
+        "amplitudes": turn.map(|turn| &turn.amplitudes),
+        "directions": file.turn.as_ref().map(|turn| &turn.directions),
+        "notes": fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        "depends_on": fit.dependences.iter()
+            .map(|found| json!({"variable": found.variable, "p_value": found.p_value}))
+            .collect::<Vec<_>>(),
+    })
 }

@@ -147,8 +147,28 @@ fn cases() -> Vec<Case> {
             &["line 2", "found 3 fields", "10"],
         ),
         case("decimal commas", CALIBRATION.replacen("2.56,", "2,56,", 1), &["line 2", "found 11 fields"]),
-        case("semicolons", CALIBRATION.replace(',', ";"), &["semicolons", "expected commas"]),
-        case("tabs", CALIBRATION.replace(',', "\t"), &["tabs", "expected commas"]),
+        case("spaces", CALIBRATION.replace(',', " "), &["spaces", "expected commas, semicolons or tabs"]),
+        case(
+            "points among decimal commas",
+            CALIBRATION.replace(',', ";").replace('.', ",").replacen("2,", "2.", 1),
+            &["expected a decimal comma"],
+        ),
+        Case {
+            arguments: &["--map", "x1_mm=Probe1:um"],
+            ..case("mapped column that is not there", CALIBRATION, &["no column `Probe1`", "x1_mm"])
+        },
+        Case {
+            arguments: &["--map", "x1_mm=x2_mm:deg"],
+            ..case("unit that does not convert", CALIBRATION, &["--map x1_mm", "`deg`", "into mm"])
+        },
+        Case {
+            arguments: &["--map", "x1_mm=x2_mm:parsec"],
+            ..case("unit that is none", CALIBRATION, &["`parsec`", "um"])
+        },
+        Case {
+            arguments: &["--map", "x1_mm=x2_mm", "--map", "x1_mm=x1_mm"],
+            ..case("mapped twice", CALIBRATION, &["mapped twice"])
+        },
         case("pass that is no whole number", with(5, "pass", "1.5"), &["line 5, column `pass`", "`1.5`"]),
         case("direction 0", with(6, "direction", "0"), &["line 6, column `direction`", "1 (forward)"]),
         case(
@@ -382,14 +402,26 @@ fn damaged_coefficients() {
     let good = std::fs::read_to_string(path.join("good.json")).unwrap();
     let order =
         format!("\"order\": {}", good.split("\"order\": ").nth(1).unwrap().split(',').next().unwrap());
-    let cases: [(&str, String, &[&str]); 8] = [
+    let first = good.find("\"coefficients\": [").unwrap() + 17;
+    let digit = first + good[first..].find(|sign: char| sign.is_ascii_digit() && sign != '0').unwrap();
+    let cases: [(&str, String, &[&str]); 9] = [
+        (
+            "a coefficient edited",
+            format!(
+                "{}{}{}",
+                &good[..digit],
+                if &good[digit..=digit] == "7" { 3 } else { 7 },
+                &good[digit + 1..]
+            ),
+            &["bad.json", "changed after it was written", "sha256", "fit again"],
+        ),
         ("not JSON", good[..good.len() / 2].to_string(), &["bad.json, line", "not JSON", "damaged"]),
         ("other JSON", "{\"schema\": 1}".to_string(), &["`schema` is 1", "no coefficients file"]),
         ("no schema", "{}".to_string(), &["`schema` is missing"]),
         (
             "newer",
             good.replace("\"version\": 1", "\"version\": 7"),
-            &["version 7", "reads up to 1", "newer program"],
+            &["version 7", "reads up to 2", "newer program"],
         ),
         (
             "coefficient lost",
@@ -411,7 +443,53 @@ fn damaged_coefficients() {
     std::fs::write(path.join("direct.csv"), sweep(|x| x)).unwrap();
     let arguments = ["apply", "direct.csv", "--coefficients", "good.json", "--out", "angles.csv"];
     assert_refused("other sensor", path, &arguments, &["columns of a direct sensor"]);
+    // With other spaces, or with its hash taken out, the file is used as it stands.
+    let spaced = good.replace("  ", "\t");
+    let unsealed: String =
+        good.lines().filter(|line| !line.contains("\"sha256\"") || line.ends_with(',')).collect();
+    let unsealed = unsealed.replace("],}", "]}").replace(",}", "}");
+    for (name, text) in [("spaces", spaced), ("hash taken out", unsealed)] {
+        std::fs::write(path.join("other.json"), text).unwrap();
+        let arguments = ["apply", "recording.csv", "--coefficients", "other.json", "--out", "angles.csv"];
+        assert!(run(path, &arguments).status.success(), "{name}");
+        std::fs::remove_file(path.join("angles.csv")).unwrap();
+    }
     std::fs::write(path.join("nothing.csv"), "t_s,x1_mm\n0,0\n").unwrap();
     let arguments = ["apply", "nothing.csv", "--coefficients", "good.json", "--out", "angles.csv"];
     assert_refused("column missing", path, &arguments, &["`x2_mm` is missing"]);
+}
+
+/// An effect that depends on a column which the recording lacks: left out with a warning, or refused.
+#[test]
+fn a_column_that_the_coefficients_need() {
+    use fitter::terms::{Factor, Operator, Product, Scope, Term};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    std::fs::write(path.join("recording.csv"), CALIBRATION).unwrap();
+    std::fs::write(path.join("mirror.toml"), MIRROR).unwrap();
+    std::fs::write(path.join("without.csv"), without("temperature_c")).unwrap();
+    assert!(
+        run(path, &["fit", "recording.csv", "--mirror", "mirror.toml", "--out", "c.json"]).status.success()
+    );
+    let mut file = fitter::coefficients::read(&path.join("c.json")).unwrap();
+    file.terms.push(Term {
+        effect: "thermal_zero_drift".to_string(),
+        scope: Scope::Device,
+        operator: Operator::Product(Product {
+            factors: vec![Factor { observable: "temperature_c".to_string(), power: 1, mean: 27.0 }],
+        }),
+        coefficients: vec![0.5],
+        covariance: Vec::new(),
+    });
+    std::fs::write(path.join("c.json"), file.to_sealed_json()).unwrap();
+    let arguments = ["apply", "without.csv", "--coefficients", "c.json", "--out", "angles.csv", "--strict"];
+    assert_refused(
+        "strict",
+        path,
+        &arguments,
+        &["without.csv", "`temperature_c` is missing", "thermal_zero_drift"],
+    );
+    let output = run(path, &arguments[..6]);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success() && text.contains("that effect is not corrected"), "{text}");
 }

@@ -46,7 +46,7 @@ fn fit_then_apply() {
     let file = fitter::coefficients::read(&folder.path().join("c.json")).unwrap();
     assert_eq!(file.command, "fitter fit recording.csv --mirror mirror.toml --out c.json");
     assert_eq!(file.recording.sha256.len(), 64);
-    assert_eq!(file.to_json(), std::fs::read_to_string(folder.path().join("c.json")).unwrap());
+    assert_eq!(file.to_sealed_json(), std::fs::read_to_string(folder.path().join("c.json")).unwrap());
 
     let arguments = ["apply", "recording.csv", "--coefficients", "c.json", "--out", "angles.csv"];
     let output = run(folder.path(), &arguments);

@@ -242,7 +242,7 @@ fn a_direct_sensor_may_count_other_turns_than_its_reference() {
     }
     let recording =
         Recording::from_bytes("turns.csv", (header.to_string() + &rows(true)).as_bytes()).unwrap();
-    let fit = fit(&recording, &mirror, &given(9)).unwrap();
+    let fit = fit(&recording, &mirror, &Options::default()).unwrap();
     let statistics = fit.coefficients.statistics.unwrap();
     assert!(statistics.before.max < 0.02 && statistics.after.max < 2e-3, "{statistics:?}");
     assert_eq!(statistics.unit, "deg");

@@ -20,6 +20,8 @@
 //!           1.01e-5 arcsec    (0.21 LSB)  rounding of its coefficients to the format
 //!           3.67e-5 arcsec    (0.76 LSB)  rounding of the operations
 //!         Apart from it, one step of the input stands for 4.58e-6 arcsec.
+//!         Not proved but estimated: the model itself is within 3.90e-1 arcsec of the device, which is
+//!         the 95 % band of what was fitted.
 //!         No operation overflows for any input, in the range or outside.
 
 /// Corrected angle, Eq. 13, within 1.52e-4 arcsec; the result is `i32`, one unit is 2^−32 rad.

@@ -2,7 +2,7 @@
 
 use codegen::format::Format;
 use codegen::input::{Arity, Encoding, Input};
-use codegen::options::{Options, OutOfRange, RoutineOptions};
+use codegen::options::{CShift, Method, Options, OutOfRange, RoutineOptions};
 use codegen::output::Output;
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
@@ -26,18 +26,61 @@ impl Case {
     }
 }
 
-/// Any device.
-pub fn any_case() -> impl Strategy<Value = Case> {
-    (any_coefficients(), any::<u64>(), 1..=12usize, any::<bool>()).prop_flat_map(
-        |(coefficients, seed, degree, flag)| {
-            any_routine(&coefficients).prop_map(move |routine| Case {
+/// How a routine is evaluated: what the tests go through one by one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// One polynomial, in this format.
+    Fused(Format),
+    /// A table of polynomials of this degree.
+    Table(Format, usize),
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Kind; 11] = [
+        Kind::Fused(Format::Q31),
+        Kind::Fused(Format::Q31Split),
+        Kind::Fused(Format::Q15),
+        Kind::Fused(Format::F32 { fused: false }),
+        Kind::Fused(Format::F32 { fused: true }),
+        Kind::Table(Format::Q31, 1),
+        Kind::Table(Format::Q31, 2),
+        Kind::Table(Format::Q31, 3),
+        Kind::Table(Format::Q31Split, 1),
+        Kind::Table(Format::Q31Split, 2),
+        Kind::Table(Format::Q31Split, 3),
+    ];
+
+    fn format(self) -> Format {
+        match self {
+            Kind::Fused(format) | Kind::Table(format, _) => format,
+        }
+    }
+
+    fn method(self, segments_log2: u32) -> Method {
+        match self {
+            Kind::Fused(_) => Method::Fused,
+            Kind::Table(_, degree) => Method::Piecewise { degree, segments_log2 },
+        }
+    }
+}
+
+/// Any device, with a routine of this kind.
+pub fn any_case(kind: Kind) -> impl Strategy<Value = Case> {
+    let outside = prop::sample::select(vec![OutOfRange::Clamp, OutOfRange::Flag, OutOfRange::Continue]);
+    let shift = prop::sample::select(vec![CShift::Strict, CShift::Arithmetic]);
+    (any_coefficients(), any::<u64>(), 1..=12usize, 1..=8u32, outside, shift).prop_flat_map(
+        move |(coefficients, seed, degree, segments_log2, out_of_range, c_shift)| {
+            let method = kind.method(segments_log2);
+            any_routine(&coefficients, kind.format(), out_of_range).prop_map(move |routine| Case {
                 coefficients: coefficients.clone(),
                 options: Options {
-                    routines: vec![routine],
+                    routines: vec![RoutineOptions { method, ..routine }],
                     // Any bound will do: the question is whether it holds.
                     bound: Some(f64::MAX),
-                    degree: Some(degree),
-                    out_of_range: if flag { OutOfRange::Flag } else { OutOfRange::Clamp },
+                    degree: (method == Method::Fused).then_some(degree),
+                    out_of_range,
+                    c_shift,
                     ..Options::default()
                 },
                 seed,
@@ -83,16 +126,20 @@ fn any_coefficients() -> impl Strategy<Value = Coefficients> {
     )
 }
 
-/// A number format with an input that reaches the range of the device, and an output that the format has.
-fn any_routine(coefficients: &Coefficients) -> impl Strategy<Value = RoutineOptions> + use<> {
+/// An input that reaches the range of the device and, where nothing limits it, that overflows nothing; an output
+/// that the format has.
+fn any_routine(
+    coefficients: &Coefficients,
+    format: Format,
+    out_of_range: OutOfRange,
+) -> impl Strategy<Value = RoutineOptions> + use<> {
     let (from, to) = (coefficients.valid_range.from, coefficients.valid_range.to);
     let largest = from.abs().max(to.abs());
     let pair = matches!(coefficients.sensor, Sensor::EddyCurrentPair { .. });
-    let arity = if pair {
-        prop::sample::select(vec![Arity::Reading, Arity::Probes])
-    } else {
-        prop::sample::select(vec![Arity::Reading])
-    };
+    let unlimited = out_of_range == OutOfRange::Continue;
+    // The difference of two full words, or of wide counts, needs its limits.
+    let arity =
+        prop::sample::select(if pair { vec![Arity::Reading, Arity::Probes] } else { vec![Arity::Reading] });
     let q31 = prop::option::of(1.0..8.0f64)
         .prop_map(move |wider| Encoding::Q31 { full_scale: wider.map(|factor| factor * largest) });
     // The converter's range is that of the readings, up to four times as wide; for probes about zero.
@@ -104,11 +151,23 @@ fn any_routine(coefficients: &Coefficients) -> impl Strategy<Value = RoutineOpti
         Encoding::Counts { bits, gain, offset: (0.5 * full - middle / gain).round() }
     });
     let encoding = prop_oneof![2 => Just(Encoding::F32), 2 => q31, 2 => counts];
-    let integer = prop::sample::select(vec![Output::PowerOfTwo, Output::Nano, Output::Micro, Output::F32]);
-    (arity, encoding, integer, any::<bool>()).prop_map(|(arity, encoding, output, fixed)| {
-        let input = Input { arity, encoding };
-        let (format, output) =
-            if fixed { (Format::Q31, output) } else { (Format::F32 { fused: false }, Output::F32) };
-        RoutineOptions { input, output, ..RoutineOptions::of(format) }
-    })
+    let outputs = if format.is_fixed() {
+        vec![Output::PowerOfTwo, Output::Nano, Output::Micro, Output::F32]
+    } else {
+        vec![Output::F32]
+    };
+    let output = prop::sample::select(outputs);
+    (arity, encoding, output)
+        .prop_filter("needs its limits", move |(arity, encoding, _)| {
+            !unlimited
+                || match encoding {
+                    Encoding::F32 => !format.is_fixed(),
+                    Encoding::Q31 { .. } => *arity == Arity::Reading || !format.is_fixed(),
+                    Encoding::Counts { bits, .. } => *bits <= 16,
+                }
+        })
+        .prop_map(move |(arity, encoding, output)| {
+            let input = Input { arity, encoding };
+            RoutineOptions { input, output, ..RoutineOptions::of(format) }
+        })
 }

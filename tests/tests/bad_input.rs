@@ -53,7 +53,7 @@ const RECORDINGS: &[Bad] = &[
     bad("no such file", "nowhere.csv", &["nowhere.csv", "no such file", "check the path"]),
     bad("a row twice", "repeated.csv", &["repeated.csv, line 6", "repeats line 5", "drop one"]),
     bad("a row cut short", "short.csv", &["short.csv, line 5", "fields", "expected 10"]),
-    bad("semicolons", "semicolons.csv", &["semicolons.csv, line 1", "semicolons", "comma"]),
+    bad("spaces between columns", "spaces.csv", &["spaces.csv, line 1", "by spaces", "commas"]),
     bad("a direction that is none", "direction.csv", &["direction.csv, line 5", "`direction`", "`0`", "-1"]),
     bad(
         "a pass that is no whole number",
@@ -399,7 +399,7 @@ fn prepare(folder: &Path) {
     let mut short = lines();
     short[4] = short[4].rsplit_once(',').unwrap().0.to_string();
     csv("short.csv", short);
-    csv("semicolons.csv", lines().iter().map(|l| l.replace(',', ";")).collect());
+    csv("spaces.csv", lines().iter().map(|l| l.replace(',', " ")).collect());
     fs::write(folder.join("binary.csv"), [0xff, 0xfe, 0x00, 0x41, 0x0a]).unwrap();
     csv("plain.csv.gz", lines());
     let direct = |i: i32| format!("{i}.0,{},1,{}.0,{}.001", i / 40, i % 40, i % 40);

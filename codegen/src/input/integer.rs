@@ -46,6 +46,8 @@ pub(super) fn plan(
         });
     }
     let last = last.min(hi);
+    // −2ⁿ…2ⁿ−1 is what cores saturate to in one instruction; the word at the end itself is not missed either.
+    let last = if last > 1 && first == -last && last.count_ones() == 1 { last - 1 } else { last };
     if last <= first {
         return Err(InputError::NoResolution(from, to));
     }
@@ -61,12 +63,18 @@ pub(super) fn plan(
     p.clamped = p.reading;
     p.valid = (first as f64, last as f64);
     // What the words can be on arrival.
-    let (least, most) = if clamped {
+    let (least, most) = if (first, last) == (lo, hi) && p.steps[p.reading].ty == Type::I32 {
+        (lo, hi)
+    } else if clamped {
         let clamp = Op::Clamp { a: word_step, lo: first, hi: last };
         word_step = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
         p.clamped = p.output();
         (first, last)
-    } else if p.steps[p.reading].ty == Type::I32 || word.ty == Type::U16 {
+    } else if word.ty == Type::U16 {
+        // Also those beyond a narrower converter.
+        let most = i64::from(u16::MAX);
+        if arity == Arity::Probes { (-most, most) } else { (0, most) }
+    } else if p.steps[p.reading].ty == Type::I32 {
         (lo, hi)
     } else {
         return Err(InputError::Unlimited);

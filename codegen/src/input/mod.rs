@@ -7,7 +7,7 @@ mod integer;
 use fitter::error_model::Sensor;
 
 use crate::exact::Interval;
-use crate::program::{Argument, Op, Program, Stage, Type};
+use crate::program::{Argument, Op, Operand, Program, Stage, Step, Type};
 use crate::reference::ReadingMap;
 
 /// The form in which one number arrives.
@@ -125,6 +125,34 @@ pub enum InputError {
     BeyondFloat(f64, f64),
 }
 
+impl InputPlan {
+    /// The same without a last shift to the left: for a table, whose index and place are shifted anyway. As it
+    /// is where there is no such shift, or where the words before it have fewer than `bits` bits.
+    #[must_use]
+    pub fn unshifted(&self, bits: u32) -> InputPlan {
+        let mut plan = self.clone();
+        let Some(Step { op: Op::ShiftLeft { a: Operand::Step(before), by }, .. }) = plan.program.steps.last()
+        else {
+            return plan;
+        };
+        let (before, by) = (*before, i64::from(*by));
+        if before + 2 != plan.program.steps.len()
+            || plan.program.steps[before].ty != Type::I32
+            || plan.program.variable_exponent - by < i64::from(bits)
+        {
+            return plan;
+        }
+        plan.program.steps.pop();
+        plan.program.variable_exponent -= by;
+        plan.program.name_variable();
+        let ends = [&mut plan.word_from, &mut plan.word_to, &mut plan.reach.0, &mut plan.reach.1];
+        for word in ends {
+            *word = word.mul_pow2(-by);
+        }
+        plan
+    }
+}
+
 impl Input {
     /// Plans the steps from the arguments to the variable, for readings `from`…`to` of `sensor`.
     ///
@@ -213,7 +241,7 @@ impl Names {
 }
 
 /// The smallest e with 2^e ≥ x, for 0 < x < ∞.
-fn exponent_above(x: f64) -> i64 {
+pub(crate) fn exponent_above(x: f64) -> i64 {
     let mut exponent = 0;
     while power_of_two(exponent) < x {
         exponent += 1;
@@ -225,7 +253,7 @@ fn exponent_above(x: f64) -> i64 {
 }
 
 /// 2^exponent, exactly, for normal numbers.
-fn power_of_two(exponent: i64) -> f64 {
+pub(crate) fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 

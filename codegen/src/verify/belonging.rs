@@ -18,7 +18,8 @@ pub fn read_certificate(folder: &Path) -> Result<Certificate, VerifyError> {
     let wrong = |what: String| VerifyError::Certificate { path: path.clone(), what };
     let text = std::fs::read_to_string(&path)
         .map_err(|cause| wrong(format!("{cause}; run codegen first, or name the folder with --out")))?;
-    let certificate: Certificate = serde_json::from_str(&text).map_err(|cause| wrong(cause.to_string()))?;
+    let certificate: Certificate = serde_json::from_str(&text)
+        .map_err(|cause| wrong(format!("no certificate of this version: {cause}; generate it anew")))?;
     if certificate.schema != "arcsmith-certificate" || certificate.version != 1 {
         return Err(wrong(format!(
             "schema {} version {}, expected arcsmith-certificate version 1",

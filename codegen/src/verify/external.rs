@@ -1,4 +1,4 @@
-//! Other people's tools on the generated files: Gappa, Frama-C, cppcheck with the MISRA rules, the warnings of
+//! Other people's tools on the generated files: Gappa, cppcheck with the MISRA rules, the warnings of
 //! two C compilers, and the symbols of the Rust object.
 
 use std::fs;
@@ -13,8 +13,6 @@ use super::VerifyError;
 use super::compile::{Tool, messages};
 use super::harness::Subject;
 use crate::certificate::rust_type;
-use crate::options::CShift;
-use crate::program::Type;
 use crate::render::{Renderer, c_type};
 
 /// What one tool said.
@@ -31,7 +29,7 @@ pub struct ToolReport {
 }
 
 impl ToolReport {
-    fn new(check: &str, subject: &str, holds: bool, finding: impl Into<String>) -> Self {
+    pub(super) fn new(check: &str, subject: &str, holds: bool, finding: impl Into<String>) -> Self {
         ToolReport { check: check.into(), subject: subject.into(), holds, finding: finding.into() }
     }
 }
@@ -39,7 +37,7 @@ impl ToolReport {
 /// Time that Gappa gets for one script.
 const GAPPA_SECONDS: u64 = 60;
 
-/// Runs the Gappa script of every routine that has one.
+/// Runs the Gappa script of every routine.
 ///
 /// # Errors
 /// [`VerifyError`] where Gappa is missing.
@@ -49,8 +47,7 @@ pub fn gappa(subjects: &[Subject<'_>], generated: &Path) -> Result<Vec<ToolRepor
         .map(|subject| {
             let script = generated.join(format!("gappa/{}.g", subject.name));
             if !script.exists() {
-                let why = "no script: a table, and products from halves, have none yet";
-                return Ok(ToolReport::new("gappa", &subject.name, true, why));
+                return Ok(ToolReport::new("gappa", &subject.name, false, "there is no script of it"));
             }
             let proved = run_gappa(&script, GAPPA_SECONDS)?;
             let finding = match proved.clone() {
@@ -87,62 +84,6 @@ pub fn run_gappa(script: &Path, seconds: u64) -> Result<Option<Result<(), String
         }
         std::thread::sleep(Duration::from_millis(20));
     }
-}
-
-/// Runs Frama-C's value analysis over every input word.
-///
-/// # Errors
-/// [`VerifyError`] where Frama-C is missing.
-pub fn frama_c(
-    subjects: &[Subject<'_>],
-    generated: &Path,
-    base: &str,
-    build: &Path,
-    shift: CShift,
-) -> Result<ToolReport, VerifyError> {
-    let source = build.join("eva.c");
-    write(&source, &render("verify/eva.c", subjects, base)?)?;
-    let path = source.display().to_string();
-    let tool = Tool::named("frama-c", "apt-get install frama-c-base");
-    let cpp = format!(
-        "-cpp-extra-args=-I{} -msse2 -mfpmath=sse -D__FLT_EVAL_METHOD__=0",
-        generated.join("c").display()
-    );
-    // Shifting negative numbers right is what `arithmetic` asks for; the file documents it.
-    let shifts =
-        if shift == CShift::Strict { "-warn-right-shift-negative" } else { "-no-warn-right-shift-negative" };
-    // The difference of two floats may be infinite, which the limits then take care of; without limits, all may.
-    let two =
-        subjects.iter().any(|s| s.program().arguments.len() == 2 && s.program().arguments[0].ty == Type::F32);
-    let special = if two || subjects.iter().any(|s| s.continues) {
-        "-warn-special-float=none"
-    } else {
-        "-warn-special-float=non-finite"
-    };
-    let arguments = [
-        "-eva",
-        "-eva-precision=6",
-        "-machdep=gcc_x86_32",
-        "-warn-signed-downcast",
-        "-warn-signed-overflow",
-        shifts,
-        special,
-        "-eva-warn-key=alarm=abort",
-        cpp.as_str(),
-        path.as_str(),
-    ];
-    let output = tool.output(&arguments, build)?;
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let analysed = output.status.success() && text.contains("ANALYSIS SUMMARY");
-    let alarm = text.lines().skip_while(|l| !l.contains("alarm]")).take(6).collect::<Vec<_>>().join(" ");
-    let finding = if analysed {
-        "no alarm for any input word".to_string()
-    } else if alarm.is_empty() {
-        messages(&output)
-    } else {
-        alarm
-    };
-    Ok(ToolReport::new("frama-c", base, analysed, finding))
 }
 
 /// Runs cppcheck with the MISRA rules. A deviation holds where the file documents its rule.
@@ -286,23 +227,26 @@ pub fn objects(
     Ok(reports)
 }
 
-fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
+pub(super) fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
     fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
 }
 
 fn render(template: &'static str, subjects: &[Subject<'_>], base: &str) -> Result<String, VerifyError> {
-    let laid_out = |s: &Subject<'_>| -> Value {
-        let program = s.program();
-        context! {
-            name => &*s.name,
-            flag => s.flag,
-            arguments => program.arguments.iter().map(|a| c_type(a.ty)).collect::<Vec<_>>(),
-            rust_arguments => program.arguments.iter().map(|a| rust_type(a.ty)).collect::<Vec<_>>(),
-            output => c_type(program.output_type()),
-            rust_output => rust_type(program.output_type()),
-        }
-    };
     let routines: Vec<Value> = subjects.iter().map(laid_out).collect();
     let context = context! { routines, crate_name => base, source => format!("{base}.c") };
     Ok(Renderer::new()?.render(template, context)?)
+}
+
+/// A routine as the templates of checks see it.
+pub(super) fn laid_out(s: &Subject<'_>) -> Value {
+    let program = s.program();
+    context! {
+        name => &*s.name,
+        flag => s.flag,
+        continues => s.continues,
+        arguments => program.arguments.iter().map(|a| c_type(a.ty)).collect::<Vec<_>>(),
+        rust_arguments => program.arguments.iter().map(|a| rust_type(a.ty)).collect::<Vec<_>>(),
+        output => c_type(program.output_type()),
+        rust_output => rust_type(program.output_type()),
+    }
 }

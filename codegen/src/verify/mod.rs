@@ -9,6 +9,7 @@ pub mod belonging;
 pub mod compile;
 pub mod digest;
 pub mod domain;
+pub mod eva;
 pub mod external;
 pub mod harness;
 pub mod mutants;
@@ -158,7 +159,7 @@ pub fn verify(
         report.tools.extend(external::gappa(&subjects, &folder)?);
     }
     if checks.frama_c {
-        report.tools.push(external::frama_c(&subjects, &folder, &base, build.path(), options.c_shift)?);
+        report.tools.push(eva::frama_c(&subjects, &folder, &base, build.path(), options.c_shift)?);
     }
     if checks.misra {
         report.tools.push(external::misra(&folder, &base)?);

@@ -19,7 +19,7 @@ use super::harness::{self, Language, Subject};
 use super::sweep;
 use crate::certificate::Certificate;
 use crate::generate::{Generated, sha256};
-use crate::program::{Op, Operand, Stage};
+use crate::program::{Op, Operand, Program, Stage};
 use crate::quantity::Quantity;
 use crate::text;
 
@@ -144,17 +144,7 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
             Operand::Step(_) => {}
         }
     }
-    if program.steps.iter().any(|s| matches!(s.op, Op::MulAddHigh { .. })) {
-        // In strict C the shift is an exact division.
-        let c =
-            if source_c.contains(">> 32") { [">> 32", ">> 31"] } else { ["/ 4294967296)", "/ 2147483648)"] };
-        for (language, name, [from, to]) in
-            [(Language::Rust, "Rust", [">> 32", ">> 31"]), (Language::C, "C", c)]
-        {
-            let what = format!("a product shifted by 31 instead of 32, {name}");
-            found.push(Mutation { what, language, swap: false, from: from.into(), to: to.into() });
-        }
-    }
+    found.extend(shifts(program, source_c));
     // The middle of a table is always reached.
     if let [_, .., _] = &program.table[..] {
         let middle = program.table.len() / 2;
@@ -169,6 +159,29 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
         }
     }
     found
+}
+
+/// Shifts of products that are off by one; in strict C a shift is an exact division, or its distance an argument.
+fn shifts(program: &Program, source_c: &str) -> Vec<Mutation> {
+    let shift = |op: &Op| match op {
+        Op::MulAddHigh { .. } => Some((32, ">> 32".to_string(), [">> 32", "/ 4294967296)"])),
+        Op::MulAddSplit { .. } => Some((16, ">> 16".to_string(), [") >> 16", ", 16u)"])),
+        _ => None,
+    };
+    let Some((by, rust, in_c)) = program.steps.iter().find_map(|s| shift(&s.op)) else { return Vec::new() };
+    let Some(c) = in_c.into_iter().find(|text| source_c.contains(text)) else { return Vec::new() };
+    let less =
+        |text: &str| text.replace(&by.to_string(), &(by - 1).to_string()).replace("4294967296", "2147483648");
+    [(Language::Rust, "Rust", rust.as_str()), (Language::C, "C", c)]
+        .into_iter()
+        .map(|(language, name, from)| Mutation {
+            what: format!("a product shifted by {} instead of {by}, {name}", by - 1),
+            language,
+            swap: false,
+            from: from.into(),
+            to: less(from),
+        })
+        .collect()
 }
 
 /// A source that computes something else, with a certificate whose hashes fit it.
@@ -317,6 +330,7 @@ mod tests {
             routines: vec![
                 RoutineOptions { output: Output::Nano, ..q31.clone() },
                 RoutineOptions { method: table, ..q31 },
+                RoutineOptions::of(Format::Q31Split),
                 RoutineOptions::of(Format::F32 { fused: false }),
             ],
             ..Options::default()
@@ -328,7 +342,7 @@ mod tests {
         let checks = Checks::default();
         let report = verify(folder.path(), &anew, &quantity, &options, checks, &hidden).unwrap();
         assert!(report.holds(), "{}", report.text());
-        assert_eq!(report.sweeps.len(), 6);
+        assert_eq!(report.sweeps.len(), 8);
         for sweep in &report.sweeps {
             assert!(sweep.inputs >= 10_000_000 && sweep.margin < 1.5, "{sweep:?}");
         }

@@ -22,7 +22,11 @@ impl Effect for Backlash {
     }
 
     fn source(&self) -> &'static str {
-        "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), section 2.1: the play operator"
+        "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the play operator"
+    }
+
+    fn size(&self) -> &'static str {
+        "positive; up to a few arcsec, far less than a step of the angle"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {

@@ -2,7 +2,7 @@
 
 use fitter::terms::{Operator, Product};
 
-use super::{Effect, Handed, Place, Reading, present, reading};
+use super::{Effect, Handed, Place, Reading, coefficient, present};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -22,7 +22,11 @@ impl Effect for CoilCrosstalk {
     }
 
     fn source(&self) -> &'static str {
-        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013), section 3.4: eddy-current probes and stray fields"
+        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013) 106–126, doi 10.1016/j.sna.2012.10.016: eddy-current sensors, sensitive to conductors and fields nearby"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign; up to some hundred arcsec/A, where the current is some 0.1 A"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -31,6 +35,10 @@ impl Effect for CoilCrosstalk {
 
     fn place(&self, _rows: &Rows) -> Place {
         Place::on("coil_a")
+    }
+
+    fn measured(&self) -> bool {
+        true
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -46,7 +54,6 @@ impl Effect for CoilCrosstalk {
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        let unit = &rows.unit;
-        vec![reading(format!("coefficient_{unit}_per_a"), amplitudes[0], format!("{unit}/A"))]
+        vec![coefficient(rows, amplitudes[0], "a", "A")]
     }
 }

@@ -2,7 +2,7 @@
 
 use fitter::terms::{Operator, Product};
 
-use super::{Effect, Handed, Place, Reading, present, reading};
+use super::{Effect, Handed, Place, Reading, coefficient, present};
 use crate::rows::Rows;
 
 /// See the module's description.
@@ -22,7 +22,11 @@ impl Effect for CrossAxisCoupling {
     }
 
     fn source(&self) -> &'static str {
-        "Yuan, Long & Yang, A review on autocollimators, Opt. Lasers Eng. (2005): crosstalk of the axes"
+        "Geckeler, Kranz, Just & Krause, A novel approach for extending autocollimator calibration from plane to spatial angles, Adv. Opt. Technol. 1 (2012) 427–439: crosstalk of the axes"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign; about the axes' misalignment, 0.001 to 0.1, more where a probe is off its axis"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -31,6 +35,10 @@ impl Effect for CrossAxisCoupling {
 
     fn place(&self, _rows: &Rows) -> Place {
         Place::on("cross_arcsec")
+    }
+
+    fn measured(&self) -> bool {
+        true
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -46,7 +54,6 @@ impl Effect for CrossAxisCoupling {
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        let unit = &rows.unit;
-        vec![reading(format!("coefficient_{unit}_per_arcsec"), amplitudes[0], format!("{unit}/arcsec"))]
+        vec![coefficient(rows, amplitudes[0], "arcsec", "arcsec")]
     }
 }

@@ -1,12 +1,20 @@
 //! Hysteresis of the flexure or the pads: play distributed over the stroke, a lens-shaped loop.
+//!
+//! The elements remember what was done before the first row. Either the first row finds them at ease (its own
+//! angle is where they begin), or the mirror came to the first angle from rest at zero and dragged them along:
+//! the two differ in the first pass only, and the recording decides.
 
 use fitter::terms::{Operator, Play};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, play, reading};
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, play_from, reading};
 use crate::rows::Rows;
 
 /// Number of play elements between 0 and R.
 const ELEMENTS: usize = 12;
+
+/// Values of the second shape parameter: where the elements are before the first row.
+const AT_EASE: f64 = 0.0;
+const FROM_ZERO: f64 = 1.0;
 
 /// See the module's description.
 pub struct Hysteresis;
@@ -25,7 +33,11 @@ impl Effect for Hysteresis {
     }
 
     fn source(&self) -> &'static str {
-        "Brokate & Sprekels, Hysteresis and Phase Transitions (1996), section 2.4: the Prandtl–Ishlinskii operator"
+        "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the Prandtl–Ishlinskii operator"
+    }
+
+    fn size(&self) -> &'static str {
+        "positive (the reading runs ahead of the mirror); up to 1 % of the stroke"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -41,21 +53,25 @@ impl Effect for Hysteresis {
     }
 
     fn starts(&self, _rows: &Rows) -> Vec<Vec<f64>> {
-        vec![vec![0.2], vec![0.5], vec![1.0], vec![2.0]]
+        [0.2, 0.5, 1.0, 2.0].iter().flat_map(|part| [vec![*part, AT_EASE], vec![*part, FROM_ZERO]]).collect()
     }
 
     fn ranges(&self, _rows: &Rows) -> Vec<Range> {
         // R as a part of half the stroke; beyond the whole stroke the elements never yield.
-        vec![Range { low: 0.1, high: 2.0, logarithmic: true, whole: false }]
+        vec![
+            Range { low: 0.1, high: 2.0, logarithmic: true, whole: false },
+            Range { low: AT_EASE, high: FROM_ZERO, logarithmic: false, whole: true },
+        ]
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let (low, high) = rows.stroke();
         let largest = shape[0] * 0.5 * (high - low);
+        let start = if shape[1] == FROM_ZERO { 0.0 } else { rows.theta.first().copied().unwrap_or(0.0) };
         let mut sum = vec![0.0; rows.len()];
         for k in 1..=ELEMENTS {
             let r = largest * k as f64 / ELEMENTS as f64;
-            let p = play(&rows.theta, r);
+            let p = play_from(&rows.theta, r, start);
             for i in 0..sum.len() {
                 sum[i] += (rows.theta[i] - p[i]) / (largest * ELEMENTS as f64);
             }
@@ -68,10 +84,11 @@ impl Effect for Hysteresis {
         let largest = shape[0] * 0.5 * (high - low);
         let radii: Vec<f64> = (1..=ELEMENTS).map(|k| largest * k as f64 / ELEMENTS as f64).collect();
         let weight = 1.0 / (largest * ELEMENTS as f64);
-        Handed {
-            operator: Operator::Play(Play::of(angle_observable(rows), &radii)),
-            map: vec![vec![weight]; ELEMENTS],
+        let mut play = Play::of(angle_observable(rows), &radii);
+        if shape[1] == FROM_ZERO {
+            play.elements.iter_mut().for_each(|e| e.initial = Some(0.0));
         }
+        Handed { operator: Operator::Play(play), map: vec![vec![weight]; ELEMENTS] }
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

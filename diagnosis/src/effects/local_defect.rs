@@ -22,7 +22,11 @@ impl Effect for LocalDefect {
     }
 
     fn source(&self) -> &'static str {
-        "Tan et al., on the tilt and flaws of an eddy-current target, as cited by Fan et al. (2019), reference 22"
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2: errors of the induction pads"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign; up to some ten arcsec, a half to a few steps of the angle wide"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {

@@ -19,7 +19,7 @@ mod thermal_zero_drift;
 mod time_drift;
 mod warmup_drift;
 
-pub use operators::{low_pass, play};
+pub use operators::{low_pass, play, play_from};
 
 use fitter::terms::Operator;
 
@@ -80,6 +80,8 @@ pub trait Effect: Sync + Send {
     fn formula(&self) -> &'static str;
     /// Where the physics is described.
     fn source(&self) -> &'static str;
+    /// Sign and magnitude that are plausible.
+    fn size(&self) -> &'static str;
     /// Ids of the effects that it is most easily taken for.
     fn confused_with(&self) -> &'static [&'static str];
     /// The observable that it depends on.
@@ -103,6 +105,15 @@ pub trait Effect: Sync + Send {
     }
     /// The columns that the amplitudes multiply, in the recording's unit per unit amplitude.
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>>;
+    /// Whether a shape within the ranges can be this effect.
+    fn possible_shape(&self, _rows: &Rows, _shape: &[f64]) -> bool {
+        true
+    }
+    /// Whether the column is a measurement of its own: whatever is left of it beside a model is then real, and
+    /// not the rounding or the noise of another column that it was computed from.
+    fn measured(&self) -> bool {
+        false
+    }
     /// Whether these amplitudes can be this effect.
     fn plausible(&self, _amplitudes: &[f64]) -> bool {
         true
@@ -189,6 +200,29 @@ fn present<'a>(column: &'a Option<Vec<f64>>, name: &str) -> Result<&'a Vec<f64>,
 /// that goes by time can be told from it.
 fn time_apart(rows: &Rows) -> Result<(), String> {
     if rows.single_move() { Err("a single move: time runs with the angle".into()) } else { Ok(()) }
+}
+
+/// The range in which a time constant can be told from nothing: faster than a few rows it is over before it
+/// is seen; beyond `longest` recordings it is a ramp.
+fn time_constants(rows: &Rows, longest: f64) -> Range {
+    let row_s = rows.duration_s() / rows.len().max(2) as f64;
+    Range { low: 3.0 * row_s, high: longest * rows.duration_s(), logarithmic: true, whole: false }
+}
+
+/// Starts over a logarithmic range of one parameter.
+fn starts_over(range: Range, count: usize) -> Vec<Vec<f64>> {
+    logarithmic(range.low, range.high, count).into_iter().map(|value| vec![value]).collect()
+}
+
+/// Whether time passes at all and is not tied to the angle.
+fn time_passes(rows: &Rows) -> Result<(), String> {
+    time_apart(rows)?;
+    if rows.t_s.last() > rows.t_s.first() { Ok(()) } else { Err("time stands still".into()) }
+}
+
+/// The coefficient of a plain dependence, in the recording's unit per that of the observable.
+fn coefficient(rows: &Rows, amplitude: f64, name: &str, unit: &str) -> Reading {
+    reading(format!("coefficient_{}_per_{name}", rows.unit), amplitude, format!("{}/{unit}", rows.unit))
 }
 
 /// A logarithmic grid of `count` values.

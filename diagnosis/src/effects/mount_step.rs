@@ -22,7 +22,11 @@ impl Effect for MountStep {
     }
 
     fn source(&self) -> &'static str {
-        "Page, Continuous inspection schemes, Biometrika 41 (1954): the change point"
+        "Page, Continuous inspection schemes, Biometrika 41 (1954) 100–115: the change point"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign; 0.1 to some ten arcsec"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {

@@ -4,7 +4,12 @@
 /// in the middle of the gap at the first row. Source: Brokate & Sprekels, "Hysteresis and Phase Transitions"
 /// (1996), section 2.1.
 pub fn play(x: &[f64], r: f64) -> Vec<f64> {
-    let mut p = x.first().copied().unwrap_or(0.0);
+    play_from(x, r, x.first().copied().unwrap_or(0.0))
+}
+
+/// The same from a given output before the first row.
+pub fn play_from(x: &[f64], r: f64, start: f64) -> Vec<f64> {
+    let mut p = start;
     x.iter()
         .map(|&x| {
             p = p.clamp(x - r, x + r);

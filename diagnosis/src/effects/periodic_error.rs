@@ -11,7 +11,7 @@ use crate::rows::Rows;
 /// Most periods over the stroke that are searched.
 const MOST_CYCLES: f64 = 64.0;
 /// Most harmonics.
-const MOST_HARMONICS: f64 = 6.0;
+const MOST_HARMONICS: f64 = 12.0;
 
 /// See the module's description.
 pub struct PeriodicError;
@@ -30,7 +30,11 @@ impl Effect for PeriodicError {
     }
 
     fn source(&self) -> &'static str {
-        "Heydemann, Determination and correction of quadrature fringe measurement errors, Appl. Opt. 20 (1981)"
+        "Heydemann, Determination and correction of quadrature fringe measurement errors in interferometers, Appl. Opt. 20 (1981) 3382–3384"
+    }
+
+    fn size(&self) -> &'static str {
+        "A positive, φ free; the strongest harmonic is up to some thousandths of the period"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -72,12 +76,20 @@ impl Effect for PeriodicError {
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let turn = std::f64::consts::TAU / shape[0];
         let origin = crate::rows::mean(&rows.truth);
-        (1..=shape[1] as usize)
-            .flat_map(|h| {
-                let phase = rows.truth.iter().map(move |t| h as f64 * turn * (t - origin));
-                [phase.clone().map(f64::sin).collect(), phase.map(f64::cos).collect()]
-            })
-            .collect()
+        let first: (Vec<f64>, Vec<f64>) = rows.truth.iter().map(|t| (turn * (t - origin)).sin_cos()).unzip();
+        let mut columns = vec![first.0, first.1];
+        // sin and cos of (h+1) x from those of h x and x: one call per row whatever the number of harmonics.
+        for h in 1..shape[1] as usize {
+            let (sine, cosine) = (&columns[2 * h - 2], &columns[2 * h - 1]);
+            let next: (Vec<f64>, Vec<f64>) = (0..rows.len())
+                .map(|i| {
+                    let (s, c) = (columns[0][i], columns[1][i]);
+                    (sine[i] * c + cosine[i] * s, cosine[i] * c - sine[i] * s)
+                })
+                .unzip();
+            columns.extend([next.0, next.1]);
+        }
+        columns
     }
 
     fn richer(&self, rows: &Rows, shape: &[f64]) -> Option<Vec<f64>> {

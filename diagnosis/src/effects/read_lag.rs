@@ -22,7 +22,11 @@ impl Effect for ReadLag {
     }
 
     fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror (2019), section 3: the readings are synchronised by a cable"
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 3: the probes are read in step through a cable of their own"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign (whichever is read later); microseconds to some ten milliseconds"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {

@@ -5,6 +5,10 @@ use fitter::terms::{Hinge, Operator, Side};
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, reading};
 use crate::rows::Rows;
 
+/// A probe runs out of its range towards an end of the stroke: no threshold lies nearer to the middle than
+/// this part of half the stroke.
+const INNERMOST: f64 = 0.3;
+
 /// See the module's description.
 pub struct SensorClipping;
 
@@ -22,7 +26,11 @@ impl Effect for SensorClipping {
     }
 
     fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror (2019), section 2.1: probes of 0.5 mm range"
+        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2.1: probes of 0.5 mm range"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign: of a loss of sensitivity negative; up to some per cent of the slope"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -45,9 +53,10 @@ impl Effect for SensorClipping {
         let first = (1.3 * rows.step() / half).clamp(0.02, 0.3);
         // Beside a polynomial of order 9 the merit has several maxima over the threshold: a start for every
         // step of the angle, or for every fortieth of the stroke.
-        let count = ((0.85 - first) * half / rows.step()).clamp(6.0, 20.0) as usize;
+        let most = 1.0 - INNERMOST;
+        let count = ((most - first) * half / rows.step()).clamp(6.0, 20.0) as usize;
         (0..=count)
-            .map(|k| first + (0.85 - first) * k as f64 / count as f64)
+            .map(|k| first + (most - first) * k as f64 / count as f64)
             .flat_map(|part| [vec![high - part * half, 1.0], vec![low + part * half, -1.0]])
             .collect()
     }
@@ -59,6 +68,12 @@ impl Effect for SensorClipping {
             Range { low: low + margin, high: high - margin, logarithmic: false, whole: false },
             Range { low: 1.0, high: 1.0, logarithmic: false, whole: true },
         ]
+    }
+
+    fn possible_shape(&self, rows: &Rows, shape: &[f64]) -> bool {
+        let (low, high) = rows.stroke();
+        let from_middle = shape[1] * (shape[0] - 0.5 * (low + high));
+        from_middle >= 0.999 * INNERMOST * 0.5 * (high - low)
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {

@@ -22,7 +22,11 @@ impl Effect for ThermalGainDrift {
     }
 
     fn source(&self) -> &'static str {
-        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013), section 3.4: eddy-current probes"
+        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013) 106–126, doi 10.1016/j.sna.2012.10.016: drift of the sensitivity"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign; some to some hundred ppm/K for eddy-current probes"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {

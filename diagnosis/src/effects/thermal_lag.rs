@@ -2,8 +2,14 @@
 
 use fitter::terms::{Lag, Operator};
 
-use super::{Effect, Handed, Place, Range, Reading, logarithmic, low_pass, mean_of, present, reading};
+use super::{
+    Effect, Handed, Place, Range, Reading, coefficient, low_pass, mean_of, present, reading, starts_over,
+    time_constants,
+};
 use crate::rows::Rows;
+
+/// Longest time constant, in recordings.
+const LONGEST: f64 = 1.0;
 
 /// See the module's description.
 pub struct ThermalLag;
@@ -25,6 +31,10 @@ impl Effect for ThermalLag {
         "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body"
     }
 
+    fn size(&self) -> &'static str {
+        "either sign; 0.01 to some arcsec/K, a minute to an hour"
+    }
+
     fn confused_with(&self) -> &'static [&'static str] {
         &["thermal_zero_drift", "time_drift", "warmup_drift"]
     }
@@ -38,14 +48,11 @@ impl Effect for ThermalLag {
     }
 
     fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
-        let range = self.ranges(rows)[0];
-        logarithmic(range.low, range.high, 8).into_iter().map(|tau| vec![tau]).collect()
+        starts_over(time_constants(rows, LONGEST), 8)
     }
 
     fn ranges(&self, rows: &Rows) -> Vec<Range> {
-        // Shorter than a few rows it is the zero drift; longer than the recording it is a ramp.
-        let rows_s = rows.duration_s() / rows.len().max(2) as f64;
-        vec![Range { low: 3.0 * rows_s, high: rows.duration_s(), logarithmic: true, whole: false }]
+        vec![time_constants(rows, LONGEST)]
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
@@ -61,10 +68,6 @@ impl Effect for ThermalLag {
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        let unit = &rows.unit;
-        vec![
-            reading(format!("coefficient_{unit}_per_k"), amplitudes[0], format!("{unit}/K")),
-            reading("time_constant_s", shape[0], "s"),
-        ]
+        vec![coefficient(rows, amplitudes[0], "k", "K"), reading("time_constant_s", shape[0], "s")]
     }
 }

@@ -2,7 +2,7 @@
 
 use fitter::terms::{Operator, Product};
 
-use super::{Effect, Handed, Place, Reading, mean_of, present, reading};
+use super::{Effect, Handed, Place, Reading, coefficient, mean_of, present};
 use crate::rows::{Rows, centred};
 
 /// See the module's description.
@@ -22,7 +22,11 @@ impl Effect for ThermalZeroDrift {
     }
 
     fn source(&self) -> &'static str {
-        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013), section 2.5: drift"
+        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013) 106–126, doi 10.1016/j.sna.2012.10.016: drift of the offset"
+    }
+
+    fn size(&self) -> &'static str {
+        "either sign; 0.01 to some arcsec/K for a metal frame"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -46,7 +50,6 @@ impl Effect for ThermalZeroDrift {
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        let unit = &rows.unit;
-        vec![reading(format!("coefficient_{unit}_per_k"), amplitudes[0], format!("{unit}/K"))]
+        vec![coefficient(rows, amplitudes[0], "k", "K")]
     }
 }

@@ -2,8 +2,11 @@
 
 use fitter::terms::{Exponential, Operator};
 
-use super::{Effect, Handed, Place, Range, Reading, logarithmic, reading};
+use super::{Effect, Handed, Place, Range, Reading, reading, starts_over, time_constants, time_passes};
 use crate::rows::Rows;
+
+/// Longest time constant, in recordings.
+const LONGEST: f64 = 1.5;
 
 /// See the module's description.
 pub struct WarmupDrift;
@@ -25,6 +28,10 @@ impl Effect for WarmupDrift {
         "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body after a step of heat"
     }
 
+    fn size(&self) -> &'static str {
+        "either sign; 0.1 to some ten arcsec, a minute to an hour"
+    }
+
     fn confused_with(&self) -> &'static [&'static str] {
         &["time_drift", "thermal_lag", "thermal_zero_drift"]
     }
@@ -38,19 +45,15 @@ impl Effect for WarmupDrift {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
-        super::time_apart(rows)?;
-        if rows.t_s.last() > rows.t_s.first() { Ok(()) } else { Err("time stands still".into()) }
+        time_passes(rows)
     }
 
     fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
-        let range = self.ranges(rows)[0];
-        logarithmic(range.low, range.high, 9).into_iter().map(|tau| vec![tau]).collect()
+        starts_over(time_constants(rows, LONGEST), 9)
     }
 
     fn ranges(&self, rows: &Rows) -> Vec<Range> {
-        // Faster than a few rows it is over before it is seen; slower than the recording it is a ramp.
-        let rows_s = rows.duration_s() / rows.len().max(2) as f64;
-        vec![Range { low: 3.0 * rows_s, high: 1.5 * rows.duration_s(), logarithmic: true, whole: false }]
+        vec![time_constants(rows, LONGEST)]
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {

@@ -16,30 +16,53 @@ const MOST_POINTS: usize = 1500;
 const BINS: usize = 24;
 
 /// Stand-ins for the page's colours: what is drawn in them is given the CSS variable of that name.
-pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
-pub(super) const GRID: RGBColor = RGBColor(1, 2, 4);
-pub(super) const BEFORE: RGBColor = RGBColor(1, 2, 5);
-pub(super) const AFTER: RGBColor = RGBColor(1, 2, 6);
+pub(crate) const INK: RGBColor = RGBColor(1, 2, 3);
+pub(crate) const GRID: RGBColor = RGBColor(1, 2, 4);
+pub(crate) const BEFORE: RGBColor = RGBColor(1, 2, 5);
+pub(crate) const AFTER: RGBColor = RGBColor(1, 2, 6);
 const NAMES: [(&str, &str); 4] =
     [("#010203", "--ink"), ("#010204", "--grid"), ("#010205", "--before"), ("#010206", "--after")];
 
-/// Residual against one observable, before and after, with running means.
-pub(super) fn residuals(outcome: &Outcome, variable: &str, before: &[f64], after: &[f64]) -> String {
-    let x = values_of(&outcome.rows, variable);
-    let unit = &outcome.rows.unit;
+/// Residual against one observable, before and after, with running means. Of a product the residual is turned
+/// over where the other observable is below its middle, so that what changes sign with it shows as one curve.
+pub(super) fn residuals(
+    outcome: &Outcome,
+    variable: &str,
+    times: Option<&str>,
+    before: &[f64],
+    after: &[f64],
+) -> String {
+    let rows = &outcome.rows;
+    let x = values_of(rows, variable);
+    let turned = |residual: &[f64]| -> Vec<f64> {
+        let Some(times) = times else { return residual.to_vec() };
+        let other = values_of(rows, times);
+        let (low, high) = range(&other);
+        let middle = 0.5 * (low + high);
+        residual.iter().zip(&other).map(|(r, v)| if *v < middle { -r } else { *r }).collect()
+    };
+    let label = match times {
+        Some(times) => format!("residual · sign of {} ({})", short(times), rows.unit),
+        None => format!("residual ({})", rows.unit),
+    };
     let mut svg = String::new();
     // Drawing into a string fails only where a range is empty; then there is nothing to show.
-    if draw(&mut svg, &x, &readable(variable), unit, before, after).is_err() {
+    if draw(&mut svg, &x, &readable(variable), &label, &turned(before), &turned(after)).is_err() {
         return String::new();
     }
     themed(&svg)
+}
+
+/// A column's name for a reader, without its unit.
+fn short(variable: &str) -> String {
+    readable(variable).split(" (").next().unwrap_or_default().to_string()
 }
 
 fn draw(
     svg: &mut String,
     x: &[f64],
     label: &str,
-    unit: &str,
+    ordinate: &str,
     before: &[f64],
     after: &[f64],
 ) -> Result<(), Box<dyn std::error::Error>> {
@@ -56,7 +79,7 @@ fn draw(
     chart
         .configure_mesh()
         .x_desc(label)
-        .y_desc(format!("residual ({unit})"))
+        .y_desc(ordinate)
         .x_labels(6)
         .y_labels(6)
         .label_style(text.clone())
@@ -110,7 +133,7 @@ fn running(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// Puts CSS variables in the place of the stand-in colours, and leaves size to the page.
-pub(super) fn themed(svg: &str) -> String {
+pub(crate) fn themed(svg: &str) -> String {
     let mut out = svg.to_string();
     for (code, name) in NAMES {
         for attribute in ["fill", "stroke"] {

@@ -1,6 +1,6 @@
 //! The report: one self-contained HTML page per recording, for light and dark, desk and phone.
 
-mod charts;
+pub(crate) mod charts;
 mod map;
 
 use minijinja::{Environment, context};
@@ -32,7 +32,7 @@ pub fn page(outcome: &Outcome) -> String {
             };
             context! {
                 title => title,
-                svg => charts::residuals(outcome, variable, &before, &after),
+                svg => charts::residuals(outcome, variable, times.as_deref(), &before, &after),
             }
         })
         .collect();
@@ -59,7 +59,7 @@ pub fn page(outcome: &Outcome) -> String {
                 .iter()
                 .map(|p| {
                     context! {
-                        name => p.name.replace('_', " "),
+                        name => without_unit(&p.name),
                         value => digits(p.value),
                         unit => if p.unit == "1" { String::new() } else { p.unit.clone() },
                         from => digits(p.ci95[0]),
@@ -73,6 +73,10 @@ pub fn page(outcome: &Outcome) -> String {
                 title => e.title.clone(),
                 formula => catalogued.as_ref().map_or("", |c| c.formula()),
                 source => catalogued.as_ref().map_or("", |c| c.source()),
+                size => catalogued.as_ref().map_or("", |c| c.size()),
+                confused => catalogued.as_ref().map_or_else(String::new, |c| {
+                    c.confused_with().iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", ")
+                }),
                 share => format!("{:.0} %", 100.0 * e.share),
                 p => probability(e.p_value),
                 parameters => parameters,
@@ -84,7 +88,7 @@ pub fn page(outcome: &Outcome) -> String {
     let fit = &d.fit;
     let figure = |v: Option<f64>| v.map_or("–".to_string(), digits);
     let (map, map_key) = map::mismatch(outcome, &before, &after);
-    let environment = Environment::new();
+    let environment = environment();
     let values = context! {
         recording => d.recording.clone(),
         verdict => word(d.verdict),
@@ -118,13 +122,20 @@ pub fn page(outcome: &Outcome) -> String {
     })
 }
 
+/// The templates that pages share. They are part of the program: adding them cannot fail on other data.
+pub(crate) fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
+    let _ = environment.add_template("style.css", include_str!("style.css"));
+    environment
+}
+
 /// Residual of the base alone, or of the augmented model, row by row.
 fn residual(outcome: &Outcome, augmented: bool) -> Vec<f64> {
     let model = if augmented { &outcome.after } else { &outcome.before };
     outcome.rows.error.iter().zip(model.value()).map(|(e, v)| e - v).collect()
 }
 
-fn word(verdict: Verdict) -> &'static str {
+pub(crate) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Consistent => "consistent",
         Verdict::Explained => "explained",
@@ -133,7 +144,7 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-fn class(verdict: Verdict) -> &'static str {
+pub(crate) fn class(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Consistent => "good",
         Verdict::Explained => "named",
@@ -198,6 +209,12 @@ pub(crate) fn readable(variable: &str) -> String {
     .to_string()
 }
 
+/// A parameter's name without the unit that stands beside its value.
+fn without_unit(name: &str) -> String {
+    const UNITS: [&str; 5] = ["arcsec", "ppm", "deg", "s", "mm"];
+    name.split('_').take_while(|word| !UNITS.contains(word)).collect::<Vec<_>>().join(" ")
+}
+
 /// Four significant digits.
 pub(crate) fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -210,12 +227,30 @@ pub(crate) fn digits(value: f64) -> String {
     text.replace('-', "−")
 }
 
-fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     if p < 1e-12 {
         "< 10⁻¹²".into()
     } else if p < 1e-3 {
-        format!("{p:.0e}")
+        let exponent = p.log10().floor();
+        let digits = format!("{}", -exponent);
+        let raised: String =
+            digits.chars().filter_map(|c| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(c as usize - 48)).collect();
+        format!("{:.0}·10⁻{raised}", (p / 10f64.powf(exponent)).min(9.0))
     } else {
         format!("{p:.3}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{probability, without_unit};
+
+    #[test]
+    fn names_and_probabilities_read_well() {
+        assert_eq!(without_unit("time_constant_s"), "time constant");
+        assert_eq!(without_unit("coefficient_arcsec_per_k"), "coefficient");
+        assert_eq!(without_unit("harmonics"), "harmonics");
+        assert_eq!(probability(2.2e-8), "2·10⁻⁸");
+        assert_eq!(probability(0.25), "0.250");
     }
 }

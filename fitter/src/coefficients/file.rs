@@ -3,14 +3,16 @@
 use std::path::Path;
 
 use serde::Serialize;
+use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use super::{Coefficients, SCHEMA, VERSION};
+use super::{Coefficients, SCHEMA, VERSION_TURN as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
 use crate::mirror::is_identifier;
 use crate::pretty::Pretty;
 use crate::terms::Term;
+use crate::turn::Turn;
 
 /// Why a coefficients file is refused.
 #[derive(Debug, Error)]
@@ -22,10 +24,15 @@ pub enum CoefficientsError {
     #[error("{file}: `schema` is {found}, expected \"{SCHEMA}\"; this is no coefficients file")]
     NotCoefficients { file: String, found: String },
     #[error(
-        "{file}: was written as version {found} of the format and this program reads up to {VERSION}; use a \
+        "{file}: was written as version {found} of the format and this program reads up to {NEWEST}; use a \
          newer program, or fit again with this one"
     )]
     Newer { file: String, found: u64 },
+    #[error(
+        "{file}: was changed after it was written (its `sha256` is that of other contents); fit again, or take the line \
+         `sha256` out to use it as it stands"
+    )]
+    Edited { file: String },
     #[error("{file}: is damaged ({reason}); fit again")]
     Damaged { file: String, reason: String },
 }
@@ -62,7 +69,7 @@ pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> 
         None => return Err(CoefficientsError::NotCoefficients { file, found: "missing".to_string() }),
     }
     match value.get("version").and_then(serde_json::Value::as_u64) {
-        Some(version) if version > u64::from(VERSION) => {
+        Some(version) if version > u64::from(NEWEST) => {
             return Err(CoefficientsError::Newer { file, found: version });
         }
         Some(version) if version > 0 => {}
@@ -70,14 +77,23 @@ pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> 
             return Err(CoefficientsError::Damaged { file, reason: "`version` is no number".to_string() });
         }
     }
-    let coefficients: Coefficients = match serde_json::from_str(text) {
+    let mut coefficients: Coefficients = match serde_json::from_str(text) {
         Ok(coefficients) => coefficients,
         Err(error) => return Err(CoefficientsError::Damaged { file, reason: error.to_string() }),
     };
-    match contradiction(&coefficients) {
-        Some(reason) => Err(CoefficientsError::Damaged { file, reason }),
-        None => Ok(coefficients),
+    if let Some(reason) = contradiction(&coefficients) {
+        return Err(CoefficientsError::Damaged { file, reason });
     }
+    if let Some(written) = coefficients.sha256.take()
+        && written != hash(&coefficients.to_json())
+    {
+        return Err(CoefficientsError::Edited { file });
+    }
+    Ok(coefficients)
+}
+
+fn hash(text: &str) -> String {
+    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// What in the file contradicts itself. (JSON has no NaN and no infinity, but numbers beyond the range of
@@ -129,6 +145,9 @@ fn contradiction(file: &Coefficients) -> Option<String> {
             return Some(format!("`covariance` is not {n} by {n}"));
         }
     }
+    if let Some(reason) = file.turn.as_ref().and_then(Turn::contradiction) {
+        return Some(reason);
+    }
     finite("`base.coefficients`", &base.coefficients)
         .or_else(|| finite("`base.extrapolation`", &[base.extrapolation.constant, base.extrapolation.slope]))
         .or_else(|| file.terms.iter().find_map(Term::contradiction))
@@ -147,5 +166,12 @@ impl Coefficients {
         }
         text.push(b'\n');
         String::from_utf8(text).unwrap_or_default()
+    }
+
+    /// The same with the hash of all that stands in it, so that [`read`] refuses the file once it was edited.
+    /// Spaces and the order of keys may change.
+    pub fn to_sealed_json(&self) -> String {
+        let plain = Coefficients { sha256: None, ..self.clone() };
+        Coefficients { sha256: Some(hash(&plain.to_json())), ..plain }.to_json()
     }
 }

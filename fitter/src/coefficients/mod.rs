@@ -8,8 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error_model::{ErrorModel, Sensor};
 use crate::order::OrderSelection;
+use crate::recording::Recording;
 use crate::statistics::Statistics;
 use crate::terms::Term;
+use crate::turn::Turn;
 
 pub use file::{CoefficientsError, parse, read};
 
@@ -19,7 +21,7 @@ pub use file::{CoefficientsError, parse, read};
 pub struct Coefficients {
     /// Always [`SCHEMA`].
     pub schema: String,
-    /// Version of the schema, [`VERSION`] when written by this program.
+    /// Version of the schema, [`VERSION`] or [`VERSION_TURN`] when written by this program.
     pub version: u32,
     /// Program and version that wrote the file.
     pub tool: String,
@@ -47,13 +49,23 @@ pub struct Coefficients {
     /// What further effects add to the error of the base model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<Term>,
+    /// Of a sensor that turns round and round: the turn, its harmonics, the directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn: Option<Turn>,
+    /// SHA-256 of all the rest as [`Coefficients::to_json`] writes it, in hexadecimal: see
+    /// [`Coefficients::to_sealed_json`]. Reading checks it and takes it out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sha256: Option<String>,
 }
 
 /// Always in [`Coefficients::schema`].
 pub const SCHEMA: &str = "arcsmith-coefficients";
 
-/// Version of the schema that this program writes, and the newest that it reads.
+/// Version of the schema of a file without [`Coefficients::turn`].
 pub const VERSION: u32 = 1;
+
+/// Version of the schema of a file with it, and the newest that this program reads.
+pub const VERSION_TURN: u32 = 2;
 
 /// Where the coefficients come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,6 +79,18 @@ pub struct Provenance {
     pub rows: usize,
     /// Number of passes.
     pub passes: usize,
+}
+
+impl Provenance {
+    /// Of a recording.
+    pub fn of(recording: &Recording) -> Provenance {
+        Provenance {
+            file: recording.file.clone(),
+            sha256: recording.sha256.clone(),
+            rows: recording.rows(),
+            passes: recording.passes().len(),
+        }
+    }
 }
 
 /// Units, spelled out for whoever reads the file.
@@ -248,7 +272,14 @@ impl Coefficients {
             order_selection: None,
             statistics: None,
             terms: Vec::new(),
+            turn: None,
+            sha256: None,
         }
+    }
+
+    /// Whether the file is of a sensor that turns and holds on the whole turn.
+    pub fn whole_turn(&self) -> bool {
+        self.turn.as_ref().is_some_and(|turn| turn.whole)
     }
 
     /// Puts another polynomial in the place of the base, its order and extrapolation with it.

@@ -44,19 +44,21 @@ impl Calibrated {
         let Some(reference) = reference else {
             return Err(FitError::NoReference { file: file(), column });
         };
+        if let Some(unwound) = super::unwound(recording, sensor)? {
+            return Ok(Calibrated::from_columns(unwound.reading, unwound.error));
+        }
         let reading: Vec<f64> = (0..recording.rows()).map(|row| recording.reading(row)).collect();
+        let error: Vec<f64> = (reading.iter().zip(reference))
+            .map(|(reading, reference)| sensor.calculated(*reading) - sensor.internal(*reference))
+            .collect();
+        Ok(Calibrated::from_columns(reading, error))
+    }
+
+    pub(crate) fn from_columns(reading: Vec<f64>, error: Vec<f64>) -> Calibrated {
         let (from, to) = reading
             .iter()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
-        let mut error: Vec<f64> = (reading.iter().zip(reference))
-            .map(|(reading, reference)| sensor.calculated(*reading) - sensor.internal(*reference))
-            .collect();
-        if let Sensor::Direct { revolution: Some(turn), .. } = sensor {
-            // Sensor and reference may have counted different turns: the error nearest to the first row's.
-            let first = error[0] - turn * (error[0] / turn).round();
-            error.iter_mut().for_each(|e| *e = first + (*e - first) - turn * ((*e - first) / turn).round());
-        }
-        Ok(Calibrated { reading, error, from, to })
+        Calibrated { reading, error, from, to }
     }
 
     /// Refuses recordings at one angle and units that contradict each other.

@@ -53,6 +53,53 @@ pub enum FitError {
          record more angles or give --order"
     )]
     TooFewToHoldOut { file: String, points: usize, grouping: &'static str },
+    #[error(
+        "{file}: found {points} distinct angles of the turn, which tell at most {most} harmonics, expected enough for \
+         {harmonics}; record more angles, evenly, or lower --harmonics"
+    )]
+    TooFewForHarmonics { file: String, points: usize, harmonics: usize, most: usize },
+    #[error(
+        "{file}, line {line}: found measured {measured} and reference {reference}, {apart:.6} {unit} apart, expected \
+         {low:.6} to {high:.6} {unit} as in the other rows{}; an average over readings on both sides of the \
+         wrap-around gives such a row: read the angle once, or drop the row",
+        if *others > 0 { format!(" ({others} more rows are like it)") } else { String::new() }
+    )]
+    TurnRow {
+        file: String,
+        line: u64,
+        measured: f64,
+        reference: f64,
+        apart: f64,
+        low: f64,
+        high: f64,
+        unit: String,
+        others: usize,
+    },
+    #[error(
+        "{file}, line {line}, column `{column}`: steps from {from} to {to}, which is no turn of {revolution} {unit}, \
+         expected to wrap by `revolution`; it looks like {looks}: convert the column, or correct `revolution` in the \
+         mirror file"
+    )]
+    TurnJump {
+        file: String,
+        line: u64,
+        column: &'static str,
+        from: f64,
+        to: f64,
+        revolution: f64,
+        unit: String,
+        looks: String,
+    },
+    #[error(
+        "{file}, column `{column}`: found values that look like {looks}, expected {unit} with {revolution} in a turn; \
+         convert them (--map does), or correct `revolution` in the mirror file"
+    )]
+    TurnUnit { file: String, column: &'static str, looks: String, revolution: f64, unit: String },
+    #[error(
+        "{file}: `measured` and `reference` have nothing in common within a turn of {revolution} {unit}, expected the \
+         same angle but for an error of at most a quarter turn; check the columns and `revolution`"
+    )]
+    TurnUnrelated { file: String, revolution: f64, unit: String },
     #[error("--{option}: found {found}, expected {expected}; correct the option")]
     Option { option: &'static str, found: String, expected: &'static str },
     #[error("{rows} rows are too many for the trust region method (at most {most}); use --solver qr")]
@@ -77,6 +124,8 @@ pub enum FitNote {
     SinglePass,
     /// Several passes, but no angle that repeats.
     NothingRepeats,
+    /// A sensor that turns was recorded over a part of its turn.
+    PartOfTurn { share: f64 },
     /// The recording has too little to score orders with; the user's stands.
     OrderGiven,
 }
@@ -90,6 +139,11 @@ impl std::fmt::Display for FitNote {
             }
             FitNote::NothingRepeats => f.write_str(
                 "no angle repeats between passes: the scatter is unknown, the order is chosen by contiguous blocks",
+            ),
+            FitNote::PartOfTurn { share } => write!(
+                f,
+                "the readings cover {:.0} % of a turn: a polynomial was fitted to them, and nothing is known of the rest",
+                100.0 * share
             ),
             FitNote::OrderGiven => f.write_str("too few angles to score other orders; the given one stands"),
         }

@@ -3,13 +3,15 @@
 mod calibrate;
 mod error;
 mod result;
+mod turning;
 
 use std::borrow::Cow;
 
 use crate::basis::{Basis, MAX_ORDER};
-use crate::coefficients::{Coefficients, Zero};
+use crate::coefficients::{Coefficients, VERSION_TURN, Zero};
 use crate::dependence::{self, Dependence};
 use crate::double_double::Double;
+use crate::error_model::Sensor;
 use crate::gram::{Factor, Grams, Row};
 use crate::identify::Problem;
 use crate::mirror::Mirror;
@@ -17,10 +19,13 @@ use crate::order::{self, OrderSelection, Scores, Splits};
 use crate::points::{Grouping, Points};
 use crate::recording::Recording;
 use crate::statistics::PointMoments;
+use crate::turn::{self, MAX_HARMONICS};
 use crate::weights::{self, Scatter};
 
 pub use calibrate::Calibrated;
 pub use error::{FitError, FitNote};
+pub(crate) use result::order_selection;
+use turning::{around, turn_of, unwound};
 
 /// How the least-squares problem is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -51,6 +56,8 @@ pub struct Options {
     pub order: Option<usize>,
     /// Candidate orders.
     pub candidates: std::ops::RangeInclusive<usize>,
+    /// Number of harmonics of a sensor that turns; none chooses it by cross-validation.
+    pub harmonics: Option<usize>,
     /// The splits of the cross-validation.
     pub splits: Splits,
     /// Solver.
@@ -68,6 +75,7 @@ impl Default for Options {
         Options {
             order: None,
             candidates: 1..=MAX_ORDER,
+            harmonics: None,
             splits: Splits::default(),
             solver: Solver::default(),
             fitted: Fitted::default(),
@@ -117,7 +125,11 @@ pub struct Fit {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Fit, FitError> {
-    let prepared = Prepared::of(recording, mirror, options)?;
+    options.check()?;
+    if let Some(harmonics) = around(recording, mirror, options)? {
+        return turn::fit(harmonics);
+    }
+    let prepared = Prepared::of(recording, mirror)?;
     let data = Data::of(&prepared, recording, mirror, options);
     let selection = data.select(options)?;
     let order = data.order(options, selection.as_ref())?;
@@ -134,7 +146,13 @@ pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<
     let residual = prepared.calibrated.residual(&mirror.sensor, &data.basis, &c);
     let selection = selection.as_ref();
     let parts = result::Parts { recording, mirror, options, selection, prepared: &prepared, data: &data };
-    let coefficients = result::coefficients(&parts, &c, &residual)?;
+    let mut coefficients = result::coefficients(&parts, &c, &residual)?;
+    if let Some(unwound) = unwound(recording, &mirror.sensor)? {
+        coefficients.turn = Some(turn::part(recording, &mirror.sensor, &unwound));
+        coefficients.version = VERSION_TURN;
+        let share = (prepared.calibrated.to - prepared.calibrated.from) / turn_of(&mirror.sensor);
+        notes.push(FitNote::PartOfTurn { share });
+    }
     let basis = data.basis;
     let Prepared { calibrated, points, weights, .. } = prepared;
     let dependences = Vec::new();
@@ -152,9 +170,13 @@ pub fn choose_order(
     mirror: &Mirror,
     options: &Options,
 ) -> Result<OrderSelection, FitError> {
-    let prepared = Prepared::of(recording, mirror, options)?;
-    let data = Data::of(&prepared, recording, mirror, options);
-    let options = Options { order: None, ..options.clone() };
+    options.check()?;
+    let options = Options { order: None, harmonics: None, ..options.clone() };
+    if let Some(harmonics) = around(recording, mirror, &options)? {
+        return harmonics.choose();
+    }
+    let prepared = Prepared::of(recording, mirror)?;
+    let data = Data::of(&prepared, recording, mirror, &options);
     match data.select(&options)? {
         Some(scores) => {
             let selection = Some(&scores);
@@ -178,8 +200,7 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    fn of(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Prepared, FitError> {
-        options.check()?;
+    fn of(recording: &Recording, mirror: &Mirror) -> Result<Prepared, FitError> {
         let mut calibrated = Calibrated::of(recording, &mirror.sensor)?;
         let points = Points::of(recording, &calibrated.reading);
         calibrated.check_spread(recording, &points, &mirror.sensor)?;
@@ -196,6 +217,9 @@ impl Options {
         let orders = 1..=MAX_ORDER;
         if let Some(order) = self.order.filter(|order| !orders.contains(order)) {
             return wrong("order", order.to_string(), "a whole number from 1 to 15");
+        }
+        if let Some(harmonics) = self.harmonics.filter(|harmonics| *harmonics > MAX_HARMONICS) {
+            return wrong("harmonics", harmonics.to_string(), "a whole number from 0 to 32");
         }
         let (first, last) = (*self.candidates.start(), *self.candidates.end());
         if !(orders.contains(&first) && orders.contains(&last) && first <= last) {
@@ -327,8 +351,9 @@ impl<'a> Data<'a> {
     /// Scores all candidate orders; none where the order is given and there is too little to score with.
     fn select(&self, options: &Options) -> Result<Option<Scores>, FitError> {
         let (first, last) = (*options.candidates.start(), *options.candidates.end());
+        let candidates = order::Candidates { first, last, step: 1 };
         let scores =
-            order::select(&self.grams, &self.rows.weights, &self.distinct, first, last, &options.splits);
+            order::select(&self.grams, &self.rows.weights, &self.distinct, candidates, &options.splits);
         if scores.is_none() && options.order.is_none() {
             return Err(self.too_few_to_hold_out());
         }
@@ -365,10 +390,9 @@ impl<'a> Data<'a> {
         };
         match options.solver {
             Solver::Qr => problem.solve_qr().ok_or_else(|| self.too_few_points(order)),
-            Solver::TrustRegion => problem.solve_trust_region(matches!(
-                mirror.sensor,
-                crate::error_model::Sensor::EddyCurrentPair { .. }
-            )),
+            Solver::TrustRegion => {
+                problem.solve_trust_region(matches!(mirror.sensor, Sensor::EddyCurrentPair { .. }))
+            }
         }
     }
 

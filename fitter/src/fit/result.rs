@@ -9,6 +9,7 @@ use crate::error_model::{ErrorModel, Sensor};
 use crate::identify::null_direction;
 use crate::mirror::Mirror;
 use crate::order::{OrderScore, OrderSelection, Scores};
+use crate::points::Points;
 use crate::recording::Recording;
 use crate::statistics::{readable, statistics};
 
@@ -47,12 +48,7 @@ pub(super) fn coefficients(parts: &Parts, c: &[Double], residual: &[f64]) -> Res
         .collect();
     let covariance = data.basis.covariance_in_powers(&scaled, centre);
     let mut file = Coefficients::of_model(&model, calibrated.from, calibrated.to, &options.command);
-    file.recording = Provenance {
-        file: recording.file.clone(),
-        sha256: recording.sha256.clone(),
-        rows: recording.rows(),
-        passes: recording.passes().len(),
-    };
+    file.recording = Provenance::of(recording);
     let scale = sensor.per_internal();
     let weighted = scatter.as_ref().is_some_and(|scatter| scatter.weighted);
     file.identification = Some(Identification {
@@ -179,7 +175,20 @@ fn unidentifiable(parts: &Parts, model: &ErrorModel) -> Result<Vec<Unidentifiabl
 }
 
 pub(super) fn selection(parts: &Parts, scores: &Scores, order: usize) -> OrderSelection {
-    let scale = parts.mirror.sensor.per_internal();
+    let Parts { mirror, options, prepared, .. } = *parts;
+    order_selection(scores, order, options.order.is_some(), options, &prepared.points, &mirror.sensor)
+}
+
+/// What the scores say, in the unit of the errors.
+pub(crate) fn order_selection(
+    scores: &Scores,
+    chosen: usize,
+    given: bool,
+    options: &Options,
+    points: &Points,
+    sensor: &Sensor,
+) -> OrderSelection {
+    let scale = sensor.per_internal();
     let root = |squared: f64| readable(scale * squared.max(0.0).sqrt());
     let curve = (0..scores.orders.len())
         .map(|i| OrderScore {
@@ -191,17 +200,16 @@ pub(super) fn selection(parts: &Parts, scores: &Scores, order: usize) -> OrderSe
             leave_one_pass_out: scores.pass_out.as_ref().map(|scores| root(scores[i])),
         })
         .collect();
-    let splits = &parts.options.splits;
     OrderSelection {
-        chosen: order,
-        rule: if parts.options.order.is_some() { "given" } else { "one standard error" }.to_string(),
+        chosen,
+        rule: if given { "given" } else { "one standard error" }.to_string(),
         smallest_testing_error: scores.best,
-        held_out_by: parts.prepared.points.grouping.name().to_string(),
-        groups: parts.prepared.points.count(),
+        held_out_by: points.grouping.name().to_string(),
+        groups: points.count(),
         held_out_groups: scores.held_out,
-        splits: splits.count,
-        seed: splits.seed,
-        unit: parts.mirror.sensor.error_unit().to_string(),
+        splits: options.splits.count,
+        seed: options.splits.seed,
+        unit: sensor.error_unit().to_string(),
         curve,
     }
 }

@@ -16,7 +16,9 @@ pub struct Place {
 
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}, line {}, column `{}`", self.file, self.line, self.column)
+        // A Parquet file has no lines: its rows are counted from 1.
+        let word = if self.file.ends_with(".parquet") { "row" } else { "line" };
+        write!(f, "{}, {word} {}, column `{}`", self.file, self.line, self.column)
     }
 }
 
@@ -44,10 +46,39 @@ pub enum RecordingError {
     )]
     NotText { file: String, line: u64 },
     #[error(
-        "{file}, line 1: found columns separated by {found}, expected commas (and a point in numbers); export \
-         it as comma-separated values"
+        "{file}, line 1: found columns separated by {found}, expected commas, semicolons or tabs; export it as \
+         comma-separated values"
     )]
     Separator { file: String, found: &'static str },
+    #[error(
+        "--map {target}={column}: {file} has no column `{column}`; found {found}{}",
+        similar.as_ref().map_or(String::new(), |s| format!("; did you mean `{s}`?"))
+    )]
+    MappedColumn { file: String, target: String, column: String, found: String, similar: Option<String> },
+    #[error("--map {target}={column}: the name or the column is mapped twice; keep one of the two")]
+    MappedTwice { target: String, column: String },
+    #[error(
+        "--map {target}: found the unit `{found}` for {file}, expected one that converts into {expected}; correct the \
+         unit, or leave it out"
+    )]
+    MappedUnit { file: String, target: String, found: String, expected: String },
+    #[error(
+        "{place}: found `{found}`, expected a decimal comma as in the rest of the file; correct the cell"
+    )]
+    DecimalSign { place: Place, found: String },
+    #[error("{file}: is not a Parquet file that can be read ({reason}); write it again, or as CSV")]
+    Parquet { file: String, reason: String },
+    #[error(
+        "{file}, column `{column}`: is nested ({found}), expected plain columns of numbers; write each part as a column \
+         of its own"
+    )]
+    Nested { file: String, column: String, found: String },
+    #[error("{place}: is null, expected a number (only optional columns may have nulls); drop the row")]
+    Null { place: Place },
+    #[error(
+        "{file}: is a Parquet file, and this program was built without the feature `parquet`; write it as CSV"
+    )]
+    NoParquet { file: String },
     #[error("{file}, line 1: column {number} has no name, expected a name in every field of the header")]
     UnnamedColumn { file: String, number: usize },
     #[error("{file}, line 1: column `{column}` stands there twice; keep one of the two or rename the other")]

@@ -21,7 +21,6 @@ pub(super) enum Role {
 /// The header, understood.
 #[derive(Debug)]
 pub(super) struct Header {
-    pub names: Vec<String>,
     pub roles: Vec<Role>,
     pub further: Vec<String>,
     pub direct: bool,
@@ -34,12 +33,8 @@ impl Header {
 
     pub fn parse(file: &str, names: Vec<String>, purpose: Purpose) -> Result<Header, RecordingError> {
         let file = file.to_string();
-        if names.len() == 1 {
-            for (sign, found) in [(';', "semicolons"), ('\t', "tabs"), (' ', "spaces")] {
-                if names[0].contains(sign) {
-                    return Err(RecordingError::Separator { file, found });
-                }
-            }
+        if names.len() == 1 && names[0].contains(' ') {
+            return Err(RecordingError::Separator { file, found: "spaces" });
         }
         for (index, name) in names.iter().enumerate() {
             if name.is_empty() {
@@ -88,7 +83,7 @@ impl Header {
                 }
             })
             .collect();
-        Ok(Header { names, roles, further, direct })
+        Ok(Header { roles, further, direct })
     }
 }
 

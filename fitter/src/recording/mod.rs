@@ -4,14 +4,21 @@
 //! `command_deg`, then `x1_mm`, `x2_mm`, `reference_arcsec` of an eddy-current pair or `measured`,
 //! `reference` of a direct sensor. Any other numeric column is kept as a further observable.
 
+mod build;
 mod checks;
+mod dialect;
 mod fault;
 mod header;
+mod mapping;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod read;
 
+pub use dialect::Dialect;
 pub use fault::{Place, RecordingError};
 pub(crate) use header::nearest;
-pub use read::Purpose;
+pub use mapping::Mapping;
+pub use read::{Purpose, Reading};
 
 /// A further observable that a mismatch may depend on.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,6 +67,13 @@ pub enum Note {
         /// The column's name.
         column: String,
     },
+    /// The file separates its columns, or writes its numbers, in another way than by commas and points.
+    Dialect(Dialect),
+    /// Columns were taken under other names, or converted.
+    Mapped {
+        /// As on the command line: `x1_mm=Probe1:um`.
+        columns: Vec<String>,
+    },
     /// A column that a fit needs is not there and a constant stands for it.
     Assumed {
         /// The column's name.
@@ -75,6 +89,8 @@ impl std::fmt::Display for Note {
                 "time runs backward at line {line} (from {from_s} s to {to_s} s): the fit does not use time, but \
                  nothing can be concluded about drift, lag or history"
             ),
+            Note::Dialect(dialect) => dialect.fmt(f),
+            Note::Mapped { columns } => write!(f, "columns taken as {}", columns.join(", ")),
             Note::TextColumn { column } => write!(f, "column `{column}` holds no numbers and is left out"),
             Note::Assumed { column } => {
                 write!(f, "column `{column}` is missing: all rows are taken as one forward pass")

@@ -1,16 +1,19 @@
-//! Reading a recording from CSV or CSV.gz, every cell checked, without an allocation per row.
+//! Reading a recording from text (CSV, or CSV.gz), every cell checked, without an allocation per row.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use csv::{ByteRecord, ErrorKind};
 use flate2::bufread::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
-use super::checks::{self, Lines, Watch};
-use super::header::{Header, Role};
-use super::{Column, Note, Place, Readings, Recording, RecordingError};
+use super::build::{Builder, Cell, shown};
+use super::dialect::Dialect;
+use super::header::Header;
+use super::mapping::{self, Mapping};
+use super::{Note, Recording, RecordingError};
+use crate::error_model::Sensor;
 
 /// What a recording is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,6 +22,43 @@ pub enum Purpose {
     Fit,
     /// To correct: time and readings are needed.
     Apply,
+}
+
+/// How a recording is to be read.
+#[derive(Debug, Clone, Copy)]
+pub struct Reading<'a> {
+    /// What for.
+    pub purpose: Purpose,
+    /// Columns under other names and in other units.
+    pub mappings: &'a [Mapping],
+    /// The sensor: its unit is that of `measured` and `reference` where a mapping converts them.
+    pub sensor: Option<&'a Sensor>,
+}
+
+impl Reading<'_> {
+    /// Columns as the recording format names them.
+    pub const fn plain(purpose: Purpose) -> Reading<'static> {
+        Reading { purpose, mappings: &[], sensor: None }
+    }
+
+    /// Understands a header; `names` are those in the file.
+    pub(super) fn builder<'f>(
+        &self,
+        file: &'f str,
+        names: Vec<String>,
+    ) -> Result<Builder<'f>, RecordingError> {
+        let shown = names.clone();
+        let mut names = names;
+        let conversions = mapping::rename(file, &mut names, self.mappings, self.sensor)?;
+        let header = Header::parse(file, names, self.purpose)?;
+        Ok(Builder::new(file, header, conversions, shown))
+    }
+
+    /// What is to be said of the mappings.
+    pub(super) fn notes(&self) -> Vec<Note> {
+        let columns: Vec<String> = self.mappings.iter().map(Mapping::to_string).collect();
+        if columns.is_empty() { Vec::new() } else { vec![Note::Mapped { columns }] }
+    }
 }
 
 impl Recording {
@@ -36,17 +76,36 @@ impl Recording {
         purpose: Purpose,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Recording, RecordingError> {
+        Recording::read_as(path, &Reading::plain(purpose), progress)
+    }
+
+    /// As [`Recording::read_for`], with columns mapped and converted. A Parquet file is known by its first bytes.
+    ///
+    /// # Errors
+    /// As [`Recording::read`], and those of a mapping that does not fit.
+    pub fn read_as(
+        path: &Path,
+        reading: &Reading,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Recording, RecordingError> {
         let shown = path.display().to_string();
         let name = path.file_name().map_or_else(|| shown.clone(), |name| name.to_string_lossy().into_owned());
         let unreadable = |error: std::io::Error| match error.kind() {
             std::io::ErrorKind::NotFound => RecordingError::NotFound { file: shown.clone() },
             _ => RecordingError::Unreadable { file: shown.clone(), reason: error.to_string() },
         };
-        let file = File::open(path).map_err(unreadable)?;
+        let mut file = File::open(path).map_err(unreadable)?;
         if file.metadata().map_err(unreadable)?.is_dir() {
             return Err(RecordingError::IsDirectory { file: shown });
         }
-        let mut recording = read_from(&shown, file, purpose, progress)?;
+        let mut magic = [0; 4];
+        let count = read_most(&mut file, &mut magic).map_err(unreadable)?;
+        file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
+        let mut recording = if magic[..count] == *b"PAR1" {
+            read_parquet(&shown, file, reading, progress)?
+        } else {
+            read_from(&shown, file, reading, progress)?
+        };
         recording.file = name;
         Ok(recording)
     }
@@ -57,7 +116,7 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`].
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Recording, RecordingError> {
-        read_from(file, bytes, Purpose::Fit, &mut |_| {})
+        read_from(file, bytes, &Reading::plain(Purpose::Fit), &mut |_| {})
     }
 }
 
@@ -80,11 +139,13 @@ impl<R: Read> Read for Hashing<'_, R> {
 }
 
 const BUFFER: usize = 1 << 20;
+/// So much of the beginning tells the dialect.
+const HEAD: u64 = 1 << 16;
 
 fn read_from<R: Read>(
     file: &str,
     source: R,
-    purpose: Purpose,
+    reading: &Reading,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Recording, RecordingError> {
     let hashing = Hashing { inner: source, hash: Sha256::new(), bytes: 0, progress };
@@ -92,46 +153,93 @@ fn read_from<R: Read>(
     let compressed = file.ends_with(".gz");
     let mut recording = if compressed {
         let text = BufReader::with_capacity(BUFFER, MultiGzDecoder::new(&mut raw));
-        read_text(file, text, purpose, compressed)?
+        read_text(file, text, reading, compressed)?
     } else {
-        read_text(file, &mut raw, purpose, compressed)?
+        read_text(file, &mut raw, reading, compressed)?
     };
     // What stands behind the last member of a gzip file belongs to the file's bytes as well.
     std::io::copy(&mut raw, &mut std::io::sink())
         .map_err(|error| RecordingError::Unreadable { file: file.to_string(), reason: error.to_string() })?;
-    let digest = raw.into_inner().hash.finalize();
-    recording.sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+    recording.sha256 = hexadecimal(raw.into_inner().hash);
     Ok(recording)
 }
 
-/// Whether a further column holds numbers; decided by its first cell that is not blank.
-#[derive(Clone, Copy, PartialEq)]
-enum Content {
-    Unknown,
-    Numbers,
-    Text,
+fn hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Reads until the buffer is full or the source ends; the number of bytes.
+fn read_most(source: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
+    let mut count = 0;
+    while count < buffer.len() {
+        match source.read(&mut buffer[count..])? {
+            0 => break,
+            more => count += more,
+        }
+    }
+    Ok(count)
+}
+
+#[cfg(feature = "parquet")]
+fn read_parquet(
+    file: &str,
+    mut source: File,
+    reading: &Reading,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Recording, RecordingError> {
+    let unreadable = |error: std::io::Error| RecordingError::Unreadable {
+        file: file.to_string(),
+        reason: error.to_string(),
+    };
+    let mut hashing = Hashing { inner: &mut source, hash: Sha256::new(), bytes: 0, progress };
+    std::io::copy(&mut hashing, &mut std::io::sink()).map_err(unreadable)?;
+    let sha256 = hexadecimal(hashing.hash);
+    source.seek(SeekFrom::Start(0)).map_err(unreadable)?;
+    let recording = super::parquet::read(file, source, reading)?;
+    Ok(Recording { sha256, ..recording })
+}
+
+#[cfg(not(feature = "parquet"))]
+fn read_parquet(
+    file: &str,
+    _: File,
+    _: &Reading,
+    _: &mut dyn FnMut(u64),
+) -> Result<Recording, RecordingError> {
+    Err(RecordingError::NoParquet { file: file.to_string() })
 }
 
 fn read_text<R: BufRead>(
     file: &str,
-    text: R,
-    purpose: Purpose,
+    mut text: R,
+    reading: &Reading,
     compressed: bool,
 ) -> Result<Recording, RecordingError> {
+    let failed = |error: std::io::Error| {
+        let (file, reason) = (file.to_string(), error.to_string());
+        if compressed {
+            RecordingError::DamagedGzip { file, reason }
+        } else {
+            RecordingError::Unreadable { file, reason }
+        }
+    };
     let broken = |error: csv::Error| match error.kind() {
         ErrorKind::Utf8 { pos, .. } => {
             RecordingError::NotText { file: file.to_string(), line: pos.as_ref().map_or(1, |pos| pos.line()) }
         }
-        _ if compressed => RecordingError::DamagedGzip { file: file.to_string(), reason: error.to_string() },
-        _ => RecordingError::Unreadable { file: file.to_string(), reason: error.to_string() },
+        _ => failed(error.into()),
     };
+    let mut head = Vec::new();
+    text.by_ref().take(HEAD).read_to_end(&mut head).map_err(failed)?;
+    let dialect = Dialect::of(&head);
     // Lines end in a line feed; a carriage return before it is trimmed with the blanks around a field.
     let mut reader = csv::ReaderBuilder::new()
         .terminator(csv::Terminator::Any(b'\n'))
+        .delimiter(dialect.delimiter)
         .has_headers(false)
         .flexible(true)
         .buffer_capacity(BUFFER)
-        .from_reader(text);
+        .from_reader(head.as_slice().chain(text));
     let mut row = ByteRecord::new();
     if !reader.read_byte_record(&mut row).map_err(broken)? {
         return Err(RecordingError::Empty { file: file.to_string() });
@@ -141,13 +249,7 @@ fn read_text<R: BufRead>(
         .map(|field| std::str::from_utf8(field).map(|name| name.trim().to_string()))
         .collect::<Result<Vec<_>, _>>()
         .map_err(|_| RecordingError::NotText { file: file.to_string(), line: 1 })?;
-    let header = Header::parse(file, names, purpose)?;
-    let mut content = vec![Content::Unknown; header.further.len()];
-
-    let (mut time_s, mut pass, mut direction) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut command, mut first, mut second, mut reference) = (vec![], vec![], vec![], vec![]);
-    let mut further: Vec<Vec<f64>> = vec![Vec::new(); header.further.len()];
-    let (mut watch, mut lines) = (Watch::default(), Lines::default());
+    let mut builder = reading.builder(file, names)?;
     while reader.read_byte_record(&mut row).map_err(broken)? {
         // A record begins, for the reader, where the one before ended: blank lines stand in between. It
         // ends in the line before the reader's, or in the reader's if the file ends without a line feed.
@@ -156,113 +258,43 @@ fn read_text<R: BufRead>(
         if row.len() == 1 && row[0].trim_ascii().is_empty() {
             continue;
         }
-        if row.len() != header.roles.len() {
-            let (found, expected) = (row.len() as u64, header.roles.len() as u64);
+        if row.len() != builder.columns() {
+            let (found, expected) = (row.len() as u64, builder.columns() as u64);
             return Err(RecordingError::FieldCount { file: file.to_string(), line, found, expected });
         }
-        for (index, (role, field)) in header.roles.iter().zip(row.iter()).enumerate() {
-            let place = || Place { file: file.to_string(), line, column: header.names[index].clone() };
+        for (index, field) in row.iter().enumerate() {
             let field = field.trim_ascii();
-            match *role {
-                Role::Time => time_s.push(needed(field, place)?),
-                Role::First => first.push(needed(field, place)?),
-                Role::Second => second.push(needed(field, place)?),
-                Role::Reference => reference.push(needed(field, place)?),
-                Role::Command => command.push(optional(field, place)?),
-                Role::Pass => {
-                    let number = needed(field, place)?;
-                    if number.fract() != 0.0 || number.abs() > 1e9 {
-                        return Err(RecordingError::PassNumber { place: place(), found: shown(field) });
-                    }
-                    pass.push(number as i32);
+            let cell = match cell(field, dialect) {
+                // A number whose point is no decimal sign in this file: left as text it would vanish.
+                Cell::Text(text) if dialect.decimal_comma && parse(text).is_some() => {
+                    let place = builder.place(line, index);
+                    return Err(RecordingError::DecimalSign { place, found: shown(text) });
                 }
-                Role::Direction => match needed(field, place)? {
-                    1.0 => direction.push(1i8),
-                    -1.0 => direction.push(-1i8),
-                    _ => return Err(RecordingError::Direction { place: place(), found: shown(field) }),
-                },
-                Role::Further(which) => {
-                    if content[which] == Content::Unknown && !field.is_empty() {
-                        content[which] = match parse(field) {
-                            Some(_) => Content::Numbers,
-                            None => Content::Text,
-                        };
-                    }
-                    if content[which] != Content::Text {
-                        further[which].push(optional(field, place)?);
-                    }
-                }
-            }
+                cell => cell,
+            };
+            builder.cell(line, index, cell)?;
         }
-        lines.push(time_s.len() - 1, line);
-        watch.row(&time_s);
+        builder.row(line);
     }
-    if time_s.is_empty() {
-        return Err(RecordingError::NoRows { file: file.to_string() });
+    let mut notes = reading.notes();
+    if dialect != Dialect::PLAIN {
+        notes.insert(0, Note::Dialect(dialect));
     }
-    let mut notes: Vec<Note> = watch.note(&time_s, &lines).into_iter().collect();
-    if !header.has(Role::Pass) {
-        pass = vec![0; time_s.len()];
-        notes.push(Note::Assumed { column: "pass" });
-    }
-    if !header.has(Role::Direction) {
-        direction = vec![1; time_s.len()];
-        notes.push(Note::Assumed { column: "direction" });
-    }
-    let reference = header.has(Role::Reference).then_some(reference);
-    let mut columns = Vec::new();
-    for ((name, values), content) in header.further.iter().zip(further).zip(content) {
-        match content {
-            Content::Numbers => columns.push(Column { name: name.clone(), values }),
-            _ => notes.push(Note::TextColumn { column: name.clone() }),
-        }
-    }
-    let recording = Recording {
-        file: file.to_string(),
-        sha256: String::new(),
-        time_s,
-        pass,
-        direction,
-        command_deg: header.has(Role::Command).then_some(command),
-        readings: if header.direct {
-            Readings::Direct { measured: first, reference }
-        } else {
-            Readings::Pair { x1_mm: first, x2_mm: second, reference_arcsec: reference }
-        },
-        further: columns,
-        notes,
-        lines,
-    };
-    watch.duplicates(&recording)?;
-    if purpose == Purpose::Fit {
-        checks::empty_pass(&recording)?;
-    }
-    Ok(recording)
+    builder.finish(reading.purpose, notes)
 }
 
-/// The field as a number, `None` if it is not one. "nan" and "inf" are numbers here and refused later.
+/// What a field holds. "nan" and "inf" are numbers here and refused later.
+fn cell(field: &[u8], dialect: Dialect) -> Cell<'_> {
+    if field.is_empty() {
+        return Cell::Blank;
+    }
+    let mut room = [0; 64];
+    let number =
+        if dialect.decimal_comma { dialect.plain(field, &mut room).and_then(parse) } else { parse(field) };
+    number.map_or(Cell::Text(field), Cell::Number)
+}
+
+/// The field as a number, `None` if it is not one.
 fn parse(field: &[u8]) -> Option<f64> {
     std::str::from_utf8(field).ok()?.parse().ok()
-}
-
-/// The field as text for a message, cut to a length that a person reads.
-fn shown(field: &[u8]) -> String {
-    let text = String::from_utf8_lossy(field);
-    match text.char_indices().nth(40) {
-        Some((at, _)) => format!("{}…", &text[..at]),
-        None => text.into_owned(),
-    }
-}
-
-fn needed(field: &[u8], place: impl Fn() -> Place) -> Result<f64, RecordingError> {
-    match parse(field) {
-        Some(value) if value.is_finite() => Ok(value),
-        Some(_) => Err(RecordingError::NotFinite { place: place(), found: shown(field) }),
-        None if field.is_empty() => Err(RecordingError::Blank { place: place() }),
-        None => Err(RecordingError::NotANumber { place: place(), found: shown(field) }),
-    }
-}
-
-fn optional(field: &[u8], place: impl Fn() -> Place) -> Result<f64, RecordingError> {
-    if field.is_empty() { Ok(f64::NAN) } else { needed(field, place) }
 }

@@ -27,6 +27,7 @@ pub use hinge::{Hinge, Side};
 pub use lag::Lag;
 pub use observables::{Missing, Observables, depends_on_angle};
 pub use periodic::Periodic;
+pub(crate) use periodic::solve as solve_periodic;
 pub use play::{Element, Play};
 pub use product::{Factor, Product};
 pub use rate::Rate;

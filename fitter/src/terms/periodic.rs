@@ -75,7 +75,7 @@ fn turns(count: f64) -> f64 {
 
 /// Solves Θ + Σ P(Θ) = observed for all periodic terms together. Newton's method, kept between the bounds
 /// that the terms' amplitudes give; each step halves the bracket at least where Newton would leave it.
-pub(super) fn solve(terms: &[(&Periodic, &[f64])], observed: f64) -> f64 {
+pub(crate) fn solve(terms: &[(&Periodic, &[f64])], observed: f64) -> f64 {
     let reach: f64 = (terms.iter())
         .map(|(_, coefficients)| coefficients.chunks_exact(2).map(|p| p[0].hypot(p[1])).sum::<f64>())
         .sum();

@@ -2,6 +2,8 @@
 
 #![allow(dead_code)] // each test binary uses its part
 
+pub mod encoder;
+
 use std::fmt::Write;
 
 use fitter::{Mirror, Recording, Sensor};

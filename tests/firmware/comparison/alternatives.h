@@ -14,16 +14,23 @@
 /* d, in millimetres. */
 #define DISTANCE_MM 12.0
 
+/* Spacings of the float tables: of few bits, so that their multiples are exact. */
+#define LINEAR_SPACING_MM 0x1.862p-11f
+#define QUADRATIC_SPACING_MM 0x1.86p-7f
+
+/* About d theta / d s, in rad/mm: what tables of floats leave to one multiplication. */
+#define SLOPE 0.0715f
+
 /* The formula in double precision, with the library's arctangent. */
 double eq13_double(double s_mm);
 
 /* The same in single precision. */
 float eq13_float(float s_mm);
 
-/* 1024 values over the range, interpolated linearly. */
+/* 1024 values over the range, interpolated linearly; built with care for single precision. */
 float table_linear(float s_mm);
 
-/* 64 parabolas over the range. */
+/* 64 parabolas over the range; likewise. */
 float table_quadratic(float s_mm);
 
 /*

@@ -4,6 +4,7 @@
 use fitter::plant::{Hold, Numbers, PlantEffect, StateSpace};
 
 use super::effects::Context;
+use super::linear_loop::{Loops, is_loop};
 use super::model::{Model, RunError, Start};
 
 /// A linear plant.
@@ -47,6 +48,12 @@ pub enum LinearError {
         expected: f64,
         /// Of the recording.
         found: f64,
+    },
+    /// The loop inside the matrices does not fit them.
+    #[error("effect `rayleigh_hysteresis`: {reason}; give the plant as `diagnose` wrote it")]
+    Loop {
+        /// What does not fit.
+        reason: String,
     },
     /// A path cannot be run.
     #[error(transparent)]
@@ -100,12 +107,20 @@ impl LinearModel {
             .map(|(index, drive)| self.pass(index, drive, sample_s, start, &ON_DRIVES))
             .collect::<Result<Vec<_>, _>>()?;
         let count = drives.first().map_or(0, Vec::len);
+        let mut inside = self
+            .effects
+            .iter()
+            .find(|effect| is_loop(effect))
+            .map(|effect| Loops::new(effect, states, inputs, outputs))
+            .transpose()
+            .map_err(|reason| LinearError::Loop { reason })?;
         let mut state = vec![0.0; states];
         if let Start::Steady { period } = start {
             for _ in 0..200 {
                 let before = state.clone();
                 for row in 0..period.min(count) {
-                    state = self.next(&state, &passed, row);
+                    let w = within(&mut inside, &state, &passed, row);
+                    state = self.next(&state, &passed, row, &inside, &w);
                 }
                 let size = state.iter().fold(f64::MIN_POSITIVE, |most, z| z.abs().max(most));
                 let moved = state.iter().zip(&before).fold(0.0, |most: f64, (a, b)| (a - b).abs().max(most));
@@ -116,12 +131,14 @@ impl LinearModel {
         }
         let mut positions = vec![Vec::with_capacity(count); outputs];
         for row in 0..count {
+            let w = within(&mut inside, &state, &passed, row);
             for (output, column) in positions.iter_mut().enumerate() {
                 let inner: f64 = dot(&self.space.c[output], &state);
                 let through: f64 = self.space.d[output].iter().zip(&passed).map(|(d, u)| d * u[row]).sum();
-                column.push(inner + through);
+                let looped = inside.as_ref().map_or(0.0, |loops| loops.into_position(output, &w));
+                column.push(inner + through + looped);
             }
-            state = self.next(&state, &passed, row);
+            state = self.next(&state, &passed, row, &inside, &w);
             if state.iter().any(|z| !z.is_finite() || z.abs() > 1e30) {
                 return Err(LinearError::RunsAway { row });
             }
@@ -129,11 +146,23 @@ impl LinearModel {
         positions.iter().map(|position| Ok(self.pass(0, position, sample_s, start, &ON_READ_OUT)?)).collect()
     }
 
-    fn next(&self, state: &[f64], drives: &[Vec<f64>], row: usize) -> Vec<f64> {
+    fn next(
+        &self,
+        state: &[f64],
+        drives: &[Vec<f64>],
+        row: usize,
+        inside: &Option<Loops>,
+        w: &[f64],
+    ) -> Vec<f64> {
         let StateSpace { a, b, .. } = &self.space;
+        let looped = |index: usize| inside.as_ref().map_or(0.0, |loops| loops.into_state(index, w));
         a.iter()
             .zip(b)
-            .map(|(a, b)| dot(a, state) + b.iter().zip(drives).map(|(b, u)| b * u[row]).sum::<f64>())
+            .enumerate()
+            .map(|(index, (a, b))| {
+                let driven: f64 = b.iter().zip(drives).map(|(b, u)| b * u[row]).sum();
+                dot(a, state) + driven + looped(index)
+            })
             .collect()
     }
 
@@ -149,7 +178,7 @@ impl LinearModel {
         let effects: Vec<PlantEffect> = self
             .effects
             .iter()
-            .filter(|effect| among.contains(&&*effect.id))
+            .filter(|effect| among.contains(&&*effect.id) && !is_loop(effect))
             .map(|effect| PlantEffect {
                 // A signal behind the mechanism is filtered as one before it.
                 id: effect.id.replace("sensor_", "drive_"),
@@ -173,6 +202,12 @@ impl LinearModel {
         };
         carrier.path(signal, sample_s, start)
     }
+}
+
+/// What the loops give at a row; nothing where there are none.
+fn within(inside: &mut Option<Loops>, state: &[f64], drives: &[Vec<f64>], row: usize) -> Vec<f64> {
+    let drive = || drives.iter().map(|u| u[row]).collect::<Vec<f64>>();
+    inside.as_mut().map_or_else(Vec::new, |loops| loops.output(state, &drive()))
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

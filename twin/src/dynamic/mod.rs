@@ -10,6 +10,7 @@ pub mod effects;
 pub mod excitation;
 pub mod integrate;
 pub mod linear;
+mod linear_loop;
 pub mod mechanism;
 pub mod model;
 pub mod position_loop;

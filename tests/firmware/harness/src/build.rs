@@ -159,7 +159,8 @@ fn rust(subject: &Subject, core: Core, level: &str, empty: bool, out: &Path) -> 
         .env("RESULT", &subject.result)
         .env("FLAG", u8::from(subject.flag).to_string())
         .env("EMPTY", u8::from(empty).to_string());
-    // What a cargo above this one set for its own build.
+    // What a cargo above this one set for its own build. (Incremental builds do not inline across modules.)
+    command.env("CARGO_INCREMENTAL", "0");
     for variable in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "CARGO_TARGET_DIR"] {
         command.env_remove(variable);
     }

@@ -22,24 +22,24 @@ pub mod table;
 pub mod tools;
 
 use machine::Core;
-use measure::Extent;
+use measure::{Extent, Part};
 use problem::Problem;
 use table::Table;
 
 /// What is to be done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
-    /// Digests of every 401st input, figures and comparison against the committed ones.
+    /// Digests of a part of all inputs, figures and comparison against the committed ones.
     Check,
-    /// Digests of all inputs on Cortex-M4F.
-    Exhaustive,
-    /// Writes the table of figures.
+    /// Digests of all inputs, or of a part of them, on Cortex-M4F.
+    Exhaustive(Part),
+    /// Writes the table of figures and, where all cases are measured, the comparison.
     Record,
     /// Writes the comparison.
     Compare,
 }
 
-/// Does it for the cases that have `only` in their name, in `work` or a temporary folder; gives what to say.
+/// Does it for the cases that have `only` in their name, or are called so,, in `work` or a temporary folder; gives what to say.
 ///
 /// # Errors
 /// The first [`Problem`] that was met.
@@ -49,16 +49,11 @@ pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -
     std::fs::create_dir_all(work).map_err(Problem::file(work))?;
     let work = &work.canonicalize().map_err(Problem::file(work))?;
     if task == Task::Compare {
-        let rows = comparison::measure(work)?;
-        comparison::write(&rows)?;
-        let lost = comparison::unbeaten(&rows);
-        return Ok(format!(
-            "tests/firmware/comparison.json and docs/comparison.md written\n{}",
-            lost.join("\n")
-        ));
+        return compare(work);
     }
     let mut cases = cases::all()?;
-    cases.retain(|case| case.name.contains(only));
+    let is_name = cases.iter().any(|case| case.name == only);
+    cases.retain(|case| if is_name { case.name == only } else { case.name.contains(only) });
     if cases.is_empty() {
         let message = format!("no case has {only:?} in its name");
         return Err(Problem::Content { path: "tests/firmware/cases.toml".into(), message });
@@ -68,22 +63,37 @@ pub fn perform(task: Task, only: &str, work: Option<&Path>, bar: &ProgressBar) -
         Task::Record => {
             let found = measure::all(&cases, &Core::ALL, Extent::None, work, bar)?;
             found.merge_into(&Table::path(), is_part)?;
-            Ok(format!("tests/firmware/instructions.json: {} cases measured", cases.len()))
+            let said = format!("tests/firmware/instructions.json: {} cases measured", cases.len());
+            if is_part {
+                return Ok(said);
+            }
+            bar.set_message("comparing with what is written otherwise");
+            Ok(format!("{said}\n{}", compare(work)?))
         }
-        Task::Exhaustive => {
-            measure::all(&cases, &[Core::M4f], Extent::Exhaustive, work, bar)?;
-            Ok(format!("{} cases: all 2^32 outputs on Cortex-M4F as on the host", cases.len()))
+        Task::Exhaustive(part) => {
+            measure::all(&cases, &[Core::M4f], Extent::Exhaustive(part), work, bar)?;
+            let Part { which, of } = part;
+            let what = if of == 1 { "all".into() } else { format!("part {which} of {of} of all") };
+            Ok(format!("{} cases: {what} 2^32 outputs on Cortex-M4F as on the host", cases.len()))
         }
         Task::Check | Task::Compare => {
             let committed = Table::read(&Table::path())?;
             let found = measure::all(&cases, &Core::ALL, Extent::Quick, work, bar)?;
-            let verdict = committed.compare(&found, is_part, tools::is_ci())?;
+            let verdict = committed.compare(&found, is_part)?;
             if !is_part {
                 bar.set_message("comparing with what is written otherwise");
                 let same = found.other_compilers(&committed).is_empty();
-                comparison::check(&comparison::measure(work)?, same)?;
+                comparison::page::check(&comparison::measure(work)?, same)?;
             }
             Ok(verdict)
         }
     }
+}
+
+/// Writes the comparison.
+fn compare(work: &Path) -> Result<String, Problem> {
+    let rows = comparison::measure(work)?;
+    comparison::page::write(&rows)?;
+    let lost = comparison::page::unbeaten(&rows);
+    Ok(format!("tests/firmware/comparison.json and docs/comparison.md written\n{}", lost.join("\n")))
 }

@@ -1,6 +1,9 @@
 //! Every case on every core in every variant: digests against the host's, figures for the table.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::iter;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -17,19 +20,72 @@ use crate::table::{Figures, Table};
 pub enum Extent {
     /// Nothing: only figures.
     None,
-    /// Every 401st of the 2³² inputs.
+    /// A part of the 2³² inputs, spread evenly, and all near the ends.
     Quick,
-    /// All of them.
-    Exhaustive,
+    /// All of them, or a part.
+    Exhaustive(Part),
 }
 
+/// A part of all inputs: number `which`, from 1, of `of` parts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    /// 1 … `of`.
+    pub which: u32,
+    /// A power of two up to 2¹⁶.
+    pub of: u32,
+}
+
+impl FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        match numbers {
+            Some((which, of)) if (1..=of).contains(&which) && of <= 1 << 16 && u32::is_power_of_two(of) => {
+                Ok(Part { which, of })
+            }
+            _ => {
+                Err("give a part as 1/64: its number, and how many parts, a power of two up to 65536".into())
+            }
+        }
+    }
+}
+
+/// Strides of the quick sweep, primes, so that all low bits occur: 1.07·10⁷ inputs, and 1.04·10⁶.
+const STRIDE: u32 = 401;
+const LONG_STRIDE: u32 = 4133;
+/// Inputs on each side of an end that the quick sweep takes in.
+const NEAR_AN_END: u32 = 512;
+
 impl Extent {
-    /// Its sweep. The quick one's stride is a prime, so that all low bits occur: 1.07·10⁷ inputs.
-    pub fn sweep(self) -> Option<Sweep> {
+    /// Its sweeps of `subject` on `core`.
+    ///
+    /// The quick one takes long strides where a call runs through a library of floating point or of long
+    /// products, a hundred and more instructions for each operation: what is tried there is whether that library
+    /// and the compiler for this core agree with the host's arithmetic, and Cortex-M4F, where the same source
+    /// becomes single instructions, is given ten times as many inputs.
+    pub fn sweeps(self, subject: &Subject, core: Core) -> Vec<Sweep> {
         match self {
-            Extent::None => None,
-            Extent::Quick => Some(Sweep { first: 0, count: (1u64 << 32).div_ceil(401), stride: 401 }),
-            Extent::Exhaustive => Some(Sweep { first: 0, count: 1 << 32, stride: 1 }),
+            Extent::None => Vec::new(),
+            Extent::Exhaustive(Part { which, of }) => {
+                let count = (1u64 << 32) / u64::from(of);
+                vec![Sweep { first: (u64::from(which - 1) * count) as u32, count, stride: 1 }]
+            }
+            Extent::Quick => {
+                let by_library = match core {
+                    Core::M4f => false,
+                    Core::M3 => subject.argument == "f32" || subject.result == "f32" || subject.in_floats,
+                    Core::M0 => true,
+                };
+                let stride = if by_library { LONG_STRIDE } else { STRIDE };
+                let all = Sweep { first: 0, count: (1u64 << 32).div_ceil(stride.into()), stride };
+                let near = |end: u32| Sweep {
+                    first: end.wrapping_sub(NEAR_AN_END),
+                    count: 2 * u64::from(NEAR_AN_END),
+                    stride: 1,
+                };
+                iter::once(all).chain(subject.ends().into_iter().map(near)).collect()
+            }
         }
     }
 }
@@ -39,6 +95,7 @@ struct Job<'a> {
     subject: &'a Subject,
     core: Core,
     variant: Variant,
+    sweeps: Vec<Sweep>,
     expected: Option<u64>,
 }
 
@@ -65,22 +122,36 @@ pub fn all(
     let subjects: Vec<[Subject; 2]> = cases.par_iter().map(generated).collect::<Result<_, _>>()?;
 
     bar.set_message("sweeping on the host");
-    let digest = |pair: &[Subject; 2]| -> Result<Option<u64>, Problem> {
-        let program = build::host(&pair[0], &work.join(format!("{}-host", pair[0].case)))?;
-        let sweep = extent.sweep().map(|s| machine::on_host(&pair[0].case, &program, &[s]));
-        sweep.transpose()
-    };
-    let digests: Vec<Option<u64>> = subjects.par_iter().map(digest).collect::<Result<_, _>>()?;
+    let hosts = |pair: &[Subject; 2]| build::host(&pair[0], &work.join(format!("{}-host", pair[0].case)));
+    let hosts: Vec<PathBuf> = subjects.par_iter().map(hosts).collect::<Result<_, _>>()?;
+    // Of cores that are swept alike the host's digest is the same.
+    let mut digests: BTreeMap<(usize, Vec<[String; 3]>), u64> = BTreeMap::new();
+    let words = |sweeps: &[Sweep]| sweeps.iter().map(Sweep::words).collect::<Vec<_>>();
+    let mut wanted: Vec<(usize, Vec<Sweep>)> = Vec::new();
+    for core in cores {
+        for (index, pair) in subjects.iter().enumerate() {
+            let sweeps = extent.sweeps(&pair[0], *core);
+            if !sweeps.is_empty() && !wanted.contains(&(index, sweeps.clone())) {
+                wanted.push((index, sweeps));
+            }
+        }
+    }
+    let found: Vec<u64> = wanted
+        .par_iter()
+        .map(|(index, sweeps)| machine::on_host(&subjects[*index][0].case, &hosts[*index], sweeps))
+        .collect::<Result<_, _>>()?;
+    digests.extend(wanted.iter().map(|(index, sweeps)| (*index, words(sweeps))).zip(found));
 
     let mut jobs = Vec::new();
     // The slow core first, so that none is left alone at the end.
     for core in cores {
-        for (pair, digest) in subjects.iter().zip(&digests) {
+        for (index, pair) in subjects.iter().enumerate() {
             for variant in Variant::ALL {
                 let arithmetic = matches!(variant, Variant::C { shift: Shift::Arithmetic, .. });
                 let subject = &pair[usize::from(arithmetic)];
-                let expected = if is_swept(variant) { *digest } else { None };
-                jobs.push(Job { subject, core: *core, variant, expected });
+                let sweeps = if is_swept(variant) { extent.sweeps(subject, *core) } else { Vec::new() };
+                let expected = digests.get(&(index, words(&sweeps))).copied();
+                jobs.push(Job { subject, core: *core, variant, sweeps, expected });
             }
         }
     }
@@ -90,7 +161,7 @@ pub fn all(
     let figures: Vec<Figures> = jobs
         .par_iter()
         .map(|job| {
-            let figures = one(job, extent, &plugin, work);
+            let figures = one(job, &plugin, work);
             bar.inc(1);
             figures
         })
@@ -123,19 +194,19 @@ fn empties(jobs: &[Job], work: &Path) -> Result<(), Problem> {
     })
 }
 
-fn one(job: &Job, extent: Extent, plugin: &Path, work: &Path) -> Result<Figures, Problem> {
-    let Job { subject, core, variant, expected } = *job;
+fn one(job: &Job, plugin: &Path, work: &Path) -> Result<Figures, Problem> {
+    let Job { subject, core, variant, expected, .. } = *job;
     let what = format!("{} on {} as {}", subject.case, core.name(), variant.name());
     let firmware =
         build::firmware(subject, core, variant, false, &build::place(work, subject, core, variant, false))?;
     let empty =
         build::firmware(subject, core, variant, true, &build::place(work, subject, core, variant, true))?;
-    if let (Some(sweep), Some(expected)) = (extent.sweep(), expected) {
-        let found = machine::emulate(&what, core, &firmware, "sweep", &[sweep])?;
+    if let Some(expected) = expected {
+        let found = machine::emulate(&what, core, &firmware, "sweep", &job.sweeps)?;
         if found != expected {
             return Err(Problem::Digest {
                 what,
-                inputs: sweep.count,
+                inputs: job.sweeps.iter().map(|s| s.count).sum(),
                 found: format!("{found:016x}"),
                 expected: format!("{expected:016x}"),
             });

@@ -51,6 +51,12 @@ pub struct Subject {
     pub result: String,
     /// What one unit of an integer result is, in radians; 1 for a float.
     pub lsb_rad: f64,
+    /// Whether the polynomial is evaluated in floats.
+    pub in_floats: bool,
+    /// Smallest and largest valid reading, in millimetres.
+    pub range_mm: (f64, f64),
+    /// What a Q31 word's 2³¹ stands for, in millimetres.
+    pub full_scale_mm: f64,
     /// Whether readings outside the range are told.
     pub flag: bool,
     /// The proven bound in arcseconds.
@@ -66,6 +72,23 @@ impl Subject {
             "u32" => "uint32_t",
             "i16" => "int16_t",
             _ => "int32_t",
+        }
+    }
+
+    /// Inputs, by their number, next to which something changes: the ends of the range and of the type; of
+    /// floats also both zeros, the infinities and what is no number.
+    pub fn ends(&self) -> Vec<u32> {
+        let (from, to) = self.range_mm;
+        match (self.argument.as_str(), self.arguments) {
+            ("f32", _) => {
+                vec![(from as f32).to_bits(), (to as f32).to_bits(), 0, 1 << 31, 0x7f80_0000, 0xff80_0000]
+            }
+            ("i32", _) => {
+                let word = |mm: f64| (mm / self.full_scale_mm * 2f64.powi(31)).round() as i32 as u32;
+                vec![word(from), word(to), 0, 1 << 31]
+            }
+            // Sixteen bits are swept wholly; of wider counts the type has more than a converter.
+            _ => vec![0, 1 << 24, 1 << 31],
         }
     }
 
@@ -141,6 +164,8 @@ fn read_certificate(case: &Case, folder: &Path) -> Result<Subject, Problem> {
     let text_of = |value: &Value| value.as_str().map(str::to_string);
     let arguments = entry["input"].as_array().map_or(0, Vec::len);
     let subject = || {
+        let range = &entry["range"];
+        let range_mm = (range["from"].as_f64()?, range["to"].as_f64()?);
         Some(Subject {
             case: case.name.clone(),
             folder: folder.to_path_buf(),
@@ -149,9 +174,19 @@ fn read_certificate(case: &Case, folder: &Path) -> Result<Subject, Problem> {
             arguments,
             result: text_of(&entry["output"]["type"])?,
             lsb_rad: entry["output"]["lsb"].as_f64()?,
+            in_floats: entry["format"].as_str()?.starts_with("f32"),
+            range_mm,
+            full_scale_mm: full_scale_mm(case, range_mm),
             flag: entry["out_of_range"] == "flag",
             bound_arcsec: entry["bound"].as_f64()?,
         })
     };
     subject().ok_or_else(|| wrong("an entry lacks routine, input, output or bound"))
+}
+
+/// As given, or codegen's own: the smallest power of two that holds the range.
+fn full_scale_mm(case: &Case, (from, to): (f64, f64)) -> f64 {
+    let after = case.options.iter().skip_while(|o| *o != "--full-scale").nth(1);
+    let given = after.and_then(|o| o.parse().ok());
+    given.unwrap_or_else(|| f64::max(from.abs(), to.abs()).log2().ceil().exp2())
 }

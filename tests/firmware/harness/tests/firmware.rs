@@ -5,6 +5,7 @@ use std::path::Path;
 
 use firmware_tests::build::{self, Variant};
 use firmware_tests::cases::{self, Case};
+use firmware_tests::comparison;
 use firmware_tests::machine::{self, Core, Sweep};
 use firmware_tests::problem::Problem;
 use firmware_tests::subject::{self, Shift, Subject};
@@ -96,4 +97,16 @@ fn a_refused_command_is_an_error() {
     let firmware = build::firmware(&subject, Core::M0, variant, false, &work.path().join("c")).unwrap();
     let refused = machine::emulate("", Core::M0, &firmware, "unknown", &[SWEEP]);
     assert!(matches!(refused, Err(Problem::Refused { .. })), "{refused:?}");
+}
+
+/// Needs no tool: the page is what the committed figures say, and these support what it claims.
+#[test]
+fn the_comparison_holds() {
+    let rows = comparison::page::committed().unwrap();
+    assert!(rows.iter().filter(|r| !r.ours).count() >= 5 && rows.iter().any(|r| r.ours));
+    // The control: ours as costly as the library, and every alternative is unbeaten.
+    let mut costly = rows;
+    costly.iter_mut().filter(|r| r.ours).for_each(|r| r.gcc.average = 5_000);
+    let alternatives = costly.iter().filter(|r| !r.ours).count();
+    assert_eq!(comparison::page::unbeaten(&costly).len(), alternatives);
 }

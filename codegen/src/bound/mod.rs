@@ -1,0 +1,137 @@
+//! The proof: an upper bound of |generated − reference| over every valid input, in exact arithmetic.
+//!
+//! The range of the normalised variable is cut into pieces. On each piece every step's result is written as
+//! an exactly known polynomial of v plus an error no larger than a radius, the radius being the sum of what
+//! every rounding so far can have contributed; the distance of the last polynomial from the reference is then
+//! certified by branch and bound. A truncation's mean of −½ is part of the polynomial, so only ±½ is left as
+//! error. The variable's own rounding (from the argument to v) enters through the slope of the reference.
+//!
+//! At the same time each integer step is shown to fit its type for *every* argument, valid or not: before the
+//! range is clamped by the limits of the types, afterwards by the ranges on the pieces, which cover it.
+
+mod input;
+mod piece;
+mod steps;
+mod value;
+
+use crate::exact::{Interval, Polynomial};
+use crate::input::InputPlan;
+use crate::program::{Program, Stage, Type};
+use crate::reference::Reference;
+
+use piece::{Piece, pieces};
+pub use piece::{reach, segments, variable_error, words};
+use steps::run;
+
+/// The certified supremum may exceed the true one by this part of itself or of an output unit, 2⁻⁷.
+const SUPREMUM_SLACK_LOG2: i64 = -7;
+/// A routine's bound and what it is made of, on the piece where it is largest; in the output's unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    /// The bound: the sum of the parts.
+    pub total: f64,
+    /// Supremum of the distance between the polynomial with its rounded coefficients and the reference.
+    pub approximation: f64,
+    /// What the rounding of the argument to the variable can shift the result.
+    pub input: f64,
+    /// Rounding of the operations that evaluate the polynomial.
+    pub evaluation: f64,
+    /// Rounding to the output's format.
+    pub output: f64,
+    /// Whatever the terms of further physics add ([`crate::physics`]).
+    pub terms: f64,
+    /// The largest `evaluation` + `output` on any piece, in output words.
+    pub rounding: f64,
+    /// Smallest and largest output word (float: value), over every argument, valid or not.
+    pub output_range: (f64, f64),
+}
+
+/// A program that cannot be used: some step may leave its type.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("step {step} ({name}) reaches {from}…{to}, beyond its type {ty:?}")]
+pub struct Overflows {
+    /// Index of the step.
+    pub step: usize,
+    /// Name of its variable.
+    pub name: String,
+    /// Which part of the routine it belongs to.
+    pub stage: Stage,
+    /// What it can reach.
+    pub from: f64,
+    /// See `from`.
+    pub to: f64,
+    /// The type.
+    pub ty: Type,
+}
+
+/// The output as a polynomial of v, with every bias, where the variable's word lies in `from`…`to`: what the
+/// coefficient search starts from.
+///
+/// # Errors
+/// [`Overflows`] as for [`bound`].
+pub fn output_polynomial(
+    program: &Program,
+    plan: &InputPlan,
+    from: &Interval,
+    to: &Interval,
+) -> Result<Polynomial, Overflows> {
+    Ok(run(program, &Piece::new(program, plan, from, to))?.sum.polynomial)
+}
+
+/// Bounds `program` against `reference`; one output word (float: 1) stands for `unit` of the reference's unit.
+///
+/// # Errors
+/// [`Overflows`] where some argument, valid or not, could overflow a step.
+pub fn bound(
+    program: &Program,
+    plan: &InputPlan,
+    reference: &Reference,
+    unit: &Interval,
+) -> Result<Bound, Overflows> {
+    let slope = reference.polynomial.derivative();
+    let mut worst: Option<(Interval, Bound)> = None;
+    let mut output_range: Option<Interval> = None;
+    let mut rounding = 0.0f64;
+    for (a, b) in pieces(program, words(program, plan)) {
+        let piece = Piece::new(program, plan, &a, &b);
+        let out = run(program, &piece)?;
+        output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
+        rounding = rounding.max((&out.sum.evaluation + &out.sum.output).to_f64_up());
+        let difference = out.sum.polynomial.scale(unit).sub(&reference.polynomial);
+        let rough = difference.at(&piece.centre).magnitude().upper();
+        let tolerance =
+            rough.mul_pow2(SUPREMUM_SLACK_LOG2).hull(&unit.mul_pow2(SUPREMUM_SLACK_LOG2)).magnitude();
+        let v = |w: &Interval| w.mul_pow2(-program.variable_exponent);
+        let supremum = difference.supremum(&v(&a), &v(&b), &tolerance).upper();
+        let input = (&slope.range(&piece.wide_from, &piece.wide_to).magnitude() * &piece.input_error).upper();
+        let remainder = &reference.remainder + &reference.remainder;
+        let approximation = (&supremum + &remainder).upper();
+        let evaluation = (&out.sum.evaluation * unit).upper();
+        let output = (&out.sum.output * unit).upper();
+        let total = &(&approximation + &input) + &(&evaluation + &output);
+        if worst.as_ref().is_none_or(|(w, _)| w.certainly_le(&total)) {
+            let parts = [&approximation, &input, &evaluation, &output].map(Interval::to_f64_up);
+            let bound = Bound {
+                total: total.to_f64_up(),
+                approximation: parts[0],
+                input: parts[1],
+                evaluation: parts[2],
+                output: parts[3],
+                terms: 0.0,
+                rounding: 0.0,
+                output_range: (0.0, 0.0),
+            };
+            worst = Some((total, bound));
+        }
+    }
+    if plan.reach != (plan.word_from.clone(), plan.word_to.clone()) {
+        // Nothing is limited: no bound beyond the range, but no overflow either.
+        for (a, b) in pieces(program, reach(program, plan)) {
+            let out = run(program, &Piece::new(program, plan, &a, &b))?;
+            output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
+        }
+    }
+    let range = output_range.unwrap_or_else(Interval::zero);
+    let (_, bound) = worst.unwrap_or_else(|| unreachable!("there is at least one piece"));
+    Ok(Bound { rounding, output_range: (range.to_f64_down(), range.to_f64_up()), ..bound })
+}

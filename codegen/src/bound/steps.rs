@@ -1,0 +1,153 @@
+//! Follows a program on a piece, step by step.
+
+use super::Overflows;
+use super::piece::Piece;
+use super::value::{Inexact, Value, exactly, half_ulp, of_type};
+use crate::exact::{Interval, Polynomial};
+use crate::program::{Op, Operand, Program, Step, Type};
+
+/// Follows all steps on a piece; gives the last one's value, or the step that could leave its type.
+pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> {
+    let mut values: Vec<Value> = Vec::with_capacity(program.steps.len());
+    for (index, step) in program.steps.iter().enumerate() {
+        let value = if index < program.variable {
+            before_variable(step, &values)
+        } else if index == program.variable {
+            fits(index, step, &before_variable(step, &values).range)?;
+            let identity = Polynomial::linear(
+                Interval::zero(),
+                Interval::from_int(1).mul_pow2(program.variable_exponent),
+            );
+            Value { sum: Inexact::exact(identity), range: piece.words.clone() }
+        } else {
+            after_variable(program, step, &values, piece)
+        };
+        fits(index, step, &value.range)?;
+        values.push(value);
+    }
+    Ok(values.pop().unwrap_or_else(|| unreachable!("a program has steps")))
+}
+
+/// Whether a step's range lies within its type.
+fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
+    if step.ty.range().is_none() || range.inside(&of_type(step.ty)) {
+        return Ok(());
+    }
+    let (from, to) = (range.to_f64_down(), range.to_f64_up());
+    Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
+}
+
+/// Ranges only, for every argument, valid or not.
+fn before_variable(step: &Step, values: &[Value]) -> Value {
+    let range = |operand: &Operand| match operand {
+        Operand::Step(i) => values[*i].range.clone(),
+        Operand::Int(v) => Interval::from_int(*v),
+        Operand::Float(v) => Interval::from_f64((*v).into()),
+    };
+    let range = match &step.op {
+        Op::Input { .. } => of_type(step.ty),
+        Op::Clamp { lo, hi, .. } => Interval::from_int(*lo).hull(&Interval::from_int(*hi)),
+        Op::ClampF32 { lo, hi, .. } => {
+            Interval::from_f64((*lo).into()).hull(&Interval::from_f64((*hi).into()))
+        }
+        Op::Sub { a, b } => &range(a) - &range(b),
+        Op::ShiftLeft { a, by } => range(a).mul_pow2((*by).into()),
+        // One word wider, for the floor; the sum must fit as well, or it shows here.
+        Op::ShiftRight { a, add, by } => {
+            let sum = &range(a) + &Interval::from_int(*add);
+            let fits = sum.inside(&of_type(Type::I32));
+            if fits { &sum.mul_pow2(-i64::from(*by)) + &Interval::from_int(1).symmetric() } else { sum }
+        }
+        // Floats have no range to leave; a float that becomes an integer is the variable itself.
+        _ => Interval::zero(),
+    };
+    Value { sum: Inexact::exact(Polynomial::constant(Interval::zero())), range }
+}
+
+/// Polynomial, error and range of a step of the evaluation or the output.
+fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piece) -> Value {
+    let value = |operand: &Operand| match operand {
+        Operand::Step(i) => values[*i].clone(),
+        Operand::Int(v) => exactly(Interval::from_int(*v)),
+        Operand::Float(v) => exactly(Interval::from_f64((*v).into())),
+    };
+    match &step.op {
+        Op::MulAddHigh { a, b, shift, c } => {
+            mul_add([value(a), value(b), value(c)], Kept { shift: *shift, scale: 32, floors: 1 }, step, piece)
+        }
+        Op::MulAddSplit { a, b, shift, c } => {
+            mul_add([value(a), value(b), value(c)], Kept { shift: *shift, scale: 32, floors: 3 }, step, piece)
+        }
+        Op::MulAddShort { a, b, by, c } => {
+            let (a, b) = (value(a), value(b));
+            let product = &a.range * &b.range;
+            if !product.inside(&of_type(Type::I32)) {
+                return exactly(product);
+            }
+            mul_add([a, b, value(c)], Kept { shift: 0, scale: (*by).into(), floors: 1 }, step, piece)
+        }
+        Op::Index { a, add, by } => {
+            let row = |word: Interval| (word.floor_to_i64().unwrap_or(i64::MIN) + add) >> by;
+            let (first, last) = (row(value(a).range.lower()), row(value(a).range.upper()));
+            // A piece lies within one segment; beyond the table's rows it is out of the type's range.
+            let inside = first == last && (0..=(i64::from(u32::MAX) >> by)).contains(&first);
+            exactly(if inside { Interval::from_int(first) } else { Interval::from_int(i64::MAX) })
+        }
+        Op::Wrap { a, add, by } => {
+            let (a, add, by) = (value(a), Interval::from_int(*add), i64::from(*by));
+            let rows = (&a.range.midpoint() + &add).mul_pow2(by - 32).round_to_i64().unwrap_or(0);
+            let start = Polynomial::constant(&Interval::from_int(rows).mul_pow2(32) - &add.mul_pow2(by));
+            let place = Inexact { polynomial: a.sum.polynomial.mul_pow2(by).sub(&start), ..a.sum };
+            place.rounded(step, &Interval::zero(), piece)
+        }
+        Op::Entry { index, column } => {
+            let row = value(index).range.floor_to_i64().and_then(|i| usize::try_from(i).ok());
+            let entry = row.and_then(|i| program.table.get(i)).and_then(|r| r.get(*column));
+            exactly(Interval::from_int(entry.copied().unwrap_or(i64::MAX)))
+        }
+        Op::MulF32 { a, b } => {
+            let product = value(a).times(&value(b));
+            let power_of_two = matches!(b, Operand::Float(f) if f.to_bits() << 9 == 0);
+            let rounding = if power_of_two {
+                Interval::from_int(1).mul_pow2(-150)
+            } else {
+                half_ulp(&product.range(&Interval::zero(), piece))
+            };
+            product.rounded(step, &rounding, piece)
+        }
+        Op::MulAddF32 { a, b, c, fused } => {
+            let product = value(a).times(&value(b));
+            let none = Interval::zero();
+            let first = if *fused { none } else { half_ulp(&product.range(&none, piece)) };
+            let sum = product.plus(&value(c).sum);
+            let rounding = (&first + &half_ulp(&sum.range(&first, piece))).upper();
+            sum.rounded(step, &rounding, piece)
+        }
+        Op::ToF32 { a } => {
+            let a = value(a);
+            let rounding = half_ulp(&a.range);
+            a.sum.rounded(step, &rounding, piece)
+        }
+        other => unreachable!("{other:?} is no step of an evaluation"),
+    }
+}
+
+/// What is kept of an integer product, ⌊a·b·2^−scale⌋·2^shift, from so many truncations.
+struct Kept {
+    shift: u32,
+    scale: i64,
+    floors: i64,
+}
+
+/// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a
+/// bias and whose half width is an error. What is added to c must fit the type as well.
+fn mul_add([a, b, c]: [Value; 3], kept: Kept, step: &Step, piece: &Piece) -> Value {
+    let shift = i64::from(kept.shift);
+    let half = Interval::from_int(kept.floors).mul_pow2(shift - 1);
+    let product = a.times(&b).mul_pow2(shift - kept.scale).less(&half);
+    let high = product.range(&half, piece);
+    if !high.inside(&of_type(Type::I32)) {
+        return exactly(high);
+    }
+    product.plus(&c.sum).rounded(step, &half, piece)
+}

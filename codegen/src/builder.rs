@@ -1,0 +1,232 @@
+//! Generation from a build script: what the program does, as functions.
+//!
+//! A firmware's `build.rs` names the coefficients and what is wanted of the routine, and the firmware includes
+//! the module that is written; `cargo build` fails where no routine meets the bound.
+//!
+//! ```no_run
+//! // build.rs
+//! fn main() -> Result<(), codegen::builder::BuildError> {
+//!     let out_dir = std::env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
+//!     codegen::Builder::new()
+//!         .coefficients("coefficients.json")
+//!         .target(codegen::cost::Core::CortexM4f)
+//!         .bound_arcsec(0.01)
+//!         .write_to(out_dir)?;
+//!     Ok(())
+//! }
+//! ```
+//!
+//! ```ignore
+//! // src/main.rs of the firmware
+//! mod corrected_angle {
+//!     include!(concat!(env!("OUT_DIR"), "/corrected_angle.rs"));
+//! }
+//! ```
+
+use std::path::{Path, PathBuf};
+
+use crate::choose::{self, ChooseError, Wanted};
+use crate::cost::Core;
+use crate::files::{self, WriteError};
+use crate::format::Format;
+use crate::generate::{self, GenerateError, Generated};
+use crate::options::{CShift, Ends, Method, Options, OutOfRange};
+use crate::source::{Source, SourceError};
+
+/// Why a build script could not generate; each is a sentence that says what to change.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The coefficients or the recording.
+    #[error(transparent)]
+    Source(#[from] SourceError),
+    /// No routine for the target meets the bound in the flash.
+    #[error(transparent)]
+    Choose(#[from] ChooseError),
+    /// The generation.
+    #[error(transparent)]
+    Generate(#[from] GenerateError),
+    /// The output folder.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// What is to be generated; see the [module](self).
+#[derive(Debug, Clone)]
+pub struct Builder {
+    source: Source,
+    target: Option<Core>,
+    flash_bytes: Option<usize>,
+    formats: Vec<Format>,
+    method: Method,
+    ends: Ends,
+    options: Options,
+}
+
+impl Default for Builder {
+    fn default() -> Self {
+        let options = Options { command: "codegen::Builder".into(), ..Options::default() };
+        Builder {
+            source: Source::Embedded,
+            target: None,
+            flash_bytes: None,
+            formats: Vec::new(),
+            method: Method::Fused,
+            ends: Ends::default(),
+            options,
+        }
+    }
+}
+
+impl Builder {
+    /// The embedded recording, a q31 and an f32 routine, bounded by 0.01″.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Coefficients as `fitter fit` or `diagnose` wrote them.
+    #[must_use]
+    pub fn coefficients(mut self, path: impl Into<PathBuf>) -> Self {
+        self.source = Source::Coefficients(path.into());
+        self
+    }
+
+    /// A recording with its nominal mirror, fitted on the way.
+    #[must_use]
+    pub fn recording(mut self, recording: impl Into<PathBuf>, mirror: impl Into<PathBuf>) -> Self {
+        self.source = Source::Recording { recording: recording.into(), mirror: mirror.into() };
+        self
+    }
+
+    /// Choose format and method: the fewest instructions on this core that meet the bound.
+    #[must_use]
+    pub fn target(mut self, core: Core) -> Self {
+        self.target = Some(core);
+        self
+    }
+
+    /// Bytes of flash that the chosen routine may take; only with [`Builder::target`].
+    #[must_use]
+    pub fn flash_bytes(mut self, bytes: usize) -> Self {
+        self.flash_bytes = Some(bytes);
+        self
+    }
+
+    /// The largest acceptable bound: in arcseconds, for a direct sensor in its unit.
+    #[must_use]
+    pub fn bound_arcsec(mut self, bound: f64) -> Self {
+        self.options.bound = Some(bound);
+        self
+    }
+
+    /// The number formats, one routine each; with a target, those to choose from.
+    #[must_use]
+    pub fn formats(mut self, formats: impl IntoIterator<Item = Format>) -> Self {
+        self.formats = formats.into_iter().collect();
+        self
+    }
+
+    /// One polynomial or a table; not with a target, which chooses.
+    #[must_use]
+    pub fn method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
+    }
+
+    /// What the routine is given and returns.
+    #[must_use]
+    pub fn ends(mut self, ends: Ends) -> Self {
+        self.ends = ends;
+        self
+    }
+
+    /// What happens outside the range.
+    #[must_use]
+    pub fn out_of_range(mut self, rule: OutOfRange) -> Self {
+        self.options.out_of_range = rule;
+        self
+    }
+
+    /// How C shifts negative numbers.
+    #[must_use]
+    pub fn c_shift(mut self, shift: CShift) -> Self {
+        self.options.c_shift = shift;
+        self
+    }
+
+    /// Base name of module, files and functions.
+    #[must_use]
+    pub fn name(mut self, name: impl Into<String>) -> Self {
+        self.options.name = Some(name.into());
+        self
+    }
+
+    /// Designs, bounds and renders; writes nothing.
+    ///
+    /// # Errors
+    /// [`BuildError`]: the source cannot be read, or no routine meets what is asked.
+    pub fn generate(&self) -> Result<Generated, BuildError> {
+        let (coefficients, sha256) = self.source.load()?;
+        let mut options = self.options.clone();
+        match self.target {
+            Some(core) => {
+                let (formats, flash_bytes) = (&self.formats[..], self.flash_bytes);
+                let wanted = Wanted { core, formats, ends: self.ends, flash_bytes };
+                choose::choose(&coefficients, &mut options, &wanted, &|_, _| {})?;
+            }
+            None => {
+                let usual = options.routines.iter().map(|routine| routine.format).collect();
+                let formats: Vec<Format> = if self.formats.is_empty() { usual } else { self.formats.clone() };
+                options.routines =
+                    formats.into_iter().map(|format| self.ends.routine(self.method, format)).collect();
+            }
+        }
+        Ok(generate::generate(&coefficients, &sha256, &options)?)
+    }
+
+    /// Generates and writes `<name>.rs` (a module to include), the C pair in `c/`, the Gappa scripts and
+    /// `certificate.json`; tells cargo to run the build script again when the sources change.
+    ///
+    /// # Errors
+    /// Those of [`Builder::generate`], and where the folder cannot be written; then nothing is changed.
+    pub fn write_to(&self, folder: impl AsRef<Path>) -> Result<Generated, BuildError> {
+        let generated = self.generate()?;
+        let mut written = generated.files.clone();
+        written.retain(|path, _| !path.starts_with("src") && path != Path::new("Cargo.toml"));
+        written.insert(PathBuf::from(format!("{}.rs", generated.name)), generated.module()?);
+        files::write(folder.as_ref(), &written)?;
+        // Outside a build script this is a line that nobody reads; inside, cargo's protocol.
+        if std::env::var_os("OUT_DIR").is_some() {
+            for path in self.source.files() {
+                println!("cargo::rerun-if-changed={}", path.display());
+            }
+        }
+        Ok(generated)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_target_gets_one_routine_within_the_bound() {
+        let folder = tempfile::tempdir().unwrap();
+        let builder = Builder::new().target(Core::CortexM3).bound_arcsec(0.001);
+        let generated = builder.write_to(folder.path()).unwrap();
+        assert_eq!(generated.routines.len(), 1);
+        assert!(generated.certificate.routines.iter().all(|entry| entry.bound <= 0.001));
+        let module = std::fs::read_to_string(folder.path().join("corrected_angle.rs")).unwrap();
+        assert!(module.contains("pub use corrected_angle_q31"), "{module}");
+        assert!(folder.path().join("c/corrected_angle.c").exists());
+        assert!(!folder.path().join("Cargo.toml").exists());
+    }
+
+    #[test]
+    fn an_unreachable_bound_says_what_can_be_had_and_writes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let builder = Builder::new().target(Core::CortexM0).bound_arcsec(1e-9);
+        let error = builder.write_to(folder.path()).unwrap_err();
+        assert!(matches!(error, BuildError::Choose(ChooseError::Choice(_))), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}

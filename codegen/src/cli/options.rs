@@ -1,0 +1,131 @@
+//! From arguments to options.
+
+use miette::{Result, miette};
+
+use super::arguments::Arguments;
+use super::names::{InputName, OutputName};
+use crate::format::Format;
+use crate::input::{Arity, Encoding, Input};
+use crate::options::{Ends, Method, Options};
+use crate::physics::Further;
+
+/// What the arguments ask for; `unit` is that of the sensor's bounds.
+pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
+    let bound = match (&arguments.bound_arcsec, &arguments.bound) {
+        (Some(bound), _) if unit == "arcsec" => Some(*bound),
+        (Some(_), _) => {
+            return Err(miette!(
+                "this sensor's bound is in {unit}: give --bound with its unit, 0.0001{unit}"
+            ));
+        }
+        (None, Some(text)) => Some(bound_with_unit(text, unit)?),
+        (None, None) => None,
+    };
+    let ends = ends(arguments)?;
+    let further: std::result::Result<Vec<_>, _> =
+        arguments.further.iter().map(|f| Further::parse(f)).collect();
+    let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
+    let formats = match &arguments.format[..] {
+        // Terms of further physics need long products.
+        [] if terms => vec![Format::Q31],
+        [] => Options::default().routines.iter().map(|r| r.format).collect(),
+        named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
+    };
+    Ok(Options {
+        routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
+        bound,
+        degree: arguments.degree,
+        range: arguments.from.zip(arguments.to),
+        extrapolate: arguments.extrapolate,
+        out_of_range: arguments.out_of_range.out_of_range(),
+        further: further.map_err(|e| miette!("{e}"))?,
+        period_s: arguments.period_s,
+        without: arguments.without.clone(),
+        c_shift: arguments.c_shift.c_shift(),
+        name: arguments.name.clone(),
+        command: recorded_command(std::env::args().skip(1)),
+    })
+}
+
+/// The input and output that the user named.
+pub(super) fn ends(arguments: &Arguments) -> Result<Ends> {
+    let encoding = |probes: bool, name: InputName| -> Result<Encoding> {
+        Ok(match name {
+            InputName::F32 | InputName::X1x2F32 => Encoding::F32,
+            InputName::Q31 | InputName::X1x2Q31 => Encoding::Q31 { full_scale: arguments.full_scale },
+            InputName::Counts | InputName::X1x2Counts => {
+                let Some(gain) = arguments.gain else {
+                    return Err(miette!(
+                        "counts need --gain, the change of the {} by one count",
+                        if probes { "displacement" } else { "reading" }
+                    ));
+                };
+                let middle = f64::from(1u32 << arguments.bits.clamp(1, 31).saturating_sub(1));
+                Encoding::Counts { bits: arguments.bits, gain, offset: arguments.offset.unwrap_or(middle) }
+            }
+        })
+    };
+    let input = match arguments.input {
+        None => None,
+        Some(name) => {
+            let probes = matches!(name, InputName::X1x2F32 | InputName::X1x2Q31 | InputName::X1x2Counts);
+            let arity = if probes { Arity::Probes } else { Arity::Reading };
+            Some(Input { arity, encoding: encoding(probes, name)? })
+        }
+    };
+    let output = arguments.output.map(OutputName::output);
+    let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
+    if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
+        return Err(miette!(
+            "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
+        ));
+    }
+    Ok(Ends { input, output, full_scale: arguments.full_scale })
+}
+
+/// `2x32`: the degree and the number of segments, a power of two.
+fn table(text: &str) -> Result<Method> {
+    let parts = text.split_once('x').and_then(|(d, n)| Some((d.parse().ok()?, n.parse::<u32>().ok()?)));
+    match parts {
+        Some((degree, segments)) if segments.is_power_of_two() => {
+            Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros() })
+        }
+        _ => Err(miette!(
+            "--table {text}: give degree and number of segments, a power of two: for example 2x32"
+        )),
+    }
+}
+
+/// `0.01mm`: a number and the unit that the sensor has.
+fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
+    let digits = text.trim_end_matches(|c: char| c.is_alphabetic() || c == 'µ');
+    let found = text[digits.len()..].trim();
+    // An exponent's `e` belongs to the number.
+    let value = digits.trim().parse::<f64>();
+    match value {
+        Ok(value) if found == unit => Ok(value),
+        Ok(_) => Err(miette!(
+            "--bound {text}: the unit is {found:?}, this sensor's is {unit:?}: give for example {digits}{unit}"
+        )),
+        Err(_) => Err(miette!("--bound {text}: not a number with a unit: give for example 0.01{unit}")),
+    }
+}
+
+/// The command as it stands in the heads: without what does not change the files.
+fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
+    let mut words = vec!["codegen".to_string()];
+    let mut arguments = arguments.peekable();
+    while let Some(word) = arguments.next() {
+        match word.as_str() {
+            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c"
+            | "--misra" | "--objects" | "--mutants" | "--json" | "-q" | "--quiet" => {}
+            "--out" => {
+                arguments.next();
+            }
+            other if other.starts_with("--out=") => {}
+            other if other.contains(char::is_whitespace) => words.push(format!("'{other}'")),
+            _ => words.push(word),
+        }
+    }
+    words.join(" ")
+}

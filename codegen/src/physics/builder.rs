@@ -1,0 +1,228 @@
+//! Appends integer steps to a program and keeps account of them: the words that a step can give, and how far
+//! they can be from what exact arithmetic on exact inputs would give.
+
+use crate::bound::Overflows;
+use crate::exact::Interval;
+use crate::format::Format;
+use crate::program::{Argument, Op, Operand, Program, Stage, StateWord, Type};
+
+/// A word of the program.
+#[derive(Debug, Clone)]
+pub(super) struct Tracked {
+    /// Where it is.
+    pub operand: Operand,
+    /// All words that it can be, whatever the arguments and the state.
+    pub range: Interval,
+    /// Its largest distance from the exact number, as a point.
+    pub error: Interval,
+}
+
+impl Tracked {
+    /// The nearest word to an exact constant.
+    pub fn constant(exact: &Interval) -> Tracked {
+        let word = exact.round_to_i64().unwrap_or(i64::MAX);
+        let range = Interval::from_int(word);
+        let error = (&range - exact).magnitude();
+        Tracked { operand: Operand::Int(word), range, error }
+    }
+}
+
+/// A word of 64 bits: all that it can be.
+#[derive(Debug, Clone)]
+pub(super) struct Wide {
+    pub operand: Operand,
+    pub range: Interval,
+}
+
+/// A program under construction.
+pub(super) struct Builder {
+    /// The steps so far.
+    pub program: Program,
+    /// The format of its products.
+    pub format: Format,
+}
+
+impl Builder {
+    /// Appends an argument; it can be any word of its type.
+    pub fn argument(&mut self, argument: Argument) -> Tracked {
+        let index = self.program.arguments.len();
+        let (name, ty) = (argument.name.clone(), argument.ty);
+        self.program.arguments.push(argument);
+        let operand = self.program.push(Stage::Input, &name, ty, Op::Input { index }, "");
+        let (lo, hi) = ty.range().unwrap_or((0, 0));
+        let range = Interval::from_int(lo).hull(&Interval::from_int(hi));
+        Tracked { operand, range, error: Interval::zero() }
+    }
+
+    /// Appends a step whose words and error are known.
+    pub fn push(
+        &mut self,
+        name: &str,
+        op: Op,
+        range: Interval,
+        error: Interval,
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
+        if !range.inside(&word) {
+            return Err(Overflows {
+                step: self.program.steps.len(),
+                name: name.into(),
+                stage: Stage::Evaluation,
+                from: range.to_f64_down(),
+                to: range.to_f64_up(),
+                ty: Type::I32,
+            });
+        }
+        let operand = self.program.push(Stage::Evaluation, name, Type::I32, op, note);
+        Ok(Tracked { operand, range, error: error.upper() })
+    }
+
+    /// c + a·b·2^(shift − 32), the product rounded downward before the shift to the left.
+    pub fn mul_add(
+        &mut self,
+        name: &str,
+        (a, b): (&Tracked, &Tracked),
+        shift: u32,
+        c: &Tracked,
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let by = i64::from(shift);
+        let lost = Interval::from_int(self.format.floors()).mul_pow2(by);
+        let product = &(&a.range * &b.range).mul_pow2(by - 32) + &(-lost.clone()).hull(&Interval::zero());
+        // |a'b' − ab| ≤ |a'|·e_b + (|b'| + e_b)·e_a.
+        let spread = &(&a.range.magnitude() * &b.error) + &(&(&b.range.magnitude() + &b.error) * &a.error);
+        let error = &(&spread.mul_pow2(by - 32) + &lost) + &c.error;
+        // What is added must fit the word as well.
+        let op = self.format.mul_add(a.operand, b.operand, shift, c.operand);
+        let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
+        let range = if product.inside(&word) { &product + &c.range } else { product };
+        self.push(name, op, range, error, note)
+    }
+
+    pub fn add(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
+        let op = Op::Add { a: a.operand, b: b.operand };
+        self.push(name, op, &a.range + &b.range, &a.error + &b.error, note)
+    }
+
+    pub fn sub(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
+        let op = Op::Sub { a: a.operand, b: b.operand };
+        self.push(name, op, &a.range - &b.range, &a.error + &b.error, note)
+    }
+
+    /// ⌊a·2^−by⌋.
+    pub fn shift_right(
+        &mut self,
+        name: &str,
+        a: &Tracked,
+        by: u32,
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let one = Interval::from_int(1);
+        let scaled = a.range.mul_pow2(-i64::from(by));
+        let error = &a.error.mul_pow2(-i64::from(by)) + &one;
+        let op = Op::ShiftRight { a: a.operand, add: 0, by };
+        self.push(name, op, &scaled + &(-one).hull(&Interval::zero()), error, note)
+    }
+
+    pub fn shift_left(&mut self, name: &str, a: &Tracked, by: u32, note: &str) -> Result<Tracked, Overflows> {
+        let up = i64::from(by);
+        let op = Op::ShiftLeft { a: a.operand, by };
+        self.push(name, op, a.range.mul_pow2(up), a.error.mul_pow2(up), note)
+    }
+
+    /// a limited to lo…hi, where exact arithmetic limits to within `mismatch` of that.
+    pub fn clamp(
+        &mut self,
+        name: &str,
+        a: &Tracked,
+        (lo, hi): (i64, i64),
+        mismatch: &Interval,
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let range = Interval::from_int(lo).hull(&Interval::from_int(hi));
+        let error = a.error.hull(mismatch).magnitude();
+        self.push(name, Op::Clamp { a: a.operand, lo, hi }, range, error, note)
+    }
+
+    /// A further word of the state, as the call before left it: within `range`, `error` from exact.
+    pub fn state(
+        &mut self,
+        name: &str,
+        meaning: String,
+        start: &Tracked,
+        range: Interval,
+        error: Interval,
+    ) -> Result<(usize, Tracked), Overflows> {
+        let index = self.program.state.len();
+        let start = start.operand;
+        let ty = Type::I32;
+        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start });
+        let word = self.push(name, Op::State { index }, range, error, "")?;
+        Ok((index, word))
+    }
+
+    /// A word of 64 bits of the state, within `range`.
+    pub fn wide_state(
+        &mut self,
+        name: &str,
+        meaning: String,
+        start: Operand,
+        range: Interval,
+    ) -> Result<(usize, Wide), Overflows> {
+        let index = self.program.state.len();
+        let ty = Type::I64;
+        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start });
+        let word = self.push_wide(name, Op::State { index }, range)?;
+        Ok((index, word))
+    }
+
+    fn push_wide(&mut self, name: &str, op: Op, range: Interval) -> Result<Wide, Overflows> {
+        let word = Interval::from_int(i64::MIN).hull(&Interval::from_int(i64::MAX));
+        if !range.inside(&word) {
+            return Err(Overflows {
+                step: self.program.steps.len(),
+                name: name.into(),
+                stage: Stage::Evaluation,
+                from: range.to_f64_down(),
+                to: range.to_f64_up(),
+                ty: Type::I64,
+            });
+        }
+        Ok(Wide { operand: self.program.push(Stage::Evaluation, name, Type::I64, op, ""), range })
+    }
+
+    /// c + a·b, exactly, in 64 bits.
+    pub fn mul_add_wide(
+        &mut self,
+        name: &str,
+        (a, b): (&Tracked, i64),
+        c: Option<&Wide>,
+    ) -> Result<Wide, Overflows> {
+        let product = &a.range * &Interval::from_int(b);
+        let range = c.map_or(product.clone(), |c| &product + &c.range);
+        let c = c.map_or(Operand::Int(0), |c| c.operand);
+        let op = Op::MulAddWide { a: a.operand, b: Operand::Int(b), c };
+        self.push_wide(name, op, range)
+    }
+
+    /// ⌊a·2^−by⌋ of a wide word, which is known to be within `range` and `error`.
+    pub fn high(
+        &mut self,
+        name: &str,
+        a: &Wide,
+        by: u32,
+        range: Interval,
+        error: &Interval,
+    ) -> Result<Tracked, Overflows> {
+        let error = error + &Interval::from_int(1);
+        self.push(name, Op::High { a: a.operand, by }, range, error, "")
+    }
+
+    /// What a word of the state is after the call.
+    pub fn keep(&mut self, index: usize, next: Operand) {
+        if let Some(word) = self.program.state.get_mut(index) {
+            word.next = next;
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! `periodic` terms: harmonics of the result itself, the implicit equation Θ + P(Θ) = u, u being the result
+//! less all other errors.
+//!
+//! P has the period p, so the solution is Θ = u − Q(u) with a Q of the same period: no step of iteration is left
+//! to run time. The phase of u is a wrapping product, and Q a table of cubic polynomials over one turn, found by
+//! Newton's method and interpolation. It is proved by putting it in: where Θ̂ = u − Q̂(u) leaves a residual
+//! R = Θ̂ + P(Θ̂) − u, the solution is within |R|/(1 − L), L < 1 being the steepest slope of P.
+
+use fitter::terms::{Operator, Term};
+
+use super::builder::{Builder, Tracked};
+use super::{PhysicsError, Sum};
+use crate::exact::{Interval, Polynomial, cos_sin, pi};
+use crate::program::Op;
+
+/// Degree of the table's polynomials.
+const DEGREE: usize = 3;
+/// Segments that are tried, as powers of two.
+const SEGMENTS_LOG2: std::ops::RangeInclusive<u32> = 3..=10;
+/// Terms of the series about the middle of a segment.
+const SERIES: i64 = 14;
+
+/// All harmonics, in turns: A(T) = Σ aₖcos 2πkT + bₖsin 2πkT.
+struct Harmonics {
+    /// Numbers, aₖ and bₖ.
+    parts: Vec<(i64, Interval, Interval)>,
+    /// The steepest slope of A.
+    steepest: Interval,
+}
+
+/// Solves the periodic terms, where there are any; `statistic` is one unit of the file in the result's unit.
+pub(super) fn solve(
+    b: &mut Builder,
+    sum: &mut Sum,
+    terms: &[Term],
+    statistic: &Interval,
+) -> Result<(), PhysicsError> {
+    let mut parts = Vec::new();
+    let mut period = None;
+    let mut effect = String::new();
+    for term in terms {
+        let Operator::Periodic(periodic) = &term.operator else { continue };
+        period = Some(periodic.period);
+        effect.clone_from(&term.effect);
+        let p = Interval::from_f64(periodic.period);
+        for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
+            let [a, s] = [pair[0], pair[1]].map(|c| Interval::from_f64(c).div(&p));
+            parts.push((i64::from(*k), a, s));
+        }
+    }
+    let Some(period) = period else { return Ok(()) };
+    let harmonics = Harmonics::new(parts);
+    let refuse = |why| PhysicsError::NotGenerated { effect: effect.clone(), kind: "periodic", why };
+    let one = Interval::from_int(1);
+    let rest = &one - &harmonics.steepest;
+    if !one.mul_pow2(-10).certainly_le(&rest.lower()) {
+        return Err(refuse(": it is so steep that the equation has no certain solution"));
+    }
+    if !b.program.table.is_empty() {
+        return Err(refuse(" beside a table: choose a polynomial instead (no --table)"));
+    }
+    // Turns of one word of the sum, and the phase as a product by an integer.
+    let turn = &Interval::from_f64(period) * statistic;
+    let rate = Interval::from_int(1).mul_pow2(-sum.bits).div(&turn);
+    let largest = Interval::from_int(i32::MAX.into());
+    let fits = |by: &i64| rate.mul_pow2(32 + by).certainly_le(&largest);
+    let by = (0..=40).rev().find(fits).ok_or_else(|| refuse(": its period is shorter than two words"))?;
+    let factor = rate.mul_pow2(32 + by).round_to_i64().unwrap_or(0);
+    let mismatch = (&Interval::from_int(factor).mul_pow2(-by) - &rate.mul_pow2(32)).magnitude();
+    // In words of 2⁻³² turns.
+    let off = &(&mismatch * &sum.word.range.magnitude()) + &one;
+    let all = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
+    let phase = Op::Phase { a: sum.word.operand, factor, by: by as u32 };
+    let phase = b.push("phase", phase, all.clone(), Interval::zero(), "a turn is 2^32")?;
+
+    let words = Table::new(&harmonics, &turn, sum, &rest);
+    let (log2, rows) = (words.segments_log2, &words.rows);
+    b.program.table.clone_from(rows);
+    let index = Op::Index { a: phase.operand, add: 1 << 31, by: 32 - log2 };
+    let segment = b.push("segment", index, all.clone(), Interval::zero(), "")?;
+    let place = Op::Wrap { a: phase.operand, add: 1 << (31 - log2), by: log2 };
+    let place = b.push("place", place, all.clone(), Interval::zero(), "")?;
+    let entry = |b: &mut Builder, column: usize| {
+        let name = format!("q{column}");
+        let op = Op::Entry { index: segment.operand, column };
+        let column = rows.iter().map(|row| Interval::from_int(row[column]));
+        let range = column.reduce(|a, c| a.hull(&c)).unwrap_or_else(Interval::zero);
+        b.push(&name, op, range, Interval::zero(), "")
+    };
+    let mut q = entry(b, DEGREE)?;
+    for column in (0..DEGREE).rev() {
+        let c = entry(b, column)?;
+        q = b.mul_add("q", (&q, &place), 0, &c, "")?;
+    }
+    // What the phase is off moves Q by its slope, at most L/(1 − L).
+    let gain = one.div(&rest.lower()).upper();
+    let slope = (&harmonics.steepest * &gain).upper();
+    let moved = (&(&off.mul_pow2(-32) * &turn).mul_pow2(sum.bits) * &slope).upper();
+    q.error = (&(&q.error + &words.distance) + &moved).upper();
+    let word = b.add("y", &sum.word, &q, "less the periodic error")?;
+    let error = (&(&sum.word.error * &gain) + &q.error).upper();
+    sum.word = Tracked { error, ..word };
+    sum.gain = (&sum.gain * &gain).upper();
+    Ok(())
+}
+
+impl Harmonics {
+    fn new(parts: Vec<(i64, Interval, Interval)>) -> Self {
+        let two_pi = pi().mul_pow2(1);
+        // |a cos + b sin| ≤ |a| + |b| is coarse; √(a² + b²) from f64, enlarged by far more than its rounding.
+        let steepest = parts.iter().fold(Interval::zero(), |sum, (k, a, s)| {
+            let size = a.to_f64().hypot(s.to_f64()) * (1.0 + 1e-12);
+            &sum + &(&(&two_pi * &Interval::from_int(*k)) * &Interval::from_f64(size))
+        });
+        Harmonics { parts, steepest: steepest.upper() }
+    }
+
+    /// Value and slope in f64.
+    fn at(&self, turns: f64) -> (f64, f64) {
+        let (mut value, mut slope) = (0.0, 0.0);
+        for (k, a, s) in &self.parts {
+            let rate = std::f64::consts::TAU * *k as f64;
+            let (sine, cosine) = (rate * turns).sin_cos();
+            let (a, s) = (a.to_f64(), s.to_f64());
+            value += a * cosine + s * sine;
+            slope += rate * (s * cosine - a * sine);
+        }
+        (value, slope)
+    }
+
+    /// q with T = t − q, T + A(T) = t, in f64.
+    fn solution(&self, t: f64) -> f64 {
+        let mut truth = t;
+        for _ in 0..60 {
+            let (value, slope) = self.at(truth);
+            truth -= (truth + value - t) / (1.0 + slope);
+        }
+        t - truth
+    }
+
+    /// A(centre + δ(w)) as a polynomial of w, |w| ≤ ½, with what it is off.
+    fn around(&self, centre: &Interval, delta: &Polynomial) -> (Polynomial, Interval) {
+        let half = Interval::from_int(1).mul_pow2(-1);
+        let tolerance = Interval::from_int(1).mul_pow2(-90);
+        let mut sum = Polynomial::constant(Interval::zero());
+        let mut off = Interval::zero();
+        for (k, a, s) in &self.parts {
+            let rate = &pi().mul_pow2(1) * &Interval::from_int(*k);
+            let (cosine, sine) = cos_sin(&turned(&(centre * &Interval::from_int(*k))));
+            let alpha = delta.scale(&rate);
+            let largest = alpha.range_around_zero(&half).magnitude();
+            // a cos(γ + α) + s sin(γ + α) = even·cos α + odd·sin α.
+            let even = &(a * &cosine) + &(s * &sine);
+            let odd = &(s * &cosine) - &(a * &sine);
+            let mut power = Polynomial::constant(Interval::from_int(1));
+            let mut left = Interval::from_int(1);
+            for n in 0..SERIES {
+                let sign = if n % 4 < 2 { 1 } else { -1 };
+                let weight = if n % 2 == 0 { &even } else { &odd };
+                sum = sum.add(&power.scale(&(weight * &Interval::from_int(sign))));
+                power = power.mul(&alpha).scale(&Interval::from_ratio(1, n + 1));
+                let dropped = power.truncate(&half, &tolerance);
+                off = (&off + &dropped).upper();
+                left = (&left * &largest).div(&Interval::from_int(n + 1)).upper();
+            }
+            // The first power left out; where |α| ≤ 7 those after it fall by half each.
+            let size = &even.magnitude() + &odd.magnitude();
+            let falls = largest.certainly_le(&Interval::from_int(SERIES / 2));
+            let rest = if falls { left.mul_pow2(1) } else { Interval::from_int(1) };
+            off = (&off + &(&size * &rest)).upper();
+        }
+        (sum, off)
+    }
+}
+
+/// 2π times the part of `turns` after the point, within −π…π.
+fn turned(turns: &Interval) -> Interval {
+    let whole = turns.midpoint().round_to_i64().unwrap_or(0);
+    &(turns - &Interval::from_int(whole)) * &pi().mul_pow2(1)
+}
+
+/// The table of −Q in words of the sum, and how far it is from the solution.
+struct Table {
+    segments_log2: u32,
+    rows: Vec<Vec<i64>>,
+    /// In words.
+    distance: Interval,
+}
+
+impl Table {
+    /// The smallest one that is within the tolerance.
+    fn new(harmonics: &Harmonics, turn: &Interval, sum: &Sum, rest: &Interval) -> Table {
+        let words_per_turn = turn.mul_pow2(sum.bits);
+        // Rounded coefficients leave a residual of a word, whatever the number of segments.
+        let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
+        let mut table = None;
+        for segments_log2 in SEGMENTS_LOG2 {
+            let next = Table::of(harmonics, &words_per_turn, rest, segments_log2);
+            let good = next.distance.certainly_le(&wanted);
+            table = Some(next);
+            if good {
+                break;
+            }
+        }
+        table.unwrap_or(Table { segments_log2: 3, rows: Vec::new(), distance: Interval::zero() })
+    }
+
+    fn of(harmonics: &Harmonics, words_per_turn: &Interval, rest: &Interval, segments_log2: u32) -> Table {
+        let count = 1i64 << segments_log2;
+        let scale = words_per_turn.to_f64();
+        let half = Interval::from_int(1).mul_pow2(-1);
+        let mut distance = Interval::zero();
+        let mut rows = Vec::new();
+        for row in 0..count {
+            // Row 0 begins at phase −½.
+            let middle = Interval::from_ratio(2 * row + 1 - count, 2 * count);
+            let value = |w: f64| -scale * harmonics.solution(middle.to_f64() + w / count as f64);
+            let c: Vec<i64> = interpolated(&value).iter().map(|c| c.round() as i64).collect();
+            // q̂(w) in turns, exactly as the table has it.
+            let q =
+                Polynomial::new(c.iter().map(|c| -(Interval::from_int(*c).div(words_per_turn))).collect());
+            let start = q.coefficients()[0].clone();
+            let delta = Polynomial::linear(Interval::zero(), Interval::from_ratio(1, count))
+                .sub(&q.sub(&Polynomial::constant(start.clone())));
+            let (value, off) = harmonics.around(&(&middle - &start), &delta);
+            let residual = value.sub(&q);
+            let fine = Interval::from_int(1).mul_pow2(-3).div(words_per_turn).lower();
+            let supremum = residual.supremum(&-half.clone(), &half, &fine).magnitude();
+            let here = &(&supremum + &off).div(&rest.lower()) * words_per_turn;
+            distance = distance.hull(&here.upper()).magnitude();
+            rows.push(c);
+        }
+        Table { segments_log2, rows, distance: distance.upper() }
+    }
+}
+
+/// The cubic through four Chebyshev points of −½…½, as coefficients of w.
+fn interpolated(value: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let n = DEGREE + 1;
+    let points: Vec<f64> =
+        (0..n).map(|i| 0.5 * (std::f64::consts::PI * (2 * i + 1) as f64 / (2 * n) as f64).cos()).collect();
+    // Newton's divided differences, then multiplied out.
+    let mut differences: Vec<f64> = points.iter().map(|w| value(*w)).collect();
+    for order in 1..n {
+        for i in (order..n).rev() {
+            differences[i] = (differences[i] - differences[i - 1]) / (points[i] - points[i - order]);
+        }
+    }
+    let mut c = vec![0.0; n];
+    for i in (0..n).rev() {
+        // c ← c·(w − point) + difference.
+        for k in (1..n).rev() {
+            c[k] = c[k - 1] - points[i] * c[k];
+        }
+        c[0] = differences[i] - points[i] * c[0];
+    }
+    c
+}

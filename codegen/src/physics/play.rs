@@ -1,0 +1,77 @@
+//! `play` terms: Σ wⱼ·(v − pⱼ), each pⱼ following the observable v at a distance of at most rⱼ. With
+//! d = v − p this is d ← limit(v − p, −r, r), p ← v − d. Nothing of that is rounded: only v is.
+//!
+//! The play operator does not expand distances (Brokate and Sprekels, "Hysteresis and Phase Transitions", 1996,
+//! proposition 2.3.9): if every v is known to within e, r to within e_r and the initial state to within e₀, then
+//! every p is within max(e + e_r, e₀), however long the history.
+
+use fitter::terms::{Element, Play};
+
+use super::builder::{Builder, Tracked};
+use super::shape::{Shape, Variable};
+use super::{PhysicsError, Sum};
+use crate::exact::Interval;
+
+/// Bits of an element's half-width at most: it is ±2^n, so that its limits are one instruction, and the word of
+/// the observable is scaled to that.
+const FINEST: i64 = 28;
+
+/// Subtracts the term from the result.
+pub(super) fn subtract(
+    b: &mut Builder,
+    sum: &mut Sum,
+    play: &Play,
+    weights: &[Interval],
+    variable: &Variable,
+    observable: &Shape,
+) -> Result<(), PhysicsError> {
+    let reach = variable.range(observable).magnitude();
+    // v as a word of 2²⁹…2³⁰ at most; what it is off counts twice for every element.
+    let bits = 29 - reach.log2_floor().unwrap_or(0);
+    let all = weights.iter().fold(Interval::from_f64(1e-6), |sum, w| &sum + &w.magnitude()).upper();
+    let tolerance = sum.tolerance.mul_pow2(bits - sum.bits - 1).div(&all);
+    let name = format!("follow_{}", b.program.state.len() + 1);
+    let v = variable.evaluate(b, &name, observable, bits, &tolerance.lower(), "")?;
+    for (element, weight) in play.elements.iter().zip(weights) {
+        follow(b, sum, (&v, bits), element, weight)?;
+    }
+    Ok(())
+}
+
+/// One element of it; the observable is a word v·2^bits.
+fn follow(
+    b: &mut Builder,
+    sum: &mut Sum,
+    (v, bits): (&Tracked, i64),
+    element: &Element,
+    weight: &Interval,
+) -> Result<(), PhysicsError> {
+    let narrow = || PhysicsError::NarrowPlay(element.half_width);
+    let r = Interval::from_f64(element.half_width);
+    let number = b.program.state.len() + 1;
+    // The observable in words of which r is 2^n: not more than half of v's.
+    let scale = |n: i64| Interval::from_int(1).mul_pow2(n - bits).div(&r);
+    let half = Interval::from_int(1).mul_pow2(-1);
+    let n = (1..=FINEST).rev().find(|n| scale(*n).certainly_le(&half)).ok_or_else(narrow)?;
+    let (v_name, p_name, d_name) = (format!("v{number}"), format!("play_{number}"), format!("d{number}"));
+    let none = Tracked::constant(&Interval::zero());
+    let v = b.mul_add(&v_name, (&Tracked::constant(&scale(n).mul_pow2(32)), v), 0, &none, "")?;
+    let start = match element.initial {
+        None => v.clone(),
+        Some(at) => Tracked::constant(&(&Interval::from_f64(at) * &scale(n)).mul_pow2(bits)),
+    };
+    // The upper limit is one word short of r.
+    let one = Interval::from_int(1);
+    let error = (&v.error + &one).hull(&start.error).magnitude();
+    let meaning = format!("a play of half-width {}, in 2^-{n} of that", element.half_width);
+    let held = v.range.hull(&start.range);
+    let (index, p) = b.state(&p_name, meaning, &start, held, error)?;
+    let distance = b.sub(&d_name, &v, &p, "")?;
+    let limit = 1i64 << n;
+    let d = b.clamp(&d_name, &distance, (-limit, limit - 1), &one, "")?;
+    let next = b.sub(&format!("{p_name}_next"), &v, &d, "")?;
+    b.keep(index, next.operand);
+    // −w·(v − p) in words of the sum: d·r·2^−n·2^bits.
+    let factor = (-(weight * &r)).mul_pow2(sum.bits - n + 32);
+    sum.add_scaled(b, &factor, &d, "")
+}

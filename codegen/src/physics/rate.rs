@@ -1,0 +1,30 @@
+//! `rate` terms: w·dv/dt of a function v of the reading, by the difference to the call before, calls coming at a
+//! fixed period. The first call, which has none before it, has the rate 0.
+
+use super::builder::Builder;
+use super::shape::{Shape, Variable};
+use super::{PhysicsError, Sum};
+use crate::exact::Interval;
+
+/// Subtracts the term from the result; calls come every `period_s`.
+pub(super) fn subtract(
+    b: &mut Builder,
+    sum: &mut Sum,
+    weight: &Interval,
+    variable: &Variable,
+    observable: &Shape,
+    period_s: f64,
+) -> Result<(), PhysicsError> {
+    let number = b.program.state.len() + 1;
+    let per_call = weight.div(&Interval::from_f64(period_s));
+    let reach = variable.range(observable).magnitude();
+    let bits = 29 - reach.log2_floor().unwrap_or(0);
+    let size = per_call.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
+    let tolerance = sum.tolerance.mul_pow2(bits - sum.bits - 1).div(&size).lower();
+    let v = variable.evaluate(b, &format!("now_{number}"), observable, bits, &tolerance, "")?;
+    let meaning = "the reading at the call before".to_string();
+    let was = b.state(&format!("before_{number}"), meaning, &v, v.range.clone(), v.error.clone())?;
+    b.keep(was.0, v.operand);
+    let moved = b.sub(&format!("moved_{number}"), &v, &was.1, "")?;
+    sum.add_scaled(b, &(-per_call).mul_pow2(sum.bits - bits + 32), &moved, "the rate")
+}

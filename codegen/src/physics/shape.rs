@@ -1,0 +1,143 @@
+//! Functions of the reading alone, as polynomials of the routine's variable v with a remainder: the angle in
+//! some unit, its powers, and what a term makes of them.
+
+use fitter::error_model::{ErrorModel, Sensor};
+
+use super::builder::{Builder, Tracked};
+use crate::approximate::minimax;
+use crate::bound::Overflows;
+use crate::exact::{Interval, Polynomial, arcsec_per_rad};
+use crate::input::InputPlan;
+use crate::reference::{Reference, TooSteep};
+
+/// The highest degree that is tried.
+const LARGEST_DEGREE: usize = 12;
+
+/// polynomial(v), |function − polynomial| ≤ remainder for v in the range.
+#[derive(Debug, Clone)]
+pub(super) struct Shape {
+    pub polynomial: Polynomial,
+    pub remainder: Interval,
+}
+
+/// The variable: its range, the reading that it stands for, and the sensor.
+pub(super) struct Variable<'a> {
+    pub model: &'a ErrorModel,
+    pub plan: &'a InputPlan,
+    /// The word of the program, v·2^exponent.
+    pub word: Tracked,
+    pub exponent: i64,
+}
+
+impl Variable<'_> {
+    /// Smallest and largest v of any argument, as points.
+    pub fn ends(&self) -> (Interval, Interval) {
+        let exponent = self.plan.program.variable_exponent;
+        (self.plan.reach.0.mul_pow2(-exponent), self.plan.reach.1.mul_pow2(-exponent))
+    }
+
+    fn radius(&self) -> Interval {
+        let (from, to) = self.ends();
+        from.hull(&to).magnitude()
+    }
+
+    /// The observable of this name, where it is a function of the reading.
+    ///
+    /// # Errors
+    /// [`TooSteep`] where the angle leaves what the series can do.
+    pub fn observable(&self, name: &str) -> Result<Option<Shape>, TooSteep> {
+        let map = &self.plan.map;
+        let reading = Polynomial::linear(map.offset.clone(), map.slope.clone());
+        let exactly = |polynomial| Shape { polynomial, remainder: Interval::zero() };
+        let pair = matches!(self.model.sensor, Sensor::EddyCurrentPair { .. });
+        let scale = match name {
+            "s_mm" if pair => return Ok(Some(exactly(reading))),
+            "measured" if !pair => return Ok(Some(exactly(reading))),
+            "angle_arcsec" if pair => arcsec_per_rad(),
+            "angle_deg" if pair => arcsec_per_rad().div(&Interval::from_int(3600)),
+            _ => return Ok(None),
+        };
+        let calculated = ErrorModel { coefficients: vec![0.0], ..self.model.clone() };
+        let (from, to) = self.ends();
+        let angle = Reference::new(&calculated, map, &from, &to)?;
+        let angle = Shape { polynomial: angle.polynomial, remainder: angle.remainder };
+        Ok(Some(angle.scaled(&scale)))
+    }
+
+    /// All that a shape can be.
+    pub fn range(&self, shape: &Shape) -> Interval {
+        let (from, to) = self.ends();
+        &shape.polynomial.range(&from, &to) + &shape.remainder.symmetric()
+    }
+
+    pub fn product(&self, a: &Shape, b: &Shape) -> Shape {
+        let sup = |shape: &Shape| shape.polynomial.range_around_zero(&self.radius()).magnitude();
+        let remainder = &(&sup(a) * &b.remainder) + &(&(&sup(b) + &b.remainder) * &a.remainder);
+        let mut polynomial = a.polynomial.mul(&b.polynomial);
+        let dropped = polynomial.truncate(&self.radius(), &Interval::from_int(1).mul_pow2(-120));
+        Shape { polynomial, remainder: (&remainder + &dropped).upper() }
+    }
+
+    /// Appends the steps that evaluate `shape` as a word of shape·2^bits, with the lowest degree that is within
+    /// `tolerance` words where one is; the error holds whatever the tolerance.
+    pub fn evaluate(
+        &self,
+        b: &mut Builder,
+        name: &str,
+        shape: &Shape,
+        bits: i64,
+        tolerance: &Interval,
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let (best, distance) = self.approximation(shape, &tolerance.mul_pow2(-bits));
+        let c: Vec<Tracked> =
+            best.coefficients().iter().map(|c| Tracked::constant(&c.mul_pow2(bits))).collect();
+        let mut sum = c[c.len() - 1].clone();
+        for (k, next) in c.iter().enumerate().rev().skip(1) {
+            let said = if k == 0 { note } else { "" };
+            sum = b.mul_add(name, (&sum, &self.word), (32 - self.exponent) as u32, next, said)?;
+        }
+        sum.error = (&sum.error + &distance.mul_pow2(bits)).upper();
+        Ok(sum)
+    }
+
+    /// The polynomial of the lowest degree that is within `tolerance`, and its certified distance.
+    fn approximation(&self, shape: &Shape, tolerance: &Interval) -> (Polynomial, Interval) {
+        let (from, to) = self.ends();
+        let degree = shape.polynomial.coefficients().len().saturating_sub(1);
+        for lower in 0..degree.min(LARGEST_DEGREE) {
+            let best = if lower == 0 {
+                Polynomial::constant(shape.polynomial.range(&from, &to).midpoint())
+            } else {
+                minimax(&shape.polynomial, lower, &from, &to)
+            };
+            let supremum = best.sub(&shape.polynomial).supremum(&from, &to, &tolerance.mul_pow2(-4));
+            let distance = (&supremum.magnitude() + &shape.remainder).upper();
+            if distance.certainly_le(tolerance) {
+                return (best, distance);
+            }
+        }
+        (shape.polynomial.clone(), shape.remainder.clone())
+    }
+}
+
+impl Shape {
+    pub fn constant(value: Interval) -> Shape {
+        Shape { polynomial: Polynomial::constant(value), remainder: Interval::zero() }
+    }
+
+    pub fn scaled(&self, factor: &Interval) -> Shape {
+        let remainder = (&self.remainder * &factor.magnitude()).upper();
+        Shape { polynomial: self.polynomial.scale(factor), remainder }
+    }
+
+    pub fn plus(&self, other: &Shape) -> Shape {
+        let remainder = (&self.remainder + &other.remainder).upper();
+        Shape { polynomial: self.polynomial.add(&other.polynomial), remainder }
+    }
+
+    pub fn less(&self, constant: f64) -> Shape {
+        let constant = Polynomial::constant(Interval::from_f64(constant));
+        Shape { polynomial: self.polynomial.sub(&constant), remainder: self.remainder.clone() }
+    }
+}

@@ -1,0 +1,366 @@
+//! Routines with terms of further physics: over random sequences of inputs the interpreter stays within the bound
+//! of a reference in `f64` that knows nothing of words, and the compiled C and Rust give the interpreter's bits.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use codegen::format::Format;
+use codegen::generate::generate;
+use codegen::interpret::{Word, start, update};
+use codegen::options::{Ends, Method, Options};
+use codegen::physics::Further;
+use codegen::program::Op;
+use codegen::routine::{self, Routine};
+use fitter::coefficients::Coefficients;
+use fitter::error_model::{ErrorModel, Sensor};
+use fitter::terms::{
+    Element, Gaussian, Hinge, Lag, Operator, Periodic, Play, Product, Rate, Scope, Side, Term,
+};
+use fitter::units::ARCSEC_PER_RAD;
+use proptest::prelude::*;
+
+const HALF_RANGE_MM: f64 = 0.38;
+const FULL_SCALE_MM: f64 = 0.76;
+const PROBE_DISTANCE_MM: f64 = 12.0;
+/// °C of a count, and the count that stands for zero.
+const GAIN: f64 = 0.01;
+const ZERO: f64 = 400.0;
+
+fn paper() -> Coefficients {
+    let model = ErrorModel {
+        sensor: Sensor::EddyCurrentPair { probe_distance_mm: PROBE_DISTANCE_MM, initial_gap_mm: 0.3 },
+        centre: 0.0,
+        coefficients: vec![-6.15e-5, 0.1439, -0.039, 0.14, 0.18, -0.86, -1.21, 5.58, 2.88, -12.4],
+    };
+    Coefficients::of_model(&model, -HALF_RANGE_MM, HALF_RANGE_MM, "by hand")
+}
+
+fn term(effect: &str, operator: Operator, coefficients: Vec<f64>) -> Term {
+    Term { effect: effect.into(), scope: Scope::Device, operator, coefficients, covariance: Vec::new() }
+}
+
+/// What a random device has beyond the paper's.
+#[derive(Debug, Clone)]
+struct Device {
+    mean_c: f64,
+    zero_drift: f64,
+    gain_drift: f64,
+    curved_drift: f64,
+    plays: Vec<(f64, f64)>,
+}
+
+fn any_device() -> impl Strategy<Value = Device> {
+    let plays = prop::collection::vec((1.0..4000.0f64, -0.05..0.05f64), 1..=3);
+    (16.0..34.0f64, -2.0..2.0f64, -5e-4..5e-4f64, -0.05..0.05f64, plays).prop_map(
+        |(mean_c, zero_drift, gain_drift, curved_drift, plays)| Device {
+            mean_c,
+            zero_drift,
+            gain_drift,
+            curved_drift,
+            plays,
+        },
+    )
+}
+
+impl Device {
+    fn coefficients(&self) -> Coefficients {
+        let t = || Product::of("temperature_c", self.mean_c);
+        let radii: Vec<f64> = self.plays.iter().map(|(r, _)| *r).collect();
+        let weights = self.plays.iter().map(|(_, w)| *w).collect();
+        let mut coefficients = paper();
+        coefficients.terms = vec![
+            term("thermal_zero_drift", Operator::Product(t()), vec![self.zero_drift]),
+            term(
+                "thermal_gain_drift",
+                Operator::Product(t().times("angle_arcsec", 0.0, 1)),
+                vec![self.gain_drift],
+            ),
+            term(
+                "curved",
+                Operator::Product(t().times("temperature_c", self.mean_c, 1)),
+                vec![self.curved_drift],
+            ),
+            term("hysteresis", Operator::Play(Play::of("angle_arcsec", &radii)), weights),
+        ];
+        coefficients
+    }
+
+    /// The corrected angle in radians over a sequence of s and temperature.
+    fn corrected_rad(&self, sequence: &[(f64, f64)]) -> Vec<f64> {
+        let model = paper().error_model();
+        let angles: Vec<f64> =
+            sequence.iter().map(|(s, _)| (s / PROBE_DISTANCE_MM).atan() * ARCSEC_PER_RAD).collect();
+        let plays: Vec<Vec<f64>> = (self.plays.iter())
+            .map(|(r, _)| Element { half_width: *r, initial: None }.column(&angles))
+            .collect();
+        let at = |row: usize| {
+            let (s, t) = sequence[row];
+            let t = t - self.mean_c;
+            let drift = self.zero_drift * t + self.gain_drift * t * angles[row] + self.curved_drift * t * t;
+            let play: f64 = self.plays.iter().zip(&plays).map(|((_, w), column)| w * column[row]).sum();
+            model.corrected(s) - (drift + play) / ARCSEC_PER_RAD
+        };
+        (0..sequence.len()).map(at).collect()
+    }
+}
+
+fn options() -> Options {
+    let further = Further::parse(&format!("temperature_c=15..35:counts:12:{GAIN}:{ZERO}")).unwrap();
+    let ends = Ends { full_scale: Some(FULL_SCALE_MM), ..Ends::default() };
+    Options {
+        routines: vec![ends.routine(Method::Fused, Format::Q31)],
+        further: vec![further],
+        ..Options::default()
+    }
+}
+
+/// Words of s and counts of the temperature: steps, reversals, ends.
+fn any_sequence() -> impl Strategy<Value = Vec<(i32, u16)>> {
+    let s = prop_oneof![
+        -0x4000_0000..0x4000_0000i32,
+        Just(-0x4000_0000),
+        Just(0x3fff_ffff),
+        -100_000..100_000i32
+    ];
+    prop::collection::vec((s, 1900..3900u16), 1..40)
+}
+
+fn readings(words: &[(i32, u16)]) -> Vec<(f64, f64)> {
+    let s = |word: i32| f64::from(word) * FULL_SCALE_MM / 2f64.powi(31);
+    words.iter().map(|(w, count)| (s(*w), (f64::from(*count) - ZERO) * GAIN)).collect()
+}
+
+fn interpreted(routine: &Routine, words: &[(i32, u16)]) -> Vec<i32> {
+    let program = &routine.design.program;
+    let arguments = |(w, count): (i32, u16)| [Word::Int(w.into()), Word::Int(count.into())];
+    let mut state = start(program, &arguments(words[0])).unwrap();
+    let mut next =
+        |pair: &(i32, u16)| update(program, &mut state, &arguments(*pair)).unwrap().word.bits() as i32;
+    words.iter().map(&mut next).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn the_bound_holds_over_any_sequence(device in any_device(), sequences in prop::collection::vec(any_sequence(), 8)) {
+        let options = options();
+        let routine = routine::design(&device.coefficients(), &options, &options.routines[0]).unwrap();
+        let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
+        prop_assert!(bound * ARCSEC_PER_RAD <= 0.01);
+        for words in sequences {
+            let expected = device.corrected_rad(&readings(&words));
+            for (word, expected) in interpreted(&routine, &words).into_iter().zip(expected) {
+                let error = (f64::from(word) * unit - expected).abs();
+                prop_assert!(error <= bound * (1.0 + 1e-9), "{error:e} exceeds {bound:e}");
+            }
+        }
+    }
+
+}
+
+proptest! {
+    // Its table is proved anew for every device, which takes seconds.
+    #![proptest_config(ProptestConfig::with_cases(6))]
+    /// The implicit equation is solved within the bound, on a sensor of which the reading is the position.
+    #[test]
+    fn periodic_errors_are_solved_within_the_bound(
+        period in 0.2..3.0f64,
+        share in prop::collection::vec(-1.0..1.0f64, 6),
+        steep in 0.01..0.8f64,
+        at in prop::collection::vec(0.0..1.0f64, 50),
+    ) {
+        let mut periodic = Periodic::of(period, 3);
+        periodic.harmonics = vec![1, 2, 5];
+        let scale = steep / periodic.steepest(&share);
+        let weights: Vec<f64> = share.iter().map(|c| c * scale).collect();
+        let model = ErrorModel {
+            sensor: Sensor::Direct { unit: "mm".into(), revolution: None },
+            centre: 1.0,
+            coefficients: vec![0.2, 1e-3, -2e-4],
+        };
+        let mut coefficients = Coefficients::of_model(&model, -2.0, 5.0, "by hand");
+        coefficients.terms =
+            vec![term("periodic_error", Operator::Periodic(periodic.clone()), weights.clone())];
+        let options = Options { bound: Some(1e-4), ..Options::default() };
+        let wanted = Ends::default().routine(Method::Fused, Format::Q31);
+        let routine = routine::design(&coefficients, &options, &wanted).unwrap();
+        let Op::Clamp { lo, hi, .. } = routine.design.program.steps[routine.design.program.clamped].op else {
+            panic!("the range is limited")
+        };
+        for at in at {
+            let word = lo + ((hi - lo) as f64 * at) as i64;
+            let observed = model.corrected(word as f64 * 8.0 / 2f64.powi(31));
+            let mut truth = observed;
+            for _ in 0..100 {
+                let (value, slope) = periodic.value_and_slope(&weights, truth);
+                truth -= (truth + value - observed) / (1.0 + slope);
+            }
+            let out = codegen::interpret::interpret(&routine.design.program, &[Word::Int(word)]).unwrap();
+            let error = (out.word.bits() as f64 * routine.design.unit.to_f64() - truth).abs();
+            let bound = routine.design.bound.total;
+            prop_assert!(error <= bound * (1.0 + 1e-9), "{error:e} exceeds {bound:e} at {word}");
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    /// A lag, the rate of a moving reading and a slope beyond a threshold, however slow the lag.
+    #[test]
+    fn lags_rates_and_hinges_hold_the_bound(
+        time_constant_s in 0.05..5000.0f64,
+        period_s in 0.001..1.0f64,
+        weights in (-3.0..3.0f64, -1e-4..1e-4f64, -0.01..0.01f64),
+        threshold in -6000.0..6000.0f64,
+        above in any::<bool>(),
+        sequences in prop::collection::vec(any_sequence(), 8),
+    ) {
+        let lag = Lag::of("temperature_c", time_constant_s, 22.5);
+        let side = if above { Side::Above } else { Side::Below };
+        let mut coefficients = paper();
+        coefficients.terms = vec![
+            term("thermal_lag", Operator::Lag(lag.clone()), vec![weights.0]),
+            term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![weights.1]),
+            term(
+                "sensor_clipping",
+                Operator::Hinge(Hinge::of("angle_arcsec", threshold, side)),
+                vec![weights.2],
+            ),
+        ];
+        let options = Options { period_s: Some(period_s), bound: Some(1e3), degree: Some(9), ..options() };
+        let routine = routine::design(&coefficients, &options, &options.routines[0]).unwrap();
+        let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
+        let model = coefficients.error_model();
+        for words in sequences {
+            let sequence = readings(&words);
+            let time_s: Vec<f64> = (0..sequence.len()).map(|i| period_s * i as f64).collect();
+            let temperatures: Vec<f64> = sequence.iter().map(|(_, t)| *t).collect();
+            let lagged = lag.lagged(&time_s, &temperatures);
+            let angle = |row: usize| (sequence[row].0 / PROBE_DISTANCE_MM).atan() * ARCSEC_PER_RAD;
+            for (row, word) in interpreted(&routine, &words).into_iter().enumerate() {
+                let rate = if row == 0 { 0.0 } else { (angle(row) - angle(row - 1)) / period_s };
+                let beyond = if above { angle(row) - threshold } else { threshold - angle(row) }.max(0.0);
+                let terms = weights.0 * (lagged[row] - 22.5) + weights.1 * rate + weights.2 * beyond;
+                let expected = model.corrected(sequence[row].0) - terms / ARCSEC_PER_RAD;
+                let error = (f64::from(word) * unit - expected).abs();
+                // The reference's own rounding: a rate is a difference of like numbers, over a short time.
+                let own = 1e-15 * (1.0 + weights.1.abs() / period_s);
+                prop_assert!(error <= bound * (1.0 + 1e-9) + own, "row {row}: {error:e} exceeds {bound:e}");
+            }
+        }
+    }
+}
+
+/// A device, and 20 000 steps of a random walk.
+fn walk() -> (Device, Vec<(i32, u16)>) {
+    let device = Device {
+        mean_c: 22.37,
+        zero_drift: 0.35,
+        gain_drift: 2.1e-5,
+        curved_drift: -0.004,
+        plays: vec![(300.0, 0.004), (900.0, 0.003), (2100.0, -0.002)],
+    };
+    let (mut seed, mut word, mut count) = (1u64, 0i64, 2600i64);
+    let mut random = |width: i64| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 33) as i64 % (2 * width + 1) - width
+    };
+    let step = |_| {
+        // Now and then beyond the range and the box.
+        word = (word + random(90_000_000)).clamp(-0x5000_0000, 0x5000_0000);
+        count = (count + random(20)).clamp(1700, 4095);
+        (word as i32, count as u16)
+    };
+    (device, (0..20_000).map(step).collect())
+}
+
+#[test]
+fn compiled_c_and_rust_give_the_interpreters_bits() {
+    let (device, words) = walk();
+    let options = Options { period_s: Some(0.002), ..options() };
+    let mut coefficients = device.coefficients();
+    coefficients.terms.extend([
+        term("thermal_lag", Operator::Lag(Lag::of("temperature_c", 400.0, 22.5)), vec![0.2]),
+        term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![1e-5]),
+        term("periodic_error", Operator::Periodic(Periodic::of(700.0, 1)), vec![2.0, -1.0]),
+    ]);
+    let generated = generate(&coefficients, "0", &options).unwrap();
+    let expected = interpreted(&generated.routines[0], &words);
+    let folder = tempfile::tempdir().unwrap();
+    for (path, text) in &generated.files {
+        let path = folder.path().join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    let sequence = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sequence");
+    std::fs::create_dir_all(folder.path().join("main")).unwrap();
+    std::fs::copy(sequence.join("run.rs"), folder.path().join("main/run.rs")).unwrap();
+    let input: Vec<u8> = words
+        .iter()
+        .flat_map(|(w, count)| [w.to_le_bytes(), i32::from(*count).to_le_bytes()].concat())
+        .collect();
+    let c: Vec<String> =
+        ["-O2", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Ic", "c/corrected_angle.c"]
+            .iter()
+            .map(|s| (*s).to_string())
+            .chain([sequence.join("run.c").display().to_string(), "-o".into(), "run-c".into()])
+            .collect();
+    let rust =
+        ["--edition=2021", "-O", "-Coverflow-checks=on", "-Dwarnings", "main/run.rs", "-o", "run-rust"];
+    let rust: Vec<String> = rust.iter().map(|s| (*s).to_string()).collect();
+    for (compiler, arguments, program) in
+        [("gcc", &c, "run-c"), ("clang", &c, "run-c"), ("rustc", &rust, "run-rust")]
+    {
+        let built = match Command::new(compiler).args(arguments).current_dir(&folder).output() {
+            Ok(built) => built,
+            Err(_) => {
+                println!("skipped: {compiler} is not installed");
+                continue;
+            }
+        };
+        assert!(built.status.success(), "{compiler}: {}", String::from_utf8_lossy(&built.stderr));
+        let mut run = Command::new(folder.path().join(program))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut pipe = run.stdin.take().unwrap();
+        let bytes = input.clone();
+        let feeder = std::thread::spawn(move || pipe.write_all(&bytes).unwrap());
+        let output = run.wait_with_output().unwrap();
+        feeder.join().unwrap();
+        let results: Vec<i32> =
+            output.stdout.chunks_exact(4).map(|b| i32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        assert_eq!(results, expected, "{compiler}");
+    }
+}
+
+#[test]
+fn what_cannot_be_generated_is_told() {
+    let bump = Gaussian::of("angle_arcsec", 100.0, 60.0);
+    let bump = term("local_defect", Operator::Gaussian(bump), vec![1.0]);
+    let step = Operator::Step(fitter::terms::Step { observable: "t_s".into(), at: 5.0 });
+    let step = Term { scope: Scope::Recording, ..term("mount_step", step, vec![3.0]) };
+    let mut coefficients = paper();
+    coefficients.terms = vec![bump, step];
+    let mut options = Options { further: Vec::new(), ..options() };
+    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
+    assert!(refused.contains("`gaussian` of local_defect") && refused.contains("--without"), "{refused}");
+    options.without = vec!["local_defect".into()];
+    let generated = generate(&coefficients, "0", &options).unwrap();
+    let head = &generated.files[Path::new("c/corrected_angle.h")];
+    assert!(head.contains("local_defect: as asked for") && head.contains("mount_step: "), "{head}");
+
+    coefficients.terms =
+        vec![term("thermal_zero_drift", Operator::Product(Product::of("temperature_c", 22.0)), vec![0.3])];
+    options.without.clear();
+    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
+    assert!(refused.contains("--further temperature_c="), "{refused}");
+
+    let lag = Operator::Lag(Lag::of("temperature_c", 60.0, 22.0));
+    coefficients.terms = vec![term("thermal_lag", lag, vec![1.0])];
+    let options = self::options();
+    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
+    assert!(refused.contains("--period-s"), "{refused}");
+}

@@ -1,0 +1,108 @@
+//! The command line of `diagnose` for dynamic recordings.
+
+use std::io::Write;
+use std::path::Path;
+
+use diagnosis::dynamic::diagnose::Predicted;
+use diagnosis::dynamic::linear::{self, diagnose_linear};
+use diagnosis::dynamic::{self, DynamicOutcome, DynamicRecording, Options, OwnSimulation};
+use fitter::plant::{Kind, PlantFile};
+use miette::{IntoDiagnostic, Result, miette};
+use rayon::prelude::*;
+
+use crate::cli::{Cli, progress, put, sentence, stems};
+
+/// Diagnoses dynamic recordings against the plant file.
+pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
+    let file = PlantFile::read(plant).into_diagnostic()?;
+    let stems = stems(&cli.recordings)?;
+    known(&cli.without)?;
+    if cli.simulated.is_some() && cli.recordings.len() > 1 {
+        return Err(miette!(
+            "--simulated: found {} recordings, expected one; a simulation belongs to the rows of one recording",
+            cli.recordings.len()
+        ));
+    }
+    let command = file.plant.feedback.as_deref();
+    let read = |path: &Path| DynamicRecording::read(path, command).into_diagnostic();
+    let recordings: Vec<DynamicRecording> =
+        cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
+    let held_out = cli.held_out.as_deref().map(read).transpose()?;
+    let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
+    let options = Options { skip: cli.without.clone() };
+    let bar = progress(recordings.len());
+    let pool =
+        rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
+    let outcomes: Vec<Result<DynamicOutcome>> = pool.install(|| {
+        recordings
+            .par_iter()
+            .map(|recording| {
+                let (own, other) = (simulated.as_ref(), held_out.as_ref());
+                let outcome = match file.plant.kind {
+                    Kind::SecondOrder => dynamic::diagnose(recording, &file.plant, own, other, &options),
+                    Kind::Linear => diagnose_linear(recording, &file, own, other, &options.skip),
+                };
+                bar.inc(1);
+                outcome.into_diagnostic()
+            })
+            .collect()
+    });
+    bar.finish_and_clear();
+    let outcomes: Vec<DynamicOutcome> = outcomes.into_iter().collect::<Result<_>>()?;
+    std::fs::create_dir_all(&cli.out).map_err(|error| {
+        miette!(
+            "{}: the folder cannot be made ({error}); give --out a folder that can be written",
+            cli.out.display()
+        )
+    })?;
+    for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
+        let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
+        put(&cli.out.join(format!("{stem}.json")), &text)?;
+        put(&cli.out.join(format!("{stem}.plant.toml")), &outcome.plant.to_toml())?;
+        let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
+        put(&cli.out.join(format!("{stem}.simulated.csv")), &rows)?;
+        if !cli.no_report {
+            put(&cli.out.join(format!("{stem}.html")), &dynamic::report::page(recording, outcome))?;
+        }
+        println!("{}", sentence(&outcome.diagnosis));
+    }
+    Ok(())
+}
+
+/// Refuses ids that no effect has.
+fn known(ids: &[String]) -> Result<()> {
+    let mut all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
+    all.push(linear::file::ID);
+    match ids.iter().find(|id| !all.contains(&id.as_str())) {
+        None => Ok(()),
+        Some(id) => Err(miette!("--without: found `{id}`, expected one of {}", all.join(", "))),
+    }
+}
+
+/// The user's own simulation: the same rows, with `position` predicted.
+fn own(path: &Path, recording: &DynamicRecording) -> Result<OwnSimulation> {
+    let simulation = diagnosis::simulated::read(path).into_diagnostic()?;
+    let positions = simulation.positions_for(&recording.t_s).into_diagnostic()?;
+    let file = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    Ok(OwnSimulation { file, positions })
+}
+
+/// `t_s,before,after`, numbered where there are several positions.
+fn table(predicted: &Predicted) -> String {
+    let mut text = Vec::new();
+    let several = predicted.before.len() > 1;
+    let name = |what: &str, k: usize| if several { format!("{what}_{}", k + 1) } else { what.to_string() };
+    let columns = predicted.before.len();
+    let names = (0..columns).map(|k| name("before", k)).chain((0..columns).map(|k| name("after", k)));
+    let header: Vec<String> = std::iter::once("t_s".to_string()).chain(names).collect();
+    // Writing to memory does not fail.
+    let _ = writeln!(text, "{}", header.join(","));
+    for (k, t) in predicted.t_s.iter().enumerate() {
+        let _ = write!(text, "{t}");
+        for column in predicted.before.iter().chain(&predicted.after) {
+            let _ = write!(text, ",{}", column[k]);
+        }
+        let _ = writeln!(text);
+    }
+    String::from_utf8(text).unwrap_or_default()
+}

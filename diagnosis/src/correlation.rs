@@ -1,0 +1,333 @@
+//! How the noise of readings that follow one another correlates: as e^(−Δt/τ), in time and not from row to
+//! row, because a recording may be read fast in one pass, slowly in the next, and pause between them.
+//!
+//! τ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
+//! its whole posterior: a test that took the estimate for the truth would raise false alarms. A step or a
+//! seat that differs from pass to pass looks like slow noise; where it explains the recording far better than
+//! any correlation does, it is taken out first ([`without_jumps`]).
+
+use crate::linear::{Basis, Columns, add_scaled, cholesky, dot, quadratic_form};
+use crate::rows::median;
+
+/// Prior probability that readings are uncorrelated.
+const PRIOR_UNCORRELATED: f64 = 0.5;
+/// Shortest correlation time that is searched, in typical gaps between rows.
+const SHORTEST: f64 = 0.3;
+/// Points of the grid of correlation times; every so many of them are tried first.
+const POINTS: usize = 41;
+const COARSE: usize = 5;
+/// Log likelihood below the best of the coarse grid at which a neighbourhood is not looked into.
+const HOPELESS: f64 = 12.0;
+/// Gain in −2 log likelihood, correlation times searched on either side, at which jumps are believed: one
+/// column among some hundred by chance once in some thousand recordings.
+const JUMP_GAIN: f64 = 18.0;
+/// The same for every further column of a group.
+const JUMP_GAIN_PER_COLUMN: f64 = 3.0;
+/// Most groups of jumps that are taken out.
+const MOST_JUMPS: usize = 3;
+
+/// Correlation of every row with the one before, e^(−Δt/τ).
+#[derive(Debug, Clone)]
+pub struct Correlation {
+    /// Time since the previous row in typical gaps; the first row has none.
+    gaps: Vec<f64>,
+    /// e^(−Δt/τ) of every row; 0 for the first.
+    factors: Vec<f64>,
+    /// τ in typical gaps; 0 for uncorrelated readings.
+    pub time: f64,
+}
+
+impl Correlation {
+    /// Uncorrelated readings at these times (seconds, not decreasing).
+    pub fn none(t_s: &[f64]) -> Correlation {
+        let mut steps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
+        let typical = median(&mut steps).max(1e-12);
+        let gap = |w: &[f64]| ((w[1] - w[0]) / typical).max(1e-3);
+        let gaps: Vec<f64> = std::iter::once(f64::INFINITY).chain(t_s.windows(2).map(gap)).collect();
+        let factors = vec![0.0; t_s.len()];
+        Correlation { gaps, factors, time: 0.0 }
+    }
+
+    /// The same readings with the correlation time `time` (typical gaps).
+    pub fn with(&self, time: f64) -> Correlation {
+        let factor = |g: &f64| if time > 0.0 { (-g / time).exp() } else { 0.0 };
+        Correlation { gaps: self.gaps.clone(), factors: self.gaps.iter().map(factor).collect(), time }
+    }
+
+    /// Correlation of readings one typical gap apart.
+    pub fn typical(&self) -> f64 {
+        if self.time > 0.0 { (-1.0 / self.time).exp() } else { 0.0 }
+    }
+
+    /// Makes values of this correlation white, of the same variance.
+    pub fn whiten(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut previous = 0.0;
+        values
+            .zip(&self.factors)
+            .map(|(z, phi)| {
+                let u = (z - phi * previous) / (1.0 - phi * phi).sqrt();
+                previous = z;
+                u
+            })
+            .collect()
+    }
+
+    /// Gives white values this correlation: the inverse of [`Correlation::whiten`].
+    pub fn colour(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut previous = 0.0;
+        values
+            .zip(&self.factors)
+            .map(|(w, phi)| {
+                previous = phi * previous + (1.0 - phi * phi).sqrt() * w;
+                previous
+            })
+            .collect()
+    }
+
+    /// ln det of the correlation matrix.
+    fn log_determinant(&self) -> f64 {
+        self.factors.iter().map(|phi| (1.0 - phi * phi).ln()).sum()
+    }
+
+    /// The grid of correlation times, ascending, without 0.
+    fn grid(&self) -> Vec<f64> {
+        let duration: f64 = self.gaps[1..].iter().sum();
+        let longest = (0.25 * duration).max(4.0 * SHORTEST);
+        let part = |k: usize| k as f64 / (POINTS - 1) as f64;
+        (0..POINTS).map(|k| SHORTEST * (longest / SHORTEST).powf(part(k))).collect()
+    }
+
+    /// Posterior of τ (typical gaps; 0: uncorrelated) as values with weights that sum to one, given `clean`
+    /// observations about the span of `model`, each row of standard deviation proportional to `shape`.
+    pub fn posterior(&self, clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> Vec<(f64, f64)> {
+        let columns = orthonormal(model, shape);
+        let observed: Vec<f64> = clean.iter().zip(shape).map(|(v, s)| v / s).collect();
+        let at_zero = restricted(&columns, &observed, &self.with(0.0));
+        let grid = self.grid();
+        let at = |k: usize| restricted(&columns, &observed, &self.with(grid[k])) - at_zero;
+        let mut likelihood: Vec<Option<f64>> =
+            (0..POINTS).map(|k| k.is_multiple_of(COARSE).then(|| at(k))).collect();
+        let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let hopeful: Vec<bool> =
+            likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
+        for (k, value) in likelihood.iter_mut().enumerate().filter(|(_, v)| v.is_none()) {
+            let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
+            if hopeful[before] || hopeful.get(after) == Some(&true) {
+                *value = Some(at(k));
+            }
+        }
+        let weights: Vec<f64> = likelihood.iter().map(|l| l.map_or(0.0, |l| l.min(600.0).exp())).collect();
+        let slab = weights.iter().sum::<f64>() / POINTS as f64;
+        let total = PRIOR_UNCORRELATED + (1.0 - PRIOR_UNCORRELATED) * slab;
+        let mut posterior = vec![(0.0, PRIOR_UNCORRELATED / total)];
+        let each = (1.0 - PRIOR_UNCORRELATED) / (total * POINTS as f64);
+        posterior.extend(grid.iter().zip(&weights).map(|(time, w)| (*time, w * each)));
+        posterior.retain(|(_, w)| *w > 1e-5);
+        let sum: f64 = posterior.iter().map(|(_, w)| w).sum();
+        posterior.iter_mut().for_each(|(_, w)| *w /= sum);
+        posterior
+    }
+
+    /// The correlation time whose typical correlation is the posterior's mean.
+    pub fn mean(&self, posterior: &[(f64, f64)]) -> Correlation {
+        let typical: f64 =
+            posterior.iter().filter(|(t, _)| *t > 0.0).map(|(t, w)| w * (-1.0 / t).exp()).sum();
+        self.with(if typical > 1e-4 { -1.0 / typical.ln() } else { 0.0 })
+    }
+
+    /// The groups of `suspects` (each a number of columns) that explain the observations so much better than
+    /// correlation alone can that they are no noise.
+    pub fn without_jumps(
+        &self,
+        clean: &[f64],
+        model: &[Vec<f64>],
+        shape: &[f64],
+        suspects: &[Vec<Vec<f64>>],
+    ) -> Vec<usize> {
+        let grid = self.grid();
+        let times = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE));
+        let n = clean.len();
+        let columns = orthonormal(model, shape);
+        // Per correlation time: basis, residual, and what does not depend on the jumps of −2 log likelihood
+        // of the observations' part outside the model.
+        let mut places: Vec<Place> =
+            times.map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
+        let freedom = (n - columns.count()).max(1) as f64;
+        let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
+        let mut taken = Vec::new();
+        while taken.len() < MOST_JUMPS {
+            let before = places
+                .iter()
+                .map(|place| deviance(place, dot(&place.residual, &place.residual)))
+                .fold(f64::INFINITY, f64::min);
+            let mut best: Option<(f64, usize)> = None;
+            for (k, group) in suspects.iter().enumerate().filter(|(k, _)| !taken.contains(k)) {
+                let asked = JUMP_GAIN + JUMP_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
+                for place in &places {
+                    let rss = dot(&place.residual, &place.residual);
+                    let gain = before - deviance(place, rss - place.explained_by(group, shape)) - asked;
+                    if gain > 0.0 && best.is_none_or(|b| gain > b.0) {
+                        best = Some((gain, k));
+                    }
+                }
+            }
+            let Some((_, k)) = best else { break };
+            taken.push(k);
+            places.iter_mut().for_each(|place| place.take(&suspects[k], shape));
+        }
+        taken
+    }
+}
+
+/// A recording seen with one correlation time.
+struct Place {
+    correlation: Correlation,
+    basis: Basis,
+    residual: Vec<f64>,
+    constant: f64,
+}
+
+impl Place {
+    fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
+        let mut white = Columns::new(columns.rows);
+        let mut basis = Basis::new(columns.rows);
+        for k in 0..columns.count() {
+            let column = correlation.whiten(columns.get(k).iter().copied());
+            basis.add(&column);
+            white.push(&column);
+        }
+        let (_, log_determinant) = cholesky(&white.products(&white), columns.count());
+        let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
+        basis.project_off(&mut residual);
+        let constant = correlation.log_determinant() + log_determinant;
+        Place { correlation, basis, residual, constant }
+    }
+
+    fn white(&self, column: &[f64], shape: &[f64]) -> Vec<f64> {
+        self.correlation.whiten(column.iter().zip(shape).map(|(v, s)| v / s))
+    }
+
+    /// What a group of columns explains.
+    fn explained_by(&self, group: &[Vec<f64>], shape: &[f64]) -> f64 {
+        let mut own = Basis::new(self.residual.len());
+        for column in group {
+            let mut w = self.white(column, shape);
+            let length = dot(&w, &w).sqrt();
+            self.basis.project_off(&mut w);
+            if dot(&w, &w).sqrt() > 0.02 * length {
+                own.add(&w);
+            }
+        }
+        (0..own.rank()).map(|k| dot(own.columns.get(k), &self.residual).powi(2)).sum()
+    }
+
+    /// Takes a group of columns out of the residual.
+    fn take(&mut self, group: &[Vec<f64>], shape: &[f64]) {
+        for column in group {
+            let rank = self.basis.rank();
+            let white = self.white(column, shape);
+            if self.basis.add(&white) {
+                let q = self.basis.columns.get(rank);
+                let a = dot(q, &self.residual);
+                add_scaled(&mut self.residual, -a, q);
+            }
+        }
+    }
+}
+
+/// An orthonormal basis of the model's columns, each divided by `shape`: what depends on the others is left
+/// out once and for all, so that every correlation is judged on the same columns.
+fn orthonormal(model: &[Vec<f64>], shape: &[f64]) -> Columns {
+    let mut basis = Basis::new(shape.len());
+    for column in model {
+        basis.add(&column.iter().zip(shape).map(|(v, s)| v / s).collect::<Vec<f64>>());
+    }
+    basis.columns
+}
+
+/// Restricted log likelihood of a correlation: that of the observations' part outside the columns.
+fn restricted(columns: &Columns, observed: &[f64], correlation: &Correlation) -> f64 {
+    let n = columns.rows;
+    let mut white = Columns::new(n);
+    for k in 0..columns.count() {
+        white.push(&correlation.whiten(columns.get(k).iter().copied()));
+    }
+    white.push(&correlation.whiten(observed.iter().copied()));
+    let p = columns.count();
+    let m = p + 1;
+    let gram = white.products(&white);
+    let xx: Vec<f64> = (0..p * p).map(|i| gram[(i % p) * m + i / p]).collect();
+    let xy: Vec<f64> = (0..p).map(|k| gram[p * m + k]).collect();
+    let (factor, log_determinant) = cholesky(&xx, p);
+    let left = (gram[p * m + p] - quadratic_form(&factor, &xy)).max(1e-300);
+    -0.5 * (correlation.log_determinant() + log_determinant + (n - p) as f64 * left.ln())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::Correlation;
+
+    /// Normal deviates by the sum of twelve uniform ones.
+    fn white(n: usize, seed: u64) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        (0..n).map(|_| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0).collect()
+    }
+
+    /// Twelve passes of seventy rows, read every 0.5, 0.2 or 0.1 s, with pauses of 30 s.
+    fn times() -> Vec<f64> {
+        let mut t = 0.0;
+        (0..840)
+            .map(|i| {
+                t += if i % 70 == 0 { 30.0 } else { [0.5, 0.2, 0.1][i / 70 % 3] };
+                t
+            })
+            .collect()
+    }
+
+    #[test]
+    fn whitening_undoes_colouring() {
+        let correlation = Correlation::none(&times()).with(20.0);
+        let drawn = white(840, 1);
+        let again = correlation.whiten(correlation.colour(drawn.iter().copied()).into_iter());
+        // The factors come within 5e-3 of 1: rounding grows by their inverse.
+        assert!(drawn.iter().zip(again).all(|(a, b)| (a - b).abs() < 1e-9));
+    }
+
+    #[test]
+    fn correlation_is_in_time_whatever_the_pace() {
+        // 0.2 s is the typical gap, so that τ = 7 s is 35 of them.
+        let none = Correlation::none(&times());
+        let model = vec![vec![1.0; 840]];
+        let shape = vec![1.0; 840];
+        for seed in 2..6 {
+            let clean = none.with(35.0).colour(white(840, seed).into_iter());
+            let posterior = none.posterior(&clean, &model, &shape);
+            let found = none.mean(&posterior).time;
+            // Some sixty independent stretches determine τ to about a quarter: two and a half of those.
+            assert!((0.5 * 35.0..2.2 * 35.0).contains(&found), "{found}");
+            let uncorrelated = none.posterior(&white(840, seed), &model, &shape);
+            assert!(none.mean(&uncorrelated).typical() < 0.15);
+        }
+    }
+
+    #[test]
+    fn a_step_is_not_taken_for_correlation() {
+        let n = 210;
+        let none = Correlation::none(&(0..n).map(|i| 3.0 * i as f64).collect::<Vec<f64>>());
+        let model = vec![vec![1.0; n]];
+        let shape = vec![1.0; n];
+        let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        let suspects: Vec<_> = (4..n - 4).step_by(2).map(|k| vec![step(k)]).collect();
+        for time in [0.0, 2.3] {
+            let noise = none.with(time).colour(white(n, 9).into_iter());
+            assert!(none.without_jumps(&noise, &model, &shape, &suspects).is_empty());
+            let stepped: Vec<f64> = noise.iter().zip(step(100)).map(|(e, s)| e + 5.0 * s).collect();
+            let taken = none.without_jumps(&stepped, &model, &shape, &suspects);
+            let near = |k: &usize| (4 + 2 * k).abs_diff(100) <= 2;
+            assert!(taken.iter().any(near), "{taken:?}");
+        }
+    }
+}

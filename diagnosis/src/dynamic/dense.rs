@@ -1,0 +1,116 @@
+//! Small dense symmetric systems: the normal equations of an estimate with a dozen unknowns.
+
+/// A symmetric matrix by rows.
+#[derive(Debug, Clone)]
+pub struct Symmetric {
+    /// Number of rows.
+    pub size: usize,
+    /// All entries, row by row.
+    pub entries: Vec<f64>,
+}
+
+impl Symmetric {
+    /// Zero.
+    pub fn zero(size: usize) -> Symmetric {
+        Symmetric { size, entries: vec![0.0; size * size] }
+    }
+
+    /// Entry (i, j).
+    pub fn at(&self, i: usize, j: usize) -> f64 {
+        self.entries[i * self.size + j]
+    }
+
+    /// Entry (i, j), to be changed.
+    pub fn at_mut(&mut self, i: usize, j: usize) -> &mut f64 {
+        &mut self.entries[i * self.size + j]
+    }
+
+    /// The lower Cholesky factor of the matrix scaled to a unit diagonal, and the scale; directions that
+    /// are dependent to rounding are switched off (their scale is zero).
+    pub fn factor(&self) -> Factor {
+        let n = self.size;
+        let scale: Vec<f64> = (0..n)
+            .map(|i| {
+                let d = self.at(i, i);
+                if d > 0.0 && d.is_finite() { 1.0 / d.sqrt() } else { 0.0 }
+            })
+            .collect();
+        let mut factor = Factor { size: n, lower: vec![0.0; n * n], scale };
+        for i in 0..n {
+            for j in 0..=i {
+                let mut sum = self.at(i, j) * factor.scale[i] * factor.scale[j];
+                for k in 0..j {
+                    sum -= factor.lower[i * n + k] * factor.lower[j * n + k];
+                }
+                if i != j {
+                    let pivot = factor.lower[j * n + j];
+                    factor.lower[i * n + j] = if pivot.is_finite() { sum / pivot } else { 0.0 };
+                } else if sum > 1e-12 {
+                    factor.lower[i * n + i] = sum.sqrt();
+                } else {
+                    factor.scale[i] = 0.0;
+                    factor.lower[i * n + i] = f64::INFINITY;
+                }
+            }
+        }
+        factor
+    }
+}
+
+/// A Cholesky factor.
+pub struct Factor {
+    size: usize,
+    lower: Vec<f64>,
+    scale: Vec<f64>,
+}
+
+impl Factor {
+    /// Solves for one right-hand side; unknowns that are switched off stay zero.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let n = self.size;
+        let mut x: Vec<f64> = right.iter().zip(&self.scale).map(|(r, s)| r * s).collect();
+        for i in 0..n {
+            let sum: f64 = (0..i).map(|k| self.lower[i * n + k] * x[k]).sum();
+            x[i] = (x[i] - sum) / self.lower[i * n + i];
+        }
+        for i in (0..n).rev() {
+            let sum: f64 = (i + 1..n).map(|k| self.lower[k * n + i] * x[k]).sum();
+            x[i] = (x[i] - sum) / self.lower[i * n + i];
+        }
+        for (x, s) in x.iter_mut().zip(&self.scale) {
+            *x *= s;
+        }
+        x
+    }
+
+    /// The inverse.
+    pub fn inverse(&self) -> Symmetric {
+        let n = self.size;
+        let mut inverse = Symmetric::zero(n);
+        let mut unit = vec![0.0; n];
+        for j in 0..n {
+            unit[j] = 1.0;
+            for (i, value) in self.solve(&unit).into_iter().enumerate() {
+                *inverse.at_mut(i, j) = value;
+            }
+            unit[j] = 0.0;
+        }
+        inverse
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_and_leaves_out_what_is_dependent() {
+        let mut a = Symmetric::zero(3);
+        let rows = [[4.0, 2.0, 4.0], [2.0, 3.0, 2.0], [4.0, 2.0, 4.0]];
+        a.entries = rows.concat();
+        let x = a.factor().solve(&[8.0, 7.0, 8.0]);
+        assert_eq!(x[2], 0.0);
+        assert!((4.0 * x[0] + 2.0 * x[1] - 8.0).abs() < 1e-12);
+        assert!((2.0 * x[0] + 3.0 * x[1] - 7.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,287 @@
+//! One dynamic recording from rows to everything that is said of it.
+
+use fitter::plant::{Plant, PlantFile};
+use rayon::prelude::*;
+
+use super::data::{ALL, Data, SCORE};
+use super::estimate::{Fitted, PATIENCE, fit};
+use super::fault::DynamicError;
+use super::model::Model;
+use super::noise::autoregression;
+use super::recording::DynamicRecording;
+use super::search::Search;
+use super::structure::structure;
+use super::verdict::{self, Units};
+use super::{feedback, plant, score, start};
+use crate::diagnosis::{Diagnosis, NoiseFloor};
+use crate::held_out::{Fit, Score};
+use crate::verdict::Verdict;
+
+/// Part of a position's variance above which a nominal plant does not follow the drive at all.
+const LOST: f64 = 0.98;
+
+/// Steps of the integrator that a simulation of the search may take: enough to tell effects apart, few
+/// enough that a hundred thousand rows are diagnosed in seconds.
+const SEARCH_STEPS: usize = 33_000;
+/// The rows that fit and choose, without those that score.
+const PROOF: [bool; 3] = [true, true, false];
+
+/// Rows from which the nominal plant is identified at first.
+const START_ROWS: usize = 16_384;
+
+/// What a dynamic diagnosis is asked for.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Ids of effects that are left out of the catalogue.
+    pub skip: Vec<String>,
+}
+
+/// Predictions row for row, one column per position.
+#[derive(Debug, Clone, Default)]
+pub struct Predicted {
+    /// Time, s.
+    pub t_s: Vec<f64>,
+    /// By the nominal plant (or the user's simulation).
+    pub before: Vec<Vec<f64>>,
+    /// By the augmented plant.
+    pub after: Vec<Vec<f64>>,
+}
+
+/// A dynamic diagnosis with what its files are made from.
+pub struct DynamicOutcome {
+    /// What is written.
+    pub diagnosis: Diagnosis,
+    /// The augmented plant.
+    pub plant: PlantFile,
+    /// Predictions of the recording itself.
+    pub own: Predicted,
+    /// Predictions of the held-out recording.
+    pub other: Option<Predicted>,
+}
+
+/// The user's own simulation of a recording.
+#[derive(Debug, Clone)]
+pub struct OwnSimulation {
+    /// Name of its file.
+    pub file: String,
+    /// The predicted positions, row for row.
+    pub positions: Vec<f64>,
+}
+
+/// Diagnoses one recording of a second-order plant.
+///
+/// # Errors
+/// One of [`DynamicError`]: the recording cannot be diagnosed at all.
+pub fn diagnose(
+    recording: &DynamicRecording,
+    nominal: &Plant,
+    simulated: Option<&OwnSimulation>,
+    held_out: Option<&DynamicRecording>,
+    options: &Options,
+) -> Result<DynamicOutcome, DynamicError> {
+    if recording.drives.len() != 1 || recording.positions.len() != 1 {
+        return Err(DynamicError::Channels {
+            file: recording.file.clone(),
+            found: recording.drives.len(),
+            positions: recording.positions.len(),
+        });
+    }
+    if let Some(other) = held_out {
+        recording.comparable(other)?;
+    }
+    if nominal.feedback.is_some() {
+        return feedback::diagnose(recording, nominal, held_out, options);
+    }
+    let data = Data::new(recording);
+    let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
+    let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
+    let seen = expected(recording, &data.windows(START_ROWS), simulated)?;
+    let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
+    let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
+    let search = Search::new(&windows, &options.skip);
+    let chosen = search.run(&seen);
+    // The whole recording: its initial states follow from the first rows.
+    let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
+    let nominal_model = seen.model.clone();
+    let models =
+        [(&nominal_model, ALL), (&chosen.model, ALL), (&nominal_model, PROOF), (&chosen.model, PROOF)];
+    let mut fits = models.par_iter().map(|(m, folds)| whole(m, *folds)).collect::<Vec<_>>().into_iter();
+    let mut next = || fits.next().flatten();
+    // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
+    let (before, found, proof_before, proof_after) = (next(), next(), next(), next());
+    let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
+    let residual = |f: &Fitted, data: &Data| -> Vec<f64> {
+        let y = f.positions(data).unwrap_or_default();
+        data.position.iter().zip(&y).map(|(a, b)| a - b).collect()
+    };
+    let noise = autoregression(&residual(&found, &data), &data.runs);
+    let small = search.complete(&chosen);
+    let families = |f: &Fitted| {
+        let noise = autoregression(&residual(f, &windows), &windows.runs);
+        structure(f, &windows, &noise.coefficients)
+    };
+    let left = families(&small);
+    let left = verdict::significant(&left);
+    let around = if found.model.terms.is_empty() { Vec::new() } else { families(&seen) };
+    let around = if found.model.terms.is_empty() { left.clone() } else { verdict::significant(&around) };
+    let said = verdict::verdict(&before, &found, &left, &around);
+    let named = match said {
+        Verdict::Unexplained | Verdict::Consistent => Vec::new(),
+        _ => {
+            let imperfect = said == Verdict::PartlyExplained;
+            verdict::effects(&search, &data, &small, &found, &noise, imperfect, &units)
+        }
+    };
+    // What mimics an effect that is in no catalogue is not handed on.
+    let after = if named.is_empty() { &before } else { &found };
+    let explained = 1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE);
+    let families = if named.is_empty() { &around } else { &left };
+    let locations = match said {
+        Verdict::Consistent => Vec::new(),
+        _ => verdict::locations(&data, &recording.t_s, &named, explained, families),
+    };
+    let own = Predicted {
+        t_s: recording.t_s.clone(),
+        before: vec![match simulated {
+            Some(s) => s.positions.clone(),
+            None => before.positions(&data).unwrap_or_default(),
+        }],
+        after: vec![after.positions(&data).unwrap_or_default()],
+    };
+    let other = held_out.map(|r| predict(r, &before.model, &after.model));
+    let proof_after = if named.is_empty() { &proof_before } else { &proof_after };
+    let fit = proof(
+        recording,
+        &data,
+        &units,
+        &own,
+        [proof_before.as_ref(), proof_after.as_ref()],
+        held_out.zip(other.as_ref()),
+    );
+    let floor = floor(recording, &noise, &found, &left, &units);
+    let diagnosis = Diagnosis {
+        schema: 1,
+        recording: recording.file.clone(),
+        verdict: said,
+        noise_floor: floor,
+        unidentifiable: verdict::unidentifiable(&named),
+        next_experiment: verdict::next_experiment(said, &named, &locations),
+        locations,
+        effects: named,
+        fit,
+    };
+    Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
+}
+
+/// The nominal plant, identified from the recording, or from the user's simulation of it and then once
+/// more beside the recording.
+fn expected(
+    recording: &DynamicRecording,
+    data: &Data,
+    simulated: Option<&OwnSimulation>,
+) -> Result<Fitted, DynamicError> {
+    let lost = |percent: f64| DynamicError::NoPlant { file: recording.file.clone(), percent };
+    let best = match simulated {
+        None => start::nominal(data).into_iter().next(),
+        Some(own) => {
+            if own.positions.len() != recording.rows() {
+                return Err(DynamicError::Simulated {
+                    file: own.file.clone(),
+                    found: format!("{} rows", own.positions.len()),
+                    expected: format!("{} rows", recording.rows()),
+                });
+            }
+            let copy = DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() };
+            let rows = data.runs.iter().map(|r| r.len()).sum();
+            let theirs = start::nominal(&Data::new(&copy).windows(rows)).into_iter().next();
+            theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL, PATIENCE))
+        }
+    };
+    let best = best.ok_or_else(|| lost(100.0))?;
+    let middle = crate::rows::mean(data.position);
+    let rows = data.runs.iter().flat_map(|r| r.clone());
+    let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
+    let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
+    if part > LOST { Err(lost(100.0 * part)) } else { Ok(best) }
+}
+
+/// Free runs of another recording by two models; what cannot be simulated stands still at the mean.
+fn predict(recording: &DynamicRecording, before: &Model, after: &Model) -> Predicted {
+    let still = || vec![crate::rows::mean(&recording.positions[0]); recording.rows()];
+    Predicted {
+        t_s: recording.t_s.clone(),
+        before: vec![score::free_run(before, recording).unwrap_or_else(still)],
+        after: vec![score::free_run(after, recording).unwrap_or_else(still)],
+    }
+}
+
+fn proof(
+    recording: &DynamicRecording,
+    data: &Data,
+    units: &Units,
+    own: &Predicted,
+    fits: [Option<&Fitted>; 2],
+    other: Option<(&DynamicRecording, &Predicted)>,
+) -> Fit {
+    let figures = |which: usize| -> Score {
+        let column = if which == 0 { &own.before[0] } else { &own.after[0] };
+        let recorded = &recording.positions[0];
+        match other {
+            Some((file, predicted)) => {
+                let there = if which == 0 { &predicted.before[0] } else { &predicted.after[0] };
+                Score {
+                    train_rms: score::rms(recording, recorded, column, |_| true).unwrap_or(0.0),
+                    held_out_rms: score::rms(file, &file.positions[0], there, |_| true),
+                }
+            }
+            None => {
+                let there = fits[which].and_then(|f| f.positions(data).ok());
+                let of = |wanted: &dyn Fn(usize) -> bool| {
+                    there.as_ref().and_then(|y| score::rms(recording, recorded, y, wanted))
+                };
+                Score {
+                    train_rms: of(&|k| data.fold[k] as usize != SCORE).unwrap_or(0.0),
+                    held_out_rms: of(&|k| data.fold[k] as usize == SCORE),
+                }
+            }
+        }
+    };
+    Fit {
+        unit: units.position.clone(),
+        held_out_by: other.map_or("block".into(), |(file, _)| file.file.clone()),
+        before: figures(0),
+        after: figures(1),
+        gain: None,
+        of_explainable: None,
+    }
+}
+
+fn floor(
+    recording: &DynamicRecording,
+    noise: &super::noise::Autoregression,
+    found: &Fitted,
+    left: &[&super::structure::Structure],
+    units: &Units,
+) -> NoiseFloor {
+    let (value, from) = match repeated(recording) {
+        Some(value) => (value, "repeated periods"),
+        None if left.is_empty() => (found.rms(ALL), "what the identified model leaves"),
+        None => (noise.innovation, "what the residual's own past does not predict"),
+    };
+    let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
+    NoiseFloor { value, unit: units.position.clone(), from: from.into(), autocorrelation }
+}
+
+/// Standard deviation of a reading from successive periods of a steady state.
+fn repeated(recording: &DynamicRecording) -> Option<f64> {
+    let period = recording.period.as_ref()?;
+    let (mut sum, mut count) = (0.0, 0usize);
+    for run in &recording.runs {
+        let length = run.clone().take_while(|k| period[*k] == period[run.start]).count();
+        for k in run.start..run.end.saturating_sub(length) {
+            sum += (recording.positions[0][k + length] - recording.positions[0][k]).powi(2);
+            count += 1;
+        }
+    }
+    (count > 0).then(|| (0.5 * sum / count as f64).sqrt())
+}

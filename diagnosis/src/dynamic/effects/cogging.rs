@@ -1,0 +1,75 @@
+//! Cogging: a force that repeats with the position: the teeth of a motor, the balls of a bearing.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::{DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, shape};
+use crate::dynamic::number::Number;
+
+/// x″ −= A sin(2πx/p + φ); A in p/s², p in p
+pub struct Cogging;
+
+impl<T: Number> Physics<T> for Cogging {
+    fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
+        let angle = flow.position * TAU / parameters[2];
+        let cosine = (angle + T::from_f64(FRAC_PI_2)).sin();
+        flow.acceleration = flow.acceleration - parameters[0] * angle.sin() - parameters[1] * cosine;
+    }
+}
+
+impl DynamicEffect for Cogging {
+    fn id(&self) -> &'static str {
+        "cogging"
+    }
+    fn title(&self) -> &'static str {
+        "Cogging"
+    }
+    fn formula(&self) -> &'static str {
+        "x″ −= A sin(2πx/p + φ); A in p/s², p in p"
+    }
+    fn source(&self) -> &'static str {
+        "Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 6"
+    }
+    fn confused_with(&self) -> &'static [&'static str] {
+        &["cubic_stiffness", "quadratic_stiffness"]
+    }
+    fn variable(&self) -> &'static str {
+        "position"
+    }
+    fn part(&self) -> Part {
+        Part::Force
+    }
+    fn parameters(&self) -> &'static [Parameter] {
+        const { &[amount("sine", "p/s²"), amount("cosine", "p/s²"), shape("period", "p")] }
+    }
+    fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
+        {
+            // Steps of a quarter of a turn over the whole stroke: between two of them no period is lost.
+            let span = 2.0 * scale.stroke;
+            (0..80).map(|k| vec![0.0, 0.0, span / (0.7 + 0.25 * k as f64)]).collect()
+        }
+    }
+    fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
+        // Less than one and a half turns within the stroke are a polynomial of the position.
+        parameters[2] < 2.0 * scale.stroke / 1.3
+    }
+    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
+        let [a, b, period] = [parameters[0], parameters[1], parameters[2]];
+        let amplitude = a.hypot(b).max(f64::MIN_POSITIVE);
+        let square = amplitude * amplitude;
+        let reading = |name, unit, value, gradient: [f64; 3]| Reading {
+            name,
+            unit,
+            value,
+            gradient: gradient.to_vec(),
+        };
+        vec![
+            reading("amplitude_per_inertia", "p/s²", amplitude, [a / amplitude, b / amplitude, 0.0]),
+            reading("period", "p", period, [0.0, 0.0, 1.0]),
+            reading("phase_rad", "rad", b.atan2(a), [-b / square, a / square, 0.0]),
+        ]
+    }
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+        let (amplitude, phase) = (value("amplitude_per_inertia")?, value("phase_rad").unwrap_or(0.0));
+        Some(vec![amplitude * phase.cos(), amplitude * phase.sin(), value("period")?])
+    }
+}

@@ -1,0 +1,281 @@
+//! The catalogue of dynamic effects: one file each, one line in [`catalogue`]. An effect acts on the drive
+//! on its way to the mechanism, on the mechanism's acceleration, or on the position on its way to the
+//! recording; its formula is written once and evaluated with and without derivatives.
+
+mod bouc_wen_hysteresis;
+mod cogging;
+mod coulomb_friction;
+mod cubic_stiffness;
+mod drive_lag;
+mod drive_offset;
+mod drive_saturation;
+mod flexible_mode;
+mod nonlinear_damping;
+mod quadratic_damping;
+mod quadratic_stiffness;
+mod sensor_lag;
+mod sensor_offset;
+mod stribeck_friction;
+mod torque_constant_droop;
+mod transport_delay;
+
+use super::number::{Dual, Number};
+
+/// Most states that an effect adds to position and velocity.
+pub const MOST_STATES: usize = 2;
+
+/// What a force sees of the mechanism, and what it changes.
+pub struct Flow<'a, T> {
+    /// The drive that reaches the mechanism.
+    pub drive: T,
+    /// Position.
+    pub position: T,
+    /// Velocity.
+    pub velocity: T,
+    /// Gain of the nominal plant.
+    pub gain: T,
+    /// Direction of motion as dry friction sees it: −1, 0 (stuck) or 1; held over a step of the integrator,
+    /// which ends where the velocity changes its sign.
+    pub direction: f64,
+    /// Time since the start of the run, s.
+    pub time: f64,
+    /// Acceleration, to which the effect adds.
+    pub acceleration: T,
+    /// The effect's own states.
+    pub states: &'a [T],
+    /// Their rates of change, to be set.
+    pub rates: &'a mut [T],
+}
+
+/// Where an effect acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// Delays the drive by its parameter.
+    Delay,
+    /// Changes the drive, without memory ([`Physics::drive`]).
+    Drive,
+    /// Lets the drive lag by its parameter.
+    DriveLag,
+    /// Adds to the acceleration ([`Physics::force`]).
+    Force,
+    /// Lets the read-out lag by its parameter.
+    SensorLag,
+    /// Adds its parameter to the read-out.
+    SensorOffset,
+}
+
+/// A parameter of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Its name in `plant.toml`.
+    pub name: &'static str,
+    /// Its unit; `p` stands for the position's unit and `u` for the drive's.
+    pub unit: &'static str,
+    /// Whether it shapes the effect (a period, a velocity) rather than multiplying it. A shape is positive
+    /// and is sought on a logarithmic scale.
+    pub shape: bool,
+}
+
+/// Size of what a recording holds, from which start values follow.
+#[derive(Debug, Clone, Copy)]
+pub struct Scale {
+    /// Largest distance of the position from its middle.
+    pub stroke: f64,
+    /// Root mean square of the velocity.
+    pub speed: f64,
+    /// Largest magnitude of the drive.
+    pub drive: f64,
+    /// Time from one row to the next, s.
+    pub step_s: f64,
+    /// Angular frequency at which the position moves most, rad/s.
+    pub rate: f64,
+}
+
+/// The formula of an effect.
+pub trait Physics<T: Number> {
+    /// The drive after the effect ([`Part::Drive`]).
+    fn drive(&self, _parameters: &[T], drive: T) -> T {
+        drive
+    }
+    /// Adds to the acceleration and sets the rates of the effect's states ([`Part::Force`]).
+    fn force(&self, _parameters: &[T], _flow: &mut Flow<T>) {}
+}
+
+/// A physical effect beyond the nominal plant.
+pub trait DynamicEffect:
+    Physics<f64> + Physics<Dual<8>> + Physics<Dual<12>> + Physics<Dual<16>> + Sync + Send
+{
+    /// Identifier in the diagnosis and in `plant.toml`.
+    fn id(&self) -> &'static str;
+    /// Name for a reader.
+    fn title(&self) -> &'static str;
+    /// What it adds, with units.
+    fn formula(&self) -> &'static str;
+    /// Where the physics is described.
+    fn source(&self) -> &'static str;
+    /// Ids of the effects that it is most easily taken for.
+    fn confused_with(&self) -> &'static [&'static str];
+    /// The observable that it depends on, as in `locations`.
+    fn variable(&self) -> &'static str;
+    /// Where it acts.
+    fn part(&self) -> Part;
+    /// Its parameters.
+    fn parameters(&self) -> &'static [Parameter];
+    /// Number of states of its own.
+    fn states(&self) -> usize {
+        0
+    }
+    /// Its states at rest at a position.
+    fn rest(&self, _position: f64) -> [f64; MOST_STATES] {
+        [0.0; MOST_STATES]
+    }
+    /// Parameters from which a search starts. What multiplies the effect is zero where its linearised
+    /// signature is to say how large it is.
+    fn starts(&self, scale: &Scale) -> Vec<Vec<f64>>;
+    /// Whether these parameters can be this effect.
+    fn plausible(&self, _parameters: &[f64], _scale: &Scale) -> bool {
+        true
+    }
+    /// Acceleration up to which it holds the mechanism where it stands.
+    fn holds(&self, _parameters: &[f64]) -> f64 {
+        0.0
+    }
+    /// Which parameter is the speed with which it creeps while it holds: v = c artanh(force/F), as asperities
+    /// do, and as a simulation does that rounds the sign of the velocity off. Fixed at next to nothing unless
+    /// the recording shows it, and no parameter of `plant.toml`.
+    fn creep(&self) -> Option<usize> {
+        None
+    }
+    /// The fastest angular frequency that it brings into the equation of motion, rad/s.
+    fn fastest(&self, _parameters: &[f64]) -> f64 {
+        0.0
+    }
+    /// The parameters as they are reported and written, each with its gradient.
+    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
+        plain_readings(self.parameters(), parameters, parameters.len())
+    }
+    /// The reverse of [`DynamicEffect::readings`]: parameters from values by name; none where one is
+    /// missing that has no usual value.
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+        self.parameters().iter().map(|p| value(p.name)).collect()
+    }
+    /// Whether what the recorded mechanism does now lets a controller undo it.
+    fn runtime_correctable(&self) -> bool {
+        true
+    }
+}
+
+/// A parameter as a reader is told of it.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit, as in [`Parameter::unit`].
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// Derivatives along the effect's own parameters.
+    pub gradient: Vec<f64>,
+}
+
+/// The first `count` parameters as they are.
+fn plain_readings(known: &[Parameter], parameters: &[f64], count: usize) -> Vec<Reading> {
+    let one = |k: usize| {
+        let mut gradient = vec![0.0; parameters.len()];
+        gradient[k] = 1.0;
+        Reading { name: known[k].name, unit: known[k].unit, value: parameters[k], gradient }
+    };
+    (0..count).map(one).collect()
+}
+
+/// The speed of creep of a dry friction that holds.
+const CREEP: Parameter = shape("creep_velocity", "p/s");
+/// Creep that is none, as a part of the recorded speed.
+const HARD: f64 = 1e-9;
+
+/// All effects, in the order in which ties are broken: the simpler explanation first.
+pub static CATALOGUE: [&dyn DynamicEffect; 16] = [
+    &drive_offset::DriveOffset,
+    &sensor_offset::SensorOffset,
+    &cubic_stiffness::CubicStiffness,
+    &quadratic_stiffness::QuadraticStiffness,
+    &coulomb_friction::CoulombFriction,
+    &quadratic_damping::QuadraticDamping,
+    &nonlinear_damping::NonlinearDamping,
+    &torque_constant_droop::TorqueConstantDroop,
+    &transport_delay::TransportDelay,
+    &drive_lag::DriveLag,
+    &sensor_lag::SensorLag,
+    &drive_saturation::DriveSaturation,
+    &cogging::Cogging,
+    &stribeck_friction::StribeckFriction,
+    &bouc_wen_hysteresis::BoucWenHysteresis,
+    &flexible_mode::FlexibleMode,
+];
+
+/// The effect with an id.
+pub fn effect(id: &str) -> Option<&'static dyn DynamicEffect> {
+    CATALOGUE.iter().copied().find(|e| e.id() == id)
+}
+
+/// The unit with the position's and the drive's put in.
+pub fn unit_of(pattern: &str, position: &str, drive: &str) -> String {
+    pattern
+        .chars()
+        .map(|c| match c {
+            'p' => position.to_string(),
+            'u' => drive.to_string(),
+            other => other.to_string(),
+        })
+        .collect()
+}
+
+/// A parameter that multiplies its effect.
+const fn amount(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, shape: false }
+}
+
+/// A parameter that shapes its effect.
+const fn shape(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, shape: true }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_confusion_names_an_effect_of_the_catalogue() {
+        for e in CATALOGUE {
+            for other in e.confused_with() {
+                assert!(effect(other).is_some(), "{}: {other}", e.id());
+                assert_ne!(*other, e.id());
+            }
+        }
+    }
+
+    #[test]
+    fn starts_have_all_parameters_and_readings_read_back() {
+        let scale = Scale { stroke: 5000.0, speed: 2e5, drive: 0.3, step_s: 5e-4, rate: 200.0 };
+        for e in CATALOGUE {
+            for start in e.starts(&scale) {
+                assert_eq!(start.len(), e.parameters().len(), "{}", e.id());
+                for (value, p) in start.iter().zip(e.parameters()) {
+                    assert!(!p.shape || *value > 0.0, "{} {}", e.id(), p.name);
+                }
+                let some: Vec<f64> = start.iter().map(|v| if *v == 0.0 { 0.7 } else { *v }).collect();
+                let readings = e.readings(&some);
+                let back = e
+                    .parameters_from(&|name| readings.iter().find(|r| r.name == name).map(|r| r.value))
+                    .unwrap();
+                for (a, b) in e.readings(&back).iter().zip(&readings) {
+                    assert!(
+                        (a.value - b.value).abs() < 1e-9 * b.value.abs(),
+                        "{}: {back:?} {some:?}",
+                        e.id()
+                    );
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Why a dynamic recording, or what was given with it, is refused: one message each, which says where, what
+//! was found, what was expected and how to mend it.
+
+use fitter::RecordingError;
+use thiserror::Error;
+
+/// Why a dynamic diagnosis is refused.
+#[derive(Debug, Error)]
+pub enum DynamicError {
+    /// What can be wrong with any recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    #[error(
+        "{file}, line {line}, column `t_s`: found a step of {found} s, expected {expected} s as between most \
+         rows: {what}; record without gaps, or resample it yourself (a resampling is never silent)"
+    )]
+    Step { file: String, line: u64, found: f64, expected: f64, what: &'static str },
+    #[error(
+        "{file}, line {line}, column `t_s`: found {found} s after {before} s, expected times that increase \
+         within a run; sort the rows, or number the runs in a column `run`"
+    )]
+    TimeBackward { file: String, line: u64, found: f64, before: f64 },
+    #[error(
+        "{file}, column `{column}`: found the constant {value}, expected a drive that moves the mechanism; \
+         excite it (multisine, sweep, steps) and record again"
+    )]
+    ConstantDrive { file: String, column: String, value: f64 },
+    #[error(
+        "{file}, column `{column}`: found the constant {value}, expected a position that follows the drive; \
+         check the sensor"
+    )]
+    ConstantPosition { file: String, column: String, value: f64 },
+    #[error(
+        "{file}, line {line}, column `{column}`: the reading stands at its {end} {value} for {rows} rows in \
+         all and is cut off there, expected a read-out within its range; reduce the drive or extend the range"
+    )]
+    Saturated { file: String, line: u64, column: String, end: &'static str, value: f64, rows: usize },
+    #[error(
+        "{file}: run {run} has {found} rows, expected {expected} as run {first}; cut the runs to the same \
+         length, or diagnose them apart"
+    )]
+    RunLength { file: String, run: i64, found: usize, first: i64, expected: usize },
+    #[error("{file}: run {run} has {found} rows, expected {least} or more; record longer")]
+    TooShort { file: String, run: i64, found: usize, least: usize },
+    #[error(
+        "{file}, line {line}, column `{column}`: found {found}, expected a whole number; number the {column}s"
+    )]
+    Whole { file: String, line: u64, column: &'static str, found: f64 },
+    #[error(
+        "{file}: found {found} drives and {positions} positions, expected one of each for kind = \
+         \"second-order\"; use kind = \"linear\" for several, or give one axis at a time"
+    )]
+    Channels { file: String, found: usize, positions: usize },
+    #[error(
+        "{file}: is sampled every {found} s, expected {expected} s as the recording {recording}; resample it \
+         yourself or give a held-out recording of the same rate"
+    )]
+    Rate { file: String, found: f64, expected: f64, recording: String },
+    #[error(
+        "{file}: has {found}, expected {expected} as the recording {recording}; give one of the same device"
+    )]
+    OtherChannels { file: String, found: String, expected: String, recording: String },
+    #[error(
+        "{file}: the column `{column}`, which `feedback` in the plant names, is missing, found {found}; add \
+         it, or drop `feedback` if the drive was not under feedback"
+    )]
+    Feedback { file: String, column: String, found: String },
+    #[error("{file}: found {found}, expected {expected}; simulate exactly the rows of the recording")]
+    Simulated { file: String, found: String, expected: String },
+    #[error(
+        "{file}: no second-order plant follows this drive (the best leaves {percent:.0} % of the position's \
+         variance); check that `drive` and `position` belong together, or use kind = \"linear\""
+    )]
+    NoPlant { file: String, percent: f64 },
+    #[error("{file}: effect `{id}`: {reason}")]
+    Effect { file: String, id: String, reason: String },
+}

@@ -1,0 +1,218 @@
+//! The inverse model: the drive that the recorded motion needs, linear in everything but the shapes of the
+//! effects and the lag. Drive and regressors pass the same zero-phase filter, so that no derivative of the
+//! reading noise reaches the estimate (IDIM-LS: Janot, Vandanjon & Gautier, IEEE Trans. Control Syst.
+//! Technol. 22 (2014)).
+
+use super::motion::Motion;
+use crate::dynamic::dense::Symmetric;
+use crate::dynamic::effects::{DynamicEffect, Part};
+use crate::dynamic::model::{Model, Term};
+use crate::dynamic::recording::DynamicRecording;
+
+/// Rounds in which the lag and the gain inside the effects settle.
+const ROUNDS: usize = 4;
+
+/// The effect whose column holds the gain.
+const DROOP: &str = "torque_constant_droop";
+
+/// Which parts the model has; the amounts follow by least squares.
+#[derive(Clone)]
+pub struct Inverse {
+    /// Whether there is a stiffness.
+    pub stiffness: bool,
+    /// Effects with their shapes.
+    pub terms: Vec<(&'static dyn DynamicEffect, Vec<f64>)>,
+}
+
+/// A column of the drive, and of which term's which parameter it is; of none: nominal.
+type Column = (Vec<f64>, Option<(usize, usize)>);
+
+/// An inverse model that was fitted.
+#[derive(Clone)]
+pub struct Solved {
+    /// The model, with amounts.
+    pub model: Model,
+    /// Drive less prediction, both smoothed, all rows.
+    pub residual: Vec<f64>,
+    /// Standard deviations of damping, stiffness and gain, then of every term's parameters, from white
+    /// noise below the cut-off.
+    pub deviations: Vec<Vec<f64>>,
+}
+
+/// Whether an effect shifts the drive in time.
+pub fn is_lag(effect: &dyn DynamicEffect) -> bool {
+    matches!(effect.part(), Part::Delay | Part::DriveLag | Part::SensorLag)
+}
+
+/// The drive that a motion needs by a model: f + τ f′ + offset with f = (x″ + d v + k x − effects)/gain.
+pub fn predict(model: &Model, motion: &Motion) -> Vec<f64> {
+    let [damping, stiffness, gain] = model.nominal;
+    let mut force: Vec<f64> = (0..motion.position.len())
+        .map(|k| motion.acceleration[k] + damping * motion.velocity[k] + stiffness * motion.position[k])
+        .collect();
+    let (mut lag, mut offset) = (0.0, 0.0);
+    for term in &model.terms {
+        match term.effect.part() {
+            Part::Force => {
+                for (f, a) in force.iter_mut().zip(motion.force(term.effect, &term.parameters, gain)) {
+                    *f -= a;
+                }
+            }
+            Part::Drive => offset += term.parameters[0],
+            Part::SensorOffset => offset += stiffness * term.parameters[0] / gain,
+            _ => lag += term.parameters[0],
+        }
+    }
+    force.iter_mut().for_each(|f| *f /= gain);
+    let rate = motion.rate(&force);
+    force.iter().zip(&rate).map(|(f, r)| f + lag * r + offset).collect()
+}
+
+/// Columns of acceleration, velocity and, where wanted, position: linear in the position, which has passed
+/// the filter.
+fn nominal_columns(stiffness: bool, motion: &Motion) -> Vec<Vec<f64>> {
+    let mut columns = vec![motion.acceleration.clone(), motion.velocity.clone()];
+    if stiffness {
+        columns.push(motion.position.clone());
+    }
+    columns
+}
+
+/// Smoothed columns of an effect that is no lag, one per amount, with the parameter's number.
+pub fn effect_columns(
+    effect: &dyn DynamicEffect,
+    shapes: &[f64],
+    motion: &Motion,
+    gain: f64,
+) -> Vec<(usize, Vec<f64>)> {
+    if effect.part() != Part::Force {
+        return vec![(0, vec![1.0; motion.position.len()])];
+    }
+    let amounts: Vec<usize> = (0..shapes.len()).filter(|j| !effect.parameters()[*j].shape).collect();
+    let one = |j: &usize| {
+        let mut unit = shapes.to_vec();
+        amounts.iter().for_each(|i| unit[*i] = f64::from(i == j));
+        let column: Vec<f64> = motion.force(effect, &unit, gain).iter().map(|a| -a).collect();
+        (*j, motion.smooth(&column))
+    };
+    amounts.iter().map(one).collect()
+}
+
+/// Fits the amounts on the rows that `wanted` selects.
+pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
+    let rows: Vec<usize> = motion.runs.iter().flat_map(|r| r.clone()).filter(|k| wanted(*k)).collect();
+    // Only a lag and a droop have to settle.
+    let rounds = if inverse.terms.iter().all(|(e, _)| !is_lag(*e) && e.id() != DROOP) { 1 } else { ROUNDS };
+    let mut gain = 1.0;
+    let mut lag_column: Option<Vec<f64>> = None;
+    let mut solved = None;
+    for _ in 0..rounds {
+        // Columns of the drive: acceleration, velocity, position, then every amount; with its owner.
+        let mut columns: Vec<Column> =
+            nominal_columns(inverse.stiffness, motion).into_iter().map(|c| (c, None)).collect();
+        for (t, (effect, shapes)) in inverse.terms.iter().enumerate() {
+            if is_lag(*effect) {
+                if let Some(rate) = &lag_column {
+                    columns.push((rate.clone(), Some((t, 0))));
+                }
+                continue;
+            }
+            columns.extend(
+                effect_columns(*effect, shapes, motion, gain).into_iter().map(|(j, c)| (c, Some((t, j)))),
+            );
+        }
+        let n = columns.len();
+        let mut normal = Symmetric::zero(n);
+        let mut right = vec![0.0; n];
+        for &k in &rows {
+            for i in 0..n {
+                right[i] += columns[i].0[k] * motion.drive[k];
+                for j in 0..=i {
+                    *normal.at_mut(i, j) += columns[i].0[k] * columns[j].0[k];
+                }
+            }
+        }
+        for i in 0..n {
+            for j in i + 1..n {
+                *normal.at_mut(i, j) = normal.at(j, i);
+            }
+        }
+        let factor = normal.factor();
+        let x = factor.solve(&right);
+        if x[0] == 0.0 || x.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        gain = 1.0 / x[0];
+        let without_lag: Vec<f64> = (0..motion.position.len())
+            .map(|k| {
+                let own = columns.iter().zip(&x).filter(|((_, owner), _)| {
+                    owner.is_none_or(|(t, _)| inverse.terms[t].0.part() == Part::Force)
+                });
+                own.map(|((c, _), x)| c[k] * x).sum()
+            })
+            .collect();
+        lag_column = Some(motion.rate(&without_lag));
+        let residual: Vec<f64> = (0..motion.position.len())
+            .map(|k| motion.drive[k] - columns.iter().zip(&x).map(|((c, _), x)| c[k] * x).sum::<f64>())
+            .collect();
+        let square = rows.iter().map(|k| residual[*k].powi(2)).sum::<f64>() / rows.len().max(1) as f64;
+        let per_row = (2.0 * motion.cutoff_hz * motion.step_s).min(1.0);
+        let inverse_normal = factor.inverse();
+        let deviation = |i: usize| (inverse_normal.at(i, i) * square / per_row).max(0.0).sqrt();
+        let first = if inverse.stiffness { 3 } else { 2 };
+        let mut model = Model::nominal(
+            [x[1] * gain, if inverse.stiffness { x[2] * gain } else { 0.0 }, gain],
+            fitter::plant::Hold::ZeroOrder,
+        );
+        model.nominal_free[1] = inverse.stiffness;
+        let stiff = if inverse.stiffness { deviation(2) * gain.abs() } else { 0.0 };
+        let mut deviations = vec![vec![deviation(1) * gain.abs(), stiff, deviation(0) * gain * gain]];
+        for (effect, shapes) in &inverse.terms {
+            model.terms.push(Term::new(*effect, shapes.clone()));
+            deviations.push(vec![0.0; shapes.len()]);
+        }
+        for (i, (_, owner)) in columns.iter().enumerate().skip(first) {
+            let Some((t, j)) = *owner else { continue };
+            let effect = inverse.terms[t].0;
+            let factor = match effect.part() {
+                Part::Force => gain,
+                Part::SensorOffset if inverse.stiffness => x[0] / x[2],
+                _ => 1.0,
+            };
+            model.terms[t].parameters[j] = x[i] * factor;
+            deviations[1 + t][j] = deviation(i) * factor.abs();
+        }
+        solved = Some(Solved { model, residual, deviations });
+    }
+    solved
+}
+
+/// Smoothed columns of a whole model that was fitted, its lag included.
+pub fn model_columns(inverse: &Inverse, solved: &Solved, motion: &Motion) -> Vec<Vec<f64>> {
+    let gain = solved.model.nominal[2];
+    let mut columns = nominal_columns(inverse.stiffness, motion);
+    for (effect, shapes) in &inverse.terms {
+        if is_lag(*effect) {
+            let fitted: Vec<f64> = motion.drive.iter().zip(&solved.residual).map(|(u, r)| u - r).collect();
+            columns.push(motion.rate(&fitted));
+        } else {
+            columns.extend(effect_columns(*effect, shapes, motion, gain).into_iter().map(|(_, c)| c));
+        }
+    }
+    columns
+}
+
+/// A recording's own smoothing: the cut-off at which the nominal prediction with dry friction and offset
+/// errs least against the raw drive.
+pub fn best_cutoff(recording: &DynamicRecording, inverse: &Inverse) -> f64 {
+    let rate = 1.0 / recording.step_s;
+    let tried = (0..12).map(|k| rate / 8.0 * 0.7f64.powi(k));
+    let error = |cutoff: f64| -> f64 {
+        let motion = Motion::new(recording, cutoff, None);
+        let Some(solved) = solve(inverse, &motion, &|_| true) else { return f64::INFINITY };
+        let predicted = predict(&solved.model, &motion);
+        predicted.iter().zip(&recording.drives[0]).map(|(a, b)| (a - b).powi(2)).sum()
+    };
+    let all: Vec<(f64, f64)> = tried.map(|c| (error(c), c)).collect();
+    all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(rate / 20.0, |(_, c)| c)
+}

@@ -1,0 +1,123 @@
+//! The recorded motion as the inverse model needs it: smoothed position, velocity and acceleration, and the
+//! accelerations that the catalogue's effects add along it.
+
+use super::filter::{derivative, low_pass};
+use crate::dynamic::effects::{DynamicEffect, Flow, MOST_STATES, Part, Physics};
+use crate::dynamic::recording::DynamicRecording;
+
+/// Speed below which the direction of a smoothed motion is uncertain, as a part of its root mean square.
+const STANDING: f64 = 0.01;
+/// Steps from row to row for an effect's own states.
+const SUBSTEPS: usize = 4;
+
+/// A smoothed motion, all runs one after another.
+pub struct Motion {
+    /// Time from row to row, s.
+    pub step_s: f64,
+    /// Rows of every run.
+    pub runs: Vec<std::ops::Range<usize>>,
+    /// Cut-off of the smoothing, Hz.
+    pub cutoff_hz: f64,
+    /// Position, velocity, acceleration.
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub acceleration: Vec<f64>,
+    /// The smoothed drive.
+    pub drive: Vec<f64>,
+    /// Speed that stands for standing still.
+    slow: f64,
+}
+
+impl Motion {
+    /// Smooths the motion of a recording; `slow` is the speed that counts as standing still, by default a
+    /// part of the recording's own.
+    pub fn new(recording: &DynamicRecording, cutoff_hz: f64, slow: Option<f64>) -> Motion {
+        let h = recording.step_s;
+        let (mut position, mut velocity, mut acceleration, mut drive) = (vec![], vec![], vec![], vec![]);
+        for run in &recording.runs {
+            let x = low_pass(&recording.positions[0][run.clone()], cutoff_hz, h);
+            let v = derivative(&x, h);
+            let last = x.len() - 1;
+            acceleration.extend((0..x.len()).map(|k| {
+                let k = k.clamp(1, last - 1);
+                (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (h * h)
+            }));
+            velocity.extend(v);
+            position.extend(x);
+            drive.extend(low_pass(&recording.drives[0][run.clone()], cutoff_hz, h));
+        }
+        let slow = slow.unwrap_or_else(|| STANDING * crate::rows::rms(&velocity)).max(f64::MIN_POSITIVE);
+        Motion {
+            step_s: h,
+            runs: recording.runs.clone(),
+            cutoff_hz,
+            position,
+            velocity,
+            acceleration,
+            drive,
+            slow,
+        }
+    }
+
+    /// The speed that counts as standing still.
+    pub fn slow(&self) -> f64 {
+        self.slow
+    }
+
+    /// `x` smoothed as the motion is.
+    pub fn smooth(&self, x: &[f64]) -> Vec<f64> {
+        self.runs.iter().flat_map(|r| low_pass(&x[r.clone()], self.cutoff_hz, self.step_s)).collect()
+    }
+
+    /// Time derivative of a smoothed column.
+    pub fn rate(&self, x: &[f64]) -> Vec<f64> {
+        self.runs.iter().flat_map(|r| derivative(&x[r.clone()], self.step_s)).collect()
+    }
+
+    /// What an effect adds to the acceleration along the motion.
+    pub fn force(&self, effect: &dyn DynamicEffect, parameters: &[f64], gain: f64) -> Vec<f64> {
+        let mut out = vec![0.0; self.position.len()];
+        if effect.part() != Part::Force {
+            return out;
+        }
+        let count = effect.states();
+        for run in &self.runs {
+            let mut states = effect.rest(self.position[run.start]);
+            for k in run.clone() {
+                let next = (k + 1).min(run.end - 1);
+                let at = |part: f64, states: &[f64; MOST_STATES]| -> (f64, [f64; MOST_STATES]) {
+                    let between = |x: &[f64]| x[k] + part * (x[next] - x[k]);
+                    let velocity = between(&self.velocity);
+                    let mut rates = [0.0; MOST_STATES];
+                    let mut flow = Flow {
+                        drive: between(&self.drive),
+                        position: between(&self.position),
+                        velocity,
+                        gain,
+                        direction: (velocity / self.slow).clamp(-1.0, 1.0),
+                        time: (k - run.start) as f64 * self.step_s,
+                        acceleration: 0.0,
+                        states: &states[..count],
+                        rates: &mut rates[..count],
+                    };
+                    Physics::<f64>::force(effect, parameters, &mut flow);
+                    (flow.acceleration, rates)
+                };
+                out[k] = at(0.0, &states).0;
+                if count > 0 {
+                    // Midpoint rule in a few steps.
+                    let h = self.step_s / SUBSTEPS as f64;
+                    for i in 0..SUBSTEPS {
+                        let part = i as f64 / SUBSTEPS as f64;
+                        let first = at(part, &states).1;
+                        let mut middle = states;
+                        (0..count).for_each(|j| middle[j] += 0.5 * h * first[j]);
+                        let rates = at(part + 0.5 / SUBSTEPS as f64, &middle).1;
+                        (0..count).for_each(|j| states[j] += h * rates[j]);
+                    }
+                }
+            }
+        }
+        out
+    }
+}

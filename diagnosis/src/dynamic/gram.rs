@@ -1,0 +1,242 @@
+//! Normal equations of a free-run simulation: the simulation runs once with its sensitivities, and only the
+//! inner products of residual and sensitivities are kept, for every run and kind of row apart.
+
+use super::data::{Data, FOLDS};
+use super::dense::Symmetric;
+use super::effects::{DynamicEffect, Physics};
+use super::model::Model;
+use super::number::{Dual, Number};
+use super::simulate::{Theta, Unstable, simulate};
+
+/// Directions of the initial state of a run.
+pub const STATE: usize = 2;
+/// Most free parameters of a model.
+pub const MOST_FREE: usize = 16 - STATE;
+
+/// Inner products of the sensitivities (first the run's initial position and velocity, then the free
+/// parameters) and, in the last place, of the residual.
+pub struct Grams {
+    /// One matrix per run and kind of row.
+    pub products: Vec<[Symmetric; FOLDS]>,
+    /// Rows that went into it, per kind.
+    pub rows: [usize; FOLDS],
+}
+
+/// Simulates `model` and collects the normal equations; `whitening` are the coefficients c of a filter
+/// e_t = x_t − Σ c_j x_(t−j) that residual and sensitivities pass first (empty: none).
+///
+/// # Errors
+/// [`Unstable`] where the simulation leaves every bound.
+pub fn grams(model: &Model, states: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
+    if model.free() + STATE <= 8 {
+        collect::<8>(model, states, data, whitening)
+    } else if model.free() + STATE <= 12 {
+        collect::<12>(model, states, data, whitening)
+    } else {
+        collect::<16>(model, states, data, whitening)
+    }
+}
+
+/// The model's parameters as dual numbers: direction 2 + i is the i-th packed parameter.
+fn seeded<const N: usize>(model: &Model) -> Theta<Dual<N>> {
+    let mut next = STATE;
+    let mut variable = |value: f64, free: bool, shape: bool| {
+        if !free || next >= N {
+            return Dual::from_f64(value);
+        }
+        let x = Dual::variable(value, next);
+        next += 1;
+        // A shape is estimated by its logarithm.
+        if shape { x.chain(value, value) } else { x }
+    };
+    let nominal = [0, 1, 2].map(|k| variable(model.nominal[k], model.nominal_free[k], false));
+    let terms = model
+        .terms
+        .iter()
+        .map(|term| {
+            let kinds = term.effect.parameters().iter().map(|p| p.shape);
+            let values = term.parameters.iter().zip(&term.free);
+            values.zip(kinds).map(|((v, free), shape)| variable(*v, *free, shape)).collect()
+        })
+        .collect();
+    Theta { nominal, terms }
+}
+
+fn collect<const N: usize>(
+    model: &Model,
+    states: &[[f64; 2]],
+    data: &Data,
+    whitening: &[f64],
+) -> Result<Grams, Unstable>
+where
+    dyn DynamicEffect: Physics<Dual<N>>,
+{
+    let theta = seeded::<N>(model);
+    let lanes = STATE + model.free();
+    let mut products = Vec::with_capacity(data.runs.len());
+    let mut rows = [0; FOLDS];
+    let order = whitening.len();
+    for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
+        let course = data.course(number, model.hold);
+        let mut sums = [(); FOLDS].map(|()| Sums::<N>::new());
+        let start = [Dual::variable(state[0], 0), Dual::variable(state[1], 1)];
+        // The last few residuals, the newest at `newest`.
+        let mut past = vec![(0.0, [0.0; N]); order.max(1)];
+        let mut newest = 0;
+        simulate(model, &theta, &course, start, |k, y: Dual<N>| {
+            let row = run.start + k;
+            let fold = data.fold[row] as usize;
+            let now = (data.position[row] - y.value, y.slopes);
+            if order == 0 {
+                sums[fold].add(now.0, &now.1);
+                rows[fold] += 1;
+                return;
+            }
+            if k >= order {
+                let mut white = now;
+                for (j, c) in whitening.iter().enumerate() {
+                    let (r, s) = &past[(newest + order - j) % order];
+                    white.0 -= c * r;
+                    for (a, b) in white.1.iter_mut().zip(s) {
+                        *a -= c * b;
+                    }
+                }
+                sums[fold].add(white.0, &white.1);
+                rows[fold] += 1;
+            }
+            newest = (newest + 1) % order;
+            past[newest] = now;
+        })?;
+        products.push(sums.map(|s| s.symmetric(lanes)));
+    }
+    Ok(Grams { products, rows })
+}
+
+/// Running sums of one kind of row.
+struct Sums<const N: usize> {
+    square: f64,
+    gradient: [f64; N],
+    matrix: [[f64; N]; N],
+}
+
+impl<const N: usize> Sums<N> {
+    fn new() -> Sums<N> {
+        Sums { square: 0.0, gradient: [0.0; N], matrix: [[0.0; N]; N] }
+    }
+
+    #[inline]
+    fn add(&mut self, residual: f64, slopes: &[f64; N]) {
+        self.square += residual * residual;
+        for i in 0..N {
+            self.gradient[i] += residual * slopes[i];
+            for j in 0..N {
+                self.matrix[i][j] += slopes[i] * slopes[j];
+            }
+        }
+    }
+
+    fn symmetric(&self, lanes: usize) -> Symmetric {
+        let mut out = Symmetric::zero(lanes + 1);
+        for i in 0..lanes {
+            for j in 0..lanes {
+                *out.at_mut(i, j) = self.matrix[i][j];
+            }
+            *out.at_mut(i, lanes) = self.gradient[i];
+            *out.at_mut(lanes, i) = self.gradient[i];
+        }
+        *out.at_mut(lanes, lanes) = self.square;
+        out
+    }
+}
+
+impl Grams {
+    /// Sum of squared residuals of the wanted kinds of rows.
+    pub fn cost(&self, folds: [bool; FOLDS]) -> f64 {
+        let last = |m: &Symmetric| m.at(m.size - 1, m.size - 1);
+        let of =
+            |run: &[Symmetric; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| last(&run[f])).sum::<f64>();
+        self.products.iter().map(of).sum()
+    }
+
+    /// Number of rows of the wanted kinds.
+    pub fn rows(&self, folds: [bool; FOLDS]) -> usize {
+        (0..FOLDS).filter(|f| folds[*f]).map(|f| self.rows[f]).sum()
+    }
+
+    /// A run's matrix, summed over the wanted kinds of rows.
+    pub fn of_run(&self, run: usize, folds: [bool; FOLDS]) -> Symmetric {
+        let mut sum = Symmetric::zero(self.products[run][0].size);
+        for f in (0..FOLDS).filter(|f| folds[*f]) {
+            for (a, b) in sum.entries.iter_mut().zip(&self.products[run][f].entries) {
+                *a += b;
+            }
+        }
+        sum
+    }
+
+    /// The normal equations of the parameters alone, the initial states of all runs eliminated (Schur
+    /// complement): sensitivities first, the residual last. `lambda` is the damping of Marquardt.
+    pub fn reduced(&self, folds: [bool; FOLDS], lambda: f64) -> Symmetric {
+        let size = self.products[0][0].size - STATE;
+        let mut sum = Symmetric::zero(size);
+        for run in 0..self.products.len() {
+            let whole = self.of_run(run, folds);
+            let block = state_block(&whole, lambda).factor();
+            for j in 0..size {
+                let solved = block.solve(&[whole.at(0, STATE + j), whole.at(1, STATE + j)]);
+                for i in 0..size {
+                    *sum.at_mut(i, j) += whole.at(STATE + i, STATE + j)
+                        - whole.at(STATE + i, 0) * solved[0]
+                        - whole.at(STATE + i, 1) * solved[1];
+                    if i == j && i + 1 < size {
+                        *sum.at_mut(i, j) += lambda * whole.at(STATE + i, STATE + i);
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// The step of Levenberg and Marquardt: of the parameters, of every run's initial state, and the
+    /// decrease of the cost that the linearised model promises.
+    pub fn step(&self, folds: [bool; FOLDS], lambda: f64) -> (Vec<f64>, Vec<[f64; 2]>, f64) {
+        let reduced = self.reduced(folds, lambda);
+        let size = reduced.size - 1;
+        let mut matrix = Symmetric::zero(size);
+        for i in 0..size {
+            for j in 0..size {
+                *matrix.at_mut(i, j) = reduced.at(i, j);
+            }
+        }
+        let right: Vec<f64> = (0..size).map(|i| reduced.at(i, size)).collect();
+        let step = matrix.factor().solve(&right);
+        let mut promised = 0.0;
+        let states = (0..self.products.len())
+            .map(|run| {
+                let whole = self.of_run(run, folds);
+                let last = whole.size - 1;
+                let right = [0, 1].map(|i| {
+                    whole.at(i, last) - (0..size).map(|j| whole.at(i, STATE + j) * step[j]).sum::<f64>()
+                });
+                let state = state_block(&whole, lambda).factor().solve(&right);
+                let full: Vec<f64> = state.iter().chain(&step).copied().collect();
+                for i in 0..full.len() {
+                    promised += 2.0 * full[i] * whole.at(i, last);
+                    promised -= (0..full.len()).map(|j| full[i] * whole.at(i, j) * full[j]).sum::<f64>();
+                }
+                [state[0], state[1]]
+            })
+            .collect();
+        (step, states, promised)
+    }
+}
+
+fn state_block(whole: &Symmetric, lambda: f64) -> Symmetric {
+    let mut block = Symmetric::zero(STATE);
+    for i in 0..STATE {
+        for j in 0..STATE {
+            *block.at_mut(i, j) = whole.at(i, j) * if i == j { 1.0 + lambda } else { 1.0 };
+        }
+    }
+    block
+}

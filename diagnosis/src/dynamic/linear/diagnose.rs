@@ -1,0 +1,314 @@
+//! One recording of a linear nominal from rows to everything that is said of it.
+
+use std::ops::Range;
+
+use fitter::plant::{Order, PlantFile};
+
+use super::looped::{Looped, Stretch};
+use super::marquardt::Limits;
+use super::modal::Modal;
+use super::plan::{self, Plan};
+use super::{file, hysteresis, nominal, sensitivity, verdict};
+use crate::diagnosis::{Diagnosis, NoiseFloor};
+use crate::dynamic::diagnose::Predicted;
+use crate::dynamic::spectrum::experiments::mean_period;
+use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
+use crate::held_out::{Fit, Score};
+use crate::verdict::Verdict;
+
+/// Steps of a fit with the loop on the few stretches that hold it.
+const STEPS: usize = 7;
+/// Further steps on all rows.
+const FINAL_STEPS: usize = 3;
+/// Steps of a linear model on rows that are not periodic.
+const LINEAR_STEPS: usize = 20;
+/// Steps that a rival without memory is given.
+const RIVAL_STEPS: usize = 4;
+/// Residual rms in units of the noise up to which nothing is left.
+const NOISE: f64 = 1.15;
+/// Part of the residual that depends on the amplitude from which on it is no noise.
+const GROWS: f64 = 0.2;
+/// Excess of a rival's held-out residual power below which it is not told apart.
+const RIVAL: f64 = 0.03;
+
+/// Diagnoses a recording whose plant is `kind = "linear"`.
+///
+/// # Errors
+/// [`DynamicError::NoPlant`] where the drives do not determine a model, and what
+/// [`DynamicRecording::comparable`] refuses of `held_out`.
+pub fn diagnose_linear(
+    recording: &DynamicRecording,
+    plant: &PlantFile,
+    simulated: Option<&OwnSimulation>,
+    held_out: Option<&DynamicRecording>,
+    skip: &[String],
+) -> Result<DynamicOutcome, DynamicError> {
+    if let Some(other) = held_out {
+        recording.comparable(other)?;
+    }
+    let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
+    let plan = Plan::new(recording);
+    let expected = match simulated {
+        Some(own) => theirs(recording, own)?,
+        None => recording.clone(),
+    };
+    let order = match plant.plant.order {
+        Some(Order::States(states)) => Some(states.div_ceil(2) * 2),
+        _ => None,
+    };
+    let given = file::to_model(plant);
+    let (before, start) = match given {
+        Some(model) if agrees(&model.linear, recording) => (model.clone(), model.linear),
+        _ => {
+            let (pooled, lowest) = nominals(&expected, &plan, order).ok_or_else(lost)?;
+            (Looped::plain(pooled), lowest)
+        }
+    };
+    let fitting = plan.fitting(recording);
+    let held = plan.held();
+    let judged = plan.stretches(recording, if held.is_empty() { &[] } else { &held });
+    let judged = if judged.is_empty() { fitting.clone() } else { judged };
+    let named = if skip.iter().any(|id| id == file::ID) {
+        None
+    } else {
+        name(recording, &plan, &before, &start, &fitting, &judged)
+    };
+    let responses = verdict::responses(recording, &plan);
+    let mut effects = Vec::new();
+    let after = match &named {
+        Some(found) => {
+            let error = sensitivity::exponent_error(&found.model, &fitting);
+            let mut effect = verdict::hysteresis(&found.model, found.gain, &responses, error);
+            effect.alternatives.extend(found.rival.then(|| "cubic_stiffness".to_string()));
+            effects.push(effect);
+            &found.model
+        }
+        None => &before,
+    };
+    let (own, other) = (predict(recording, &before, after), held_out.map(|r| predict(r, &before, after)));
+    let noise = period_noise(recording, &plan);
+    let all: Vec<Range<usize>> = recording.runs.clone();
+    let judged_rows = if held.is_empty() { &all } else { &held };
+    let left = rms(recording, &own.after, judged_rows);
+    let level = noise.map_or(left, |(level, _)| level);
+    let around = verdict::locations(recording, &plan, &before.linear, &responses);
+    // Without repeated periods nothing tells noise from distortion but its dependence on the amplitude.
+    let grows = around.iter().any(|l| l.variable == "amplitude" && l.share > GROWS);
+    let said = match (&named, noise) {
+        (Some(_), Some(_)) if left > NOISE * level => Verdict::PartlyExplained,
+        (Some(_), _) => Verdict::Explained,
+        (None, Some(_)) if left > NOISE * level => Verdict::Unexplained,
+        (None, None) if grows => Verdict::Unexplained,
+        (None, _) => Verdict::Consistent,
+    };
+    let locations = if said == Verdict::Consistent { Vec::new() } else { around };
+    let score = |own_columns: &[Vec<f64>], other_columns: Option<&Vec<Vec<f64>>>| Score {
+        train_rms: rms(recording, own_columns, &plan.fitted()),
+        held_out_rms: match (held_out, other_columns) {
+            (Some(r), Some(columns)) => Some(rms(r, columns, &r.runs)),
+            _ if held.is_empty() => None,
+            _ => Some(rms(recording, own_columns, &held)),
+        },
+    };
+    let fit = Fit {
+        unit: plant.plant.position_unit.clone(),
+        held_out_by: held_out.map_or(plan.held_out_by.to_string(), |r| r.file.clone()),
+        before: score(&own.before, other.as_ref().map(|o| &o.before)),
+        after: score(&own.after, other.as_ref().map(|o| &o.after)),
+        gain: None,
+        of_explainable: None,
+    };
+    let next_experiment = match said {
+        Verdict::Unexplained => Some(String::from(
+            "repeat the excitation at two amplitudes or more, of each more runs than drives: then what depends on the amplitude \
+             is told from what the order of the model leaves",
+        )),
+        Verdict::PartlyExplained if plan.groups.len() < 2 => Some(String::from(
+            "repeat the excitation at another amplitude: one alone does not show the growth",
+        )),
+        _ => None,
+    };
+    let diagnosis = Diagnosis {
+        schema: 1,
+        recording: recording.file.clone(),
+        verdict: said,
+        noise_floor: NoiseFloor {
+            value: level,
+            unit: plant.plant.position_unit.clone(),
+            from: if noise.is_some() { "repeated periods" } else { "what the model leaves" }.into(),
+            autocorrelation: noise.map_or(0.0, |(_, correlation)| correlation),
+        },
+        locations,
+        effects,
+        fit,
+        unidentifiable: vec![String::from(
+            "the states of the linear model: any regular change of their coordinates gives the same positions",
+        )],
+        next_experiment,
+    };
+    Ok(DynamicOutcome { diagnosis, plant: file::to_file(after, &plant.plant), own, other })
+}
+
+/// The linear model of all amplitudes, and that of the lowest, both of one order.
+fn nominals(recording: &DynamicRecording, plan: &Plan, order: Option<usize>) -> Option<(Modal, Modal)> {
+    let all = plan.experiments(recording, &plan.fitted());
+    let lowest = plan.groups.first()?;
+    let low = plan.experiments(recording, &lowest.fitted);
+    // The lowest amplitude shows the modes best; where its runs do not span the drives, all are taken.
+    let low = if low.each.len() > low.inputs && plan.groups.len() > 1 { low } else { all.clone() };
+    let order = match order {
+        Some(order) => order,
+        None => {
+            let held = (!lowest.held.is_empty()).then(|| plan.experiments(recording, &lowest.held));
+            let held = held.filter(|h| h.lines == low.lines && !h.each.is_empty());
+            nominal::choose_order(&low, held.as_ref())?
+        }
+    };
+    let mut pooled = nominal::identify(&all, order)?;
+    if plan.period.is_none() {
+        // Windows smear the resonances: the rows themselves decide.
+        let rows = plan.finishing(recording);
+        let limits = Limits { steps: LINEAR_STEPS, decrease: 1e-4 };
+        pooled = sensitivity::fit(&Looped::plain(pooled), &rows, limits).linear;
+        return Some((pooled.clone(), pooled));
+    }
+    let start = if plan.groups.len() > 1 { nominal::identify(&low, order)? } else { pooled.clone() };
+    Some((pooled, start))
+}
+
+/// A hysteresis that is worth its name.
+struct Named {
+    model: Looped,
+    gain: (f64, f64),
+    /// Whether a rival without memory does as well.
+    rival: bool,
+}
+
+fn name(
+    recording: &DynamicRecording,
+    plan: &Plan,
+    before: &Looped,
+    linear: &Modal,
+    fitting: &[Stretch],
+    judged: &[Stretch],
+) -> Option<Named> {
+    let limits = |steps| Limits { steps, decrease: 2e-3 };
+    let whole = plan.finishing(recording);
+    let finish = |model: &Looped| {
+        let (model, steps) = if whole.len() > fitting.len() {
+            (sensitivity::fit(model, fitting, limits(STEPS - RIVAL_STEPS)), FINAL_STEPS)
+        } else {
+            (model.clone(), STEPS - RIVAL_STEPS)
+        };
+        sensitivity::fit(&model, &whole, limits(steps))
+    };
+    let first = hysteresis::fit(linear, fitting, true, limits(RIVAL_STEPS))?;
+    // What does nothing after these steps will not be named after more.
+    verdict::gain(before, &first, judged).filter(|g| g.0 > 0.0)?;
+    let rival = hysteresis::fit(linear, fitting, false, limits(RIVAL_STEPS))
+        .and_then(|rival| verdict::gain(&first, &rival, judged))
+        .is_some_and(|(gain, _)| gain > -RIVAL);
+    let model = finish(&first);
+    let mut gain = verdict::gain(before, &model, judged)?;
+    if plan.held().is_empty() {
+        // Rows that were fitted flatter the larger model: as Akaike's final prediction error has it.
+        let rows: usize = judged.iter().map(|s| s.position.len()).sum();
+        let more = model.parameters().len().saturating_sub(before.parameters().len());
+        gain.0 = 1.0 - (1.0 - gain.0) * (1.0 + 2.0 * more as f64 / rows.max(1) as f64);
+    }
+    verdict::worth(gain).then_some(Named { model, gain, rival })
+}
+
+/// Whether a model that the plant file states is one of this recording.
+fn agrees(model: &Modal, recording: &DynamicRecording) -> bool {
+    model.inputs == recording.drives.len()
+        && model.outputs == recording.positions.len()
+        && (model.step_s / recording.step_s - 1.0).abs() < 1e-3
+}
+
+/// The recording with the user's simulated position in the place of the measured one.
+fn theirs(recording: &DynamicRecording, own: &OwnSimulation) -> Result<DynamicRecording, DynamicError> {
+    let wrong =
+        |found: String, expected: String| DynamicError::Simulated { file: own.file.clone(), found, expected };
+    if recording.positions.len() != 1 {
+        return Err(wrong(
+            "one `position`".into(),
+            format!("a recording of one, not {}", recording.positions.len()),
+        ));
+    }
+    if own.positions.len() != recording.rows() {
+        return Err(wrong(format!("{} rows", own.positions.len()), format!("{} rows", recording.rows())));
+    }
+    Ok(DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() })
+}
+
+/// Free runs of every run by two models, row for row; what runs away stands still at zero.
+fn predict(recording: &DynamicRecording, before: &Looped, after: &Looped) -> Predicted {
+    let run = |model: &Looped| -> Vec<Vec<f64>> {
+        let p = recording.positions.len();
+        let mut columns = vec![vec![0.0; recording.rows()]; p];
+        for rows in &recording.runs {
+            let Some(y) = free_run(model, recording, rows) else { continue };
+            for (t, row) in y.chunks_exact(p).enumerate() {
+                for (column, value) in columns.iter_mut().zip(row) {
+                    column[rows.start + t] = *value;
+                }
+            }
+        }
+        columns
+    };
+    Predicted { t_s: recording.t_s.clone(), before: run(before), after: run(after) }
+}
+
+/// Positions of one run, rows × outputs: in steady state where it is periodic, otherwise from the initial
+/// state that its unscored rows give.
+pub fn free_run(model: &Looped, recording: &DynamicRecording, rows: &Range<usize>) -> Option<Vec<f64>> {
+    let rows_of = |channels: &[Vec<f64>], rows: &Range<usize>| -> Vec<f64> {
+        rows.clone().flat_map(|t| channels.iter().map(move |c| c[t])).collect()
+    };
+    if let Some(length) = plan::period(recording) {
+        let mean: Vec<Vec<f64>> = recording.drives.iter().map(|d| mean_period(d, rows, length)).collect();
+        let one = model.steady(&rows_of(&mean, &(0..length)))?;
+        return Some(one.repeat(rows.len() / length));
+    }
+    let drive = rows_of(&recording.drives, rows);
+    let head = rows.start..rows.end.min(rows.start + recording.unscored().max(50));
+    let position = rows_of(&recording.positions, &head);
+    let mut state = model.rest();
+    state.x = super::initial::state(&model.linear, &drive, &position, head.len());
+    model.simulate(&drive, &mut state)
+}
+
+/// Root mean square of recorded less predicted over the scored of the rows and all positions.
+pub fn rms(recording: &DynamicRecording, predicted: &[Vec<f64>], rows: &[Range<usize>]) -> f64 {
+    let (mut sum, mut count) = (0.0, 0usize);
+    for (recorded, predicted) in recording.positions.iter().zip(predicted) {
+        for row in rows.iter().cloned().flatten().filter(|row| recording.scored(*row)) {
+            sum += (recorded[row] - predicted[row]).powi(2);
+            count += 1;
+        }
+    }
+    (sum / count.max(1) as f64).sqrt()
+}
+
+/// Standard deviation of a reading from the scatter over periods, and the correlation of successive ones.
+fn period_noise(recording: &DynamicRecording, plan: &Plan) -> Option<(f64, f64)> {
+    let length = plan.period?;
+    let (mut sum, mut lagged, mut freedom) = (0.0, 0.0, 0.0);
+    for run in &recording.runs {
+        let periods = run.len() / length;
+        if periods < 2 {
+            return None;
+        }
+        for position in &recording.positions {
+            let mean = mean_period(position, run, length);
+            for period in position[run.clone()].chunks_exact(length) {
+                let rest: Vec<f64> = period.iter().zip(&mean).map(|(v, m)| v - m).collect();
+                sum += rest.iter().map(|r| r * r).sum::<f64>();
+                lagged += rest.windows(2).map(|w| w[0] * w[1]).sum::<f64>();
+            }
+            freedom += ((periods - 1) * length) as f64;
+        }
+    }
+    Some(((sum / freedom.max(1.0)).sqrt(), lagged / sum.max(f64::MIN_POSITIVE)))
+}

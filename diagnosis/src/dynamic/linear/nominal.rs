@@ -1,0 +1,60 @@
+//! The linear nominal: as many states as held-out rows pay for.
+
+use super::modal::Modal;
+use super::refine::refine;
+use super::subspace::{Subspace, subspace};
+use crate::dynamic::spectrum::Experiments;
+
+/// Block rows of the subspace identification; more resolve closer modes and cost noise.
+const BLOCK_ROWS: usize = 40;
+/// Largest order that is tried.
+const MOST: usize = 60;
+/// Excess of the error over the least among the orders that a smaller order may have.
+const EXCESS: f64 = 1.15;
+/// Steps of the refinement.
+const STEPS: usize = 8;
+
+/// Relative error of a model on experiments: rms of the error over rms of the position, over all weighted.
+pub fn error(model: &Modal, data: &Experiments) -> f64 {
+    let (m, p) = (data.inputs, data.outputs);
+    let (mut left, mut all) = (0.0, 0.0);
+    for (line, &z) in data.points().iter().enumerate() {
+        let g = model.response(z);
+        for e in &data.each {
+            let weight = e.weight * e.weight;
+            for i in 0..p {
+                let y = e.position[line * p + i];
+                let u = &e.drive[line * m..(line + 1) * m];
+                let predicted =
+                    g[i * m..(i + 1) * m].iter().zip(u).map(|(g, u)| g * u).sum::<super::Complex>();
+                left += weight * (y - predicted).norm_sqr();
+                all += weight * y.norm_sqr();
+            }
+        }
+    }
+    (left / all.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// The smallest even order whose error on `held` (on `data` where nothing is held out) is close to the
+/// least of all orders.
+pub fn choose_order(data: &Experiments, held: Option<&Experiments>) -> Option<usize> {
+    let space = range(data)?;
+    let scored: Vec<(usize, f64)> = (1..=MOST / 2)
+        .map(|k| 2 * k)
+        .filter(|order| *order <= space.most())
+        .filter_map(|order| Some((order, error(&space.model(order)?, held.unwrap_or(data)))))
+        .filter(|(_, error)| error.is_finite())
+        .collect();
+    let least = scored.iter().map(|s| s.1).fold(f64::INFINITY, f64::min);
+    scored.iter().find(|s| s.1 <= EXCESS * least).map(|s| s.0)
+}
+
+/// The model of `order` states that fits the experiments best.
+pub fn identify(data: &Experiments, order: usize) -> Option<Modal> {
+    Some(refine(&range(data)?.model(order)?, data, STEPS))
+}
+
+fn range(data: &Experiments) -> Option<Subspace> {
+    // A segment's leakage and few lines bound the number of block rows that carry anything.
+    subspace(data, BLOCK_ROWS.min(data.lines.len() / 3).max(2))
+}

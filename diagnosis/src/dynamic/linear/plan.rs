@@ -1,0 +1,195 @@
+//! Which rows are fitted and which are held out.
+
+use std::ops::Range;
+
+use super::looped::Stretch;
+use crate::dynamic::DynamicRecording;
+use crate::dynamic::spectrum::Experiments;
+use crate::dynamic::spectrum::experiments::{mean_period, periodic, segment_length, segments};
+
+/// Rows of the stretches of one fit in the time domain: as many as hold a few hundred parameters firmly.
+const FIT_ROWS: usize = 34_000;
+/// Rows of the last steps of a fit.
+const FINAL_ROWS: usize = 100_000;
+/// Rows of a stretch of a recording that is not periodic.
+const STRETCH: usize = 4096;
+/// Rows at the start of such a stretch that give its initial state.
+const LEAD: usize = 50;
+/// Part of a single run that is held out, at its end.
+const LAST: f64 = 0.25;
+/// Amplitudes closer than this are one.
+const SAME: f64 = 0.05;
+
+/// Runs of one amplitude.
+#[derive(Debug, Clone)]
+pub struct Group {
+    /// The amplitude, from its column or the rms of the drives.
+    pub amplitude: f64,
+    /// Ranges of rows that are fitted.
+    pub fitted: Vec<Range<usize>>,
+    /// Ranges of rows that are held out.
+    pub held: Vec<Range<usize>>,
+}
+
+/// The recording taken apart.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Samples of a period, where the excitation is periodic.
+    pub period: Option<usize>,
+    /// Groups by increasing amplitude.
+    pub groups: Vec<Group>,
+    /// Samples of a segment, where it is not.
+    pub segment: usize,
+    /// What is held out: `run` or `block`.
+    pub held_out_by: &'static str,
+}
+
+impl Plan {
+    /// Takes a recording apart: of every amplitude the last run is held out, where there are more runs
+    /// than drives; otherwise the last quarter of every run, unless it is periodic.
+    pub fn new(recording: &DynamicRecording) -> Plan {
+        let period = period(recording);
+        let mut groups: Vec<Group> = Vec::new();
+        let mut runs: Vec<(f64, Range<usize>)> =
+            recording.runs.iter().map(|r| (amplitude(recording, r), r.clone())).collect();
+        runs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.start.cmp(&b.1.start)));
+        for (amplitude, run) in runs {
+            match groups.last_mut() {
+                Some(group) if (amplitude / group.amplitude - 1.0).abs() < SAME => group.fitted.push(run),
+                _ => groups.push(Group { amplitude, fitted: vec![run], held: vec![] }),
+            }
+        }
+        // What is left must span the drives.
+        let by_run = groups.iter().all(|g| g.fitted.len() > recording.drives.len());
+        for group in &mut groups {
+            if by_run {
+                group.held.extend(group.fitted.pop());
+            } else if period.is_none() {
+                for run in &mut group.fitted {
+                    let cut = run.end - (run.len() as f64 * LAST) as usize;
+                    group.held.push(cut..run.end);
+                    *run = run.start..cut;
+                }
+            }
+        }
+        // One length for all rows, fitted or held out, so that their lines are the same.
+        let shortest = groups.iter().flat_map(|g| g.fitted.iter().chain(&g.held)).map(|r| r.len()).min();
+        let segment = segment_length(shortest.unwrap_or(0));
+        Plan { period, groups, segment, held_out_by: if by_run { "run" } else { "block" } }
+    }
+
+    /// Rows that are fitted, of all groups.
+    pub fn fitted(&self) -> Vec<Range<usize>> {
+        self.groups.iter().flat_map(|g| g.fitted.clone()).collect()
+    }
+
+    /// Rows that are held out, of all groups; empty where nothing can be.
+    pub fn held(&self) -> Vec<Range<usize>> {
+        self.groups.iter().flat_map(|g| g.held.clone()).collect()
+    }
+
+    /// Experiments of the given rows, weighted to equal parts of the position's power.
+    pub fn experiments(&self, recording: &DynamicRecording, rows: &[Range<usize>]) -> Experiments {
+        let (drives, positions) = (&recording.drives, &recording.positions);
+        let mut data = match self.period {
+            Some(length) => periodic(drives, positions, rows, length, recording.step_s),
+            None => segments(drives, positions, rows, self.segment, recording.step_s),
+        };
+        for e in &mut data.each {
+            let power: f64 = e.position.iter().map(|y| y.norm_sqr()).sum();
+            e.weight = 1.0 / power.sqrt().max(f64::MIN_POSITIVE);
+        }
+        data
+    }
+
+    /// Stretches of the given rows, all of them.
+    pub fn stretches(&self, recording: &DynamicRecording, rows: &[Range<usize>]) -> Vec<Stretch> {
+        let mut all = Vec::new();
+        for run in rows {
+            match self.period {
+                Some(length) => all.push(averaged(recording, run, length)),
+                None => {
+                    let mut start = run.start;
+                    while start + 4 * LEAD < run.end {
+                        all.push(cut(recording, start..(start + STRETCH).min(run.end)));
+                        start += STRETCH;
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Stretches for a fit: evenly chosen from every group, of bounded length in all.
+    pub fn fitting(&self, recording: &DynamicRecording) -> Vec<Stretch> {
+        self.chosen(recording, FIT_ROWS)
+    }
+
+    /// Stretches for the last steps of a fit: all rows, of a very long recording evenly chosen ones.
+    pub fn finishing(&self, recording: &DynamicRecording) -> Vec<Stretch> {
+        self.chosen(recording, FINAL_ROWS)
+    }
+
+    fn chosen(&self, recording: &DynamicRecording, rows: usize) -> Vec<Stretch> {
+        let mut all = Vec::new();
+        let share = rows / self.groups.len().max(1);
+        for group in &self.groups {
+            let whole = self.stretches(recording, &group.fitted);
+            let size = whole.first().map_or(1, |s| s.rows(recording.drives.len())).max(1);
+            let count = (share / size).clamp(1, whole.len().max(1));
+            all.extend((0..count).filter_map(|k| whole.get(k * whole.len() / count).cloned()));
+        }
+        all
+    }
+}
+
+/// Length of a period, where every run holds whole periods of one length.
+pub fn period(recording: &DynamicRecording) -> Option<usize> {
+    let numbers = recording.period.as_ref()?;
+    let first = recording.runs.first()?;
+    let length = numbers[first.clone()].iter().take_while(|n| **n == numbers[first.start]).count();
+    let whole = recording.runs.iter().all(|run| {
+        run.len() % length == 0
+            && numbers[run.clone()].chunks_exact(length).all(|period| period.iter().all(|n| *n == period[0]))
+    });
+    (whole && length >= 16).then_some(length)
+}
+
+fn amplitude(recording: &DynamicRecording, run: &Range<usize>) -> f64 {
+    if let Some(column) = &recording.amplitude {
+        return column[run.start];
+    }
+    let sum: f64 = recording
+        .drives
+        .iter()
+        .map(|d| {
+            let mean = crate::rows::mean(&d[run.clone()]);
+            d[run.clone()].iter().map(|v| (v - mean).powi(2)).sum::<f64>()
+        })
+        .sum();
+    (sum / (run.len() * recording.drives.len().max(1)).max(1) as f64).sqrt()
+}
+
+fn interleave(columns: &[Vec<f64>]) -> Vec<f64> {
+    let rows = columns.first().map_or(0, Vec::len);
+    (0..rows).flat_map(|t| columns.iter().map(move |c| c[t])).collect()
+}
+
+fn averaged(recording: &DynamicRecording, run: &Range<usize>, length: usize) -> Stretch {
+    let mean = |channels: &[Vec<f64>]| -> Vec<f64> {
+        interleave(&channels.iter().map(|c| mean_period(c, run, length)).collect::<Vec<_>>())
+    };
+    weighted(mean(&recording.drives), mean(&recording.positions), true, 0)
+}
+
+fn cut(recording: &DynamicRecording, rows: Range<usize>) -> Stretch {
+    let part = |channels: &[Vec<f64>]| -> Vec<f64> {
+        interleave(&channels.iter().map(|c| c[rows.clone()].to_vec()).collect::<Vec<_>>())
+    };
+    weighted(part(&recording.drives), part(&recording.positions), false, LEAD)
+}
+
+fn weighted(drive: Vec<f64>, position: Vec<f64>, periodic: bool, skip: usize) -> Stretch {
+    let weight = 1.0 / position.iter().map(|v| v * v).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    Stretch { drive, position, periodic, skip, weight }
+}

@@ -1,0 +1,313 @@
+//! Output error of the looped model in the time domain: normal equations by forward sensitivities, exact
+//! through the loop and its memory, and their minimisation.
+//!
+//! The sensitivities of [`LANES`] parameters run through the rows together, so that their state stays in
+//! registers and the first cache.
+
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::{Accum, MatRef, Par};
+use rayon::prelude::*;
+
+use super::looped::{Looped, State, Stepper, Stretch};
+use super::marquardt::{Limits, Normal, minimise};
+
+/// Parameters whose sensitivities run together.
+const LANES: usize = 8;
+/// Pieces of rows whose products are summed up in their order, whatever the number of threads.
+const PIECES: usize = 4;
+type Lane = [f64; LANES];
+
+/// Where a parameter enters directly: `targets[target] += sign · sources[source]`, with targets x′, y, z, w
+/// and sources x, u, w, ∂w/∂e, each kind after the other.
+#[derive(Clone, Copy)]
+struct Entry {
+    target: usize,
+    source: usize,
+    sign: f64,
+}
+
+/// Fits all parameters of `start` to the stretches; stays stable and never becomes worse.
+pub fn fit(start: &Looped, stretches: &[Stretch], limits: Limits) -> Looped {
+    let normal = |p: &[f64]| normal_equations(&start.with(p), stretches);
+    let cost = |p: &[f64]| cost(&start.with(p), stretches);
+    start.with(&minimise(start.parameters(), normal, cost, limits))
+}
+
+/// Σ over the stretches of the squared weighted residuals; `None` for an unstable model.
+pub fn cost(model: &Looped, stretches: &[Stretch]) -> Option<f64> {
+    if !admissible(model) {
+        return None;
+    }
+    let each: Vec<Option<f64>> = stretches
+        .par_iter()
+        .map(|s| {
+            let y = predict(model, s)?;
+            let first = s.skip * model.linear.outputs;
+            let rest = y[first..].iter().zip(&s.position[first..]);
+            Some(s.weight * s.weight * rest.map(|(y, measured)| (y - measured).powi(2)).sum::<f64>())
+        })
+        .collect();
+    each.into_iter().sum()
+}
+
+fn admissible(model: &Looped) -> bool {
+    // An exponent below −0.95 makes the smallest plays dominate: then w is linear.
+    model.linear.stable() && (-0.95..=3.0).contains(&model.operator.exponent())
+}
+
+/// Free simulation of a stretch: in steady state, or from the initial state that its first rows give.
+pub fn predict(model: &Looped, stretch: &Stretch) -> Option<Vec<f64>> {
+    let mut state = start_state(model, stretch)?;
+    model.simulate(&stretch.drive, &mut state)
+}
+
+fn start_state(model: &Looped, stretch: &Stretch) -> Option<State> {
+    let mut state = model.rest();
+    if stretch.periodic {
+        for _ in 0..model.settling(stretch.rows(model.linear.inputs)) {
+            model.simulate(&stretch.drive, &mut state)?;
+        }
+    } else {
+        state.x = super::initial::state(&model.linear, &stretch.drive, &stretch.position, stretch.skip);
+    }
+    Some(state)
+}
+
+/// The trajectory that the sensitivities run along.
+struct Trajectory {
+    /// Sources x, u, w, ∂w/∂e of every row.
+    sources: Vec<f64>,
+    moved: Vec<u32>,
+    slope: Vec<f64>,
+    y: Vec<f64>,
+    /// Rows before the first that is kept.
+    lead: usize,
+}
+
+pub(super) fn normal_equations(model: &Looped, stretches: &[Stretch]) -> Option<Normal> {
+    let entries = entries(model);
+    let mut sum = Normal::zeros(entries.len());
+    for stretch in stretches {
+        add_stretch(model, stretch, &entries, &mut sum)?;
+    }
+    Some(sum)
+}
+
+fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &mut Normal) -> Option<()> {
+    let p = model.linear.outputs;
+    let path = trajectory(model, stretch)?;
+    let rows = path.y.len() / p - path.lead;
+    let (first, size) = (stretch.skip.min(rows), entries.len());
+    let kept = (rows - first) * p;
+    if kept == 0 {
+        return Some(());
+    }
+    let mut jacobian = vec![0.0; kept * size];
+    jacobian.par_chunks_mut(kept * LANES).zip(entries.par_chunks(LANES)).for_each(|(columns, entries)| {
+        sensitivities(model, &path, path.lead + first, entries, columns, kept);
+    });
+    let measured = &stretch.position[first * p..];
+    let predicted = &path.y[(path.lead + first) * p..];
+    let residual: Vec<f64> =
+        predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
+    let whole = MatRef::from_column_major_slice(&jacobian, kept, size);
+    let piece = kept.div_ceil(PIECES);
+    let grams: Vec<faer::Mat<f64>> = (0..PIECES)
+        .into_par_iter()
+        .map(|k| {
+            let (from, to) = ((k * piece).min(kept), ((k + 1) * piece).min(kept));
+            let part = whole.subrows(from, to - from);
+            let mut gram = faer::Mat::<f64>::zeros(size, size);
+            triangular::matmul(
+                gram.as_mut(),
+                BlockStructure::TriangularLower,
+                Accum::Replace,
+                part.transpose(),
+                BlockStructure::Rectangular,
+                part,
+                BlockStructure::Rectangular,
+                1.0,
+                Par::Seq,
+            );
+            gram
+        })
+        .collect();
+    let square = stretch.weight * stretch.weight;
+    for gram in grams {
+        sum.gram += faer::Scale(square) * gram;
+    }
+    for (k, g) in sum.gradient.iter_mut().enumerate() {
+        *g += stretch.weight * crate::linear::dot(&jacobian[k * kept..(k + 1) * kept], &residual);
+    }
+    sum.cost += residual.iter().map(|r| r * r).sum::<f64>();
+    Some(())
+}
+
+/// Runs the model and keeps what the sensitivities need. A periodic stretch is led in by a quarter of it.
+fn trajectory(model: &Looped, stretch: &Stretch) -> Option<Trajectory> {
+    let (m, q) = (model.linear.inputs, model.loops());
+    let rows = stretch.rows(m);
+    let lead = if stretch.periodic { rows / 4 } else { 0 };
+    let mut state = start_state(model, stretch)?;
+    if lead > 0 {
+        model.simulate(&stretch.drive[..(rows - lead) * m], &mut state)?;
+    }
+    let drive = stretch.drive[(rows - lead) * m..].iter().chain(&stretch.drive).copied().collect::<Vec<_>>();
+    let mut path = Trajectory { sources: vec![], moved: vec![], slope: vec![], y: vec![], lead };
+    let mut step = Stepper::new(model);
+    for u in drive.chunks_exact(m) {
+        path.sources.extend_from_slice(&state.x);
+        path.sources.extend_from_slice(u);
+        step.run(model, u, &mut state, &mut path.y);
+        path.sources.extend_from_slice(&step.w);
+        path.sources.extend_from_slice(&step.by_exponent);
+        path.moved.extend_from_slice(&step.moved);
+        path.slope.extend_from_slice(&step.slope);
+    }
+    debug_assert_eq!(path.moved.len(), q * (rows + lead));
+    path.y.iter().all(|y| y.is_finite()).then_some(path)
+}
+
+/// For every parameter, in the order of [`Looped::parameters`], where it enters.
+fn entries(model: &Looped) -> Vec<Vec<Entry>> {
+    let lin = &model.linear;
+    let (n, m, p, q) = (lin.order(), lin.inputs, lin.outputs, model.loops());
+    let mut all = Vec::new();
+    for (k, block) in lin.blocks.iter().enumerate() {
+        for derivative in block.derivatives() {
+            let parts = derivative.iter().enumerate().filter(|(_, d)| **d != 0.0);
+            let entry =
+                |(i, &sign): (usize, &f64)| Entry { target: 2 * k + i / 2, source: 2 * k + i % 2, sign };
+            all.push(parts.map(entry).collect());
+        }
+    }
+    // Matrices by rows: rows are targets from `target` on, columns are sources from `source` on.
+    let mut matrix = |rows: usize, columns: usize, target: usize, source: usize| {
+        for i in 0..rows {
+            for j in 0..columns {
+                all.push(vec![Entry { target: target + i, source: source + j, sign: 1.0 }]);
+            }
+        }
+    };
+    let (x, u, w) = (0, n, n + m);
+    let (next, y, z) = (0, n, n + p);
+    matrix(n, m, next, u);
+    matrix(p, n, y, x);
+    matrix(p, m, y, u);
+    if q > 0 {
+        matrix(n, q, next, w);
+        matrix(p, q, y, w);
+        matrix(q, n, z, x);
+        matrix(q, m, z, u);
+        all.push((0..q).map(|l| Entry { target: n + p + q + l, source: n + m + q + l, sign: 1.0 }).collect());
+    }
+    all
+}
+
+/// Columns of the Jacobian of the parameters at `entries`, rows from `first` on.
+fn sensitivities(
+    model: &Looped,
+    path: &Trajectory,
+    first: usize,
+    entries: &[Vec<Entry>],
+    columns: &mut [f64],
+    kept: usize,
+) {
+    let lin = &model.linear;
+    let (n, p, q) = (lin.order(), lin.outputs, model.loops());
+    let width = n + lin.inputs + 2 * q;
+    let cells = model.operator.cells();
+    let weights = Stepper::new(model).weights().to_vec();
+    let blocks: Vec<[f64; 4]> = lin.blocks.iter().map(|b| b.matrix()).collect();
+    let direct: Vec<(usize, Entry)> =
+        entries.iter().enumerate().flat_map(|(lane, e)| e.iter().map(move |e| (lane, *e))).collect();
+    let mut x = vec![Lane::default(); n];
+    let mut plays = vec![Lane::default(); q * cells];
+    let mut remembered = vec![Lane::default(); q];
+    let mut w = vec![Lane::default(); q];
+    let mut targets = vec![Lane::default(); n + p + 2 * q];
+    for (row, sources) in path.sources.chunks_exact(width).enumerate() {
+        targets.fill(Lane::default());
+        for &(lane, entry) in &direct {
+            targets[entry.target][lane] += entry.sign * sources[entry.source];
+        }
+        let (next, rest) = targets.split_at_mut(n);
+        let (y, rest) = rest.split_at_mut(p);
+        let (z, by_parameter) = rest.split_at_mut(q);
+        for l in 0..q {
+            let dz = gather(z[l], &model.cz[l * n..(l + 1) * n], &x);
+            if cells == 0 {
+                let slope = path.slope[row * q + l];
+                w[l] = std::array::from_fn(|i| slope * dz[i] + by_parameter[l][i]);
+                continue;
+            }
+            let mut moved = path.moved[row * q + l];
+            while moved != 0 {
+                let k = moved.trailing_zeros() as usize;
+                moved &= moved - 1;
+                let play = &mut plays[l * cells + k];
+                for i in 0..LANES {
+                    remembered[l][i] += weights[k] * (dz[i] - play[i]);
+                }
+                *play = dz;
+            }
+            w[l] = std::array::from_fn(|i| remembered[l][i] + by_parameter[l][i]);
+        }
+        for i in 0..p {
+            let mut dy = gather(y[i], &lin.c[i * n..(i + 1) * n], &x);
+            if q > 0 {
+                dy = gather(dy, &model.f[i * q..(i + 1) * q], &w);
+            }
+            if row >= first {
+                let at = (row - first) * p + i;
+                for (column, dy) in columns.chunks_exact_mut(kept).zip(dy) {
+                    column[at] = dy;
+                }
+            }
+        }
+        for (k, a) in blocks.iter().enumerate() {
+            let (x0, x1) = (x[2 * k], x[2 * k + 1]);
+            for i in 0..LANES {
+                next[2 * k][i] += a[0] * x0[i] + a[1] * x1[i];
+                next[2 * k + 1][i] += a[2] * x0[i] + a[3] * x1[i];
+            }
+        }
+        if q > 0 {
+            for (s, e) in model.e.chunks_exact(q).enumerate() {
+                next[s] = gather(next[s], e, &w);
+            }
+        }
+        x.copy_from_slice(next);
+    }
+}
+
+/// `start + Σ factors · values`, lane by lane.
+#[inline]
+fn gather(start: Lane, factors: &[f64], values: &[Lane]) -> Lane {
+    let mut sum = start;
+    for (f, v) in factors.iter().zip(values) {
+        for i in 0..LANES {
+            sum[i] += f * v[i];
+        }
+    }
+    sum
+}
+
+/// Standard error of the operator's exponent at the fit, its residuals taken as white; infinite where the
+/// stretches do not determine it.
+pub fn exponent_error(model: &Looped, stretches: &[Stretch]) -> f64 {
+    use faer::linalg::solvers::Solve;
+    let Some(equations) = normal_equations(model, stretches) else { return f64::INFINITY };
+    let size = equations.gradient.len();
+    let rows: usize = stretches.iter().map(|s| s.position.len()).sum();
+    let scale: Vec<f64> = (0..size).map(|i| 1.0 / equations.gram[(i, i)].sqrt().max(1e-300)).collect();
+    // The ridge stands for the coordinates of the states, which nothing determines.
+    let scaled = faer::Mat::from_fn(size, size, |i, j| {
+        equations.gram[(i.max(j), i.min(j))] * scale[i] * scale[j] + if i == j { 1e-9 } else { 0.0 }
+    });
+    let unit = faer::Mat::from_fn(size, 1, |i, _| if i + 1 == size { 1.0 } else { 0.0 });
+    let Ok(factor) = scaled.llt(faer::Side::Lower) else { return f64::INFINITY };
+    let solved = factor.solve(&unit);
+    let variance = solved[(size - 1, 0)] * scale[size - 1] * scale[size - 1] * equations.cost;
+    (variance / rows.saturating_sub(size).max(1) as f64).sqrt()
+}

@@ -1,0 +1,215 @@
+//! What is said of a recording of a linear nominal: where it differs, what it is called, and by how much.
+
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+use super::looped::{Looped, Stretch};
+use super::modal::Modal;
+use super::nominal;
+use super::plan::Plan;
+use super::sensitivity;
+use crate::dynamic::DynamicRecording;
+use crate::dynamic::spectrum::growth::{Growth, growth};
+use crate::dynamic::spectrum::{Experiments, Response, response};
+use crate::verdict::{Location, NamedEffect, Parameter};
+
+/// Bands of the frequency axis, in octaves.
+const OCTAVE: f64 = 1.0 / 3.0;
+/// Part of the residual that the named bands hold together at least.
+const HELD: f64 = 0.6;
+/// Blocks of a held-out stretch whose residuals are compared.
+const BLOCKS: usize = 16;
+/// Least part of the residual's power that an effect must take away to be named.
+const WORTH: f64 = 0.1;
+/// A probability below which nothing is told apart.
+const SMALLEST: f64 = 1e-300;
+
+/// Gain of one model over another on stretches: the part of the residual's power that is gone, and the
+/// probability of that by chance (paired by blocks, Student's t on the logarithm).
+pub fn gain(before: &Looped, after: &Looped, stretches: &[Stretch]) -> Option<(f64, f64)> {
+    let (mut logs, mut powers) = (Vec::new(), [0.0, 0.0]);
+    for stretch in stretches {
+        let (a, b) = (blocks(before, stretch)?, blocks(after, stretch)?);
+        for (a, b) in a.iter().zip(&b) {
+            logs.push((a / b.max(f64::MIN_POSITIVE)).ln());
+            powers[0] += stretch.weight * stretch.weight * a;
+            powers[1] += stretch.weight * stretch.weight * b;
+        }
+    }
+    let count = logs.len() as f64;
+    let mean = logs.iter().sum::<f64>() / count.max(1.0);
+    let variance = logs.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    let t = mean / (variance / count.max(1.0)).sqrt().max(1e-12);
+    let p = StudentsT::new(0.0, 1.0, (count - 1.0).max(1.0)).map_or(1.0, |d| d.cdf(-t));
+    Some((1.0 - powers[1] / powers[0].max(f64::MIN_POSITIVE), p.max(SMALLEST)))
+}
+
+/// Whether a gain is worth a name.
+pub fn worth(gain: (f64, f64)) -> bool {
+    gain.0 > WORTH && gain.1 < 1e-4
+}
+
+/// Residual power in blocks of the scored rows.
+fn blocks(model: &Looped, stretch: &Stretch) -> Option<Vec<f64>> {
+    let y = sensitivity::predict(model, stretch)?;
+    let first = stretch.skip * model.linear.outputs;
+    let rest: Vec<f64> =
+        y[first..].iter().zip(&stretch.position[first..]).map(|(a, b)| (a - b).powi(2)).collect();
+    Some(rest.chunks(rest.len().div_ceil(BLOCKS).max(1)).map(|c| c.iter().sum()).collect())
+}
+
+/// Responses of every amplitude on common lines; empty where the runs of one do not determine a response.
+pub fn responses(recording: &DynamicRecording, plan: &Plan) -> Vec<(f64, Response)> {
+    let all: Vec<(f64, Experiments)> = plan
+        .groups
+        .iter()
+        .map(|g| {
+            let rows: Vec<_> = g.fitted.iter().chain(&g.held).cloned().collect();
+            (g.amplitude, plan.experiments(recording, &rows))
+        })
+        .collect();
+    let determined = all.iter().all(|(_, d)| d.each.len() > d.inputs);
+    let common = all.windows(2).all(|w| w[0].1.lines == w[1].1.lines);
+    if !determined || !common {
+        return Vec::new();
+    }
+    all.iter().map(|(a, d)| (*a, response(d))).collect()
+}
+
+/// Where the linear model's residual lies: on the amplitude, and on which frequencies.
+pub fn locations(
+    recording: &DynamicRecording,
+    plan: &Plan,
+    linear: &Modal,
+    responses: &[(f64, Response)],
+) -> Vec<Location> {
+    let mut found = Vec::new();
+    let rows: Vec<_> = plan.groups.iter().flat_map(|g| g.fitted.iter().chain(&g.held)).cloned().collect();
+    let data = plan.experiments(recording, &rows);
+    let left = nominal::error(linear, &data).powi(2);
+    if let ([(from, _), .., (to, _)], true) = (responses, left > 0.0) {
+        // A response of its own for every amplitude: what that leaves of the residual.
+        let parts: Vec<f64> = responses
+            .iter()
+            .filter_map(|(_, r)| {
+                Some(
+                    r.residual.as_ref()?.iter().sum::<f64>()
+                        / r.power.iter().sum::<f64>().max(f64::MIN_POSITIVE),
+                )
+            })
+            .collect();
+        let own = parts.iter().sum::<f64>() / parts.len().max(1) as f64;
+        let share = (1.0 - own / left).clamp(0.0, 1.0);
+        let count = (data.lines.len() * data.outputs) as f64;
+        found.push(Location {
+            variable: "amplitude".into(),
+            times: None,
+            from: *from,
+            to: *to,
+            share,
+            p_value: chance(left / own.max(f64::MIN_POSITIVE), count),
+        });
+    }
+    if let Some(band) = strongest_band(linear, &data) {
+        found.push(band);
+    }
+    found.retain(|l| l.p_value < 1e-3);
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found
+}
+
+/// Probability that a ratio of mean powers over `count` lines arises by chance: its logarithm is normal with
+/// variance 4/count for complex residuals in numerator and denominator.
+fn chance(ratio: f64, count: f64) -> f64 {
+    let z = ratio.max(1e-12).ln() / (4.0 / count.max(1.0)).sqrt();
+    Normal::new(0.0, 1.0).map_or(1.0, |d| d.cdf(-z)).max(SMALLEST)
+}
+
+/// The narrowest run of third octaves that holds most of the residual.
+fn strongest_band(linear: &Modal, data: &Experiments) -> Option<Location> {
+    let (m, p) = (data.inputs, data.outputs);
+    let frequencies = data.frequencies();
+    let first = *frequencies.first()?;
+    let band_of = |f: f64| ((f / first).log2() / OCTAVE) as usize;
+    let count = band_of(*frequencies.last()?) + 1;
+    let mut power = vec![0.0; count];
+    let mut lines = vec![0usize; count];
+    for (line, &z) in data.points().iter().enumerate() {
+        let g = linear.response(z);
+        let band = band_of(frequencies[line]);
+        lines[band] += 1;
+        for e in &data.each {
+            for i in 0..p {
+                let u = &e.drive[line * m..(line + 1) * m];
+                let y: super::Complex = g[i * m..(i + 1) * m].iter().zip(u).map(|(g, u)| g * u).sum();
+                power[band] += e.weight * e.weight * (e.position[line * p + i] - y).norm_sqr();
+            }
+        }
+    }
+    let all: f64 = power.iter().sum();
+    let mut best: Option<(usize, usize, f64)> = None;
+    for from in 0..count {
+        let mut sum = 0.0;
+        for (to, band) in power.iter().enumerate().skip(from) {
+            sum += band;
+            if sum >= HELD * all {
+                let better = best.is_none_or(|(a, b, s)| (to - from, -sum) < (b - a, -s));
+                if better {
+                    best = Some((from, to, sum));
+                }
+                break;
+            }
+        }
+    }
+    let (from, to, sum) = best?;
+    let inside: usize = lines[from..=to].iter().sum();
+    let expected = inside as f64 / frequencies.len() as f64;
+    let share = sum / all.max(f64::MIN_POSITIVE);
+    let lower = |band: usize| first * 2f64.powf(OCTAVE * band as f64);
+    Some(Location {
+        variable: "frequency_hz".into(),
+        times: None,
+        from: lower(from),
+        to: lower(to + 1).min(*frequencies.last()?),
+        share,
+        p_value: chance(share / expected.max(f64::MIN_POSITIVE), inside as f64),
+    })
+}
+
+/// The named hysteresis with what it does to gain and resonance.
+pub fn hysteresis(
+    after: &Looped,
+    gain: (f64, f64),
+    responses: &[(f64, Response)],
+    exponent_error: f64,
+) -> NamedEffect {
+    let exponent = 1.0 + after.operator.exponent();
+    let parameter = |name: &str, value: f64, error: f64, unit: &str| Parameter {
+        name: name.into(),
+        value,
+        unit: unit.into(),
+        ci95: [value - 1.96 * error, value + 1.96 * error],
+    };
+    let mut parameters = vec![parameter("growth_exponent", exponent, exponent_error, "1")];
+    let followed: Vec<Growth> = growth(responses);
+    if let [first, .., last] = followed.as_slice() {
+        let percent = 100.0 * (last.gain - 1.0);
+        parameters.push(parameter("gain_growth_percent", percent, 100.0 * last.gain_error, "%"));
+        let shifts = first.resonances_hz.iter().zip(&last.resonances_hz);
+        if let Some((from, to)) = shifts.max_by(|a, b| (a.1 - a.0).abs().total_cmp(&(b.1 - b.0).abs())) {
+            // A peak is read to a fraction of a line.
+            let lines = responses[0].1.frequency_hz.windows(2).map(|w| w[1] - w[0]);
+            let line = lines.fold(f64::INFINITY, f64::min);
+            parameters.push(parameter("resonance_hz", *from, 0.5 * line, "Hz"));
+            parameters.push(parameter("resonance_shift_hz", to - from, 0.7 * line, "Hz"));
+        }
+    }
+    NamedEffect {
+        id: super::file::ID.into(),
+        title: "hysteresis of the actuator (Rayleigh)".into(),
+        p_value: gain.1,
+        share: gain.0.clamp(0.0, 1.0),
+        parameters,
+        alternatives: Vec::new(),
+        runtime_correctable: false,
+    }
+}

@@ -1,0 +1,31 @@
+//! Diagnosis of dynamic recordings: a drive goes in, a position comes out, the nominal mechanism is
+//! simulated, the recording disagrees.
+
+pub mod data;
+pub mod dense;
+pub mod diagnose;
+pub mod effects;
+pub mod estimate;
+pub mod fault;
+pub mod feedback;
+pub mod gram;
+pub mod linear;
+pub mod model;
+pub mod noise;
+pub mod number;
+pub mod plant;
+pub mod recording;
+pub mod report;
+pub mod score;
+pub mod screen;
+pub mod search;
+pub mod signal;
+pub mod simulate;
+pub mod spectrum;
+pub mod start;
+pub mod structure;
+pub mod verdict;
+
+pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
+pub use fault::DynamicError;
+pub use recording::DynamicRecording;

@@ -1,0 +1,144 @@
+//! The model of a mechanism: the nominal second-order plant, how its drive runs between the samples, and
+//! the effects that were added. Units are those of the recording.
+
+use fitter::plant::Hold;
+
+use super::effects::{DynamicEffect, MOST_STATES, Part};
+
+/// Most effects in a model.
+pub const MOST_TERMS: usize = 8;
+/// Most states of all effects in a model.
+pub const MOST_EXTRA: usize = 2 * MOST_STATES;
+
+/// An effect with its parameters.
+#[derive(Clone)]
+pub struct Term {
+    /// The effect.
+    pub effect: &'static dyn DynamicEffect,
+    /// Its parameters.
+    pub parameters: Vec<f64>,
+    /// Which of them an estimate may change.
+    pub free: Vec<bool>,
+}
+
+impl Term {
+    /// An effect all of whose parameters are free but its creep.
+    pub fn new(effect: &'static dyn DynamicEffect, parameters: Vec<f64>) -> Term {
+        let free = (0..parameters.len()).map(|k| effect.creep() != Some(k)).collect();
+        Term { effect, parameters, free }
+    }
+}
+
+/// position″ = −damping position′ − stiffness position + gain drive, and effects.
+#[derive(Clone)]
+pub struct Model {
+    /// Damping per inertia, 1/s; stiffness per inertia, 1/s²; gain per inertia.
+    pub nominal: [f64; 3],
+    /// Which of the three an estimate may change.
+    pub nominal_free: [bool; 3],
+    /// How the drive runs between its samples.
+    pub hold: Hold,
+    /// The effects, in the order in which they were found.
+    pub terms: Vec<Term>,
+}
+
+impl std::fmt::Debug for Model {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:?} {:?}", self.hold, self.nominal)?;
+        self.terms.iter().try_for_each(|t| write!(f, " {}{:?}", t.effect.id(), t.parameters))
+    }
+}
+
+impl Model {
+    /// A plant without effects.
+    pub fn nominal(nominal: [f64; 3], hold: Hold) -> Model {
+        Model { nominal, nominal_free: [true; 3], hold, terms: Vec::new() }
+    }
+
+    /// The model with one more term.
+    pub fn with(&self, term: Term) -> Model {
+        let mut model = self.clone();
+        model.terms.push(term);
+        model
+    }
+
+    /// The model without its term `k`.
+    pub fn without(&self, k: usize) -> Model {
+        let mut model = self.clone();
+        model.terms.remove(k);
+        model
+    }
+
+    /// Whether it has an effect.
+    pub fn has(&self, id: &str) -> bool {
+        self.terms.iter().any(|t| t.effect.id() == id)
+    }
+
+    /// The free parameters as an estimate sees them: shapes by their logarithm.
+    pub fn pack(&self) -> Vec<f64> {
+        let nominal = (0..3).filter(|k| self.nominal_free[*k]).map(|k| self.nominal[k]);
+        let terms = self.terms.iter().flat_map(|term| {
+            let parameters = term.effect.parameters();
+            (0..parameters.len()).filter(|k| term.free[*k]).map(move |k| match parameters[k].shape {
+                true => term.parameters[k].ln(),
+                false => term.parameters[k],
+            })
+        });
+        nominal.chain(terms).collect()
+    }
+
+    /// The model with its free parameters set.
+    pub fn unpack(&self, packed: &[f64]) -> Model {
+        let mut model = self.clone();
+        let mut values = packed.iter().copied();
+        let mut next = |old: f64| values.next().unwrap_or(old);
+        for k in 0..3 {
+            if self.nominal_free[k] {
+                model.nominal[k] = next(model.nominal[k]);
+            }
+        }
+        for term in &mut model.terms {
+            for (k, parameter) in term.effect.parameters().iter().enumerate() {
+                if term.free[k] {
+                    term.parameters[k] = match parameter.shape {
+                        true => next(term.parameters[k].ln()).clamp(-80.0, 80.0).exp(),
+                        false => next(term.parameters[k]),
+                    };
+                }
+            }
+        }
+        model
+    }
+
+    /// Number of free parameters.
+    pub fn free(&self) -> usize {
+        let terms: usize = self.terms.iter().map(|t| t.free.iter().filter(|f| **f).count()).sum();
+        terms + self.nominal_free.iter().filter(|f| **f).count()
+    }
+
+    /// Steps of the integrator from one sample to the next, so that no motion of the model turns by more
+    /// than about a seventh of a radian in one: the fourth-order rule is then right to 10⁻⁴ at a resonance
+    /// of 5 % damping.
+    pub fn substeps(&self, step_s: f64) -> usize {
+        let own = self.nominal[1].abs().sqrt().max(0.1 * self.nominal[0].abs());
+        let mut substeps = (own * step_s / 0.15).ceil();
+        for term in &self.terms {
+            substeps = substeps.max((term.effect.fastest(&term.parameters) * step_s / 0.3).ceil());
+            if matches!(term.effect.id(), "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis") {
+                substeps = substeps.max(2.0);
+            }
+        }
+        // As a float the cast is saturating.
+        (substeps as usize).clamp(1, 32)
+    }
+
+    /// Whether dry friction can hold the mechanism.
+    pub fn has_friction(&self) -> bool {
+        self.terms.iter().any(|t| matches!(t.effect.id(), "coulomb_friction" | "stribeck_friction"))
+    }
+
+    /// Terms that act on a part.
+    pub fn acting(&self, part: Part) -> impl Iterator<Item = usize> + '_ {
+        (0..self.terms.len()).filter(move |k| self.terms[*k].effect.part() == part)
+    }
+}

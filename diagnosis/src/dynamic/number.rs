@@ -1,0 +1,182 @@
+//! Numbers that carry their derivatives (forward-mode automatic differentiation), so that a simulation
+//! yields its sensitivities exactly, events included.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What the physics is written in: a plain number, or one with derivatives.
+pub trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + Mul<f64, Output = Self>
+{
+    /// A constant.
+    fn from_f64(value: f64) -> Self;
+    /// The value without its derivatives.
+    fn value(self) -> f64;
+    /// A function of it, given that function's value and slope.
+    fn chain(self, value: f64, slope: f64) -> Self;
+    /// e to the power of it.
+    fn exp(self) -> Self {
+        let e = self.value().exp();
+        self.chain(e, e)
+    }
+    /// Its sine.
+    fn sin(self) -> Self {
+        let (sin, cos) = self.value().sin_cos();
+        self.chain(sin, cos)
+    }
+    /// Its inverse hyperbolic tangent, for magnitudes below one.
+    fn artanh(self) -> Self {
+        let x = self.value();
+        self.chain(x.atanh(), 1.0 / (1.0 - x * x))
+    }
+    /// Its magnitude.
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+    /// It, and the derivatives with it, cut off at ±`limit`.
+    fn clamp(self, limit: Self) -> Self {
+        if self.value() > limit.value() {
+            limit
+        } else if self.value() < -limit.value() {
+            -limit
+        } else {
+            self
+        }
+    }
+}
+
+impl Number for f64 {
+    fn from_f64(value: f64) -> f64 {
+        value
+    }
+    fn value(self) -> f64 {
+        self
+    }
+    fn chain(self, value: f64, _: f64) -> f64 {
+        value
+    }
+}
+
+/// A value and its derivatives along `N` directions.
+#[derive(Debug, Clone, Copy)]
+pub struct Dual<const N: usize> {
+    /// The value.
+    pub value: f64,
+    /// The derivatives.
+    pub slopes: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// A variable: its derivative along direction `k` is one.
+    pub fn variable(value: f64, k: usize) -> Dual<N> {
+        let mut slopes = [0.0; N];
+        slopes[k] = 1.0;
+        Dual { value, slopes }
+    }
+}
+
+impl<const N: usize> Number for Dual<N> {
+    fn from_f64(value: f64) -> Self {
+        Dual { value, slopes: [0.0; N] }
+    }
+    fn value(self) -> f64 {
+        self.value
+    }
+    #[inline]
+    fn chain(self, value: f64, slope: f64) -> Self {
+        Dual { value, slopes: self.slopes.map(|s| s * slope) }
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+    #[inline]
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
+            *a += b;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+    #[inline]
+    fn sub(mut self, other: Self) -> Self {
+        self.value -= other.value;
+        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
+            *a -= b;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+    #[inline]
+    fn mul(mut self, other: Self) -> Self {
+        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
+            *a = *a * other.value + b * self.value;
+        }
+        self.value *= other.value;
+        self
+    }
+}
+
+impl<const N: usize> Div for Dual<N> {
+    type Output = Self;
+    #[inline]
+    fn div(mut self, other: Self) -> Self {
+        let inverse = 1.0 / other.value;
+        self.value *= inverse;
+        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
+            *a = (*a - self.value * b) * inverse;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Dual { value: -self.value, slopes: self.slopes.map(|s| -s) }
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+    #[inline]
+    fn mul(mut self, factor: f64) -> Self {
+        self.value *= factor;
+        for a in &mut self.slopes {
+            *a *= factor;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slopes_are_those_of_difference_quotients() {
+        fn f<T: Number>(x: T, y: T) -> T {
+            (x * y + (x / y).sin()) * (-(x * x)).exp() - (x - y).abs() / (y + T::from_f64(2.0))
+        }
+        let (x, y, step) = (0.7, 1.3, 1e-6);
+        let dual = f(Dual::<2>::variable(x, 0), Dual::variable(y, 1));
+        let along_x = (f(x + step, y) - f(x - step, y)) / (2.0 * step);
+        let along_y = (f(x, y + step) - f(x, y - step)) / (2.0 * step);
+        assert!((dual.value - f(x, y)).abs() < 1e-15);
+        assert!((dual.slopes[0] - along_x).abs() < 1e-8);
+        assert!((dual.slopes[1] - along_y).abs() < 1e-8);
+    }
+}

@@ -1,0 +1,169 @@
+//! The linearised score test: what every candidate would explain beside the present model, to first order,
+//! from one free-run simulation with the candidates' sensitivities at zero amount. Residual and
+//! sensitivities are whitened by the residual's own autoregression, and the present model's parameters and
+//! initial states are free beside each candidate.
+
+use rayon::prelude::*;
+
+use super::data::{CHOOSE, Data, FIT, FOLDS};
+use super::dense::Symmetric;
+use super::effects::DynamicEffect;
+use super::estimate::Fitted;
+use super::gram::{Grams, MOST_FREE, STATE, grams};
+use super::model::{MOST_EXTRA, Model, Term};
+
+/// A candidate: an effect at the parameters from which it starts.
+#[derive(Clone)]
+pub struct Candidate {
+    /// The effect.
+    pub effect: &'static dyn DynamicEffect,
+    /// Its parameters.
+    pub start: Vec<f64>,
+}
+
+impl Candidate {
+    /// Whether it can be screened: its amounts are zero and its shapes given.
+    pub fn linear(&self) -> bool {
+        let parameters = self.effect.parameters();
+        let amounts = || parameters.iter().zip(&self.start).filter(|(p, _)| !p.shape);
+        amounts().count() > 0 && amounts().all(|(_, v)| *v == 0.0)
+    }
+
+    /// The term as it is screened: only its amounts are free.
+    fn term(&self) -> Term {
+        let free = self.effect.parameters().iter().map(|p| !p.shape).collect();
+        Term { effect: self.effect, parameters: self.start.clone(), free }
+    }
+}
+
+/// What a candidate promises.
+#[derive(Clone)]
+pub struct Screened {
+    /// Index of the candidate.
+    pub candidate: usize,
+    /// −2 log likelihood gained on the rows that fit.
+    pub gain: f64,
+    /// The same on the rows that choose, with the amounts of those that fit.
+    pub held_out: f64,
+}
+
+/// Screens candidates beside a model; those that cannot be screened are left out.
+pub fn screen(present: &Fitted, candidates: &[Candidate], data: &Data, whitening: &[f64]) -> Vec<Screened> {
+    let base = present.model.free();
+    let states: usize = present.model.terms.iter().map(|t| t.effect.states()).sum();
+    // Packs of candidates that fit into one simulation.
+    let mut packs: Vec<Vec<usize>> = Vec::new();
+    let (mut lanes, mut extra) = (usize::MAX, 0);
+    // Dry friction slows a simulation: what has it is screened together.
+    let dry = |c: &Candidate| c.effect.id().ends_with("_friction");
+    let mut order: Vec<(usize, &Candidate)> =
+        candidates.iter().enumerate().filter(|(_, c)| c.linear()).collect();
+    order.sort_by_key(|(_, c)| dry(c));
+    let mut was_dry = false;
+    for (k, candidate) in order {
+        let own = candidate.effect.parameters().iter().filter(|p| !p.shape).count();
+        let needs = candidate.effect.states();
+        if base + own > MOST_FREE || states + needs > MOST_EXTRA {
+            continue;
+        }
+        let full = lanes == usize::MAX
+            || was_dry != dry(candidate)
+            || lanes + own > MOST_FREE
+            || extra + needs > MOST_EXTRA;
+        match packs.last_mut() {
+            Some(pack) if !full => pack.push(k),
+            _ => {
+                packs.push(vec![k]);
+                (lanes, extra) = (base, states);
+            }
+        }
+        lanes += own;
+        extra += needs;
+        was_dry = dry(candidate);
+    }
+    packs.par_iter().flat_map_iter(|pack| screen_pack(present, candidates, pack, data, whitening)).collect()
+}
+
+fn screen_pack(
+    present: &Fitted,
+    candidates: &[Candidate],
+    pack: &[usize],
+    data: &Data,
+    whitening: &[f64],
+) -> Vec<Screened> {
+    let base = present.model.free();
+    let with = |members: &[usize]| -> Model {
+        members.iter().fold(present.model.clone(), |model, k| model.with(candidates[*k].term()))
+    };
+    let Ok(whole) = grams(&with(pack), &present.states, data, whitening) else { return Vec::new() };
+    let mut first = base;
+    pack.iter()
+        .map(|k| {
+            let own = candidates[*k].effect.parameters().iter().filter(|p| !p.shape).count();
+            let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
+            first += own;
+            let (gain, held_out) = gained(&whole, base, &lanes);
+            Screened { candidate: *k, gain, held_out }
+        })
+        .collect()
+}
+
+/// −2 log likelihood that the directions of `lanes` gain over the first `base`: where they are fitted, and
+/// on the rows that choose.
+pub fn gained(whole: &Grams, base: usize, lanes: &[usize]) -> (f64, f64) {
+    let mut fit = [false; FOLDS];
+    fit[FIT] = true;
+    let mut choose = [false; FOLDS];
+    choose[CHOOSE] = true;
+    let common: Vec<usize> = (0..base).collect();
+    let before = solved(whole, &common, fit, choose);
+    let after = solved(whole, lanes, fit, choose);
+    let gain = |rows: usize, a: f64, b: f64| {
+        let ratio = a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE);
+        rows as f64 * ratio.ln()
+    };
+    (gain(whole.rows(fit), before.0, after.0), gain(whole.rows(choose), before.1, after.1))
+}
+
+/// Least squares in some directions on some rows: what is left there, and what is left on others.
+fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS]) -> (f64, f64) {
+    let reduced = whole.reduced(on, 0.0);
+    let last = reduced.size - 1;
+    let mut matrix = Symmetric::zero(lanes.len());
+    for (i, a) in lanes.iter().enumerate() {
+        for (j, b) in lanes.iter().enumerate() {
+            *matrix.at_mut(i, j) = reduced.at(*a, *b);
+        }
+    }
+    let right: Vec<f64> = lanes.iter().map(|a| reduced.at(*a, last)).collect();
+    let step = matrix.factor().solve(&right);
+    let explained: f64 = step.iter().zip(&right).map(|(x, r)| x * r).sum();
+    // On the other rows with the same step, the initial states as fitted.
+    let mut left = 0.0;
+    for run in 0..whole.products.len() {
+        let here = whole.of_run(run, on);
+        let there = whole.of_run(run, other);
+        let end = here.size - 1;
+        let mut full = vec![0.0; end];
+        for (i, a) in lanes.iter().enumerate() {
+            full[STATE + a] = step[i];
+        }
+        let mut block = Symmetric::zero(STATE);
+        for i in 0..STATE {
+            for j in 0..STATE {
+                *block.at_mut(i, j) = here.at(i, j);
+            }
+        }
+        let right =
+            [0, 1].map(|i| here.at(i, end) - (STATE..end).map(|j| here.at(i, j) * full[j]).sum::<f64>());
+        let state = block.factor().solve(&right);
+        full[0] = state[0];
+        full[1] = state[1];
+        left += there.at(end, end);
+        for i in 0..end {
+            left -= 2.0 * full[i] * there.at(i, end);
+            left += (0..end).map(|j| full[i] * there.at(i, j) * full[j]).sum::<f64>();
+        }
+    }
+    (reduced.at(last, last) - explained, left)
+}

@@ -1,0 +1,247 @@
+//! Which effects: forward by screening and full refits, each chosen on rows that did not fit it, then
+//! backward, and with exchanges. The way in which the drive runs between its samples is chosen anew with
+//! every effect, since a missing effect can hide it.
+
+use rayon::prelude::*;
+
+use super::data::{ALL, CHOOSE, Data, FIT, FOLDS, HOLDS};
+use super::effects::{CATALOGUE, DynamicEffect};
+use super::estimate::{Fitted, PATIENCE, fit};
+use super::model::{MOST_TERMS, Term};
+use super::noise::autoregression;
+use super::screen::{Candidate, Screened, screen};
+
+/// −2 log likelihood that an effect has to gain where it is fitted: with some hundred candidates and starts
+/// pure noise exceeds 30 (1 parameter, p ≈ 4·10⁻⁸ each) in less than one of 10⁵ recordings, and a further
+/// parameter costs its own.
+const LEAST_GAIN: f64 = 30.0;
+/// The same for every parameter beyond the first.
+const GAIN_PER_PARAMETER: f64 = 6.0;
+/// Part of the residual's variance that an effect has to explain: below it the figures of the proof do not
+/// change, and the integrator of whoever simulated the plant would be found.
+const LEAST_PART: f64 = 0.003;
+/// Effects that are refitted in full in every round.
+const REFITTED: usize = 8;
+/// Steps of an estimate of a start.
+const SHORT: usize = 4;
+
+/// The delay to which a lag is equal to first order.
+const DELAY: &str = "transport_delay";
+
+/// Rows that fit.
+pub const FIT_ROWS: [bool; FOLDS] = [true, false, false];
+/// Rows that choose.
+pub const CHOOSE_ROWS: [bool; FOLDS] = [false, true, false];
+
+/// What a model gains over another on some rows, as −2 log likelihood of white noise.
+pub fn gain(before: &Fitted, after: &Fitted, folds: [bool; FOLDS]) -> f64 {
+    let rows: usize = (0..FOLDS).filter(|f| folds[*f]).map(|f| before.rows[f]).sum();
+    let ratio = before.cost(folds).max(f64::MIN_POSITIVE) / after.cost(folds).max(f64::MIN_POSITIVE);
+    rows as f64 * ratio.ln()
+}
+
+/// The search.
+pub struct Search<'a> {
+    /// The axis.
+    pub data: &'a Data<'a>,
+    /// The effects that may be named.
+    pub catalogue: Vec<&'static dyn DynamicEffect>,
+}
+
+impl<'a> Search<'a> {
+    /// A search in the catalogue without the effects `skip`.
+    pub fn new(data: &'a Data<'a>, skip: &[String]) -> Search<'a> {
+        let catalogue = CATALOGUE.iter().copied().filter(|e| skip.iter().all(|id| id != e.id())).collect();
+        Search { data, catalogue }
+    }
+
+    /// The whitening filter of a model's residual.
+    pub fn whitening(&self, fitted: &Fitted) -> Vec<f64> {
+        let Ok(y) = fitted.positions(self.data) else { return Vec::new() };
+        let residual: Vec<f64> = self.data.position.iter().zip(&y).map(|(a, b)| a - b).collect();
+        autoregression(&residual, &self.data.runs).coefficients
+    }
+
+    /// Candidates that may stand beside a model.
+    fn candidates(&self, present: &Fitted) -> Vec<Candidate> {
+        self.catalogue
+            .iter()
+            .filter(|e| !present.model.has(e.id()))
+            .flat_map(|e| {
+                let start = |start| Candidate { effect: *e, start };
+                e.starts(&self.data.scale).into_iter().map(start)
+            })
+            .collect()
+    }
+
+    /// Every effect beside a model, fitted on the rows that fit: the best few by screening in full, sorted
+    /// by what they leave on the rows that choose.
+    pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
+        let candidates = self.candidates(present);
+        let whitening = self.whitening(present);
+        let screened = screen(present, &candidates, self.data, &whitening);
+        let mut best: Vec<Screened> = Vec::new();
+        for effect in &self.catalogue {
+            let own = screened.iter().filter(|s| candidates[s.candidate].effect.id() == effect.id());
+            let mut own: Vec<&Screened> = own.collect();
+            own.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            best.extend(own.into_iter().take(2).cloned());
+        }
+        // To first order a lag is a delay: it is tried only where a delay helps.
+        let late = candidates.iter().all(|c| c.effect.id() != DELAY)
+            || best.iter().any(|s| candidates[s.candidate].effect.id() == DELAY && s.gain > 0.3 * LEAST_GAIN);
+        // What has no amount (a lag, a limit) is tried by a short estimate.
+        let short: Vec<Screened> = candidates
+            .par_iter()
+            .enumerate()
+            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with().contains(&DELAY)))
+            .filter_map(|(k, c)| {
+                let model = present.model.with(Term::new(c.effect, c.start.clone()));
+                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
+                Some(Screened {
+                    candidate: k,
+                    gain: gain(present, &fitted, FIT_ROWS),
+                    held_out: gain(present, &fitted, CHOOSE_ROWS),
+                })
+            })
+            .collect();
+        best.extend(short);
+        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut ids: Vec<&str> = Vec::new();
+        best.retain(|s| {
+            let id = candidates[s.candidate].effect.id();
+            let new = !ids.contains(&id);
+            if new {
+                ids.push(id);
+            }
+            s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
+        });
+        let fits: Vec<Fitted> = best
+            .par_iter()
+            .filter_map(|s| {
+                let Candidate { effect, start } = candidates[s.candidate].clone();
+                let model = present.model.with(Term::new(effect, start));
+                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE)?;
+                let term = fitted.model.terms.last()?;
+                let sound = term.parameters.iter().all(|v| v.is_finite());
+                (sound && effect.plausible(&term.parameters, &self.data.scale)).then_some(fitted)
+            })
+            .collect();
+        let mut of_effect: Vec<Fitted> = Vec::new();
+        for f in fits {
+            let id = last_id(&f);
+            match of_effect.iter_mut().find(|g| last_id(g) == id) {
+                Some(g) if f.costs[FIT] < g.costs[FIT] => *g = f,
+                Some(_) => {}
+                None => of_effect.push(f),
+            }
+        }
+        of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
+        of_effect
+    }
+
+    /// Whether the last effect of `after` is worth its parameters beside `before`.
+    fn worth(&self, before: &Fitted, after: &Fitted) -> bool {
+        let further = after.model.free().saturating_sub(before.model.free() + 1) as f64;
+        let least = LEAST_GAIN + GAIN_PER_PARAMETER * further;
+        let part = |folds| LEAST_PART * self.data.count(folds) as f64;
+        gain(before, after, FIT_ROWS) > least.max(part(FIT_ROWS))
+            && gain(before, after, CHOOSE_ROWS) > (0.25 * least).max(part(CHOOSE_ROWS))
+    }
+
+    /// The model with the best way of running between the samples.
+    fn best_hold(&self, present: Fitted, folds: [bool; FOLDS]) -> Fitted {
+        let others: Vec<Fitted> = HOLDS
+            .par_iter()
+            .filter(|h| **h != present.model.hold)
+            .filter_map(|hold| {
+                let mut model = present.model.clone();
+                model.hold = *hold;
+                fit(&model, &present.states, self.data, folds, PATIENCE)
+            })
+            .collect();
+        others.into_iter().fold(present, |best, f| if f.cost(folds) < best.cost(folds) { f } else { best })
+    }
+
+    /// The effects beside the nominal plants (one per way of running between the samples), on the rows that
+    /// fit and choose.
+    pub fn run(&self, nominal: &Fitted) -> Fitted {
+        let refit = |f: &Fitted| fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE);
+        let Some(mut present) = refit(nominal) else { return nominal.clone() };
+        while present.model.terms.len() < MOST_TERMS {
+            let contenders = self.contenders(&present);
+            let Some(next) = self.simplest(&contenders) else { break };
+            if !self.worth(&present, next) {
+                break;
+            }
+            let next = self.best_hold(next.clone(), FIT_ROWS);
+            present = self.creeping(self.pruned(next));
+        }
+        present
+    }
+
+    /// The model with the creep of its dry friction freed, where the recording shows it.
+    fn creeping(&self, present: Fitted) -> Fitted {
+        let Some(k) = present.model.terms.iter().position(|t| t.effect.creep().is_some()) else {
+            return present;
+        };
+        let Some(creep) = present.model.terms[k].effect.creep() else { return present };
+        let freed: Vec<Fitted> = [3e-4, 3e-3, 3e-2]
+            .par_iter()
+            .filter_map(|part| {
+                let mut model = present.model.clone();
+                model.terms[k].parameters[creep] = part * self.data.scale.speed;
+                model.terms[k].free[creep] = true;
+                fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE)
+            })
+            .collect();
+        let best = freed.into_iter().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
+        match best {
+            Some(f) if self.worth(&present, &f) => f,
+            _ => present,
+        }
+    }
+
+    /// The best contender, or a simpler one that does as well.
+    fn simplest<'b>(&self, contenders: &'b [Fitted]) -> Option<&'b Fitted> {
+        let best = contenders.first()?;
+        let near = |f: &&Fitted| {
+            let more = best.model.free().saturating_sub(f.model.free()) as f64;
+            f.model.free() <= best.model.free() && gain(f, best, CHOOSE_ROWS) < 2.0 + 4.0 * more
+        };
+        contenders.iter().filter(near).min_by_key(|f| (f.model.free(), self.rank(last_id(f))))
+    }
+
+    fn rank(&self, id: &str) -> usize {
+        self.catalogue.iter().position(|e| e.id() == id).unwrap_or(usize::MAX)
+    }
+
+    /// The model without the terms that a later one has made idle.
+    fn pruned(&self, mut present: Fitted) -> Fitted {
+        while present.model.terms.len() > 1 {
+            let last = present.model.terms.len() - 1;
+            let shorter: Vec<Fitted> = (0..last)
+                .into_par_iter()
+                .filter_map(|k| {
+                    fit(&present.model.without(k), &present.states, self.data, FIT_ROWS, PATIENCE)
+                })
+                .filter(|f| !self.worth(f, &present))
+                .collect();
+            match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
+                Some(f) => present = f,
+                None => break,
+            }
+        }
+        present
+    }
+
+    /// The model fitted to all rows.
+    pub fn complete(&self, chosen: &Fitted) -> Fitted {
+        fit(&chosen.model, &chosen.states, self.data, ALL, PATIENCE).unwrap_or_else(|| chosen.clone())
+    }
+}
+
+/// Id of the last term.
+pub fn last_id(fitted: &Fitted) -> &'static str {
+    fitted.model.terms.last().map_or("", |t| t.effect.id())
+}

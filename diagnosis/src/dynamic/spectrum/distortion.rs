@@ -1,0 +1,144 @@
+//! Levels of noise and of nonlinear distortion on every line of a periodic recording.
+//!
+//! Source: Pintelon & Schoukens, sections 4.3 and 4.4; T. D'haene et al., IEEE Trans. Instrum. Meas. 54
+//! (2005). Over periods only noise varies; over realisations of the multisine the stochastic nonlinear
+//! distortion varies too. Where a multisine leaves lines free, even ones collect even distortion and odd
+//! ones odd distortion at once.
+
+use std::ops::Range;
+
+use super::experiments::mean_period;
+use super::fourier::coefficients;
+use super::{Experiments, response};
+
+/// Part of the strongest drive line below which a line is free, for the detection of distortion.
+const FREE: f64 = 1e-5;
+
+/// Levels by line, mean powers over experiments and summed over outputs, position unit².
+#[derive(Debug, Clone, Default)]
+pub struct Distortion {
+    /// Frequency of every excited line, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Power of the position.
+    pub power: Vec<f64>,
+    /// Power of the noise of the mean over periods, where there are two periods or more.
+    pub noise: Option<Vec<f64>>,
+    /// What the best linear approximation leaves, noise included, where there are enough realisations.
+    pub total: Option<Vec<f64>>,
+    /// Free even lines within the excited band: frequency and power.
+    pub even: Vec<(f64, f64)>,
+    /// Free odd lines within the excited band.
+    pub odd: Vec<(f64, f64)>,
+}
+
+impl Distortion {
+    /// Nonlinear distortion beside the noise over all lines, as a part of the position's power; by the
+    /// variance over realisations.
+    pub fn nonlinear_part(&self) -> Option<f64> {
+        let total: f64 = self.total.as_ref()?.iter().sum();
+        let noise: f64 = self.noise.as_ref().map_or(0.0, |n| n.iter().sum());
+        Some(((total - noise) / self.power.iter().sum::<f64>().max(f64::MIN_POSITIVE)).max(0.0))
+    }
+}
+
+/// The levels of `data`; experiments of one amplitude belong together.
+pub fn distortion(data: &Experiments) -> Distortion {
+    let p = data.outputs;
+    let g = response(data);
+    let summed =
+        |by_output: &[f64]| -> Vec<f64> { by_output.chunks_exact(p).map(|c| c.iter().sum()).collect() };
+    let noise = data.each.iter().map(|e| e.noise.as_deref()).collect::<Option<Vec<_>>>().map(|all| {
+        let mut mean = vec![0.0; data.lines.len() * p];
+        for one in &all {
+            for (m, v) in mean.iter_mut().zip(*one) {
+                *m += v / all.len() as f64;
+            }
+        }
+        summed(&mean)
+    });
+    Distortion {
+        frequency_hz: g.frequency_hz.clone(),
+        power: summed(&g.power),
+        noise,
+        total: g.residual.as_deref().map(summed),
+        ..Distortion::default()
+    }
+}
+
+/// Adds the free lines of the excited band, run by run: `(even, odd)`, each frequency and mean power over
+/// the runs that leave the line free.
+pub fn free_lines(
+    drives: &[Vec<f64>],
+    positions: &[Vec<f64>],
+    runs: &[Range<usize>],
+    length: usize,
+    step_s: f64,
+) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+    let last = length.saturating_sub(1) / 2;
+    let mut sums = vec![(0.0, 0usize); last + 1];
+    for run in runs {
+        let spectra = |channels: &[Vec<f64>]| -> Vec<Vec<super::Complex>> {
+            channels.iter().map(|c| coefficients(&mean_period(c, run, length))).collect()
+        };
+        let (u, y) = (spectra(drives), spectra(positions));
+        let power: Vec<f64> = (0..=last).map(|k| u.iter().map(|u| u[k].norm_sqr()).sum()).collect();
+        let strongest = power.iter().skip(1).copied().fold(0.0, f64::max);
+        let excited: Vec<usize> = (1..=last).filter(|&k| power[k] > FREE * strongest).collect();
+        let (Some(&first), Some(&end)) = (excited.first(), excited.last()) else { continue };
+        for k in first..=end {
+            if power[k] <= FREE * strongest {
+                sums[k].0 += y.iter().map(|y| y[k].norm_sqr()).sum::<f64>();
+                sums[k].1 += 1;
+            }
+        }
+    }
+    let unit = 1.0 / (length as f64 * step_s);
+    let lines = |parity: usize| {
+        let free = sums.iter().enumerate().filter(|(k, (_, n))| k % 2 == parity && *n > 0);
+        free.map(|(k, (sum, n))| (k as f64 * unit, sum / *n as f64)).collect()
+    };
+    (lines(0), lines(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamic::spectrum::experiments::periodic;
+
+    /// Odd multisines through x + 0.1 x² or x + 0.1 x³, two periods each.
+    fn recording(power: i32) -> (Vec<f64>, Vec<f64>, Vec<Range<usize>>) {
+        let (mut u, mut y, mut runs) = (vec![], vec![], vec![]);
+        for run in 0..4u32 {
+            let phase = |k: u32| ((k * 7919 + run * 104_729) % 6283) as f64 / 1000.0;
+            let start = u.len();
+            for n in 0..512 {
+                let t = std::f64::consts::TAU * (n % 256) as f64 / 256.0;
+                let x: f64 = (1..40).step_by(2).map(|k| (k as f64 * t + phase(k)).cos() / 4.0).sum();
+                u.push(x);
+                y.push(x + 0.1 * x.powi(power));
+            }
+            runs.push(start..u.len());
+        }
+        (u, y, runs)
+    }
+
+    #[test]
+    fn even_and_odd_distortion_stand_on_their_lines() {
+        for (power, even_expected) in [(2, true), (3, false)] {
+            let (u, y, runs) = recording(power);
+            let (even, odd) = free_lines(&[u], &[y], &runs, 256, 1e-3);
+            let sum = |lines: &[(f64, f64)]| lines.iter().map(|l| l.1).sum::<f64>();
+            assert!(!even.is_empty());
+            assert_eq!(sum(&even) > 1e-6, even_expected);
+            assert!(odd.iter().all(|l| l.1 < 1e-20));
+        }
+    }
+
+    #[test]
+    fn realisations_show_distortion_that_periods_do_not() {
+        let (u, y, runs) = recording(3);
+        let levels = distortion(&periodic(&[u], &[y], &runs, 256, 1e-3));
+        assert!(levels.noise.as_ref().unwrap().iter().sum::<f64>() < 1e-20);
+        assert!(levels.nonlinear_part().unwrap() > 1e-4);
+    }
+}

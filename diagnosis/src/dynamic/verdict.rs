@@ -1,0 +1,308 @@
+//! From what was found to what is said: how much each effect explains, with which parameters and
+//! intervals, what else could be it, where the rest lives, and what to record next.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::data::{ALL, Data};
+use super::dense::Symmetric;
+use super::effects::{DynamicEffect, Reading, unit_of};
+use super::estimate::{Fitted, PATIENCE, fit};
+use super::gram::grams;
+use super::model::Model;
+use super::noise::Autoregression;
+use super::search::{FIT_ROWS, Search, gain, last_id};
+use super::structure::Structure;
+use crate::rows::range;
+use crate::verdict::{Location, NamedEffect, Parameter, Verdict};
+
+/// −2 log likelihood by which a second explanation may fall short and remain an alternative.
+const ALTERNATIVE_MARGIN: f64 = 10.0;
+/// The same, as a part of the residual's variance, where the model is known to be imperfect: there the
+/// difference of two likelihoods says more of the imperfection than of the two.
+const IMPERFECT_MARGIN: f64 = 0.01;
+/// Structure that is left counts from this part of the residual's variance on.
+const LEFT_PART: f64 = 0.005;
+/// −2 log likelihood that a family of shapes has to gain, and for every shape beyond the first.
+const LEFT_GAIN: f64 = 30.0;
+const LEFT_GAIN_PER_SHAPE: f64 = 6.0;
+/// Structure that is left, as a part of what the effects explain, from which on they are not the physics
+/// but something like it: an effect with the right formula leaves nothing that is worth a hundredth.
+const MIMICRY: f64 = 0.02;
+
+/// Units of the plant.
+#[derive(Debug, Clone)]
+pub struct Units {
+    /// Of the position.
+    pub position: String,
+    /// Of the drive.
+    pub drive: String,
+}
+
+/// The families that are significant.
+pub fn significant(found: &[Structure]) -> Vec<&Structure> {
+    found
+        .iter()
+        .filter(|s| {
+            let least = LEFT_GAIN + LEFT_GAIN_PER_SHAPE * (s.shapes - 1) as f64;
+            s.fitted_gain > least && s.gain > 0.5 * least && s.part > LEFT_PART
+        })
+        .collect()
+}
+
+/// The verdict: whether effects were found, and how much of the mismatch they leave as structure.
+pub fn verdict(
+    nominal: &Fitted,
+    found: &Fitted,
+    left: &[&Structure],
+    beside_nominal: &[&Structure],
+) -> Verdict {
+    if found.model.terms.is_empty() {
+        return if beside_nominal.is_empty() { Verdict::Consistent } else { Verdict::Unexplained };
+    }
+    let Some(strongest) = left.first() else { return Verdict::Explained };
+    let explained = nominal.cost(ALL) - found.cost(ALL);
+    if strongest.part * found.cost(ALL) > MIMICRY * explained {
+        Verdict::Unexplained
+    } else {
+        Verdict::PartlyExplained
+    }
+}
+
+/// p-value of a gain in −2 log likelihood for so many parameters.
+pub fn p_value(gain: f64, parameters: usize) -> f64 {
+    match ChiSquared::new(parameters.max(1) as f64) {
+        Ok(distribution) => distribution.sf(gain.max(0.0)).max(1e-300),
+        Err(_) => 1.0,
+    }
+}
+
+/// What is said of the effects of a model: `found` on the whole recording, `small` the same model on the
+/// search's windows.
+pub fn effects(
+    search: &Search,
+    data: &Data,
+    small: &Fitted,
+    found: &Fitted,
+    noise: &Autoregression,
+    imperfect: bool,
+    units: &Units,
+) -> Vec<NamedEffect> {
+    let covariance = covariance(found, data, noise);
+    let mut said: Vec<(f64, NamedEffect)> = Vec::new();
+    let mut first = found.model.nominal_free.iter().filter(|f| **f).count();
+    for (k, term) in found.model.terms.iter().enumerate() {
+        let own: Vec<Option<usize>> = (term.free.iter())
+            .map(|free| {
+                first += usize::from(*free);
+                free.then(|| first - 1)
+            })
+            .collect();
+        let Some(without) = fit(&found.model.without(k), &found.states, data, ALL, PATIENCE) else {
+            continue;
+        };
+        let readings = term.effect.readings(&term.parameters);
+        let parameters = readings
+            .iter()
+            .map(|r| {
+                let deviation = 1.96 * variance(r, term, &own, &covariance).sqrt();
+                let unit = unit_of(r.unit, &units.position, &units.drive);
+                Parameter {
+                    name: r.name.into(),
+                    value: r.value,
+                    unit,
+                    ci95: [r.value - deviation, r.value + deviation],
+                }
+            })
+            .collect();
+        let lost = without.cost(ALL) - found.cost(ALL);
+        said.push((
+            lost,
+            NamedEffect {
+                id: term.effect.id().into(),
+                title: term.effect.title().into(),
+                p_value: p_value(gain(&without, found, ALL), term.parameters.len()),
+                share: lost,
+                parameters,
+                alternatives: alternatives(search, small, k, imperfect),
+                runtime_correctable: term.effect.runtime_correctable(),
+            },
+        ));
+    }
+    said.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let total: f64 = said.iter().map(|(lost, _)| lost).sum::<f64>().max(f64::MIN_POSITIVE);
+    said.into_iter()
+        .map(|(lost, effect)| NamedEffect { share: (lost / total).clamp(0.0, 1.0), ..effect })
+        .collect()
+}
+
+/// Effects that do as well in a term's place.
+fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> Vec<String> {
+    let data = search.data;
+    let effect = found.model.terms[k].effect;
+    let rivals: Vec<&'static dyn DynamicEffect> = search
+        .catalogue
+        .iter()
+        .copied()
+        .filter(|e| effect.confused_with().contains(&e.id()) && !found.model.has(e.id()))
+        .collect();
+    let refit = |model: &Model| fit(model, &found.states, data, FIT_ROWS, PATIENCE);
+    let (Some(with), Some(without)) = (refit(&found.model), refit(&found.model.without(k))) else {
+        return Vec::new();
+    };
+    let margin = if imperfect {
+        ALTERNATIVE_MARGIN.max(IMPERFECT_MARGIN * data.count(FIT_ROWS) as f64)
+    } else {
+        ALTERNATIVE_MARGIN
+    };
+    let rivals = Search { data, catalogue: rivals };
+    let mut near: Vec<(f64, String)> = rivals
+        .contenders(&without)
+        .iter()
+        .map(|f| (gain(f, &with, FIT_ROWS), last_id(f).to_string()))
+        .filter(|(behind, _)| *behind < margin)
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    near.into_iter().map(|(_, id)| id).collect()
+}
+
+/// Covariance of the packed parameters, from the whitened normal equations.
+pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmetric {
+    let free = found.model.free();
+    let Ok(whole) = grams(&found.model, &found.states, data, &noise.coefficients) else {
+        return Symmetric::zero(free);
+    };
+    let reduced = whole.reduced(ALL, 0.0);
+    let mut matrix = Symmetric::zero(free);
+    for i in 0..free {
+        for j in 0..free {
+            *matrix.at_mut(i, j) = reduced.at(i, j);
+        }
+    }
+    let mut inverse = matrix.factor().inverse();
+    let square = whole.cost(ALL) / whole.rows(ALL).max(1) as f64;
+    inverse.entries.iter_mut().for_each(|e| *e *= square);
+    inverse
+}
+
+fn variance(
+    reading: &Reading,
+    term: &super::model::Term,
+    own: &[Option<usize>],
+    covariance: &Symmetric,
+) -> f64 {
+    // A shape is estimated by its logarithm.
+    let slope: Vec<f64> = (term.effect.parameters().iter().zip(&term.parameters))
+        .zip(&reading.gradient)
+        .map(|((p, value), g)| if p.shape { g * value } else { *g })
+        .collect();
+    let mut sum = 0.0;
+    for (a, i) in slope.iter().zip(own) {
+        for (b, j) in slope.iter().zip(own) {
+            if let (Some(i), Some(j)) = (i, j) {
+                sum += a * b * covariance.at(*i, *j);
+            }
+        }
+    }
+    sum.max(0.0)
+}
+
+/// Where the mismatch lives: on the observables of the named effects, by what they explain, then on those
+/// of the structure that is left (or, with nothing named, of the strongest families beside the nominal).
+pub fn locations(
+    data: &Data,
+    t_s: &[f64],
+    named: &[NamedEffect],
+    explained_part: f64,
+    families: &[&Structure],
+) -> Vec<Location> {
+    let mut out: Vec<Location> = Vec::new();
+    let mut add = |variable: &str, times: Option<&str>, share: f64, p_value: f64| {
+        if out.iter().any(|l| l.variable == variable && l.times.as_deref() == times) {
+            return;
+        }
+        let (from, to) = reach(data, t_s, variable);
+        out.push(Location {
+            variable: variable.into(),
+            times: times.map(Into::into),
+            from,
+            to,
+            share,
+            p_value,
+        });
+    };
+    for e in named {
+        if let Some(effect) = super::effects::effect(&e.id) {
+            add(effect.variable(), None, e.share * explained_part, e.p_value);
+        }
+    }
+    let rest = if named.is_empty() { 1.0 } else { 1.0 - explained_part };
+    for s in families {
+        add(s.variable, s.times, s.part * rest, p_value(s.gain, s.shapes));
+    }
+    out.sort_by(|a, b| b.share.total_cmp(&a.share));
+    out
+}
+
+/// The range of an observable in the recording.
+fn reach(data: &Data, t_s: &[f64], variable: &str) -> (f64, f64) {
+    match variable {
+        "position" | "history" => range(data.position),
+        "drive" => range(data.drive),
+        "t_s" => range(t_s),
+        "frequency_hz" => (0.0, 0.5 / data.step_s),
+        _ => {
+            let speeds = data.runs.iter().flat_map(|run| {
+                data.position[run.clone()].windows(9).map(|w| (w[8] - w[0]) / (8.0 * data.step_s))
+            });
+            range(&speeds.collect::<Vec<f64>>())
+        }
+    }
+}
+
+/// What no recording of this kind determines, and what not this one.
+pub fn unidentifiable(named: &[NamedEffect]) -> Vec<String> {
+    let mut out = vec!["inertia: everything is per inertia, which the drive's unit alone fixes".to_string()];
+    for effect in named {
+        for p in &effect.parameters {
+            if p.name != "phase_rad" && p.ci95[0] < 0.0 && p.ci95[1] > 0.0 {
+                out.push(format!(
+                    "{} {}: the interval {:.4e} … {:.4e} {} contains zero",
+                    effect.id, p.name, p.ci95[0], p.ci95[1], p.unit
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// What to record to decide what this recording leaves open.
+pub fn next_experiment(verdict: Verdict, named: &[NamedEffect], locations: &[Location]) -> Option<String> {
+    let open: Vec<&NamedEffect> = named.iter().filter(|e| !e.alternatives.is_empty()).collect();
+    if let Some(e) = open.first() {
+        let pair = format!("{} from {}", e.id, e.alternatives.join(", "));
+        let how = match e.id.as_str() {
+            "drive_offset" | "sensor_offset" | "quadratic_stiffness" => {
+                "record the same excitation about two other mean positions, and the read-out with the drive off"
+            }
+            "transport_delay" | "drive_lag" | "sensor_lag" | "flexible_mode" => {
+                "excite up to the highest frequency that the drive reaches, sampled several times faster"
+            }
+            "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis" => {
+                "record slow triangles of several small amplitudes, with reversals at rest"
+            }
+            _ => "repeat the excitation at a third and at three times the amplitude",
+        };
+        return Some(format!("to tell {pair}: {how}"));
+    }
+    let place = locations.first().map(|l| l.variable.as_str());
+    match (verdict, place) {
+        (Verdict::Unexplained | Verdict::PartlyExplained, Some("t_s")) => Some(
+            "repeat the same excitation after some time, warm and cold: what is left changes with time"
+                .into(),
+        ),
+        (Verdict::Unexplained | Verdict::PartlyExplained, Some(variable)) => Some(format!(
+            "repeat the excitation at several amplitudes that cover {variable} evenly: what is left depends on it"
+        )),
+        _ => None,
+    }
+}

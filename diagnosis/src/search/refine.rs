@@ -1,0 +1,179 @@
+//! The shape of a candidate: tried at one value, improved beside a model by a compass search, and improved
+//! again in turn beside the other terms.
+
+use super::{Found, Search, Term};
+use crate::calibrate::log_tail;
+use crate::linear::{Basis, dot};
+
+impl Search<'_> {
+    /// What a shape of an effect explains beside a basis, with its scores.
+    pub(super) fn try_shape(
+        &self,
+        family: usize,
+        shape: &[f64],
+        basis: &Basis,
+        residual: &[f64],
+    ) -> Option<Found> {
+        let e = self.effect(family)?;
+        if !self.catalogue[e].possible_shape(self.rows, shape) {
+            return None;
+        }
+        let columns = self.catalogue[e].signature(self.rows, shape);
+        let mut own = Basis::new(self.rows.len());
+        for column in &columns {
+            let mut w = self.noise.whiten(column);
+            let length = dot(&w, &w).sqrt();
+            basis.project_off(&mut w);
+            if dot(&w, &w).sqrt() > self.dictionary.families[family].smallest_part * length {
+                own.add(&w);
+            }
+        }
+        let scores: Vec<f64> = (0..own.rank()).map(|k| dot(own.columns.get(k), residual)).collect();
+        if scores.is_empty() || !self.possible(family, &scores) {
+            return None;
+        }
+        let explained = dot(&scores, &scores);
+        let surprise = self.calibration.families[family].surprise(log_tail(explained, scores.len()));
+        Some(Found {
+            term: Term { family, shape: shape.to_vec(), columns },
+            explained,
+            rank: scores.len(),
+            surprise,
+        })
+    }
+
+    /// Improves the shape of a candidate beside a model by a compass search.
+    pub fn refine(&self, found: Found, basis: &Basis, residual: &[f64]) -> Found {
+        let family = found.term.family;
+        let Some(e) = self.effect(family) else { return found };
+        let effect = &self.catalogue[e];
+        let mut best = found;
+        if effect.consistent_shape(&[1.0]).is_some() {
+            return self.make_consistent(best, basis, residual);
+        }
+        let ranges = effect.ranges(self.rows);
+        if ranges.is_empty() {
+            return best;
+        }
+        let mut steps = self.first_steps(family, &best.term.shape);
+        let least: Vec<f64> = steps.iter().map(|s| s * 2e-3).collect();
+        for _ in 0..200 {
+            let mut improved = false;
+            let mut active = false;
+            for k in 0..ranges.len() {
+                let whole = ranges[k].whole;
+                if steps[k] == 0.0 || (!whole && steps[k] < least[k]) || (whole && steps[k] < 1.0) {
+                    continue;
+                }
+                active = true;
+                let mut here = false;
+                for sign in [1.0, -1.0] {
+                    let mut shape = best.term.shape.clone();
+                    let value = if ranges[k].logarithmic {
+                        shape[k] * (sign * steps[k]).exp()
+                    } else if whole {
+                        shape[k] + sign * steps[k].round()
+                    } else {
+                        shape[k] + sign * steps[k]
+                    };
+                    shape[k] = value.clamp(ranges[k].low, ranges[k].high);
+                    if shape[k] == best.term.shape[k] {
+                        continue;
+                    }
+                    if let Some(next) = self.try_shape(family, &shape, basis, residual)
+                        && next.explained > best.explained
+                    {
+                        best = next;
+                        here = true;
+                        break;
+                    }
+                }
+                if here { improved = true } else { steps[k] *= 0.5 }
+            }
+            if !active && !improved {
+                break;
+            }
+        }
+        best
+    }
+
+    /// First steps of the compass: half the distance to the neighbouring starts.
+    fn first_steps(&self, family: usize, shape: &[f64]) -> Vec<f64> {
+        let Some(e) = self.effect(family) else { return Vec::new() };
+        let ranges = self.catalogue[e].ranges(self.rows);
+        let candidates = &self.dictionary.candidates[self.dictionary.families[family].candidates.clone()];
+        ranges
+            .iter()
+            .enumerate()
+            .map(|(k, r)| {
+                if r.high <= r.low {
+                    return 0.0;
+                }
+                let place = |v: f64| if r.logarithmic { v.ln() } else { v };
+                let here = place(shape[k]);
+                let nearest = candidates
+                    .iter()
+                    .map(|c| (place(c.shape[k]) - here).abs())
+                    .filter(|d| *d > 1e-9 * here.abs().max(1e-9))
+                    .fold(f64::INFINITY, f64::min);
+                let step =
+                    if nearest.is_finite() { 0.5 * nearest } else { 0.1 * (place(r.high) - place(r.low)) };
+                if r.whole { step.max(4.0) } else { step }
+            })
+            .collect()
+    }
+
+    /// Solves for a shape that is its own amplitude.
+    fn make_consistent(&self, found: Found, basis: &Basis, residual: &[f64]) -> Found {
+        let family = found.term.family;
+        let Some(e) = self.effect(family) else { return found };
+        let mut best = found;
+        for _ in 0..4 {
+            let column = self.noise.whiten(&best.term.columns[0]);
+            let mut w = column.clone();
+            basis.project_off(&mut w);
+            let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
+            let Some(shape) = self.catalogue[e].consistent_shape(&[amplitude]) else { return best };
+            match self.try_shape(family, &shape, basis, residual) {
+                Some(next) => best = next,
+                None => return best,
+            }
+        }
+        best
+    }
+
+    /// Refines every term in turn beside the others, and tries richer forms.
+    pub fn backfit(&self, terms: &mut [Term]) {
+        for sweep in 0..2 {
+            for k in 0..terms.len() {
+                let Some(e) = self.effect(terms[k].family) else { continue };
+                if self.catalogue[e].ranges(self.rows).is_empty() || (terms.len() == 1 && sweep > 0) {
+                    continue;
+                }
+                let others: Vec<Term> =
+                    terms.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, t)| t.clone()).collect();
+                let (basis, residual) = self.fit(&others);
+                let Some(start) = self.try_shape(terms[k].family, &terms[k].shape, &basis, &residual) else {
+                    continue;
+                };
+                let mut best = self.refine(start, &basis, &residual);
+                let plain = best.term.shape.clone();
+                while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
+                    let Some(richer) = self.try_shape(best.term.family, &shape, &basis, &residual) else {
+                        break;
+                    };
+                    // A further harmonic: two more columns, at the level of one test in some hundred.
+                    if richer.explained - best.explained < 2.0 * 5.3 {
+                        break;
+                    }
+                    best = richer;
+                }
+                // The shape hardly moves with its richness: once refined again at the end is enough.
+                if best.term.shape != plain {
+                    best = self.refine(best, &basis, &residual);
+                }
+                terms[k] = best.term;
+            }
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! The set of terms: grown forward, with exchanges of one term and of two, and pruned.
+
+use super::{Found, Search, Term, handicap};
+
+/// Most terms in a model.
+const MOST_TERMS: usize = 6;
+/// Generic terms after which the search stops: what is left is located well enough to be looked into.
+const MOST_GENERIC: usize = 2;
+/// Terms up to which one is tried in the place of two.
+const MOST_FOR_PAIRS: usize = 3;
+/// Contenders for the first of two terms that are exchanged at once.
+const FIRST_OF_PAIRS: usize = 6;
+/// Merit by which an exchange must win.
+const EXCHANGE_MARGIN: f64 = 0.3;
+/// Merit that a joint refinement may bring at most, for a set to be worth refining.
+const NEAR: f64 = 12.0;
+/// Families that are refined before they are compared, at most.
+const REFINED: usize = 5;
+
+impl Search<'_> {
+    /// The best candidates beside the terms by merit, refined; `wanted` filters families.
+    pub fn contenders(&self, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
+        let (basis, residual) = self.fit(terms);
+        let mut found: Vec<Found> = self
+            .survey_beside(&basis, &residual)
+            .into_iter()
+            .filter(|f| wanted(f.term.family) && self.allowed_beside(f.term.family, terms))
+            .collect();
+        found.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
+        let best = found.first().map_or(0.0, |f| self.gain(f));
+        let mut refined = 0;
+        let mut out: Vec<Found> = found
+            .into_iter()
+            .map(|f| {
+                // Refinement brings at most what the grid lost: a third, generously.
+                let shaped = self.effect(f.term.family).is_some() && !f.term.shape.is_empty();
+                if shaped && refined < REFINED && f.explained * 1.5 > best.max(0.0) {
+                    refined += 1;
+                    self.refine(f, &basis, &residual)
+                } else {
+                    f
+                }
+            })
+            .collect();
+        out.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
+        out
+    }
+
+    /// Whether a family may stand beside these terms: an effect that cannot repeat only once.
+    fn allowed_beside(&self, family: usize, terms: &[Term]) -> bool {
+        let repeatable = self.effect(family).is_none_or(|e| self.catalogue[e].repeatable());
+        let already = terms.iter().filter(|t| t.family == family).count();
+        already < if repeatable { 2 } else { 1 }
+    }
+
+    /// What a candidate adds to the merit.
+    pub fn gain(&self, found: &Found) -> f64 {
+        found.explained - self.price(&found.term)
+    }
+
+    /// Searches from `start` until nothing significant is left and no exchange improves the merit: once with
+    /// the catalogue before anything without a name, and, where one name does not account for everything,
+    /// once with all together, because a curve that is taken first may hide two effects, and two effects may
+    /// imitate what has no name. The better set is kept.
+    pub fn run(&self, start: Vec<Term>) -> Vec<Term> {
+        let named = self.grow(start.clone(), true);
+        let named = self.grow(named, false);
+        if named.len() <= 1 && !named.iter().any(|t| self.is_generic(t.family)) {
+            return named;
+        }
+        let free = self.grow(start, false);
+        if self.merit(&free) > self.merit(&named) + EXCHANGE_MARGIN { free } else { named }
+    }
+
+    /// Exchanges two terms at once for two of the catalogue: a time constant that was refined beside the wrong
+    /// partner makes the right one look worse than it is, and neither gives way alone.
+    pub fn reshuffle(&self, terms: Vec<Term>) -> Vec<Term> {
+        let mut terms = terms;
+        for _ in 0..2 {
+            if terms.len() < 2 || terms.len() > MOST_FOR_PAIRS + 1 {
+                return terms;
+            }
+            let merit = self.merit(&terms);
+            let mut better: Option<(f64, Vec<Term>)> = None;
+            for k in 0..terms.len() {
+                for j in k + 1..terms.len() {
+                    let mut rest = terms.clone();
+                    rest.remove(j);
+                    rest.remove(k);
+                    for set in self.pairs_beside(&rest) {
+                        if self.merit(&set) < merit - NEAR {
+                            continue;
+                        }
+                        let mut set = set;
+                        self.backfit(&mut set);
+                        let m = self.merit(&set);
+                        if m > merit + EXCHANGE_MARGIN && better.as_ref().is_none_or(|b| m > b.0) {
+                            better = Some((m, set));
+                        }
+                    }
+                }
+            }
+            match better {
+                Some((_, set)) => terms = set,
+                None => return terms,
+            }
+        }
+        terms
+    }
+
+    /// Promising pairs of catalogued effects beside the terms, with them.
+    fn pairs_beside(&self, terms: &[Term]) -> Vec<Vec<Term>> {
+        let named = |f: usize| self.effect(f).is_some();
+        let mut out = Vec::new();
+        for first in self.contenders(terms, named).into_iter().take(FIRST_OF_PAIRS) {
+            let mut with = terms.to_vec();
+            with.push(first.term);
+            for second in self.contenders(&with, named).into_iter().take(2) {
+                let mut pair = with.clone();
+                pair.push(second.term);
+                out.push(pair);
+            }
+        }
+        out
+    }
+
+    /// Adds and exchanges terms, only catalogued ones where `named_only`.
+    fn grow(&self, start: Vec<Term>, named_only: bool) -> Vec<Term> {
+        let mut terms = start;
+        self.backfit(&mut terms);
+        self.exchange(&mut terms, named_only);
+        for _ in 0..2 * MOST_TERMS {
+            let unexplained = terms.iter().filter(|t| self.is_generic(t.family)).count();
+            if terms.len() >= MOST_TERMS || unexplained >= MOST_GENERIC {
+                break;
+            }
+            let contenders = self.contenders(&terms, |f| !named_only || !self.is_generic(f));
+            let Some(next) = contenders.into_iter().find(|f| self.significant(f)) else { break };
+            terms.push(next.term);
+            self.backfit(&mut terms);
+            self.exchange(&mut terms, named_only);
+        }
+        self.prune(&mut terms);
+        terms
+    }
+
+    /// Drops terms that no longer pay.
+    fn prune(&self, terms: &mut Vec<Term>) {
+        loop {
+            let whole = self.explained(terms);
+            let weakest = (0..terms.len())
+                .map(|k| {
+                    let mut without = terms.clone();
+                    let term = without.remove(k);
+                    let own =
+                        self.calibration.price(term.family, self.shares[term.family], term.columns.len());
+                    (k, whole - self.explained(&without) - own)
+                })
+                .min_by(|a, b| a.1.total_cmp(&b.1));
+            match weakest {
+                Some((k, surplus)) if surplus < 0.0 => {
+                    terms.remove(k);
+                }
+                _ => return,
+            }
+        }
+    }
+
+    /// Exchanges terms for better ones, drops those that do not pay, and tries two catalogued effects in
+    /// place of a generic one.
+    fn exchange(&self, terms: &mut Vec<Term>, named_only: bool) {
+        let wanted = |f: usize| !named_only || !self.is_generic(f);
+        let mut merit = self.merit(terms);
+        for _ in 0..4 {
+            let mut better: Option<(f64, Vec<Term>)> = None;
+            let mut consider = |candidate: Vec<Term>, merit_of: f64| {
+                if better.as_ref().is_none_or(|b| merit_of > b.0) {
+                    better = Some((merit_of, candidate));
+                }
+            };
+            for k in 0..terms.len() {
+                let mut without = terms.clone();
+                let removed = without.remove(k);
+                let merit_without = self.merit(&without);
+                if terms.len() > 1 {
+                    // The handicap is for comparisons with physics, not with nothing.
+                    let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
+                    consider(without.clone(), merit_without - lost);
+                }
+                let others = self.contenders(&without, |f| f != removed.family && wanted(f));
+                for other in others.iter().take(2) {
+                    let mut with = without.clone();
+                    with.push(other.term.clone());
+                    // Refining all terms together brings little: only a near contender is worth it.
+                    if self.merit(&with) > merit - NEAR {
+                        self.backfit(&mut with);
+                        let m = self.merit(&with);
+                        consider(with, m);
+                    }
+                }
+                if self.is_generic(removed.family) || terms.len() == 1 {
+                    let catalogued = others.iter().filter(|o| self.effect(o.term.family).is_some());
+                    for first in catalogued.take(3) {
+                        let mut with = without.clone();
+                        with.push(first.term.clone());
+                        let second = self.contenders(&with, |f| self.effect(f).is_some());
+                        if let Some(second) = second.into_iter().next() {
+                            with.push(second.term);
+                            if self.merit(&with) > merit - NEAR {
+                                self.backfit(&mut with);
+                                let m = self.merit(&with);
+                                consider(with, m);
+                            }
+                        }
+                    }
+                }
+            }
+            // One explanation in the place of two.
+            let few = if terms.len() <= MOST_FOR_PAIRS { terms.len() } else { 0 };
+            for k in 0..few {
+                for j in k + 1..few {
+                    let mut with: Vec<Term> = terms.clone();
+                    with.remove(j);
+                    with.remove(k);
+                    if let Some(one) = self.contenders(&with, wanted).into_iter().next() {
+                        with.push(one.term);
+                        let m = self.merit(&with);
+                        consider(with, m);
+                    }
+                }
+            }
+            match better {
+                Some((m, candidate)) if m > merit + EXCHANGE_MARGIN => {
+                    *terms = candidate;
+                    merit = m;
+                }
+                _ => return,
+            }
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! The dynamic part from outside: what it names in made recordings, how it refuses bad input, and what it
+//! makes of the real and the opened recordings where they lie about.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const PLANT: &str = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
+const STEP_S: f64 = 5e-4;
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_diagnose")).args(arguments).output().expect("the program runs")
+}
+
+/// Deterministic noise of unit variance (twelve uniform numbers; Knuth's generator).
+struct Scatter(u64);
+
+impl Scatter {
+    fn next(&mut self) -> f64 {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            sum += (self.0 >> 11) as f64 / (1_u64 << 53) as f64;
+        }
+        sum
+    }
+}
+
+/// A held drive of several sines on a mechanism of 30 Hz with an extra acceleration, integrated in eighty
+/// semi-implicit steps per row: another method than the program's.
+fn made(rows: usize, extra: impl Fn(f64, f64) -> f64) -> Vec<(f64, f64)> {
+    let (mut x, mut v, mut scatter) = (0.0, 0.0, Scatter(3));
+    (0..rows)
+        .map(|k| {
+            let t = k as f64 * STEP_S;
+            let drive: f64 = (1..40)
+                .map(|i| 0.006 * (2.3 * i as f64 * t * std::f64::consts::TAU + (i * i) as f64).sin())
+                .sum();
+            let row = (drive, x + 0.9 * scatter.next());
+            let h = STEP_S / 80.0;
+            for _ in 0..80 {
+                // Störmer and Verlet, the velocity in two half steps.
+                let a = |x: f64, v: f64| 6e8 * drive - 36_000.0 * x - 40.0 * v + extra(x, v);
+                v += 0.5 * h * a(x, v);
+                x += h * v;
+                v += 0.5 * h * a(x, v);
+            }
+            row
+        })
+        .collect()
+}
+
+fn csv(rows: &[(f64, f64)]) -> String {
+    let line = |(k, (u, x)): (usize, &(f64, f64))| format!("{:.4},{u:.6},{x:.3}\n", k as f64 * STEP_S);
+    String::from("t_s,drive,position\n") + &rows.iter().enumerate().map(line).collect::<String>()
+}
+
+struct Scene {
+    folder: tempfile::TempDir,
+}
+
+impl Scene {
+    fn new() -> Scene {
+        let scene = Scene { folder: tempfile::tempdir().expect("a folder") };
+        scene.write("plant.toml", PLANT);
+        scene
+    }
+
+    fn write(&self, name: &str, text: &str) -> String {
+        let path = self.folder.path().join(name);
+        std::fs::write(&path, text).expect("a file");
+        path.display().to_string()
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).display().to_string()
+    }
+
+    fn diagnose(&self, recording: &str, more: &[&str]) -> Output {
+        let (plant, out) = (self.path("plant.toml"), self.path("out"));
+        let mut arguments = vec![recording, "--plant", &plant, "--out", &out, "--no-report"];
+        arguments.extend(more);
+        run(&arguments)
+    }
+
+    fn json(&self, stem: &str) -> Value {
+        let text = std::fs::read_to_string(self.path(&format!("out/{stem}.json"))).expect("a diagnosis");
+        serde_json::from_str(&text).expect("JSON")
+    }
+}
+
+fn ids(diagnosis: &Value) -> Vec<String> {
+    let effects = diagnosis["effects"].as_array().expect("effects");
+    effects.iter().map(|e| e["id"].as_str().unwrap_or("").to_string()).collect()
+}
+
+#[test]
+fn nothing_is_found_where_there_is_nothing() {
+    let scene = Scene::new();
+    let recording = scene.write("null.csv", &csv(&made(6000, |_, _| 0.0)));
+    let output = scene.diagnose(&recording, &[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let diagnosis = scene.json("null");
+    assert_eq!(diagnosis["verdict"], "consistent", "{diagnosis}");
+    let floor = diagnosis["noise_floor"]["value"].as_f64().unwrap_or(0.0);
+    assert!((floor - 0.9).abs() < 0.05, "{floor}");
+}
+
+#[test]
+fn a_cubic_stiffness_is_named_written_and_predicts_another_recording() {
+    let scene = Scene::new();
+    let rows = made(9000, |x, _| -3e-4 * x * x * x);
+    let recording = scene.write("duffing.csv", &csv(&rows[..5000]));
+    let other = scene.write("other.csv", &csv(&rows[5000..]));
+    let output = scene.diagnose(&recording, &["--held-out", &other]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let diagnosis = scene.json("duffing");
+    assert_eq!(diagnosis["verdict"], "explained", "{diagnosis}");
+    assert_eq!(ids(&diagnosis), ["cubic_stiffness"]);
+    let ci = diagnosis["effects"][0]["parameters"][0]["ci95"].as_array().expect("an interval").clone();
+    let value = diagnosis["effects"][0]["parameters"][0]["value"].as_f64().unwrap_or(0.0);
+    assert!((value / 3e-4 - 1.0).abs() < 0.02, "{value} {ci:?}");
+    let after = diagnosis["fit"]["after"]["held_out_rms"].as_f64().unwrap_or(f64::NAN);
+    assert!(after < 1.05 * 0.9, "{after}");
+    let plant =
+        fitter::plant::PlantFile::read(Path::new(&scene.path("out/duffing.plant.toml"))).expect("a plant");
+    assert_eq!(plant.effects[0].number("coefficient"), Some(value));
+    assert!((plant.plant.stiffness.unwrap_or(0.0) / 36_000.0 - 1.0).abs() < 0.01);
+    let simulated = std::fs::read_to_string(scene.path("out/duffing.simulated.csv")).expect("a simulation");
+    assert!(simulated.starts_with("t_s,before,after\n"));
+    assert_eq!(simulated.lines().count(), 1 + 4000);
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let scene = Scene::new();
+    let recording = scene.write("drag.csv", &csv(&made(3000, |_, v| -3e-5 * v * v.abs())));
+    let mut texts = Vec::new();
+    for jobs in ["1", "3"] {
+        assert!(scene.diagnose(&recording, &["--jobs", jobs]).status.success());
+        texts.push(std::fs::read(scene.path("out/drag.json")).expect("a diagnosis"));
+    }
+    assert_eq!(texts[0], texts[1]);
+    assert_eq!(ids(&scene.json("drag")), ["quadratic_damping"]);
+}
+
+#[test]
+fn bad_input_is_refused_in_one_message() {
+    let scene = Scene::new();
+    let rows = made(600, |_, _| 0.0);
+    let good = csv(&rows);
+    let lines: Vec<&str> = good.lines().collect();
+    let without_row_300: String =
+        lines.iter().enumerate().filter(|(k, _)| *k != 300).map(|(_, l)| format!("{l}\n")).collect();
+    let unequal = good.replace("0.1000,", "0.1002,");
+    let constant: Vec<(f64, f64)> = rows.iter().map(|(_, x)| (0.5, *x)).collect();
+    let clipped: Vec<(f64, f64)> = made(3000, |_, _| 0.0).iter().map(|(u, x)| (*u, x.min(300.0))).collect();
+    let runs: String = lines
+        .iter()
+        .enumerate()
+        .map(|(k, l)| if k == 0 { format!("run,{l}\n") } else { format!("{},{l}\n", usize::from(k > 350)) })
+        .collect();
+    let cases = [
+        (without_row_300.as_str(), "rows are missing", "line 301"),
+        (&unequal, "the steps are unequal", "line 202"),
+        (&csv(&constant), "found the constant 0.5", "`drive`"),
+        (&csv(&clipped), "reduce the drive or extend the range", "largest 300"),
+        (&runs, "run 1 has 250 rows", "350"),
+        (&good.replace("0.0100,", "0.0100,x"), "expected a number", "line 22"),
+        (&good.replace("position", "angle"), "column `position` is missing", "t_s, drive, angle"),
+        ("t_s,drive,position\n", "no reading", "bad.csv"),
+    ];
+    for (text, expected, also) in cases {
+        let recording = scene.write("bad.csv", text);
+        let output = scene.diagnose(&recording, &[]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{expected}: {message}");
+        assert!(
+            message.contains(expected) && message.contains(also),
+            "{message}\nexpected {expected}, {also}"
+        );
+        assert!(!Path::new(&scene.path("out")).exists(), "something was written");
+    }
+    let recording = scene.write("good.csv", &good);
+    let slower: String = lines.iter().step_by(2).map(|l| format!("{l}\n")).collect();
+    let other = scene.write("slower.csv", &slower);
+    let output = scene.diagnose(&recording, &["--held-out", &other]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("is sampled every"));
+    scene.write("plant.toml", &PLANT.replace("drive_unit = \"A\"\n", ""));
+    let output = scene.diagnose(&recording, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("drive_unit"));
+}
+
+fn folder(variable: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os(variable).map(PathBuf::from);
+    if folder.is_none() || cfg!(debug_assertions) {
+        println!("skipped: {variable} is not set, or this is a debug build");
+        return None;
+    }
+    folder
+}
+
+#[test]
+fn opened_recordings_are_diagnosed() {
+    let Some(folder) = folder("ARCSMITH_EXAMPLES") else { return };
+    let scene = Scene::new();
+    let text = std::fs::read_to_string(folder.join("truth_dynamic.json")).expect("the truth");
+    let truth: Value = serde_json::from_str(&text).expect("JSON");
+    for (stem, told) in truth.as_object().expect("an object") {
+        let recording = folder.join("dynamic").join(format!("{stem}.csv.gz")).display().to_string();
+        assert!(scene.diagnose(&recording, &[]).status.success());
+        let diagnosis = scene.json(stem);
+        let (mut wanted, mut named) = (ids(told), ids(&diagnosis));
+        if wanted.iter().any(|id| id.starts_with("ooc_")) {
+            assert_eq!(diagnosis["verdict"], "unexplained", "{stem}");
+            let place = &diagnosis["locations"][0]["variable"];
+            let places = told["effects"][0]["parameters"]["depends_on"].as_array().expect("places");
+            assert!(places.contains(place), "{stem}: {place}");
+            continue;
+        }
+        wanted.sort();
+        named.sort();
+        assert_eq!(named, wanted, "{stem}");
+    }
+}
+
+#[test]
+fn the_silverbox_and_the_positioning_drive_are_named() {
+    let Some(folder) = folder("ARCSMITH_RECORDINGS") else { return };
+    let scene = Scene::new();
+    let at = |name: &str| folder.join(name).display().to_string();
+    let diagnose = |recording: &str, plant: &str, other: &str| -> Value {
+        let out = scene.path("out");
+        let arguments =
+            [&at(recording), "--plant", &at(plant), "--held-out", &at(other), "--out", &out, "--no-report"];
+        let output = run(&arguments);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        scene.json(recording.trim_end_matches(".csv.gz"))
+    };
+    // Millivolts: a black-box state space with many parameters reaches 0.26 on the multisine.
+    let silverbox = diagnose("silverbox-train.csv.gz", "silverbox.toml", "silverbox-test-multisine.csv.gz");
+    assert_eq!(ids(&silverbox)[0], "cubic_stiffness");
+    assert!(silverbox["fit"]["after"]["held_out_rms"].as_f64().is_some_and(|v| v <= 0.26e-3));
+    // Published: M = 95.1 kg, Fv = 203.5 N·s/m, Fc = 20.4 N, offset −3.2 N.
+    let emps = diagnose("emps-train.csv.gz", "emps.toml", "emps-test.csv.gz");
+    assert_eq!(ids(&emps), ["coulomb_friction", "drive_offset", "drive_lag"]);
+    let plant =
+        fitter::plant::PlantFile::read(Path::new(&scene.path("out/emps-train.plant.toml"))).expect("a plant");
+    let gain = plant.plant.gain.as_ref().and_then(|g| g.get(0)).expect("a gain");
+    let near = |value: f64, published: f64, part: f64| {
+        assert!((value / published - 1.0).abs() < part, "{value}, published {published}");
+    };
+    near(1.0 / gain, 95.1, 0.03);
+    near(plant.plant.damping.expect("damping") / gain, 203.5, 0.05);
+    assert_eq!(plant.plant.stiffness, Some(0.0));
+    let number = |id: &str, name: &str| {
+        plant.effects.iter().find(|e| e.id == id).and_then(|e| e.number(name)).expect("a parameter")
+    };
+    near(number("coulomb_friction", "force_per_inertia") / gain, 20.4, 0.03);
+    near(number("drive_offset", "offset"), -3.2, 0.03);
+}

@@ -1,0 +1,143 @@
+//! `fitter fit`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use miette::{IntoDiagnostic, Result};
+use serde_json::json;
+
+use super::progress::{read, waiting};
+use super::{Common, MapArgs, command_line, summarise};
+use crate::recording::{Purpose, Reading};
+use crate::{Fit, Fitted, Mirror, Options, Recording, Solver, output, summary};
+
+/// Arguments of `fitter fit`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  fitter fit calibration.csv --mirror mirror.toml
+  fitter fit calibration.csv.gz --mirror mirror.toml --order 9 --out mirror-12.json
+  fitter fit export.csv --mirror mirror.toml --map x1_mm=Probe1:um --map x2_mm=Probe2:um \\
+      --map reference_arcsec=Autocollimator:urad
+  fitter fit encoder.csv --mirror encoder.toml --json | jq .harmonics")]
+pub struct FitArgs {
+    /// The calibration recording (CSV, CSV.gz, or Parquet)
+    recording: PathBuf,
+    /// Where to write the coefficients
+    #[arg(long, default_value = "coefficients.json")]
+    out: PathBuf,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+/// What a fit is told, for every command that fits.
+#[derive(Args)]
+pub struct ModelArgs {
+    /// The nominal mirror or sensor (mirror.toml; `fitter init` writes one)
+    #[arg(long)]
+    pub mirror: PathBuf,
+    #[command(flatten)]
+    map: MapArgs,
+    /// Use this order instead of choosing one by cross-validation
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=15))]
+    order: Option<u8>,
+    /// Of a sensor that turns: use so many harmonics of the turn instead of choosing by cross-validation
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=32), conflicts_with = "order")]
+    harmonics: Option<u8>,
+    /// Number of repeated splits of the cross-validation
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    splits: u32,
+    /// Share of the angles that each split holds out, in per cent
+    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u8).range(5..=50))]
+    held_out_percent: u8,
+    /// Seed of the splits
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How the least-squares problem is solved
+    #[arg(long, value_enum, default_value_t = SolverArg::Qr)]
+    solver: SolverArg,
+    /// Fit the averages over passes (Eq. 7) instead of all rows
+    #[arg(long)]
+    average: bool,
+    /// The probe distance error Δd in mm, measured elsewhere; it frees a1
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = finite)]
+    probe_distance_error: Option<f64>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SolverArg {
+    /// Householder QR in an orthonormal basis
+    Qr,
+    /// The paper's trust region method
+    TrustRegion,
+}
+
+fn finite(text: &str) -> std::result::Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("found `{text}`, expected a finite number of millimetres")),
+    }
+}
+
+impl ModelArgs {
+    fn options(&self) -> Options {
+        Options {
+            order: self.order.map(usize::from),
+            harmonics: self.harmonics.map(usize::from),
+            splits: crate::order::Splits {
+                count: self.splits as usize,
+                held_out_share: f64::from(self.held_out_percent) / 100.0,
+                seed: self.seed,
+            },
+            solver: match self.solver {
+                SolverArg::Qr => Solver::Qr,
+                SolverArg::TrustRegion => Solver::TrustRegion,
+            },
+            fitted: if self.average { Fitted::Averages } else { Fitted::Rows },
+            probe_distance_error_mm: self.probe_distance_error,
+            command: command_line(),
+            ..Options::default()
+        }
+    }
+
+    /// Reads mirror and recording, and fits.
+    pub(super) fn fit(&self, path: &std::path::Path, common: Common) -> Result<(Recording, Fit)> {
+        let mirror = Mirror::read(&self.mirror).into_diagnostic()?;
+        let reading =
+            Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(&mirror.sensor) };
+        let recording = read(path, &reading, common)?;
+        let options = self.options();
+        let fit = waiting("fitting", recording.rows(), common, || crate::fit(&recording, &mirror, &options))
+            .into_diagnostic()?;
+        Ok((recording, fit))
+    }
+
+    /// As a further recording of the same sensor is read.
+    pub(super) fn read_other(
+        &self,
+        path: &std::path::Path,
+        sensor: &crate::Sensor,
+        common: Common,
+    ) -> Result<Recording> {
+        let reading = Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(sensor) };
+        read(path, &reading, common)
+    }
+}
+
+pub(super) fn run(args: &FitArgs, common: Common) -> Result<()> {
+    let (_, fit) = args.model.fit(&args.recording, common)?;
+    let text = fit.coefficients.to_sealed_json();
+    output::not_the_input(&args.out, &[&args.recording, &args.model.mirror]).into_diagnostic()?;
+    output::write_whole(&args.out, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
+    let written = args.out.display().to_string();
+    summarise(
+        common,
+        || {
+            let mut value = summary::json(&fit);
+            value["written"] = json!(written);
+            value
+        },
+        || summary::styled(&fit, common.verbose) + &summary::line("written", &written),
+    );
+    Ok(())
+}

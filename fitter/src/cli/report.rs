@@ -1,0 +1,76 @@
+//! `fitter report`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use miette::{IntoDiagnostic, Result, miette};
+use serde_json::json;
+
+use super::fit::ModelArgs;
+use super::{Common, summarise};
+use crate::report::Report;
+use crate::summary::line;
+use crate::{output, summary};
+
+/// Arguments of `fitter report`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  fitter report calibration.csv --mirror mirror.toml --out report.html
+  fitter report calibration.csv verification.csv --mirror mirror.toml   figures 9 and 10 of the second
+  fitter report encoder.csv --mirror encoder.toml --no-svg")]
+pub struct ReportArgs {
+    /// The calibration recording, then any that verify its correction
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// Where to write the page; the SVG files stand beside it (report-figure-5a.svg …)
+    #[arg(long, default_value = "report.html")]
+    out: PathBuf,
+    /// Write the page alone
+    #[arg(long)]
+    no_svg: bool,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
+    let inputs: Vec<_> = args.recordings.iter().chain([&args.model.mirror]).map(PathBuf::as_path).collect();
+    output::not_the_input(&args.out, &inputs).into_diagnostic()?;
+    let Some((calibration, verifications)) = args.recordings.split_first() else {
+        return Err(miette!("no recording was given"));
+    };
+    let (recording, fit) = args.model.fit(calibration, common)?;
+    let sensor = &fit.coefficients.sensor;
+    let verifications = (verifications.iter())
+        .map(|path| args.model.read_other(path, sensor, common))
+        .collect::<Result<Vec<_>>>()?;
+    let report = Report::of(&recording, &fit, &verifications).into_diagnostic()?;
+    let figures = report.figures();
+    let page = report.page(&figures);
+    let mut written = vec![args.out.display().to_string()];
+    output::write_whole(&args.out, |file| file.write_all(page.as_bytes())).into_diagnostic()?;
+    let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());
+    for figure in figures.iter().filter(|_| !args.no_svg) {
+        let path = args.out.with_file_name(format!("{stem}-figure-{}.svg", figure.number));
+        let text = figure.file();
+        output::write_whole(&path, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
+        written.push(path.display().to_string());
+    }
+    let numbers: Vec<&str> = figures.iter().map(|figure| figure.number.as_str()).collect();
+    summarise(
+        common,
+        || {
+            let mut value = summary::json(&fit);
+            value["figures"] = json!(numbers);
+            value["written"] = json!(written);
+            value
+        },
+        || {
+            let svg = if args.no_svg { "" } else { ", and each as SVG beside it" };
+            summary::styled(&fit, common.verbose)
+                + &line("figures", &numbers.join(", "))
+                + &line("written", &format!("{}{svg}", args.out.display()))
+        },
+    );
+    Ok(())
+}

@@ -1,0 +1,72 @@
+//! Reading a recording from Parquet: plain columns of numbers (and of text, which is left out), by the `parquet`
+//! crate's record reader. Rows are counted from 1 in messages.
+
+use std::fs::File;
+
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+
+use super::build::Cell;
+use super::read::Reading;
+use super::{Recording, RecordingError};
+
+/// Reads the file; its hash is left blank.
+pub(super) fn read(file: &str, source: File, reading: &Reading) -> Result<Recording, RecordingError> {
+    let broken = |error: parquet::errors::ParquetError| RecordingError::Parquet {
+        file: file.to_string(),
+        reason: error.to_string(),
+    };
+    let reader = SerializedFileReader::new(source).map_err(broken)?;
+    let schema = reader.metadata().file_metadata().schema();
+    let mut names = Vec::new();
+    for column in schema.get_fields() {
+        let info = column.get_basic_info();
+        let repeated = info.has_repetition() && info.repetition() == parquet::basic::Repetition::REPEATED;
+        if column.is_group() || repeated {
+            let found =
+                if repeated { "a repeated field".to_string() } else { "a group of fields".to_string() };
+            return Err(RecordingError::Nested {
+                file: file.to_string(),
+                column: column.name().to_string(),
+                found,
+            });
+        }
+        names.push(column.name().to_string());
+    }
+    let mut builder = reading.builder(file, names)?;
+    for (number, row) in reader.get_row_iter(None).map_err(broken)?.enumerate() {
+        let (row, line) = (row.map_err(broken)?, number as u64 + 1);
+        for (index, (_, field)) in row.get_column_iter().enumerate() {
+            match number_of(field) {
+                Some(value) => builder.cell(line, index, Cell::Number(value))?,
+                None if matches!(field, Field::Null) => builder.cell(line, index, Cell::Null)?,
+                None => builder.cell(line, index, Cell::Text(field.to_string().as_bytes()))?,
+            }
+        }
+        builder.row(line);
+    }
+    builder.finish(reading.purpose, reading.notes())
+}
+
+/// The field as a number: times in seconds; none of text, dates and nulls.
+fn number_of(field: &Field) -> Option<f64> {
+    match field {
+        Field::Bool(value) => Some(f64::from(u8::from(*value))),
+        Field::Byte(value) => Some(f64::from(*value)),
+        Field::Short(value) => Some(f64::from(*value)),
+        Field::Int(value) => Some(f64::from(*value)),
+        Field::Long(value) => Some(*value as f64),
+        Field::UByte(value) => Some(f64::from(*value)),
+        Field::UShort(value) => Some(f64::from(*value)),
+        Field::UInt(value) => Some(f64::from(*value)),
+        Field::ULong(value) => Some(*value as f64),
+        // Through text: the shortest decimal of a single-precision number is what was meant.
+        Field::Float(value) => value.to_string().parse().ok(),
+        Field::Double(value) => Some(*value),
+        Field::TimeMillis(value) => Some(1e-3 * f64::from(*value)),
+        Field::TimeMicros(value) => Some(1e-6 * *value as f64),
+        Field::TimestampMillis(value) => Some(1e-3 * *value as f64),
+        Field::TimestampMicros(value) => Some(1e-6 * *value as f64),
+        _ => None,
+    }
+}

@@ -1,0 +1,174 @@
+//! The paper's Figures 5, 6, 7, 9 and 10 of one's own sensor: one self-contained page, and SVG files.
+//!
+//! Figure 5: calibrated against calculated angle, and the error before the correction. 6: the two curves of the
+//! cross-validation. 7: the error with the model's curve, and what the fit leaves of each point. 9: the errors after
+//! the correction, pass by pass and as means over passes. 10: their standard deviation at each point. 9 and 10
+//! are of a verification recording where one is given, else of the recording that was fitted.
+
+mod after;
+mod chart;
+mod figures;
+
+use minijinja::{Environment, context};
+
+use crate::coefficients::Coefficients;
+use crate::error_model::Sensor;
+use crate::fit::Fit;
+use crate::recording::Recording;
+use crate::summary;
+
+pub use after::{AfterError, Corrected};
+
+/// One drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// As in the paper: `5a`, `6` …; with more than one verification `9a-2` ….
+    pub number: String,
+    /// What it shows.
+    pub title: String,
+    /// What is to be seen in it, with its figures.
+    pub caption: String,
+    /// SVG with CSS variables for colours, for the page.
+    svg: String,
+}
+
+impl Figure {
+    /// An SVG file of its own, in the colours of a light page.
+    pub fn file(&self) -> String {
+        chart::standing_alone(&self.svg)
+    }
+}
+
+/// A calibration with its fit, and the recordings that verify it.
+pub struct Report<'a> {
+    recording: &'a Recording,
+    fit: &'a Fit,
+    corrected: Vec<Corrected>,
+}
+
+impl<'a> Report<'a> {
+    /// Corrects the verification recordings, or the fitted one where there is none.
+    ///
+    /// # Errors
+    /// [`AfterError`] where a verification does not fit the sensor.
+    pub fn of(
+        recording: &'a Recording,
+        fit: &'a Fit,
+        verifications: &[Recording],
+    ) -> Result<Report<'a>, AfterError> {
+        let corrected = if verifications.is_empty() {
+            vec![Corrected::fitted(recording, fit)]
+        } else {
+            (verifications.iter())
+                .map(|verification| Corrected::of(verification, &fit.coefficients))
+                .collect::<Result<_, _>>()?
+        };
+        Ok(Report { recording, fit, corrected })
+    }
+
+    /// All figures in their order.
+    pub fn figures(&self) -> Vec<Figure> {
+        let mut figures = figures::calibration(self.recording, self.fit);
+        for (index, corrected) in self.corrected.iter().enumerate() {
+            let suffix = if index == 0 { String::new() } else { format!("-{}", index + 1) };
+            figures.extend(figures::verification(corrected, &self.fit.coefficients, &suffix));
+        }
+        figures
+    }
+
+    /// The page.
+    pub fn page(&self, figures: &[Figure]) -> String {
+        let file = &self.fit.coefficients;
+        let statistics = file.statistics.as_ref();
+        let figures: Vec<_> = (figures.iter())
+            .map(|figure| {
+                context! {
+                    number => figure.number.clone(),
+                    title => figure.title.clone(),
+                    caption => figure.caption.clone(),
+                    svg => figure.svg.clone(),
+                }
+            })
+            .collect();
+        let spread = |spread: &crate::statistics::Spread| {
+            context! {
+                rms => digits(spread.rms),
+                max => digits(spread.max),
+                mean => digits(spread.max_of_point_means),
+            }
+        };
+        let verified: Vec<_> = (self.corrected.iter())
+            .map(|corrected| {
+                context! {
+                    name => corrected.name.clone(),
+                    own => corrected.fitted,
+                    rms => digits(corrected.rms()),
+                    max => digits(corrected.largest()),
+                    mean => digits(corrected.largest_mean()),
+                    deviation => corrected.largest_deviation().map(digits),
+                }
+            })
+            .collect();
+        let values = context! {
+            recording => file.recording.file.clone(),
+            rows => file.recording.rows,
+            passes => file.recording.passes,
+            unit => file.units.statistics.clone(),
+            model => model_name(file),
+            sha256 => file.recording.sha256.clone(),
+            before => statistics.map(|s| spread(&s.before)),
+            after => statistics.map(|s| spread(&s.after)),
+            verified => verified,
+            notes => self.fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
+            directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
+            summary => summary::summary(self.fit),
+            figures => figures,
+        };
+        // The template is part of the program and rendered by a test: it cannot fail on other data.
+        Environment::new().render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(
+            |error| {
+                format!(
+                    "<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>"
+                )
+            },
+        )
+    }
+}
+
+/// What was fitted, for a reader.
+fn model_name(file: &Coefficients) -> String {
+    match &file.turn {
+        Some(turn) if turn.whole && turn.amplitudes.len() == 1 => "one harmonic of the turn".to_string(),
+        Some(turn) if turn.whole => format!("{} harmonics of the turn", turn.amplitudes.len()),
+        _ => format!("a polynomial of order {}", file.base.order),
+    }
+}
+
+/// The angle (degrees; direct: the sensor's unit) of a value in the internal unit.
+fn angle(sensor: &Sensor, internal: f64) -> f64 {
+    match sensor {
+        Sensor::EddyCurrentPair { .. } => internal.to_degrees(),
+        Sensor::Direct { .. } => internal,
+    }
+}
+
+/// Its unit.
+fn angle_unit(sensor: &Sensor) -> &str {
+    match sensor {
+        Sensor::EddyCurrentPair { .. } => "deg",
+        Sensor::Direct { unit, .. } => unit,
+    }
+}
+
+/// Four significant digits, for a reader.
+pub(crate) fn digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return "0".into();
+    }
+    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{value:.decimals$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text };
+    text.replace('-', "−")
+}
