@@ -249,7 +249,8 @@ impl<const N: usize> Stepper<N> {
                 continue;
             }
             let next = self.method.h();
-            self.step_s = if step_s < wanted { next.min(wanted.max(next)) } else { next };
+            // A step that was cut short says little about how long one may be.
+            self.step_s = if step_s < wanted { wanted.max(next) } else { next };
             let y = *self.method.y();
             let runs = |i: usize| !y[i].is_finite() || y[i].abs() > RUNAWAY * self.scales[i];
             if (0..self.states).any(runs) {
