@@ -9,7 +9,7 @@ use super::fault::DynamicError;
 use super::model::Model;
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
-use super::search::Search;
+use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
 use super::structure::structure;
 use super::verdict::{self, Units};
 use super::{feedback, plant, score, start};
@@ -23,6 +23,8 @@ const LOST: f64 = 0.98;
 /// Steps of the integrator that a simulation of the search may take: enough to tell effects apart, few
 /// enough that a hundred thousand rows are diagnosed in seconds.
 const SEARCH_STEPS: usize = 33_000;
+/// −2 log likelihood by which the whole recording has to prefer a rival.
+const DECISIVE: f64 = 30.0;
 /// The rows that fit and choose, without those that score.
 const PROOF: [bool; 3] = [true, true, false];
 
@@ -99,17 +101,18 @@ pub fn diagnose(
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
     let search = Search::new(&windows, &options.skip);
-    let chosen = search.run(&seen);
+    let mut chosen = search.run(&seen);
     // The whole recording: its initial states follow from the first rows.
     let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
+    if windows.count(ALL) < data.count(ALL) {
+        chosen = decided(&search, &data, chosen);
+    }
     let nominal_model = seen.model.clone();
-    let models =
-        [(&nominal_model, ALL), (&chosen.model, ALL), (&nominal_model, PROOF), (&chosen.model, PROOF)];
-    let mut fits = models.par_iter().map(|(m, folds)| whole(m, *folds)).collect::<Vec<_>>().into_iter();
-    let mut next = || fits.next().flatten();
-    // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
-    let (before, found, proof_before, proof_after) = (next(), next(), next(), next());
+    let (before, found) = rayon::join(|| whole(&nominal_model, ALL), || whole(&chosen.model, ALL));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
+    // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
+    let without = |f: &Fitted| fit(&f.model, &f.states, &data, PROOF, PATIENCE);
+    let (proof_before, proof_after) = rayon::join(|| without(&before), || without(&found));
     let residual = |f: &Fitted, data: &Data| -> Vec<f64> {
         let y = f.positions(data).unwrap_or_default();
         data.position.iter().zip(&y).map(|(a, b)| a - b).collect()
@@ -171,6 +174,24 @@ pub fn diagnose(
         fit,
     };
     Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
+}
+
+/// The model, or one of its close rivals where the whole recording prefers that.
+fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
+    let mut models = vec![chosen.model.clone()];
+    models.extend(search.rivals(&chosen));
+    if models.len() == 1 {
+        return chosen;
+    }
+    let whole = |m: &Model| fit(m, &data.first_states(), data, FIT_ROWS, PATIENCE);
+    let mut fits = models.par_iter().map(whole).collect::<Vec<_>>().into_iter();
+    let Some(own) = fits.next().flatten() else { return chosen };
+    let better = fits
+        .flatten()
+        .filter(|f| gain(&own, f, CHOOSE_ROWS) > DECISIVE)
+        .min_by(|a, b| a.cost(CHOOSE_ROWS).total_cmp(&b.cost(CHOOSE_ROWS)));
+    let windows = search.data;
+    better.and_then(|f| fit(&f.model, &windows.first_states(), windows, FIT_ROWS, PATIENCE)).unwrap_or(chosen)
 }
 
 /// The nominal plant, identified from the recording, or from the user's simulation of it and then once

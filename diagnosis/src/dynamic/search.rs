@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::data::{ALL, CHOOSE, Data, FIT, FOLDS, HOLDS};
 use super::effects::{CATALOGUE, DynamicEffect};
 use super::estimate::{Fitted, PATIENCE, fit};
-use super::model::{MOST_TERMS, Term};
+use super::model::{MOST_TERMS, Model, Term};
 use super::noise::autoregression;
 use super::screen::{Candidate, Screened, screen};
 
@@ -22,6 +22,10 @@ const GAIN_PER_PARAMETER: f64 = 6.0;
 const LEAST_PART: f64 = 0.003;
 /// Effects that are refitted in full in every round.
 const REFITTED: usize = 8;
+/// A term without which the squared residual grows by more than this factor is beyond doubt.
+const STRONG: f64 = 10.0;
+/// A model whose squared residual is within this factor of the best may be the better one on more rows.
+const CLOSE: f64 = 1.15;
 /// Steps of an estimate of a start.
 const SHORT: usize = 4;
 
@@ -233,6 +237,25 @@ impl<'a> Search<'a> {
             }
         }
         present
+    }
+
+    /// Models in which one weak term is replaced by an effect that it is easily taken for, and which do
+    /// nearly as well on these windows: more rows have to decide.
+    pub fn rivals(&self, chosen: &Fitted) -> Vec<Model> {
+        let refit = |model: &Model| fit(model, &chosen.states, self.data, FIT_ROWS, PATIENCE);
+        let mut rivals = Vec::new();
+        for k in 0..chosen.model.terms.len() {
+            let Some(without) = refit(&chosen.model.without(k)) else { continue };
+            if without.costs[CHOOSE] > STRONG * chosen.costs[CHOOSE] {
+                continue;
+            }
+            let near = chosen.model.terms[k].effect.confused_with();
+            let catalogue = self.catalogue.iter().copied().filter(|e| near.contains(&e.id())).collect();
+            let contenders = Search { data: self.data, catalogue }.contenders(&without);
+            let close = contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]);
+            rivals.extend(close.map(|f| f.model));
+        }
+        rivals
     }
 
     /// The model fitted to all rows.

@@ -19,7 +19,7 @@ use crate::verdict::{Location, NamedEffect, Parameter, Verdict};
 const ALTERNATIVE_MARGIN: f64 = 10.0;
 /// The same, as a part of the residual's variance, where the model is known to be imperfect: there the
 /// difference of two likelihoods says more of the imperfection than of the two.
-const IMPERFECT_MARGIN: f64 = 0.01;
+const IMPERFECT_MARGIN: f64 = 0.05;
 /// Structure that is left counts from this part of the residual's variance on.
 const LEFT_PART: f64 = 0.005;
 /// −2 log likelihood that a family of shapes has to gain, and for every shape beyond the first.
