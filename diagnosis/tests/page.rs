@@ -66,7 +66,9 @@ fn drawn(browser: &Path, folder: &Path, width: u32) -> serde_json::Value {
 fn the_drawn_page_fits_a_desk_and_a_phone() {
     let Some(browser) = browser() else {
         assert!(std::env::var_os("CI").is_none(), "no browser to draw the report with: install chromium");
-        println!("skipped the drawn report: no browser on the path; install chromium, or set CHROMIUM to one");
+        println!(
+            "skipped the drawn report: no browser on the path; install chromium, or set CHROMIUM to one"
+        );
         return;
     };
     let scene = scene();
