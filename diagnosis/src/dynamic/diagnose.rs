@@ -125,9 +125,13 @@ pub fn diagnose(
     };
     let left = families(&small);
     let left = verdict::significant(&left);
-    let around = if found.model.terms.is_empty() { Vec::new() } else { families(&seen) };
+    let said = verdict::verdict(&before, &found, &left);
+    // What no named effect explains is located beside the nominal plant.
+    let around = match said {
+        Verdict::Unexplained if !found.model.terms.is_empty() => families(&seen),
+        _ => Vec::new(),
+    };
     let around = if found.model.terms.is_empty() { left.clone() } else { verdict::significant(&around) };
-    let said = verdict::verdict(&before, &found, &left, &around);
     let named = match said {
         Verdict::Unexplained | Verdict::Consistent => Vec::new(),
         _ => {

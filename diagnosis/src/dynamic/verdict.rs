@@ -50,14 +50,9 @@ pub fn significant(found: &[Structure]) -> Vec<&Structure> {
 }
 
 /// The verdict: whether effects were found, and how much of the mismatch they leave as structure.
-pub fn verdict(
-    nominal: &Fitted,
-    found: &Fitted,
-    left: &[&Structure],
-    beside_nominal: &[&Structure],
-) -> Verdict {
+pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure]) -> Verdict {
     if found.model.terms.is_empty() {
-        return if beside_nominal.is_empty() { Verdict::Consistent } else { Verdict::Unexplained };
+        return if left.is_empty() { Verdict::Consistent } else { Verdict::Unexplained };
     }
     let Some(strongest) = left.first() else { return Verdict::Explained };
     let explained = nominal.cost(ALL) - found.cost(ALL);
