@@ -1,4 +1,4 @@
-//! The catalogue of dynamic effects: one file each, one line in [`catalogue`]. An effect acts on the drive
+//! The catalogue of dynamic effects: one file each, one line in [`CATALOGUE`]. An effect acts on the drive
 //! on its way to the mechanism, on the mechanism's acceleration, or on the position on its way to the
 //! recording; its formula is written once and evaluated with and without derivatives.
 
