@@ -135,7 +135,7 @@ impl LinearModel {
             for (output, column) in positions.iter_mut().enumerate() {
                 let inner: f64 = dot(&self.space.c[output], &state);
                 let through: f64 = self.space.d[output].iter().zip(&passed).map(|(d, u)| d * u[row]).sum();
-                let looped = inside.as_ref().map_or(0.0, |loops| loops.into_position(output, &w));
+                let looped = inside.as_ref().map_or(0.0, |loops| loops.adds_to_position(output, &w));
                 column.push(inner + through + looped);
             }
             state = self.next(&state, &passed, row, &inside, &w);
@@ -155,7 +155,7 @@ impl LinearModel {
         w: &[f64],
     ) -> Vec<f64> {
         let StateSpace { a, b, .. } = &self.space;
-        let looped = |index: usize| inside.as_ref().map_or(0.0, |loops| loops.into_state(index, w));
+        let looped = |index: usize| inside.as_ref().map_or(0.0, |loops| loops.adds_to_state(index, w));
         a.iter()
             .zip(b)
             .enumerate()

@@ -74,12 +74,12 @@ impl Loops {
     }
 
     /// What w adds to state `index` at the next sample.
-    pub fn into_state(&self, index: usize, w: &[f64]) -> f64 {
+    pub fn adds_to_state(&self, index: usize, w: &[f64]) -> f64 {
         self.into_state[index * self.count..(index + 1) * self.count].iter().zip(w).map(|(e, w)| e * w).sum()
     }
 
     /// What w adds to position `index`.
-    pub fn into_position(&self, index: usize, w: &[f64]) -> f64 {
+    pub fn adds_to_position(&self, index: usize, w: &[f64]) -> f64 {
         let row = &self.into_position[index * self.count..(index + 1) * self.count];
         row.iter().zip(w).map(|(f, w)| f * w).sum()
     }
@@ -112,7 +112,7 @@ mod tests {
         assert!((top - 0.32).abs() < 1e-3, "virgin curve u²/2: {top}");
         let down = loops.output(&[0.0], &[-0.2])[0];
         assert!((top - down - 0.25).abs() < 1e-3, "from a reversal Δu²/4: {}", top - down);
-        assert!((loops.into_position(0, &[down]) - 2.0 * down).abs() < 1e-15);
+        assert!((loops.adds_to_position(0, &[down]) - 2.0 * down).abs() < 1e-15);
     }
 
     #[test]
