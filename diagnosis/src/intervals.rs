@@ -179,7 +179,7 @@ impl Beside<'_> {
             for (u, place) in line {
                 if let Some((before, last)) = finer.last() {
                     let (a, b) = (log_of(last), log_of(&place));
-                    let split = a.max(b) > top - NEGLIGIBLE && !((a - b).abs() < UNEVEN);
+                    let split = a.max(b) > top - NEGLIGIBLE && (a - b).abs() >= UNEVEN;
                     if split {
                         let middle = 0.5 * (before + u);
                         finer.push((middle, self.place(effect, &with(middle))));
