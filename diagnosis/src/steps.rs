@@ -30,9 +30,8 @@ pub fn places(left: &[f64], noise: &Noise, height: f64, row: usize) -> Vec<(usiz
     // A later beginning takes the step from one row more.
     let mut sum = 0.0;
     let mut out = vec![(from, 0.0)];
-    for i in from..to {
-        let sigma = noise.sigma[i];
-        sum += cost((left[i] - height) / sigma) - cost(left[i] / sigma);
+    for (i, (left, sigma)) in left.iter().zip(&noise.sigma).enumerate().take(to).skip(from) {
+        sum += cost((left - height) / sigma) - cost(left / sigma);
         out.push((i + 1, sum));
     }
     let best = out.iter().map(|p| p.1).fold(f64::NEG_INFINITY, f64::max);

@@ -20,7 +20,7 @@ fn recording() -> Option<PathBuf> {
 /// Rms of the error over rms of the position, over the rows at `amplitude` of the runs that are held out.
 fn relative(recording: &DynamicRecording, predicted: &[Vec<f64>], amplitude: f64) -> f64 {
     let column = recording.amplitude.as_ref().unwrap();
-    let held = recording.runs.iter().filter(|r| column[r.start] == amplitude).next_back().unwrap().clone();
+    let held = recording.runs.iter().rfind(|r| column[r.start] == amplitude).unwrap().clone();
     let (mut left, mut all) = (0.0, 0.0);
     for (position, predicted) in recording.positions.iter().zip(predicted) {
         for row in held.clone() {

@@ -118,7 +118,7 @@ fn unit_size(
             }
         }
     }
-    if size.iter().any(|s| !(*s > 0.0)) {
+    if size.iter().any(|&s| s <= 0.0 || s.is_nan()) {
         return None;
     }
     for l in 0..q {

@@ -133,7 +133,7 @@ impl Looped {
     /// Periods of `rows` rows after which a transient has decayed by 10⁻⁶, between 1 and 20.
     pub fn settling(&self, rows: usize) -> usize {
         let radius = self.linear.blocks.iter().map(|b| b.radius()).fold(0.0, f64::max);
-        let decay = -radius.min(0.999_999).max(1e-9).ln() * rows as f64;
+        let decay = -radius.clamp(1e-9, 0.999_999).ln() * rows as f64;
         ((1e6f64.ln() / decay).ceil() as usize).clamp(1, 20)
     }
 }

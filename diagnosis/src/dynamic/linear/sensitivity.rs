@@ -253,8 +253,8 @@ fn sensitivities(
             }
             w[l] = std::array::from_fn(|i| remembered[l][i] + by_parameter[l][i]);
         }
-        for i in 0..p {
-            let mut dy = gather(y[i], &lin.c[i * n..(i + 1) * n], &x);
+        for (i, &own) in y.iter().enumerate().take(p) {
+            let mut dy = gather(own, &lin.c[i * n..(i + 1) * n], &x);
             if q > 0 {
                 dy = gather(dy, &model.f[i * q..(i + 1) * q], &w);
             }

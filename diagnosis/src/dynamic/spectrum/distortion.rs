@@ -65,6 +65,9 @@ pub fn distortion(data: &Experiments) -> Distortion {
     }
 }
 
+/// Frequencies in Hz with the mean power there.
+pub type Lines = Vec<(f64, f64)>;
+
 /// Adds the free lines of the excited band, run by run: `(even, odd)`, each frequency and mean power over
 /// the runs that leave the line free.
 pub fn free_lines(
@@ -73,7 +76,7 @@ pub fn free_lines(
     runs: &[Range<usize>],
     length: usize,
     step_s: f64,
-) -> (Vec<(f64, f64)>, Vec<(f64, f64)>) {
+) -> (Lines, Lines) {
     let last = length.saturating_sub(1) / 2;
     let mut sums = vec![(0.0, 0usize); last + 1];
     for run in runs {

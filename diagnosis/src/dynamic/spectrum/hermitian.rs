@@ -13,7 +13,7 @@ pub fn cholesky(s: &[Complex], size: usize) -> Option<Vec<Complex>> {
                 sum -= l[i * size + k] * l[j * size + k].conj();
             }
             if i == j {
-                if !(sum.re > 1e-12 * scale) {
+                if sum.re <= 1e-12 * scale || sum.re.is_nan() {
                     return None;
                 }
                 l[i * size + i] = Complex::new(sum.re.sqrt(), 0.0);
