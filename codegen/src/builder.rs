@@ -38,7 +38,7 @@ use crate::source::{Source, SourceError};
 pub enum BuildError {
     /// The coefficients or the recording.
     #[error(transparent)]
-    Source(#[from] SourceError),
+    Source(Box<SourceError>),
     /// No routine for the target meets the bound in the flash.
     #[error(transparent)]
     Choose(#[from] ChooseError),
@@ -165,7 +165,7 @@ impl Builder {
     /// # Errors
     /// [`BuildError`]: the source cannot be read, or no routine meets what is asked.
     pub fn generate(&self) -> Result<Generated, BuildError> {
-        let (coefficients, sha256) = self.source.load()?;
+        let (coefficients, sha256) = self.source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
         let mut options = self.options.clone();
         match self.target {
             Some(core) => {
