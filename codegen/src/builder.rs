@@ -165,7 +165,8 @@ impl Builder {
     /// # Errors
     /// [`BuildError`]: the source cannot be read, or no routine meets what is asked.
     pub fn generate(&self) -> Result<Generated, BuildError> {
-        let (coefficients, sha256) = self.source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
+        let (coefficients, sha256) =
+            self.source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
         let mut options = self.options.clone();
         match self.target {
             Some(core) => {
