@@ -92,5 +92,5 @@ fn bad_calls_are_refused_with_one_message_and_nothing_written() {
     let out = scene.folder.path().join("out").display().to_string();
     let output = run(&[&good.display().to_string(), "--plant", "plant.toml", "--out", &out]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("dynamic"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("plant.toml"));
 }

@@ -134,11 +134,12 @@ impl Polynomial {
     }
 
     /// A certified enclosure of max |p(v)| over [`from`, `to`] (points): its upper end is an upper bound
-    /// of the maximum and exceeds it by at most `tolerance`; its lower end is reached.
+    /// of the maximum and as a rule exceeds it by at most `tolerance`; its lower end is reached.
     ///
     /// Branch and bound: each piece is bounded by its centred form, which near an extremum is off by the
     /// square of the piece's width only. A piece's polynomial is its parent's, shifted; the high terms that
-    /// no longer matter on it are dropped and their bound is kept.
+    /// no longer matter on it are dropped and their bound is kept. After [`MOST_PIECES`] of them the bound stays as
+    /// coarse as it is: then it may exceed the maximum by more than the tolerance, but is a bound.
     pub fn supremum(&self, from: &Interval, to: &Interval, tolerance: &Interval) -> Interval {
         let centre = from.hull(to).midpoint();
         let radius = (&from.hull(to) - &centre).magnitude();
@@ -146,7 +147,9 @@ impl Polynomial {
         let mut bound = Interval::zero();
         let mut open =
             vec![Piece { local: self.shift(&centre), radius, dropped: Interval::zero(), depth: 2 }];
+        let mut pieces = 0;
         while let Some(piece) = open.pop() {
+            pieces += 1;
             let slack = piece.dropped.symmetric();
             let middle = (&piece.local.coefficients[0] + &slack).magnitude_lower();
             if reached.certainly_le(&middle) {
@@ -156,7 +159,8 @@ impl Polynomial {
             if here.certainly_le(&bound) {
                 continue;
             }
-            if here.certainly_le(&(&reached + tolerance)) || piece.depth > DEEPEST {
+            let fine = here.certainly_le(&(&reached + tolerance));
+            if fine || piece.depth > DEEPEST || pieces > MOST_PIECES {
                 bound = bound.magnitude_max(&here);
             } else {
                 open.extend(piece.halves(tolerance));
@@ -168,6 +172,8 @@ impl Polynomial {
 
 /// Halvings after which a piece is bounded as it is.
 const DEEPEST: i64 = 80;
+/// Pieces after which the rest is bounded as it is.
+const MOST_PIECES: usize = 1 << 14;
 
 /// Part of an interval, with the polynomial about its middle; `dropped` bounds what that leaves out.
 struct Piece {

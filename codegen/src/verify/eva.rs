@@ -220,7 +220,7 @@ mod tests {
         assert!(right.holds, "{right:?}");
         let wrong = analysed(&generated, &options, "(divisor - 1u)", "(divisor - 2u)");
         assert!(!wrong.holds, "{wrong:?}");
-        let wrong = analysed(&generated, &options, "table[row][0];", "table[row][0] * 2;");
+        let wrong = analysed(&generated, &options, "= row[0];", "= row[0] * 2;");
         assert!(!wrong.holds && wrong.finding.contains("overflow"), "{wrong:?}");
     }
 

@@ -41,7 +41,7 @@ pub fn low_pass(x: &[f64], cutoff_hz: f64, step_s: f64) -> Vec<f64> {
     if cutoff_hz >= 0.45 * rate_hz || x.len() < 4 {
         return x.to_vec();
     }
-    let pad = ((3.0 * rate_hz / cutoff_hz) as usize).clamp(1, x.len() - 1);
+    let pad = ((10.0 * rate_hz / cutoff_hz) as usize).clamp(1, x.len() - 1);
     let last = x.len() - 1;
     let before = (1..=pad).rev().map(|k| 2.0 * x[0] - x[k]);
     let after = (1..=pad).map(|k| 2.0 * x[last] - x[last - k]);
