@@ -4,7 +4,7 @@
 //! τ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
 //! its whole posterior: a test that took the estimate for the truth would raise false alarms. A step or a
 //! seat that differs from pass to pass looks like slow noise; where it explains the recording far better than
-//! any correlation does, it is taken out first ([`without_jumps`]).
+//! any correlation does, it is taken out first (`without_jumps`).
 
 use crate::linear::{Basis, Columns, add_scaled, cholesky, dot, quadratic_form};
 use crate::rows::median;

@@ -1,7 +1,7 @@
 //! Output error of the looped model in the time domain: normal equations by forward sensitivities, exact
 //! through the loop and its memory, and their minimisation.
 //!
-//! The sensitivities of [`LANES`] parameters run through the rows together, so that their state stays in
+//! The sensitivities of `LANES` parameters run through the rows together, so that their state stays in
 //! registers and the first cache.
 
 use faer::linalg::matmul::triangular::{self, BlockStructure};
