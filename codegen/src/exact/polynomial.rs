@@ -138,7 +138,7 @@ impl Polynomial {
     ///
     /// Branch and bound: each piece is bounded by its centred form, which near an extremum is off by the
     /// square of the piece's width only. A piece's polynomial is its parent's, shifted; the high terms that
-    /// no longer matter on it are dropped and their bound is kept. After [`MOST_PIECES`] of them the bound stays as
+    /// no longer matter on it are dropped and their bound is kept. After `MOST_PIECES` of them the bound stays as
     /// coarse as it is: then it may exceed the maximum by more than the tolerance, but is a bound.
     pub fn supremum(&self, from: &Interval, to: &Interval, tolerance: &Interval) -> Interval {
         let centre = from.hull(to).midpoint();

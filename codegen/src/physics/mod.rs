@@ -2,7 +2,7 @@
 //!
 //! The function of the reading stays as it is designed ([`crate::fused`], [`crate::piecewise`]); between its last
 //! sum and the output's format the terms are subtracted, from further inputs and from a state that is kept from
-//! call to call. Every word of that is bounded as it is written ([`builder`]), over all words of all inputs and
+//! call to call. Every word of that is bounded as it is written (`builder`), over all words of all inputs and
 //! all states that can be reached; what it is off adds to the bound of the function.
 
 mod builder;
