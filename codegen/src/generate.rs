@@ -67,6 +67,12 @@ pub enum GenerateError {
         /// The name.
         name: String,
     },
+    /// A sensor that turns round and round.
+    #[error(
+        "the coefficients hold on a whole turn of the sensor: a routine that wraps round cannot be generated yet; \
+         `fitter apply` corrects such recordings"
+    )]
+    WholeTurn,
     /// Two routines would have one name.
     #[error("{0} is asked for twice: each format and table gives one routine")]
     Twice(String),
@@ -95,6 +101,9 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
+    if coefficients.whole_turn() {
+        return Err(GenerateError::WholeTurn);
+    }
     let quantity = Quantity::of(&routine::model(coefficients, options));
     if !text::is_identifier(&quantity.unit) {
         return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
