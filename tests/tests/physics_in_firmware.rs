@@ -18,7 +18,6 @@ use fitter::recording::Purpose;
 const LEFT_UM: f64 = 1.0;
 
 #[test]
-#[ignore = "takes minutes: cargo test --release -p arcsmith-tests --test physics_in_firmware -- --ignored"]
 fn the_generated_routine_corrects_a_slit_on_another_move() {
     let skipped = "the generated correction of a real sensor's periodic error";
     let files = ["slit-train.csv.gz", "slit-test.csv.gz", "slit.toml"].map(|name| real(name, skipped));

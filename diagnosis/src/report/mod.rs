@@ -6,7 +6,7 @@ mod map;
 use minijinja::{Environment, context};
 
 use crate::diagnosis::Outcome;
-use crate::verdict::Verdict;
+use crate::verdict::{Parameter, Verdict};
 
 /// Most observables that get a chart of the residual.
 const CHARTS: usize = 4;
@@ -54,19 +54,6 @@ pub fn page(outcome: &Outcome) -> String {
         .effects
         .iter()
         .map(|e| {
-            let parameters: Vec<_> = e
-                .parameters
-                .iter()
-                .map(|p| {
-                    context! {
-                        name => without_unit(&p.name),
-                        value => digits(p.value),
-                        unit => if p.unit == "1" { String::new() } else { p.unit.clone() },
-                        from => digits(p.ci95[0]),
-                        to => digits(p.ci95[1]),
-                    }
-                })
-                .collect();
             let catalogued = crate::effects::catalogue().into_iter().find(|c| c.id() == e.id);
             context! {
                 id => e.id.clone(),
@@ -79,7 +66,7 @@ pub fn page(outcome: &Outcome) -> String {
                 }),
                 share => format!("{:.0} %", 100.0 * e.share),
                 p => probability(e.p_value),
-                parameters => parameters,
+                parameters => e.parameters.iter().map(parameter).collect::<Vec<_>>(),
                 alternatives => e.alternatives.iter().map(|a| a.replace('_', " ")).collect::<Vec<_>>(),
                 correctable => e.runtime_correctable,
             }
@@ -207,6 +194,17 @@ pub(crate) fn readable(variable: &str) -> String {
         other => other,
     }
     .to_string()
+}
+
+/// A parameter for the table of an effect.
+pub(crate) fn parameter(p: &Parameter) -> minijinja::Value {
+    context! {
+        name => without_unit(&p.name),
+        value => digits(p.value),
+        unit => if p.unit == "1" { String::new() } else { p.unit.clone() },
+        from => digits(p.ci95[0]),
+        to => digits(p.ci95[1]),
+    }
 }
 
 /// A parameter's name without the unit that stands beside its value.

@@ -9,7 +9,7 @@ use fitter::plant::Kind;
 use minijinja::context;
 
 use super::{DynamicOutcome, DynamicRecording};
-use crate::report::{class, digits, environment, probability, word};
+use crate::report::{class, digits, environment, parameter, probability, word};
 use crate::verdict::{Location, Verdict};
 
 /// The page of one recording. `held_out` is the recording that the outcome's figures are of, where one was
@@ -36,25 +36,12 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
         .effects
         .iter()
         .map(|e| {
-            let parameters: Vec<_> = e
-                .parameters
-                .iter()
-                .map(|p| {
-                    context! {
-                        name => p.name.replace('_', " "),
-                        value => digits(p.value),
-                        unit => if p.unit == "1" { String::new() } else { p.unit.clone() },
-                        from => digits(p.ci95[0]),
-                        to => digits(p.ci95[1]),
-                    }
-                })
-                .collect();
             context! {
                 id => e.id.clone(),
                 title => e.title.clone(),
                 share => format!("{:.0} %", 100.0 * e.share),
                 p => probability(e.p_value),
-                parameters => parameters,
+                parameters => e.parameters.iter().map(parameter).collect::<Vec<_>>(),
                 alternatives => e.alternatives.iter().map(|a| a.replace('_', " ")).collect::<Vec<_>>(),
             }
         })
