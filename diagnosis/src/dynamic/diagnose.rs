@@ -25,6 +25,10 @@ const DECISIVE: f64 = 30.0;
 /// The rows that fit and choose, without those that score.
 const PROOF: [bool; 3] = [true, true, false];
 
+/// Innovation of a residual over its root mean square below which it is no noise: one that is alike over a
+/// hundred samples still has 0.14.
+const PREDICTED: f64 = 0.12;
+
 /// Rows from which the nominal plant is identified at first.
 const START_ROWS: usize = 16_384;
 
@@ -123,7 +127,11 @@ pub fn diagnose(
     };
     let left = families(&small);
     let left = verdict::significant(&left);
-    let said = verdict::verdict(&before, &found, &left);
+    let said = match verdict::verdict(&before, &found, &left) {
+        // What its own past predicts so well is a motion, and no noise.
+        Verdict::Consistent if noise.innovation < PREDICTED * found.rms(ALL) => Verdict::Unexplained,
+        said => said,
+    };
     // What no named effect explains is located beside the nominal plant.
     let around = match said {
         Verdict::Unexplained if found.model.terms.len() > given => families(&seen),

@@ -88,7 +88,16 @@ impl<'a> Search<'a> {
     pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
         let candidates = self.candidates(present);
         let whitening = self.whitening(present);
-        let screened = screen(present, &candidates, self.data, &whitening);
+        let mut screened = screen(present, &candidates, self.data, &whitening);
+        if !whitening.is_empty() {
+            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
+            // explains it: the plain gain counts as well. What is worth its parameters is decided later.
+            for (white, plain) in screened.iter_mut().zip(screen(present, &candidates, self.data, &[])) {
+                if white.candidate == plain.candidate && plain.gain > white.gain {
+                    *white = plain;
+                }
+            }
+        }
         let mut best: Vec<Screened> = Vec::new();
         for effect in &self.catalogue {
             let own = screened.iter().filter(|s| candidates[s.candidate].effect.id() == effect.id());
