@@ -4,6 +4,7 @@
 //! price is what the strongest of the family's candidates explains in one recording of nothing in
 //! [`crate::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
 
+mod beside;
 mod refine;
 mod select;
 
@@ -74,6 +75,8 @@ pub struct Search<'a> {
     base: Basis,
     /// Whitened cleaned observations less the base.
     target: Vec<f64>,
+    /// What was looked at already.
+    kept: beside::Kept,
 }
 
 impl<'a> Search<'a> {
@@ -128,6 +131,7 @@ impl<'a> Search<'a> {
             projected: OnceLock::from(projected),
             base,
             target,
+            kept: beside::Kept::default(),
         }
     }
 
@@ -149,6 +153,7 @@ impl<'a> Search<'a> {
             projected: OnceLock::new(),
             base,
             target,
+            kept: beside::Kept::default(),
         }
     }
 
