@@ -244,7 +244,11 @@ impl Place {
                 let k = own.start;
                 let whole = dot(white.get(k), white.get(k));
                 let left = whole - (0..rank).map(|b| products[b * count + k].powi(2)).sum::<f64>();
-                if left > OWN_PART * OWN_PART * whole { products[rank * count + k].powi(2) / left } else { 0.0 }
+                if left > OWN_PART * OWN_PART * whole {
+                    products[rank * count + k].powi(2) / left
+                } else {
+                    0.0
+                }
             })
             .collect()
     }

@@ -189,12 +189,6 @@ impl<'a> Search<'a> {
         (basis, residual)
     }
 
-    /// What the terms explain together.
-    pub fn explained(&self, terms: &[Term]) -> f64 {
-        let (_, residual) = self.fit(terms);
-        dot(&self.target, &self.target) - dot(&residual, &residual)
-    }
-
     /// The price of a term.
     pub fn price(&self, term: &Term) -> f64 {
         let own = self.own_price(term);

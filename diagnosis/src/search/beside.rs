@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Found, Search, Term};
-use crate::linear::Basis;
+use crate::linear::{Basis, dot};
 
 /// Most sets that are kept; the oldest goes first.
 const MOST_KEPT: usize = 48;
@@ -37,19 +37,25 @@ impl Beside {
     }
 }
 
-/// The sets that were looked at last.
+/// The sets that were looked at last, and what each set explains.
 #[derive(Default)]
-pub(super) struct Kept(Mutex<VecDeque<(Key, Arc<Beside>)>>);
+pub(super) struct Kept {
+    sets: Mutex<VecDeque<(Key, Arc<Beside>)>>,
+    explained: Mutex<BTreeMap<Key, f64>>,
+}
+
+fn key(terms: &[Term]) -> Key {
+    let bits = |shape: &[f64]| shape.iter().map(|v| v.to_bits()).collect();
+    let mut key: Key = terms.iter().map(|t| (t.family, bits(&t.shape))).collect();
+    key.sort();
+    key
+}
 
 impl Search<'_> {
     /// What stands beside the terms.
     pub(super) fn beside(&self, terms: &[Term]) -> Arc<Beside> {
-        let mut key: Key = terms
-            .iter()
-            .map(|t| (t.family, t.shape.iter().map(|v| v.to_bits()).collect()))
-            .collect();
-        key.sort();
-        let mut kept = self.kept.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = key(terms);
+        let mut kept = self.kept.sets.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, beside)) = kept.iter().find(|(k, _)| *k == key) {
             return Arc::clone(beside);
         }
@@ -61,5 +67,17 @@ impl Search<'_> {
         }
         kept.push_back((key, Arc::clone(&beside)));
         beside
+    }
+
+    /// What the terms explain together.
+    pub fn explained(&self, terms: &[Term]) -> f64 {
+        let key = key(terms);
+        let known = self.kept.explained.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
+        known.unwrap_or_else(|| {
+            let (_, residual) = self.fit(terms);
+            let explained = dot(&self.target, &self.target) - dot(&residual, &residual);
+            self.kept.explained.lock().unwrap_or_else(PoisonError::into_inner).insert(key, explained);
+            explained
+        })
     }
 }

@@ -97,7 +97,8 @@ impl Search<'_> {
                 // Both sides explain less: the top of the parabola through the three is nearer than either.
                 if let ([Some(up), Some(down)], false, false) = (sides, here, whole) {
                     let bend = 2.0 * best.explained - up - down;
-                    if let Some(shape) = moved(&best.term.shape, 0.5 * steps[k] * (up - down) / bend.max(1e-300))
+                    if let Some(shape) =
+                        moved(&best.term.shape, 0.5 * steps[k] * (up - down) / bend.max(1e-300))
                         && let Some(next) = self.try_shape(family, &shape, basis, residual)
                         && next.explained > best.explained
                     {
