@@ -1,11 +1,15 @@
 //! The command line: arguments, and what is printed.
 
 mod arguments;
+mod encoder;
 mod explore;
 mod names;
 mod options;
+mod units;
 
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -74,32 +78,53 @@ pub fn run(cli: Cli) -> Result<ExitCode> {
 }
 
 fn write(arguments: &Arguments) -> Result<ExitCode> {
+    if !arguments.units.is_empty() {
+        return units::write(arguments);
+    }
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
     if !arguments.quiet {
         print!("{}", summary(&generated));
+        print!("{}", encoder::summary(&generated));
         println!("{}: {} files, {changed} changed", arguments.out.display(), generated.files.len());
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn check(arguments: &Arguments) -> Result<ExitCode> {
-    let generated = prepare(arguments)?;
-    let differences = files::compare(&arguments.out, &generated.files);
+    if !arguments.units.is_empty() {
+        return stale(arguments, &units::prepare(arguments)?.files);
+    }
+    stale(arguments, &prepare(arguments)?.files)
+}
+
+/// Compares files with those in the output folder.
+fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) -> Result<ExitCode> {
+    let differences = files::compare(&arguments.out, files);
     if differences.is_empty() {
         if !arguments.quiet {
-            println!("{}: {} files, all up to date", arguments.out.display(), generated.files.len());
+            println!("{}: {} files, all up to date", arguments.out.display(), files.len());
         }
         return Ok(ExitCode::SUCCESS);
     }
     for (file, difference) in &differences {
         println!("{} {difference}", arguments.out.join(file).display());
     }
-    println!("{} of {} files are stale: run codegen again", differences.len(), generated.files.len());
+    println!("{} of {} files are stale: run codegen again", differences.len(), files.len());
     Ok(ExitCode::from(1))
 }
 
 fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    if !arguments.units.is_empty() {
+        return Err(miette!(
+            "`codegen verify` sweeps routines with coefficients of their own; `codegen check --units` compares the files \
+             and pages of many units, and each unit's bound is proved anew with it"
+        ));
+    }
+    let (coefficients, sha256) = load(arguments)?;
+    if coefficients.whole_turn() {
+        return encoder::verify(arguments, checks, &coefficients, &sha256);
+    }
     let (generated, quantity, options) = prepare_all(arguments)?;
     if generated.routines.iter().any(|routine| !routine.physics.is_empty()) {
         return Err(miette!(
@@ -138,6 +163,10 @@ fn prepare(arguments: &Arguments) -> Result<Generated> {
 fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> {
     let bar = progress(arguments);
     let (coefficients, sha256) = load(arguments)?;
+    if coefficients.whole_turn() {
+        return encoder::prepare(arguments, &coefficients, &sha256);
+    }
+    options::no_encoder(arguments)?;
     let quantity = Quantity::of(&coefficients.error_model());
     let mut options = options::options(arguments, &quantity.bound_unit, !coefficients.terms.is_empty())?;
     if let Some(target) = arguments.target {
