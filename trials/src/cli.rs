@@ -37,6 +37,9 @@ struct Dynamic {
     /// Threads; all processors if not given
     #[arg(long)]
     jobs: Option<std::num::NonZeroUsize>,
+    /// Recordings under feedback besides, half of them nulls
+    #[arg(long, default_value_t = 0)]
+    feedback: usize,
     /// The folder for recordings, answers and the report (report.json, report.html; examples.json where
     /// ARCSMITH_EXAMPLES names the folder of opened recordings)
     #[arg(long, default_value = "target/trials-dynamic")]
@@ -105,6 +108,12 @@ fn run_dynamic(args: &Dynamic) -> Result<bool> {
         args.out.display()
     );
     let mut reached = summary::reached(&report.score.figures);
+    if args.feedback > 0 {
+        let folder = args.out.join("feedback");
+        let figures = dynamic::feedback::run(args.feedback, args.seed, jobs, &folder).into_diagnostic()?;
+        println!("\nUnder feedback");
+        print!("{}", summary::table(&figures));
+    }
     let opened = std::env::var_os("ARCSMITH_EXAMPLES").map(PathBuf::from);
     let scored = match &opened {
         Some(folder) => {
