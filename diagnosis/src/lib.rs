@@ -10,6 +10,8 @@
 pub mod averaging;
 pub mod base;
 pub mod calibrate;
+pub mod cli;
+mod cli_dynamic;
 pub mod condense;
 pub mod correlation;
 pub mod diagnosis;
@@ -32,6 +34,7 @@ pub mod rows;
 pub mod search;
 pub mod simulated;
 pub mod steps;
+pub mod summary;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

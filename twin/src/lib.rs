@@ -32,6 +32,7 @@
 pub mod angular_error;
 pub mod autocollimator;
 mod chain;
+pub mod cli;
 pub mod controller;
 pub mod device;
 pub mod drive;

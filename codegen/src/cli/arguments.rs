@@ -3,11 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use fitter::cli::Common;
 
 use super::names::{CShiftName, CoreName, FormatName, InputName, OutOfRangeName, OutputName};
 
+/// What is generated, for every command.
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub struct Arguments {
+    #[command(flatten)]
+    pub(super) common: Common,
     /// Coefficients file, as written by `fitter fit`.
     #[arg(long, conflicts_with = "recording")]
     pub(super) coefficients: Option<PathBuf>,
@@ -103,25 +107,21 @@ pub(super) struct Arguments {
     /// The same as the command `check`.
     #[arg(long)]
     pub(super) check: bool,
-    /// Print nothing but errors.
-    #[arg(long, short)]
-    pub(super) quiet: bool,
 }
 
+/// Arguments of `codegen explore`.
 #[derive(Debug, Args)]
-pub(super) struct ExploreArguments {
+pub struct ExploreArguments {
     #[command(flatten)]
     pub(super) arguments: Arguments,
-    /// Print JSON instead of a table.
-    #[arg(long)]
-    pub(super) json: bool,
     /// Also draw the bounds against the instructions, as an SVG picture.
     #[arg(long)]
     pub(super) svg: Option<PathBuf>,
 }
 
+/// Arguments of `codegen verify`.
 #[derive(Debug, Args)]
-pub(super) struct CheckArguments {
+pub struct CheckArguments {
     /// Sweep every representable input, not only a part of them.
     #[arg(long)]
     pub(super) exhaustive: bool,
@@ -143,7 +143,4 @@ pub(super) struct CheckArguments {
     /// Damage copies of the files on purpose, and see that every damage is caught.
     #[arg(long)]
     pub(super) mutants: bool,
-    /// Print the report as JSON.
-    #[arg(long)]
-    pub(super) json: bool,
 }

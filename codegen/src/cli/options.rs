@@ -162,14 +162,19 @@ fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
     }
 }
 
-/// The command as it stands in the heads: without what does not change the files.
+/// The command as it stands in the heads: without what does not change the files, and the same whichever program
+/// and command it was that generated them.
 fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     let mut words = vec!["codegen".to_string()];
-    let mut arguments = arguments.peekable();
+    let mut arguments = arguments.skip_while(|word| HOW_MUCH.contains(&word.as_str())).peekable();
+    if arguments.peek().is_some_and(|word| COMMANDS.contains(&word.as_str())) {
+        arguments.next();
+    }
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c"
-            | "--misra" | "--objects" | "--mutants" | "--json" | "-q" | "--quiet" => {}
+            "--check" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra" | "--objects"
+            | "--mutants" => {}
+            how_much if HOW_MUCH.contains(&how_much) => {}
             "--out" => {
                 arguments.next();
             }
@@ -179,4 +184,26 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
         }
     }
     words.join(" ")
+}
+
+const HOW_MUCH: [&str; 5] = ["--json", "-q", "--quiet", "-v", "--verbose"];
+const COMMANDS: [&str; 4] = ["generate", "check", "verify", "explore"];
+
+#[cfg(test)]
+mod tests {
+    use super::recorded_command;
+
+    #[test]
+    fn the_head_holds_what_changes_the_files_whoever_generated_them() {
+        let recorded = |line: &str| recorded_command(line.split(' ').map(str::to_string));
+        let expected = "codegen --coefficients check --format q31";
+        for line in [
+            "--coefficients check --format q31 --out a",
+            "check --coefficients check --out=a --format q31 -q",
+            "-v --json generate --coefficients check --format q31",
+            "verify --exhaustive --coefficients check --format q31 --quiet",
+        ] {
+            assert_eq!(recorded(line), expected, "{line}");
+        }
+    }
 }
