@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use fitter::cli::common::say;
 use fitter::coefficients::Coefficients;
 use miette::{IntoDiagnostic, Result, miette};
 
@@ -47,10 +48,10 @@ pub(super) fn verify(
     let (generated, _, options) = prepare(arguments, coefficients, sha256)?;
     let report =
         verify::verify(&arguments.out, &generated, coefficients, &options).map_err(|e| miette!("{e}"))?;
-    if checks.json {
-        println!("{}", serde_json::to_string_pretty(&report).into_diagnostic()?);
-    } else if !arguments.quiet || !report.holds() {
-        print!("{}", report.text());
+    if arguments.common.json {
+        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.common.quiet || !report.holds() {
+        say(report.text().trim_end());
     }
     Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

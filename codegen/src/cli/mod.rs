@@ -8,12 +8,8 @@ mod names;
 mod options;
 mod units;
 
-<<<<<<< HEAD
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
 use std::path::PathBuf;
-=======
->>>>>>> front
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -133,13 +129,6 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
     }
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
-<<<<<<< HEAD
-    if !arguments.quiet {
-        print!("{}", summary(&generated));
-        print!("{}", encoder::summary(&generated));
-        println!("{}: {} files, {changed} changed", arguments.out.display(), generated.files.len());
-    }
-=======
     let (out, count) = (arguments.out.display().to_string(), generated.files.len());
     summarise(
         arguments.common,
@@ -153,15 +142,14 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
         },
         || {
             summary(&generated, arguments.common.verbose)
+                + &encoder::summary(&generated)
                 + &line("written", &format!("{out}: {count} files, {changed} changed"))
         },
     );
->>>>>>> front
     Ok(ExitCode::SUCCESS)
 }
 
 fn check(arguments: &Arguments) -> Result<ExitCode> {
-<<<<<<< HEAD
     if !arguments.units.is_empty() {
         return stale(arguments, &units::prepare(arguments)?.files);
     }
@@ -171,13 +159,7 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
 /// Compares files with those in the output folder.
 fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) -> Result<ExitCode> {
     let differences = files::compare(&arguments.out, files);
-    if differences.is_empty() {
-        if !arguments.quiet {
-            println!("{}: {} files, all up to date", arguments.out.display(), files.len());
-=======
-    let generated = prepare(arguments)?;
-    let differences = files::compare(&arguments.out, &generated.files);
-    let (out, count) = (&arguments.out, generated.files.len());
+    let (out, count) = (&arguments.out, files.len());
     if arguments.common.json {
         let stale: Vec<_> = (differences.iter())
             .map(|(file, difference)| json!({"file": file, "difference": difference.to_string()}))
@@ -186,7 +168,6 @@ fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) ->
     } else if differences.is_empty() {
         if !arguments.common.quiet {
             say(&format!("{}: {count} files, {FIGURE}all up to date{FIGURE:#}", out.display()));
->>>>>>> front
         }
     } else {
         for (file, difference) in &differences {
@@ -195,15 +176,7 @@ fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) ->
         let stale = differences.len();
         say(&format!("{WARNING}{stale} of {count} files are stale{WARNING:#}: run codegen again"));
     }
-<<<<<<< HEAD
-    for (file, difference) in &differences {
-        println!("{} {difference}", arguments.out.join(file).display());
-    }
-    println!("{} of {} files are stale: run codegen again", differences.len(), files.len());
-    Ok(ExitCode::from(1))
-=======
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
->>>>>>> front
 }
 
 fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {

@@ -2,7 +2,9 @@
 
 use std::process::ExitCode;
 
+use fitter::cli::common::{FIGURE, line, summarise};
 use miette::{IntoDiagnostic, Result, miette};
+use serde_json::json;
 
 use super::arguments::Arguments;
 use super::names::OutOfRangeName;
@@ -72,21 +74,35 @@ fn wanted(arguments: &Arguments) -> Result<Wanted> {
 pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
-    if !arguments.quiet {
-        let design = &generated.design;
-        let stated = |value: f64| {
-            let unit = &design.quantity.bound_unit;
-            format!("{} {unit}", text::rounded_up(design.quantity.in_bound_unit(value)))
-        };
-        println!(
-            "{:<24} degree {:>2}   {} units, each proven within {}; any coefficients in their ranges: rounding {}",
-            generated.name,
-            design.degree,
-            design.fitted.len(),
-            stated(design.total),
-            stated(design.rounding),
-        );
-        println!("{}: {} files, {changed} changed", arguments.out.display(), generated.files.len());
-    }
+    let design = &generated.design;
+    let stated = |value: f64| {
+        let unit = &design.quantity.bound_unit;
+        format!("{} {unit}", text::rounded_up(design.quantity.in_bound_unit(value)))
+    };
+    let (out, count) = (arguments.out.display().to_string(), generated.files.len());
+    summarise(
+        arguments.common,
+        || {
+            json!({
+                "routine": generated.name,
+                "units": design.fitted.len(),
+                "bound": stated(design.total),
+                "rounding": stated(design.rounding),
+                "out": out,
+                "changed": changed,
+            })
+        },
+        || {
+            format!(
+                "{:<24} degree {:>2}   {} units, each proven within {FIGURE}{}{FIGURE:#}; any coefficients in their \
+                 ranges: rounding {}\n",
+                generated.name,
+                design.degree,
+                design.fitted.len(),
+                stated(design.total),
+                stated(design.rounding),
+            ) + &line("written", &format!("{out}: {count} files, {changed} changed"))
+        },
+    );
     Ok(ExitCode::SUCCESS)
 }
