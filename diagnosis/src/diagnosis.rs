@@ -9,8 +9,8 @@ use crate::explain::explain;
 use crate::hand_on;
 use crate::held_out::{self, Fit, Score};
 use crate::model::{self, Model};
-use crate::polish;
 use crate::observe::{ObserveError, Simulated, observe};
+use crate::polish;
 use crate::rows::{Rows, mean, rms};
 use crate::verdict::{self, Location, NamedEffect, Verdict};
 

@@ -158,11 +158,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         add(Place::on("direction"), vec![vec![d.clone()]]);
         add(
             Place::product("direction", "angle_deg"),
-            vec![
-                vec![times(d, &x)],
-                vec![d.clone(), times(d, &x), times(d, &x2)],
-                curve_by_direction(&x, d),
-            ],
+            vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)], curve_by_direction(&x, d)],
         );
         let memory = [0.1, 0.3, 0.6].map(|r| {
             let p = play(&x, r);

@@ -42,7 +42,8 @@ mod tests {
     fn transposes_are_transposes() {
         let n = 40;
         let correlation = Correlation::none(&(0..n).map(f64::from).collect::<Vec<f64>>()).with(3.0);
-        let column = |k: i32| (0..n).map(|i| f64::from((i * i * k + 7 * i) % 23) - 11.0).collect::<Vec<f64>>();
+        let column =
+            |k: i32| (0..n).map(|i| f64::from((i * i * k + 7 * i) % 23) - 11.0).collect::<Vec<f64>>();
         let (a, b) = (column(3), column(5));
         let white = correlation.whiten(b.iter().copied());
         assert!((dot(&a, &white) - dot(&correlation.whiten_transposed(&a), &b)).abs() < 1e-9);

@@ -55,10 +55,8 @@ pub fn polish(file: &mut Coefficients, recording: &Recording, rows: &Rows) {
     for _ in 0..STEPS {
         let mut next = file.clone();
         step(&mut next, rows, &left);
-        let sound = next
-            .terms
-            .iter()
-            .all(|t| periodic(t).is_some_and(|p| p.steepest(&t.coefficients) < STEEP.1));
+        let sound =
+            next.terms.iter().all(|t| periodic(t).is_some_and(|p| p.steepest(&t.coefficients) < STEEP.1));
         let Some(errors) = errors(&next, recording, rows).filter(|_| sound) else { return };
         let (before, after) = (rms(&left), rms(&errors));
         if after >= before {
