@@ -74,6 +74,8 @@ pub struct Calibration {
     pub overall: Tail,
     /// −ln(p/share) that the best family must reach.
     pub threshold: f64,
+    /// Tail of the best generic family's −ln p, all of them alike.
+    pub remainder: Tail,
 }
 
 impl Calibration {
@@ -192,6 +194,7 @@ pub fn calibrate(
     noise: &Noise,
     angles: &[f64],
     shares: &[f64],
+    generic: &[bool],
 ) -> Calibration {
     let neighbours = Neighbours::new(angles);
     let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES / TOGETHER)
@@ -220,18 +223,20 @@ pub fn calibrate(
     let families: Vec<Tail> = (0..dictionary.families.len())
         .map(|f| Tail::fit(&mut maxima[..RESAMPLES].iter().map(|m| m[f]).collect::<Vec<f64>>()))
         .collect();
-    let mut best: Vec<f64> = maxima[RESAMPLES..]
-        .iter()
-        .map(|m| {
+    // Tail of the best among the families that have a share.
+    let best_of = |share: &dyn Fn(usize) -> f64| {
+        let best_in = |m: &Vec<f64>| {
             (0..m.len())
-                .filter(|f| shares[*f] > 0.0)
-                .map(|f| families[f].surprise(m[f]) + shares[f].ln())
+                .filter(|f| share(*f) > 0.0)
+                .map(|f| families[f].surprise(m[f]) + share(f).ln())
                 .fold(f64::NEG_INFINITY, f64::max)
-        })
-        .collect();
-    let overall = Tail::fit(&mut best);
+        };
+        Tail::fit(&mut maxima[RESAMPLES..].iter().map(best_in).collect::<Vec<f64>>())
+    };
+    let overall = best_of(&|f| shares[f]);
+    let remainder = best_of(&|f| if generic[f] { 1.0 } else { 0.0 });
     let threshold = overall.at(-FALSE_ALARMS.ln());
-    Calibration { families, overall, threshold }
+    Calibration { families, overall, threshold, remainder }
 }
 
 /// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given the

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser};
 use fitter::cli::Common;
-use fitter::cli::common::{line, program, summarise};
+use fitter::cli::common::{line, program, say, summarise};
 use fitter::output::write_whole;
 use fitter::{Mirror, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -59,8 +59,11 @@ pub struct Arguments {
     #[arg(long)]
     plant: Option<PathBuf>,
     /// The folder to write into; it is made if it is not there
-    #[arg(long)]
+    #[arg(long, default_value_if("effects", "true", "."))]
     pub out: PathBuf,
+    /// Print the catalogue of effects of static recordings (Markdown) and end
+    #[arg(long, exclusive = true)]
+    effects: bool,
     /// Another recording of the same device, for the held-out figures
     #[arg(long)]
     pub held_out: Option<PathBuf>,
@@ -73,6 +76,9 @@ pub struct Arguments {
     /// Leave these effects out of the catalogue (ids, separated by commas)
     #[arg(long, value_delimiter = ',')]
     pub without: Vec<String>,
+    /// Hand on only this many harmonics of a periodic error, the strongest, fitted again without the others
+    #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(1..))]
+    harmonics: Option<u16>,
     /// Number of threads; all processors if not given
     #[arg(long)]
     pub jobs: Option<usize>,
@@ -83,6 +89,10 @@ pub struct Arguments {
 /// # Errors
 /// One message; nothing was written.
 pub fn run(cli: &Arguments, common: Common) -> Result<()> {
+    if cli.effects {
+        say(crate::effects::page::markdown().trim_end());
+        return Ok(());
+    }
     if let Some(plant) = &cli.plant {
         return crate::cli_dynamic::run(cli, plant, common);
     }
@@ -100,7 +110,11 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
     let simulated = cli.simulated.as_deref().map(simulated::read).transpose().into_diagnostic()?;
     // Everything is read before anything is computed, and computed before anything is written.
     let recordings: Vec<Recording> = cli.recordings.iter().map(|path| read(path)).collect::<Result<_>>()?;
-    let options = Options { skip: cli.without.clone(), command: command(cli) };
+    let options = Options {
+        skip: cli.without.clone(),
+        harmonics: cli.harmonics.map(usize::from),
+        command: command(cli),
+    };
     let bar = progress(recordings.len(), common);
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
@@ -195,7 +209,8 @@ fn command(cli: &Arguments) -> String {
     let name = |p: &Path| p.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
     let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
-    format!("diagnose {} --mirror {mirror}", recordings.join(" "))
+    let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
+    format!("diagnose {} --mirror {mirror}{harmonics}", recordings.join(" "))
 }
 
 fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {

@@ -90,6 +90,24 @@ impl Correlation {
             .collect()
     }
 
+    /// The transpose of [`Correlation::whiten`].
+    pub fn whiten_transposed(&self, values: &[f64]) -> Vec<f64> {
+        let own = |i: usize| values[i] / (1.0 - self.factors[i].powi(2)).sqrt();
+        let next = |i: usize| self.factors.get(i).map_or(0.0, |phi| phi * own(i));
+        (0..values.len()).map(|i| own(i) - next(i + 1)).collect()
+    }
+
+    /// The transpose of [`Correlation::colour`].
+    pub fn colour_transposed(&self, values: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; values.len()];
+        let mut later = 0.0;
+        for i in (0..values.len()).rev() {
+            later = values[i] + self.factors.get(i + 1).map_or(0.0, |phi| phi * later);
+            out[i] = (1.0 - self.factors[i].powi(2)).sqrt() * later;
+        }
+        out
+    }
+
     /// ln det of the correlation matrix.
     fn log_determinant(&self) -> f64 {
         2.0 * self.fresh.iter().map(|f| f.ln()).sum::<f64>()

@@ -108,10 +108,16 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             })
             .collect();
         add(Place::product(&o.name, "history"), history);
+        // Where a product begins is not known: with either factor alone beside it, it is the product about any
+        // two values.
+        let about = |a: &[f64], b: &[f64]| {
+            let product = times(a, b);
+            vec![vec![product.clone()], vec![product, a.to_vec(), b.to_vec()]]
+        };
         add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
-        add(Place::product(&o.name, "t_s"), vec![vec![times(&own[k], &t)]]);
+        add(Place::product(&o.name, "t_s"), about(&own[k], &t));
         for (j, other) in observables.iter().enumerate().skip(k + 1) {
-            add(Place::product(&o.name, &other.name), vec![vec![times(&own[k], &own[j])]]);
+            add(Place::product(&o.name, &other.name), about(&own[k], &own[j]));
         }
     }
 
@@ -152,7 +158,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         add(Place::on("direction"), vec![vec![d.clone()]]);
         add(
             Place::product("direction", "angle_deg"),
-            vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)]],
+            vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)], curve_by_direction(&x, d)],
         );
         let memory = [0.1, 0.3, 0.6].map(|r| {
             let p = play(&x, r);
@@ -166,7 +172,12 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         for length in [0.03, 0.1, 0.25, 0.6] {
             groups.push(vec![following_direction(rows, &x, length)]);
         }
-        groups.push(vec![remembered_turning(&x, 0.02)]);
+        let turning = remembered_turning(&x, 0.02);
+        for length in [0.2, 0.4, 0.8] {
+            let trace = |(x, m): (&f64, &f64)| m * (-(x - m).abs() / length).exp();
+            groups.push(vec![x.iter().zip(&turning).map(trace).collect()]);
+        }
+        groups.push(vec![turning]);
         add(Place::on("history"), groups);
     }
     let duration = rows.duration_s();
@@ -258,6 +269,11 @@ fn following_direction(rows: &Rows, x: &[f64], length: f64) -> Vec<f64> {
         .collect()
 }
 
+/// Half the difference between the error's curves forward and backward, as a polynomial of the angle.
+fn curve_by_direction(x: &[f64], direction: &[f64]) -> Vec<Vec<f64>> {
+    legendre(x, 5).iter().map(|curve| times(direction, curve)).collect()
+}
+
 /// The place of the last turning point, nothing before the first: what remains of an extreme once visited. A
 /// turn counts when it is left by more than `least`.
 fn remembered_turning(x: &[f64], least: f64) -> Vec<f64> {
@@ -309,6 +325,10 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let z = scaled(temperature);
         columns.push(z.clone());
         columns.push(times(&z, &x));
+        columns.push(times(&z, &z));
+        if !rows.single_move() {
+            columns.push(times(&z, &t));
+        }
         columns.push(low_pass(&rows.t_s, &z, 0.03 * rows.duration_s()));
         columns.push(low_pass(&rows.t_s, &z, 0.12 * rows.duration_s()));
     }
@@ -317,10 +337,7 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
         columns.push(times(&o.z, &o.z));
     }
     if rows.both_directions() {
-        for k in 0..3 {
-            let power: Vec<f64> = x.iter().map(|x| x.powi(k)).collect();
-            columns.push(times(&rows.direction, &power));
-        }
+        columns.extend(curve_by_direction(&x, &rows.direction));
     }
     if !rows.single_move() {
         columns.push(t.iter().map(|t| -(-(t + 1.0) / 0.1).exp_m1()).collect());

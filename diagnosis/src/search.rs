@@ -6,6 +6,7 @@
 
 mod beside;
 mod refine;
+mod remainder;
 mod select;
 
 use std::sync::{Arc, OnceLock};
@@ -103,7 +104,10 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm);
+        let generic: Vec<bool> =
+            dictionary.families.iter().map(|f| matches!(f.kind, Kind::Generic(_))).collect();
+        let calibration =
+            calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm, &generic);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]

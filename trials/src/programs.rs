@@ -112,12 +112,26 @@ impl Programs {
         without: Option<&str>,
         jobs: usize,
     ) -> Result<Result<(), String>, ProgramError> {
+        let options = without.map_or_else(Vec::new, |id| vec!["--without", id]);
+        self.diagnose_with(nominal, blind, files, out, &options, jobs)
+    }
+
+    /// The same with further options.
+    ///
+    /// # Errors
+    /// [`ProgramError::Start`].
+    pub fn diagnose_with(
+        &self,
+        nominal: Nominal,
+        blind: &Path,
+        files: &[String],
+        out: &Path,
+        options: &[&str],
+        jobs: usize,
+    ) -> Result<Result<(), String>, ProgramError> {
         let mut command = self.diagnose.command();
         command.current_dir(blind).args(files).args([nominal.option(), nominal.file()]);
-        command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]);
-        if let Some(id) = without {
-            command.args(["--without", id]);
-        }
+        command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]).args(options);
         run(command, &self.diagnose.path)
     }
 
