@@ -129,6 +129,9 @@ pub struct Options {
     pub period_s: Option<f64>,
     /// Effects of which the terms are left out.
     pub without: Vec<String>,
+    /// Effects of which the terms hold on the recording they were found in only, and that are generated nevertheless,
+    /// since the routine begins as that recording did: a warm-up since switch-on.
+    pub keep: Vec<String>,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -149,6 +152,7 @@ impl Default for Options {
             further: Vec::new(),
             period_s: None,
             without: Vec::new(),
+            keep: Vec::new(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),
