@@ -132,6 +132,9 @@ pub struct Options {
     pub without: Vec<String>,
     /// What is wanted of the routine of a sensor that turns, in place of `routines`.
     pub encoder: Encoder,
+    /// Effects of which the terms hold on the recording they were found in only, and that are generated nevertheless,
+    /// since the routine begins as that recording did: a warm-up since switch-on.
+    pub keep: Vec<String>,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -153,6 +156,7 @@ impl Default for Options {
             period_s: None,
             without: Vec::new(),
             encoder: Encoder::default(),
+            keep: Vec::new(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),

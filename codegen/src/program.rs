@@ -192,6 +192,8 @@ pub struct StateWord {
     pub start: Operand,
     /// What it is after a call.
     pub next: Operand,
+    /// The smallest and the largest that it can be, whatever the history.
+    pub range: (i64, i64),
 }
 
 /// A coefficient that a routine is given, and the range that the proof holds for.

@@ -48,6 +48,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
     ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
     ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
+    ("verify/sequence.rs", include_str!("../../templates/verify/sequence.rs.jinja")),
+    ("verify/sequence.c", include_str!("../../templates/verify/sequence.c.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];

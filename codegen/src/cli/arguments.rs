@@ -98,6 +98,10 @@ pub struct Arguments {
     /// Leave the terms of this effect out.
     #[arg(long)]
     pub(super) without: Vec<String>,
+    /// Generate the terms of this effect although they hold on the recording they were found in only: where the
+    /// routine begins as that recording did, a warm-up since switch-on for example.
+    #[arg(long)]
+    pub(super) keep: Vec<String>,
     /// Right shifts of negative numbers in C: none, or the compiler's.
     #[arg(long, value_enum, default_value = "strict")]
     pub(super) c_shift: CShiftName,

@@ -51,6 +51,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
             core: arguments.target.map(CoreName::core),
             flash_bytes: arguments.flash_bytes,
         },
+        keep: arguments.keep.clone(),
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),
         command: recorded_command(std::env::args().skip(1)),

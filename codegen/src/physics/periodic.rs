@@ -8,8 +8,9 @@
 
 use fitter::terms::{Operator, Term};
 
+use super::PhysicsError;
 use super::builder::{Builder, Tracked};
-use super::{PhysicsError, Sum};
+use super::sum::Sum;
 use crate::exact::{Interval, Polynomial, cos_sin, pi};
 use crate::program::Op;
 

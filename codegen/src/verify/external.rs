@@ -13,6 +13,7 @@ use super::VerifyError;
 use super::compile::{Tool, messages};
 use super::harness::Subject;
 use crate::certificate::rust_type;
+use crate::program::{StateWord, Type};
 use crate::render::{Renderer, c_type};
 
 /// What one tool said.
@@ -240,6 +241,9 @@ fn render(template: &'static str, subjects: &[Subject<'_>], base: &str) -> Resul
 /// A routine as the templates of checks see it.
 pub(super) fn laid_out(s: &Subject<'_>) -> Value {
     let program = s.program();
+    let word = |w: &StateWord| {
+        context! { name => &*w.name, wide => w.ty == Type::I64, least => w.range.0, most => w.range.1 }
+    };
     context! {
         name => &*s.name,
         flag => s.flag,
@@ -248,5 +252,7 @@ pub(super) fn laid_out(s: &Subject<'_>) -> Value {
         rust_arguments => program.arguments.iter().map(|a| rust_type(a.ty)).collect::<Vec<_>>(),
         output => c_type(program.output_type()),
         rust_output => rust_type(program.output_type()),
+        type_name => crate::text::camel_case(&s.name),
+        state => program.state.iter().map(word).collect::<Vec<_>>(),
     }
 }
