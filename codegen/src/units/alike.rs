@@ -85,7 +85,7 @@ pub(super) fn range(
         let (covered_from, covered_to) = covered(unit);
         // Where the same commanded end settled a little further in, nothing is extrapolated.
         let covers = |reading| unit.coefficients.valid_range.contains(reading);
-        if !options.extrapolate && !(covers(from) && covers(to)) {
+        if !(options.extrapolate || (covers(from) && covers(to))) {
             let name = unit.name.clone();
             return Err(UnitsError::BeyondRecording {
                 name,
