@@ -167,11 +167,11 @@ fn what_cannot_be_generated_is_said() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(12))]
     /// Any encoder: the stated bound is that of the fitter's own solution.
     #[test]
     fn the_bound_holds_for_any_encoder(
-        bits in 10..=14u32,
+        bits in 10..=12u32,
         finer in 0..=3u32,
         zero in -8192.0..8192.0f64,
         waves in prop::collection::vec(-0.002..0.002f64, 2..12),
@@ -181,7 +181,7 @@ proptest! {
         let counts = 2f64.powi(bits as i32);
         let waves: Vec<f64> = waves[..waves.len() / 2 * 2].iter().map(|w| w * counts).collect();
         let file = encoder("counts", counts, zero, &waves);
-        let wanted = Encoder { bits: None, output_bits: Some(bits + finer), core: Some(core), flash_bytes: Some(1 << 18) };
+        let wanted = Encoder { bits: None, output_bits: Some(bits + finer), core: Some(core), flash_bytes: Some(1 << 16) };
         let lsb = 0.5f64.powi(finer as i32);
         let generated = generate(&file, "", &Options { bound: Some(bound * lsb), ..options(wanted) }).unwrap();
         let entry = &generated.certificate.routines[0];

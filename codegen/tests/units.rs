@@ -8,7 +8,7 @@ use codegen::files;
 use codegen::format::Format;
 use codegen::options::{Ends, Method, Options};
 use codegen::units::page::{Page, crc32};
-use codegen::units::{Generated, Unit, UnitsError, Wanted, generate, render};
+use codegen::units::{Generated, Unit, UnitsError, Wanted, earlier, generate, render};
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::units::ARCSEC_PER_RAD;
@@ -233,6 +233,41 @@ proptest! {
     }
 }
 
+/// A later unit gets a page for the routine that is in the firmware; one outside the ranges is refused.
+#[test]
+fn later_units_share_an_earlier_routine() {
+    let generated = generate(&three(), &options(), &Wanted::default()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    files::write(folder.path(), &generated.files).unwrap();
+    let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
+    let wanted = Wanted { earlier: Some(earlier), ..Wanted::default() };
+    let later = generate(&[unit("d", &[0.3, 1.0, 0.6, 0.8])], &options(), &wanted).unwrap();
+    let names: Vec<String> = later.files.keys().map(|path| path.display().to_string()).collect();
+    assert_eq!(names, ["pages/d.bin", "pages/d.hex"]);
+    let compiled = Compiled::new(&generated);
+    let page = later.files[Path::new("pages/d.bin")].clone();
+    let (status, results) = compiled.both(&[(page, words())])[0].clone();
+    assert_eq!(status, 0);
+    let model = unit("d", &[0.3, 1.0, 0.6, 0.8]).coefficients.error_model();
+    for (word, result) in words().iter().zip(results) {
+        let s = f64::from(*word) * FULL_SCALE_MM / 2f64.powi(31);
+        let off = (f64::from(result) * later.design.unit.to_f64() - model.corrected(s)).abs();
+        assert!(s.abs() > HALF_RANGE_MM || off <= generated.design.total + 1e-15, "{off:e}");
+    }
+    // The same units anew give the same pages.
+    let again = generate(&three(), &options(), &wanted).unwrap();
+    assert!(again.files.iter().all(|(path, bytes)| generated.files.get(path) == Some(bytes)));
+
+    let error = generate(&[unit("e", &[9.0, 1.0, 1.0, 1.0])], &options(), &wanted).unwrap_err();
+    assert!(matches!(error, UnitsError::Outside { .. }), "{error}");
+    let ends = Ends { full_scale: Some(0.75), ..Ends::default() };
+    let other = Options { routines: vec![ends.routine(Method::Fused, Format::Q31)], ..options() };
+    let error = generate(&three(), &other, &wanted).unwrap_err();
+    assert!(matches!(error, UnitsError::OtherStructure { .. }), "{error}");
+    std::fs::write(folder.path().join("units.json"), "{}").unwrap();
+    assert!(matches!(earlier::read(&folder.path().join("units.json")), Err(UnitsError::Earlier { .. })));
+}
+
 #[test]
 fn units_that_share_nothing_are_refused() {
     let generate = |units: &[Unit]| generate(units, &options(), &Wanted::default()).unwrap_err();
@@ -249,4 +284,53 @@ fn units_that_share_nothing_are_refused() {
     let beyond = Options { range: Some((-0.5, 0.5)), ..options() };
     let error = codegen::units::generate(&three(), &beyond, &Wanted::default()).unwrap_err();
     assert!(matches!(error, UnitsError::BeyondRecording { .. }), "{error}");
+}
+
+/// The program: one sentence, exit code 2, nothing written.
+#[test]
+fn bad_input_ends_with_2_and_writes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    for unit in three() {
+        std::fs::write(folder.path().join(format!("{}.json", unit.name)), unit.coefficients.to_json())
+            .unwrap();
+    }
+    std::fs::write(folder.path().join("broken.json"), "{").unwrap();
+    std::fs::create_dir(folder.path().join("again")).unwrap();
+    std::fs::copy(folder.path().join("a.json"), folder.path().join("again/a.json")).unwrap();
+    let run = |arguments: &[&str]| {
+        let program = Command::new(env!("CARGO_BIN_EXE_codegen"))
+            .args(arguments)
+            .args(["--out", "out"])
+            .current_dir(folder.path())
+            .output();
+        program.unwrap()
+    };
+    for (arguments, said) in [
+        (vec!["--units", "nothing-*.json"], "nothing-*.json"),
+        (vec!["--units", "a.json", "again/a.json"], "unit `a`"),
+        (vec!["--units", "a.json", "broken.json"], "broken.json"),
+        (vec!["--units", "a.json", "--margin", "-1"], "margin"),
+        (vec!["--units", "a.json", "--page-address", "0x11"], "multiple of 16"),
+        (vec!["--units", "a.json", "--format", "f32"], "f32"),
+        (vec!["--units", "a.json", "--target", "cortex-m0"], "--target"),
+        (vec!["--units", "a.json", "--pages-for", "b.json"], "b.json"),
+        (vec!["--units", "a.json", "--from", "-0.5", "--to", "0.5"], "covers"),
+        (vec!["--coefficients", "a.json", "--output-bits", "16"], "--output-bits"),
+        (vec!["--coefficients", "a.json", "--flash-bytes", "16"], "--target"),
+    ] {
+        let out = run(&arguments);
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!(out.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(said), "{arguments:?}: {message}");
+        assert!(!folder.path().join("out").exists(), "{arguments:?}");
+    }
+    let out = run(&["--units", "[a-c].json", "?.json", "--quiet"]);
+    assert_eq!(out.status.code(), Some(2), "only `*` is a pattern");
+    let out = run(&["--units", "a.json", "b.json", "c.json", "--quiet"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let out = run(&["check", "--units", "a.json", "b.json", "c.json", "--quiet"]);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stdout));
+    std::fs::write(folder.path().join("out/pages/a.bin"), [0; 64]).unwrap();
+    let out = run(&["check", "--units", "a.json", "b.json", "c.json", "--quiet"]);
+    assert_eq!(out.status.code(), Some(1));
 }

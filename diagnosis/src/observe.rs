@@ -187,9 +187,10 @@ fn unwound(
         .map_err(|error| ObserveError::Turn(Box::new(error)))?;
     // The fit's readings lie within one turn, its errors on the turn of their reading.
     let mut reading = fit.calibrated.reading;
-    for row in 1..reading.len() {
-        let jump = reading[row] - reading[row - 1];
-        reading[row] -= turn * (jump / turn).round();
+    let mut before = reading.first().copied().unwrap_or(0.0);
+    for reading in &mut reading {
+        *reading -= turn * ((*reading - before) / turn).round();
+        before = *reading;
     }
     let truth = reading.iter().zip(&fit.calibrated.error).map(|(reading, error)| reading - error).collect();
     Ok(Some((reading, truth)))

@@ -25,11 +25,14 @@ pub struct Arguments {
     #[arg(long, num_args = 1.., conflicts_with_all = ["coefficients", "recording"])]
     pub(super) units: Vec<String>,
     /// By how much the units' coefficients may be exceeded, as a part of the largest [default: 0.25].
-    #[arg(long, requires = "units")]
+    #[arg(long, requires = "units", allow_negative_numbers = true)]
     pub(super) margin: Option<f64>,
     /// Address of the pages in flash, for the Intel HEX files: 0x0801f800 [default: 0].
     #[arg(long, requires = "units")]
     pub(super) page_address: Option<String>,
+    /// Pages for a routine that is there already: the units.json beside it, and the options that it was made with.
+    #[arg(long, requires = "units", conflicts_with = "margin")]
+    pub(super) pages_for: Option<PathBuf>,
     /// Output folder.
     #[arg(long, default_value = "generated")]
     pub(super) out: PathBuf,

@@ -180,8 +180,11 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
                 arguments.next();
             }
             other if other.starts_with("--out=") => {}
-            other if other.contains(char::is_whitespace) => words.push(format!("'{other}'")),
-            _ => words.push(word),
+            // A star beside a slash would begin or end a comment of C: quoted, it is the same to a shell.
+            other if other.contains(char::is_whitespace) => {
+                words.push(format!("'{}'", other.replace('*', "'\\*'")));
+            }
+            other => words.push(other.replace('*', "'*'")),
         }
     }
     words.join(" ")

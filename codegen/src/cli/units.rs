@@ -67,7 +67,9 @@ fn wanted(arguments: &Arguments) -> Result<Wanted> {
             }
         }
     };
-    Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address })
+    let earlier = arguments.pages_for.as_deref().map(units::earlier::read).transpose();
+    let earlier = earlier.map_err(|e| miette!("{e}"))?;
+    Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address, earlier })
 }
 
 /// Generates and writes.

@@ -1,9 +1,11 @@
 //! Coefficients for a shape: interpolation at Chebyshev's nodes of each segment, rounded to words, and the constant
 //! set so that the worst count above and the worst below lie equally far, with every rounding of the operations.
 
+use rayon::prelude::*;
+
 use super::TurnError;
 use super::shape::{Arithmetic, Filling, Shape, Words};
-use super::truth::Truth;
+use super::truth::{Enclosed, Truth};
 
 /// The corrections that are wanted: of every count, and of any place between.
 pub struct Targets<'a> {
@@ -13,13 +15,21 @@ pub struct Targets<'a> {
     pub zero: i64,
     /// The rest by count, in counts of the result.
     pub rest: Vec<f64>,
+    /// The exact position of every count.
+    pub exact: Vec<Enclosed>,
 }
 
 impl<'a> Targets<'a> {
     /// Solves for every count; `zero` takes off the middle of what is needed.
     pub fn new(truth: &'a Truth, words: Words) -> Self {
-        let mut targets = Targets { truth, words, zero: 0, rest: Vec::new() };
-        let rest: Vec<f64> = (0..words.counts()).map(|count| targets.at(f64::from(count))).collect();
+        let exact: Vec<Enclosed> = (0..words.counts())
+            .into_par_iter()
+            .map(|count| truth.at(u64::from(count) << (64 - words.input)))
+            .collect();
+        let mut targets = Targets { truth, words, zero: 0, rest: Vec::new(), exact };
+        let rest: Vec<f64> = (targets.exact.iter().zip(0..))
+            .map(|(exact, count)| targets.moved(exact.word, count << (64 - words.input)))
+            .collect();
         let (least, most) = ends(&rest);
         // What the mount adds, and what the harmonics have as their middle.
         let middle = (0.5 * (least + most)).round();
@@ -33,7 +43,11 @@ impl<'a> Targets<'a> {
     /// The correction at a place between counts, less the constant, in counts of the result.
     fn at(&self, count: f64) -> f64 {
         let reading = (count * 2f64.powi(64 - self.words.input as i32)) as i128 as u64;
-        let found = self.truth.at(reading).word;
+        self.moved(self.truth.at(reading).word, reading)
+    }
+
+    /// From a reading to its position, less the constant, in counts of the result.
+    fn moved(&self, found: u64, reading: u64) -> f64 {
         let moved = found.wrapping_sub(reading).wrapping_add(self.truth.zero()) as i64;
         moved as f64 / 2f64.powi(64 - self.words.output as i32)
     }

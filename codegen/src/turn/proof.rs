@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::shape::Words;
-use super::truth::Truth;
+use super::truth::Enclosed;
 use crate::interpret::{Overflow, Word, interpret};
 use crate::program::Program;
 
@@ -17,16 +17,17 @@ pub struct Proof {
     pub worst: u32,
 }
 
-/// Runs every count of the turn.
+/// Runs every count of the turn; `exact` are their positions.
 ///
 /// # Errors
 /// [`Overflow`] where an operation leaves its type: then the program cannot be used.
-pub fn prove(program: &Program, words: Words, truth: &Truth) -> Result<Proof, Overflow> {
-    let distances: Vec<f64> = (0..words.counts())
-        .into_par_iter()
-        .map(|count| {
-            let out = interpret(program, &[Word::Int(count.into())])?;
-            Ok(distance(out.word.bits() as u32, count, words, truth))
+pub fn prove(program: &Program, words: Words, exact: &[Enclosed]) -> Result<Proof, Overflow> {
+    let distances: Vec<f64> = exact
+        .par_iter()
+        .enumerate()
+        .map(|(count, exact)| {
+            let out = interpret(program, &[Word::Int(count as i64)])?;
+            Ok(distance(out.word.bits() as u32, exact, words))
         })
         .collect::<Result<_, Overflow>>()?;
     let mut proof = Proof { bound: 0.0, worst: 0 };
@@ -39,8 +40,7 @@ pub fn prove(program: &Program, words: Words, truth: &Truth) -> Result<Proof, Ov
 }
 
 /// How far a result is from the exact one, round the turn, in counts of the result: rounded up.
-pub fn distance(result: u32, count: u32, words: Words, truth: &Truth) -> f64 {
-    let exact = truth.at(u64::from(count) << (64 - words.input));
+pub fn distance(result: u32, exact: &Enclosed, words: Words) -> f64 {
     let off = (u64::from(result) << (64 - words.output)).wrapping_sub(exact.word) as i64;
     // A word of 64 bits is rounded once, the sum once.
     let words_off = ((off.unsigned_abs() as f64).next_up() + exact.radius).next_up();

@@ -10,6 +10,7 @@ use fitter::coefficients::Coefficients;
 
 use super::TurnError;
 use super::choose::{self, TurnRoutine};
+use super::fit::Targets;
 use super::proof::distance;
 use super::truth::Truth;
 use crate::certificate::rust_type;
@@ -93,6 +94,7 @@ pub fn verify(
         TurnReport { certificate: belonging::check(folder, &certificate, generated), sweeps: Vec::new() };
     let routine = choose::choose(coefficients, options)?;
     let truth = Truth::new(coefficients)?;
+    let exact = Targets::new(&truth, routine.words).exact;
     let name = &generated.name;
     let folder = std::path::absolute(folder)
         .map_err(|cause| VerifyError::Write { path: folder.to_path_buf(), cause })?;
@@ -103,9 +105,8 @@ pub fn verify(
         let found = run(&folder, name, &routine, language)?;
         let different = expected.iter().zip(&found).filter(|(a, b)| a != b).count()
             + expected.len().abs_diff(found.len());
-        let counts = routine.words.counts();
-        let worst = (found.iter().zip(0..counts))
-            .map(|(result, count)| distance(*result, count, routine.words, &truth))
+        let worst = (found.iter().zip(&exact))
+            .map(|(result, exact)| distance(*result, exact, routine.words))
             .fold(0.0, f64::max);
         report.sweeps.push(TurnSweep {
             language: language.into(),

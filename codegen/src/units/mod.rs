@@ -9,6 +9,8 @@
 //! [`crate::bound`] as intervals. And for *every page* that `codegen` writes, the result is within the stated bound
 //! of that unit's own model: each page carries what was proved for it, and the loader holds it against the bound.
 
+mod alike;
+pub mod earlier;
 pub mod page;
 pub mod render;
 pub mod structure;
@@ -51,17 +53,19 @@ pub struct Generated {
 }
 
 /// What else can be asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
     /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude.
     pub margin: f64,
     /// Address of the page in flash, for the Intel HEX files.
     pub address: u32,
+    /// An earlier routine that the units are to share: then pages are made for it, and nothing else.
+    pub earlier: Option<earlier::Earlier>,
 }
 
 impl Default for Wanted {
     fn default() -> Self {
-        Wanted { margin: 0.25, address: 0 }
+        Wanted { margin: 0.25, address: 0, earlier: None }
     }
 }
 
@@ -85,6 +89,67 @@ pub enum UnitsError {
         first: String,
         /// The other.
         second: String,
+    },
+    /// A name that neither a file nor a comment should carry.
+    #[error(
+        "the unit's name {name:?} is to stand in generated files: name its file with letters, digits, `-`, `_` and `.`"
+    )]
+    Name {
+        /// The stem of its file.
+        name: String,
+    },
+    /// The summary of an earlier routine.
+    #[error("{file}: {what}; give the units.json that `codegen --units` wrote beside the routine")]
+    Earlier {
+        /// The file.
+        file: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// Options that make another routine.
+    #[error(
+        "these options make another routine than that of {file} (structure {found}, there {expected}): give the options \
+         that it was made with"
+    )]
+    OtherStructure {
+        /// The summary.
+        file: String,
+        /// Now.
+        found: u32,
+        /// There.
+        expected: u32,
+    },
+    /// A coefficient that the loader would refuse.
+    #[error(
+        "unit {unit}: its coefficient {coefficient} is {value}, outside the range {from} … {to} that the routine was proved \
+         for: generate a routine for all units anew, or with a larger --margin"
+    )]
+    Outside {
+        /// The unit.
+        unit: String,
+        /// The coefficient.
+        coefficient: String,
+        /// Its word.
+        value: i64,
+        /// The range.
+        from: i64,
+        /// The range.
+        to: i64,
+    },
+    /// A unit that the routine does not serve well enough.
+    #[error(
+        "unit {unit} is proven within {found:.3e} {bound_unit} only, the routine's bound is {bound:.3e} {bound_unit}: generate a \
+         routine for all units anew"
+    )]
+    Coarse {
+        /// The unit.
+        unit: String,
+        /// Its bound.
+        found: f64,
+        /// The routine's.
+        bound: f64,
+        /// Unit of both.
+        bound_unit: String,
     },
     /// A coefficients file.
     #[error(transparent)]
@@ -223,6 +288,10 @@ pub fn read(files: &[PathBuf]) -> Result<Vec<Unit>, UnitsError> {
         let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         // `x.coefficients.json` is unit x.
         let name = stem.trim_end_matches(".coefficients").to_string();
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if name.is_empty() || !name.chars().all(plain) {
+            return Err(UnitsError::Name { name });
+        }
         if let Some((_, first)) = units.get(&name) {
             let (first, second) = (first.display().to_string(), file.display().to_string());
             return Err(UnitsError::Twice { name, first, second });
@@ -285,8 +354,12 @@ fn matches(pattern: &str, name: &str) -> bool {
 /// # Errors
 /// [`UnitsError`], which says what to change.
 pub fn generate(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Generated, UnitsError> {
-    let design = structure::design(units, options, wanted)?;
-    render::files(design, units, options, wanted)
+    match &wanted.earlier {
+        Some(earlier) => {
+            render::pages(earlier::design(units, options, wanted, earlier)?, units, options, wanted)
+        }
+        None => render::files(structure::design(units, options, wanted)?, units, options, wanted),
+    }
 }
 
 #[cfg(test)]

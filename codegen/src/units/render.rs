@@ -31,6 +31,10 @@ struct Summary<'a> {
     structure: u32,
     degree: usize,
     fraction_bits: i64,
+    /// Smallest and largest reading.
+    range: [f64; 2],
+    /// The bound in the result's unit.
+    total: f64,
     /// Unit of bounds and rounding.
     unit: &'a str,
     bound: f64,
@@ -72,6 +76,34 @@ pub fn page(design: &Design, unit: &Unit, fitted: &Fitted) -> Page {
     }
 }
 
+/// The units' pages, as they go to flash and as Intel HEX.
+fn of_pages(design: &Design, units: &[Unit], wanted: &Wanted) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for (unit, fitted) in units.iter().zip(&design.fitted) {
+        let bytes = page(design, unit, fitted).bytes();
+        let hex = intel_hex(&bytes, wanted.address).into_bytes();
+        files.insert(PathBuf::from(format!("pages/{}.hex", unit.name)), hex);
+        files.insert(PathBuf::from(format!("pages/{}.bin", unit.name)), bytes);
+    }
+    files
+}
+
+/// The pages alone, for a routine that is there already.
+///
+/// # Errors
+/// None so far; as [`files`].
+pub fn pages(
+    design: Design,
+    units: &[Unit],
+    options: &Options,
+    wanted: &Wanted,
+) -> Result<Generated, UnitsError> {
+    let name = options.name.clone().unwrap_or_else(|| design.quantity.default_name.clone());
+    let files = of_pages(&design, units, wanted);
+    let certificate = certificate(units, &files, &name, entry(&design, &name), options);
+    Ok(Generated { name, files, certificate, design })
+}
+
 /// All files.
 ///
 /// # Errors
@@ -108,16 +140,11 @@ pub fn files(
     ] {
         files.insert(PathBuf::from(path), renderer.render(template, source.clone())?.into_bytes());
     }
-    for (unit, fitted) in units.iter().zip(&design.fitted) {
-        let bytes = page(&design, unit, fitted).bytes();
-        let hex = intel_hex(&bytes, wanted.address).into_bytes();
-        files.insert(PathBuf::from(format!("pages/{}.hex", unit.name)), hex);
-        files.insert(PathBuf::from(format!("pages/{}.bin", unit.name)), bytes);
-    }
+    files.extend(of_pages(&design, units, wanted));
     let json = |error| UnitsError::Generate(GenerateError::Json(error));
     let summary = serde_json::to_string_pretty(&summary(&design, units)).map_err(json)? + "\n";
     files.insert(PathBuf::from("units.json"), summary.into_bytes());
-    let certificate = certificate(&design, units, &files, &name, entry, options);
+    let certificate = certificate(units, &files, &name, entry, options);
     let text = serde_json::to_string_pretty(&certificate).map_err(json)? + "\n";
     files.insert(PathBuf::from("certificate.json"), text.into_bytes());
     Ok(Generated { name, files, certificate, design })
@@ -137,6 +164,8 @@ fn summary<'a>(design: &'a Design, units: &'a [Unit]) -> Summary<'a> {
         structure: design.structure,
         degree: design.degree,
         fraction_bits: design.bits,
+        range: [design.range.0, design.range.1],
+        total: design.total,
         unit: &design.quantity.bound_unit,
         bound: in_bound_unit(design.total),
         rounding: in_bound_unit(design.rounding),
@@ -215,14 +244,12 @@ fn entry(design: &Design, name: &str) -> Entry {
 }
 
 fn certificate(
-    design: &Design,
     units: &[Unit],
     files: &BTreeMap<PathBuf, Vec<u8>>,
     name: &str,
     entry: Entry,
     options: &Options,
 ) -> Certificate {
-    let _ = design;
     let hashes: Vec<&str> = units.iter().map(|unit| unit.sha256.as_str()).collect();
     let recordings: Vec<&str> = units.iter().map(|unit| unit.coefficients.recording.file.as_str()).collect();
     let of_recordings: Vec<&str> =

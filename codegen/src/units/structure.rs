@@ -1,9 +1,9 @@
 //! What the units share: range, input, degree, binary point; and the ranges in which their coefficients lie.
 
-use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use rayon::prelude::*;
 
+use super::alike::{model, range};
 use super::page::crc32;
 use super::{Unit, UnitsError, Wanted};
 use crate::approximate::minimax;
@@ -67,31 +67,13 @@ pub struct Design {
 /// # Errors
 /// [`UnitsError`], which says what to change.
 pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Design, UnitsError> {
-    let first = units.first().ok_or_else(|| UnitsError::None { pattern: "--units".into() })?;
     if !(0.0..=10.0).contains(&wanted.margin) {
         return Err(UnitsError::Margin(wanted.margin));
     }
-    let routine_options = options.routines.first().cloned().unwrap_or(RoutineOptions::of(Format::Q31));
-    let format = routine_options.format;
-    if !matches!(format, Format::Q31 | Format::Q31Split) {
-        return Err(UnitsError::Format(format.name()));
-    }
-    let models: Vec<ErrorModel> =
-        units.iter().map(|unit| model(unit, first, options)).collect::<Result<_, _>>()?;
-    let quantity = Quantity::of(&models[0]);
-    let range = range(units, options, &quantity)?;
-    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
-    if !(target.is_finite() && target > 0.0) {
-        return Err(RoutineError::Bound(target).into());
-    }
-    let plan = routine_options.input.plan(&models[0].sensor, range.0, range.1, format.arithmetic(), true)?;
-    let references: Vec<Reference> = (models.iter().zip(units))
-        .map(|(model, unit)| {
-            let steep = |cause| UnitsError::TooSteep { unit: unit.name.clone(), cause };
-            routine::reference(model, &plan).map_err(steep)
-        })
-        .collect::<Result<_, _>>()?;
-    let shared = Shared { plan: &plan, options: &routine_options, references: &references, wanted };
+    let Prepared { plan, routine_options, references, quantity, range, sensor, target } =
+        prepare(units, options, None)?;
+    let shared =
+        Shared { plan: &plan, options: &routine_options, references: &references, margin: wanted.margin };
     let degrees = match options.degree {
         Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => {
             return Err(RoutineError::Degree(degree).into());
@@ -132,7 +114,7 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
             quantity,
             structure: 0,
         };
-        design.structure = structure(&design, &models[0].sensor);
+        design.structure = structure(&design, &sensor);
         return Ok(design);
     }
     let (reachable, _, worst) = best.unwrap_or((f64::INFINITY, 0, 0));
@@ -145,16 +127,61 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
     })
 }
 
-fn overflow(error: bound::Overflows) -> RoutineError {
+/// What all units share before a degree is chosen.
+pub(super) struct Prepared {
+    pub plan: InputPlan,
+    pub routine_options: RoutineOptions,
+    pub references: Vec<Reference>,
+    pub quantity: Quantity,
+    pub range: (f64, f64),
+    pub sensor: Sensor,
+    pub target: f64,
+}
+
+/// Holds the units against each other, and encloses their functions over the range; `at` is that of an earlier routine.
+pub(super) fn prepare(
+    units: &[Unit],
+    options: &Options,
+    at: Option<(f64, f64)>,
+) -> Result<Prepared, UnitsError> {
+    let first = units.first().ok_or_else(|| UnitsError::None { pattern: "--units".into() })?;
+    let routine_options = options.routines.first().cloned().unwrap_or(RoutineOptions::of(Format::Q31));
+    let format = routine_options.format;
+    if !matches!(format, Format::Q31 | Format::Q31Split) {
+        return Err(UnitsError::Format(format.name()));
+    }
+    let models: Vec<ErrorModel> =
+        units.iter().map(|unit| model(unit, first, options)).collect::<Result<_, _>>()?;
+    let quantity = Quantity::of(&models[0]);
+    let range = match at {
+        Some(at) => range(units, &Options { range: Some(at), ..options.clone() }, &quantity)?,
+        None => range(units, options, &quantity)?,
+    };
+    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    if !(target.is_finite() && target > 0.0) {
+        return Err(RoutineError::Bound(target).into());
+    }
+    let sensor = models[0].sensor.clone();
+    let plan = routine_options.input.plan(&sensor, range.0, range.1, format.arithmetic(), true)?;
+    let references: Vec<Reference> = (models.iter().zip(units))
+        .map(|(model, unit)| {
+            let steep = |cause| UnitsError::TooSteep { unit: unit.name.clone(), cause };
+            routine::reference(model, &plan).map_err(steep)
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(Prepared { plan, routine_options, references, quantity, range, sensor, target })
+}
+
+pub(super) fn overflow(error: bound::Overflows) -> RoutineError {
     RoutineError::Design(DesignError::Overflows(error))
 }
 
 /// The units' references on the shared plan.
-struct Shared<'a> {
-    plan: &'a InputPlan,
-    options: &'a RoutineOptions,
-    references: &'a [Reference],
-    wanted: &'a Wanted,
+pub(super) struct Shared<'a> {
+    pub plan: &'a InputPlan,
+    pub options: &'a RoutineOptions,
+    pub references: &'a [Reference],
+    pub margin: f64,
 }
 
 /// Fewer fractional bits than this are of no use.
@@ -167,7 +194,7 @@ impl Shared<'_> {
     }
 
     /// The best polynomials of a degree.
-    fn best(&self, degree: usize) -> Vec<Polynomial> {
+    pub fn best(&self, degree: usize) -> Vec<Polynomial> {
         let (from, to) = self.ends();
         self.references.par_iter().map(|r| minimax(&r.polynomial, degree, &from, &to)).collect()
     }
@@ -227,13 +254,13 @@ impl Shared<'_> {
                 let of_units = words.iter().map(|w| w[k]);
                 let (from, to) = of_units.fold((i64::MAX, i64::MIN), |(a, b), c| (a.min(c), b.max(c)));
                 let reach = from.unsigned_abs().max(to.unsigned_abs()) as f64;
-                let more = (self.wanted.margin * reach).ceil() as i64;
+                let more = (self.margin * reach).ceil() as i64;
                 (from - more, to + more)
             })
             .collect()
     }
 
-    fn program(&self, ranges: &[(i64, i64)], bits: i64) -> Result<(Program, Interval), OutputError> {
+    pub fn program(&self, ranges: &[(i64, i64)], bits: i64) -> Result<(Program, Interval), OutputError> {
         let (format, output) = (self.options.format, self.options.output);
         let mut p = self.plan.program.clone();
         let x = Operand::Step(p.variable);
@@ -255,7 +282,7 @@ impl Shared<'_> {
 
     /// How far the result is from the page's polynomial, in the result's unit, whatever the ranges hold. Errors are
     /// proved about the truncations' means, and those are what the program makes of coefficients that are all zero.
-    fn rounding(&self, program: &Program, degree: usize, bits: i64) -> Result<f64, RoutineError> {
+    pub fn rounding(&self, program: &Program, degree: usize, bits: i64) -> Result<f64, RoutineError> {
         let zeros = vec![(0, 0); degree + 1];
         let made = self.program(&zeros, bits);
         let (nothing, unit) = made.map_err(|e| RoutineError::Design(DesignError::Output(e)))?;
@@ -267,7 +294,7 @@ impl Shared<'_> {
     }
 
     /// What is proved of each unit's words.
-    fn bounds(&self, words: &[Vec<i64>], bits: i64) -> Result<Vec<Fitted>, RoutineError> {
+    pub fn bounds(&self, words: &[Vec<i64>], bits: i64) -> Result<Vec<Fitted>, RoutineError> {
         (words.par_iter().zip(self.references))
             .map(|(words, reference)| {
                 let points: Vec<(i64, i64)> = words.iter().map(|w| (*w, *w)).collect();
@@ -285,7 +312,7 @@ impl Shared<'_> {
     }
 }
 
-fn rounded(polynomial: &Polynomial, degree: usize, bits: i64) -> Vec<i64> {
+pub(super) fn rounded(polynomial: &Polynomial, degree: usize, bits: i64) -> Vec<i64> {
     let mut words: Vec<i64> = polynomial
         .coefficients()
         .iter()
@@ -295,103 +322,15 @@ fn rounded(polynomial: &Polynomial, degree: usize, bits: i64) -> Vec<i64> {
     words
 }
 
-/// The model of a unit, held against the first's.
-fn model(unit: &Unit, first: &Unit, options: &Options) -> Result<ErrorModel, UnitsError> {
-    let differs = |what, found: String, expected: String| UnitsError::Structure {
-        unit: unit.name.clone(),
-        what,
-        found,
-        first: first.name.clone(),
-        expected,
-    };
-    if unit.coefficients.whole_turn() {
-        return Err(UnitsError::WholeTurn { unit: unit.name.clone() });
-    }
-    let terms = &unit.coefficients.terms;
-    if let Some(term) = terms.iter().find(|term| !options.without.contains(&term.effect)) {
-        return Err(UnitsError::Term { unit: unit.name.clone(), effect: term.effect.clone() });
-    }
-    match (&unit.coefficients.sensor, &first.coefficients.sensor) {
-        (
-            Sensor::EddyCurrentPair { probe_distance_mm: found, .. },
-            Sensor::EddyCurrentPair { probe_distance_mm: expected, .. },
-        ) => {
-            if found != expected {
-                return Err(differs("probe_distance_mm", format!("{found}"), format!("{expected}")));
-            }
-        }
-        (Sensor::Direct { unit: found, .. }, Sensor::Direct { unit: expected, .. }) => {
-            if found != expected {
-                return Err(differs("unit", format!("`{found}`"), format!("`{expected}`")));
-            }
-        }
-        (found, expected) => {
-            let kind = |sensor: &Sensor| match sensor {
-                Sensor::EddyCurrentPair { .. } => "a pair of probes".to_string(),
-                Sensor::Direct { .. } => "a direct sensor".to_string(),
-            };
-            return Err(differs("sensor", kind(found), kind(expected)));
-        }
-    }
-    Ok(unit.coefficients.error_model())
-}
-
-/// The range that all units cover, or the one that is asked for.
-fn range(units: &[Unit], options: &Options, quantity: &Quantity) -> Result<(f64, f64), UnitsError> {
-    let covered = |unit: &Unit| -> (f64, f64) {
-        let Coefficients { valid_range, .. } = &unit.coefficients;
-        (valid_range.from, valid_range.to)
-    };
-    let reading_unit = quantity.reading_unit.clone();
-    let Some((from, to)) = options.range else {
-        let mut low = &units[0];
-        let mut high = &units[0];
-        for unit in units {
-            if covered(unit).0 > covered(low).0 {
-                low = unit;
-            }
-            if covered(unit).1 < covered(high).1 {
-                high = unit;
-            }
-        }
-        let (from, to) = (covered(low).0, covered(high).1);
-        if from < to {
-            return Ok((from, to));
-        }
-        let (low, high) = (low.name.clone(), high.name.clone());
-        return Err(UnitsError::Range { low, from, high, to, unit: reading_unit });
-    };
-    if !(from.is_finite() && to.is_finite() && from < to) {
-        return Err(RoutineError::EmptyRange(from, to).into());
-    }
-    for unit in units {
-        let (covered_from, covered_to) = covered(unit);
-        if !options.extrapolate && (from < covered_from || to > covered_to) {
-            let name = unit.name.clone();
-            return Err(UnitsError::BeyondRecording {
-                name,
-                from,
-                to,
-                covered_from,
-                covered_to,
-                unit: reading_unit,
-            });
-        }
-    }
-    Ok((from, to))
-}
-
 /// The CRC-32 of everything that gives a page's words their meaning.
-fn structure(design: &Design, sensor: &Sensor) -> u32 {
+pub(super) fn structure(design: &Design, sensor: &Sensor) -> u32 {
+    let sensor = match sensor {
+        Sensor::EddyCurrentPair { probe_distance_mm, .. } => format!("pair {probe_distance_mm:?}"),
+        Sensor::Direct { unit, .. } => format!("direct {unit}"),
+    };
     let text = format!(
-        "{sensor:?} {:?} {:?} {:?} {:?} {} {:?} {:?}",
-        design.options,
-        design.range,
-        design.degree,
-        design.bits,
-        design.total,
-        design.program.page,
-        design.unit
+        "{sensor} {:?} {:?} {} {} {:?} {:?}",
+        design.options, design.range, design.degree, design.bits, design.total, design.program.page
     );
     crc32(text.as_bytes())
 }
