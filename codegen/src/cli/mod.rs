@@ -159,7 +159,7 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
             say(&format!("{} {difference}", out.join(file).display()));
         }
         let stale = differences.len();
-        say(&format!("{WARNING}{stale} of {count} files are stale{WARNING:#}: run codegen again"));
+        say(&format!("{WARNING}{stale} of {count} files are stale{WARNING:#}: generate them again"));
     }
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
