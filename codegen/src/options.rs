@@ -6,6 +6,7 @@ use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
 use crate::physics::Further;
+use crate::turn::Encoder;
 
 /// What happens to a reading outside the valid range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -129,6 +130,8 @@ pub struct Options {
     pub period_s: Option<f64>,
     /// Effects of which the terms are left out.
     pub without: Vec<String>,
+    /// What is wanted of the routine of a sensor that turns, in place of `routines`.
+    pub encoder: Encoder,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -149,6 +152,7 @@ impl Default for Options {
             further: Vec::new(),
             period_s: None,
             without: Vec::new(),
+            encoder: Encoder::default(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),

@@ -61,6 +61,9 @@ pub struct Dynamic {
     /// Threads; all processors if not given
     #[arg(long)]
     jobs: Option<std::num::NonZeroUsize>,
+    /// Recordings under feedback besides, half of them nulls
+    #[arg(long, default_value_t = 0)]
+    feedback: usize,
     /// The folder for recordings, answers and the report (report.json, report.html; examples.json where
     /// ARCSMITH_EXAMPLES names the folder of opened recordings)
     #[arg(long, default_value = "target/trials-dynamic")]
@@ -123,6 +126,11 @@ fn run_dynamic(args: &Dynamic, telling: &mut Telling) -> Result<bool> {
     let report = dynamic::report::Report::new(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
     let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
+    if args.feedback > 0 {
+        let folder = args.out.join("feedback");
+        let figures = dynamic::feedback::run(args.feedback, args.seed, jobs, &folder).into_diagnostic()?;
+        reached &= telling.set("Under feedback", &figures, &[]);
+    }
     let opened = std::env::var_os("ARCSMITH_EXAMPLES").map(PathBuf::from);
     let scored = match &opened {
         Some(folder) => {

@@ -21,6 +21,15 @@ pub struct Arguments {
     /// Nominal mirror of the recording.
     #[arg(long, requires = "recording")]
     pub(super) mirror: Option<PathBuf>,
+    /// Coefficients files of many units, `units/*.json` for example: one routine, and a page of coefficients for each.
+    #[arg(long, num_args = 1.., conflicts_with_all = ["coefficients", "recording"])]
+    pub(super) units: Vec<String>,
+    /// By how much the units' coefficients may be exceeded, as a part of the largest [default: 0.25].
+    #[arg(long, requires = "units")]
+    pub(super) margin: Option<f64>,
+    /// Address of the pages in flash, for the Intel HEX files: 0x0801f800 [default: 0].
+    #[arg(long, requires = "units")]
+    pub(super) page_address: Option<String>,
     /// Output folder.
     #[arg(long, default_value = "generated")]
     pub(super) out: PathBuf,
@@ -48,8 +57,8 @@ pub struct Arguments {
     /// Choose method and format: the fewest instructions on this core that meet the bound.
     #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
     pub(super) target: Option<CoreName>,
-    /// Bytes of flash that the chosen routine may take.
-    #[arg(long, requires = "target")]
+    /// Bytes of flash that the chosen routine may take [default: any; of an encoder 2048].
+    #[arg(long)]
     pub(super) flash_bytes: Option<usize>,
     /// A table of polynomials instead of one, as degree and number of segments: 2x32.
     #[arg(long)]
@@ -61,9 +70,12 @@ pub struct Arguments {
     /// that is symmetric, its end needs no limits, twice its end limits of one instruction.
     #[arg(long)]
     pub(super) full_scale: Option<f64>,
-    /// Width of the converter's word, for counts.
-    #[arg(long, default_value_t = 16)]
-    pub(super) bits: u32,
+    /// Width of the converter's word, for counts [default: 16]; of an encoder's word, 10 to 18.
+    #[arg(long)]
+    pub(super) bits: Option<u32>,
+    /// Bits of an encoder's corrected word [default: as many as its own].
+    #[arg(long)]
+    pub(super) output_bits: Option<u32>,
     /// Change of a displacement (direct sensor: of the reading) by one count.
     #[arg(long, allow_negative_numbers = true)]
     pub(super) gain: Option<f64>,

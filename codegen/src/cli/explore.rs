@@ -20,6 +20,7 @@ use crate::options::Options;
 use crate::plot;
 use crate::quantity::Quantity;
 use crate::text;
+use crate::units::UnitsError;
 
 /// The formats that the user named, or all that both languages have.
 fn formats(arguments: &Arguments) -> Vec<Format> {
@@ -55,7 +56,16 @@ pub(super) fn choose_for(
 pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
     let common = &arguments.arguments;
     let bar = progress(common);
+    if !common.units.is_empty() {
+        return Err(miette!("{}", UnitsError::Option { option: "explore" }));
+    }
     let (coefficients, _) = load(common)?;
+    if coefficients.whole_turn() {
+        return Err(miette!(
+            "the coefficients are an encoder's: `codegen` itself takes the cheapest of its routines; \
+             `codegen explore` lists those of other sensors"
+        ));
+    }
     let unit = Quantity::of(&coefficients.error_model()).bound_unit;
     let options = options::options(common, &unit, !coefficients.terms.is_empty())?;
     let candidates = front::candidates(

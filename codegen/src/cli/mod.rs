@@ -2,10 +2,14 @@
 //! that takes the same [`Command`]s in.
 
 mod arguments;
+mod encoder;
 mod explore;
 mod names;
 mod options;
+mod units;
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -120,6 +124,9 @@ pub fn generated(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 fn write(arguments: &Arguments) -> Result<ExitCode> {
+    if !arguments.units.is_empty() {
+        return units::write(arguments);
+    }
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
     let (out, count) = (arguments.out.display().to_string(), generated.files.len());
@@ -135,6 +142,7 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
         },
         || {
             summary(&generated, arguments.common.verbose)
+                + &encoder::summary(&generated)
                 + &line("written", &format!("{out}: {count} files, {changed} changed"))
         },
     );
@@ -142,9 +150,16 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 fn check(arguments: &Arguments) -> Result<ExitCode> {
-    let generated = prepare(arguments)?;
-    let differences = files::compare(&arguments.out, &generated.files);
-    let (out, count) = (&arguments.out, generated.files.len());
+    if !arguments.units.is_empty() {
+        return stale(arguments, &units::prepare(arguments)?.files);
+    }
+    stale(arguments, &prepare(arguments)?.files)
+}
+
+/// Compares files with those in the output folder.
+fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) -> Result<ExitCode> {
+    let differences = files::compare(&arguments.out, files);
+    let (out, count) = (&arguments.out, files.len());
     if arguments.common.json {
         let stale: Vec<_> = (differences.iter())
             .map(|(file, difference)| json!({"file": file, "difference": difference.to_string()}))
@@ -165,6 +180,16 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    if !arguments.units.is_empty() {
+        return Err(miette!(
+            "`codegen verify` sweeps routines with coefficients of their own; `codegen check --units` compares the files \
+             and pages of many units, and each unit's bound is proved anew with it"
+        ));
+    }
+    let (coefficients, sha256) = load(arguments)?;
+    if coefficients.whole_turn() {
+        return encoder::verify(arguments, checks, &coefficients, &sha256);
+    }
     let (generated, quantity, options) = prepare_all(arguments)?;
     if generated.routines.iter().any(|routine| !routine.physics.is_empty()) {
         return Err(miette!(
@@ -203,6 +228,10 @@ fn prepare(arguments: &Arguments) -> Result<Generated> {
 fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> {
     let bar = progress(arguments);
     let (coefficients, sha256) = load(arguments)?;
+    if coefficients.whole_turn() {
+        return encoder::prepare(arguments, &coefficients, &sha256);
+    }
+    options::no_encoder(arguments)?;
     let quantity = Quantity::of(&coefficients.error_model());
     let mut options = options::options(arguments, &quantity.bound_unit, !coefficients.terms.is_empty())?;
     if let Some(target) = arguments.target {

@@ -3,11 +3,15 @@
 use miette::{Result, miette};
 
 use super::arguments::Arguments;
-use super::names::{InputName, OutputName};
+use super::names::{CoreName, InputName, OutOfRangeName, OutputName};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options};
 use crate::physics::Further;
+use crate::turn::{Encoder, TurnError};
+
+/// The width of a converter unless one is given.
+const USUAL_BITS: u32 = 16;
 
 /// What the arguments ask for; `unit` is that of the sensor's bounds.
 pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
@@ -41,10 +45,56 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         further: further.map_err(|e| miette!("{e}"))?,
         period_s: arguments.period_s,
         without: arguments.without.clone(),
+        encoder: Encoder {
+            bits: arguments.bits,
+            output_bits: arguments.output_bits,
+            core: arguments.target.map(CoreName::core),
+            flash_bytes: arguments.flash_bytes,
+        },
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),
         command: recorded_command(std::env::args().skip(1)),
     })
+}
+
+/// What the arguments ask for of the routine of an encoder.
+pub(super) fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
+    let a = arguments;
+    let beside = [
+        ("--degree", a.degree.is_some()),
+        ("--from and --to", a.from.is_some()),
+        ("--extrapolate", a.extrapolate),
+        ("--format", !a.format.is_empty()),
+        ("--table", a.table.is_some()),
+        ("--input", a.input.is_some()),
+        ("--full-scale", a.full_scale.is_some()),
+        ("--gain", a.gain.is_some()),
+        ("--offset", a.offset.is_some()),
+        ("--output", a.output.is_some()),
+        ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
+        ("--further", !a.further.is_empty()),
+        ("--period-s", a.period_s.is_some()),
+        ("--without", !a.without.is_empty()),
+    ];
+    if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
+        return Err(miette!("{}", TurnError::Option { option }));
+    }
+    options(arguments, unit, false)
+}
+
+/// Options that belong to encoders only.
+pub(super) fn no_encoder(arguments: &Arguments) -> Result<()> {
+    if arguments.output_bits.is_some() {
+        return Err(miette!(
+            "--output-bits belongs to an encoder, whose coefficients hold on a whole turn: leave it out"
+        ));
+    }
+    if arguments.flash_bytes.is_some() && arguments.target.is_none() {
+        return Err(miette!(
+            "--flash-bytes belongs to a choice: add --target, the core that the routine is for"
+        ));
+    }
+    Ok(())
 }
 
 /// The input and output that the user named.
@@ -60,8 +110,9 @@ pub(super) fn ends(arguments: &Arguments) -> Result<Ends> {
                         if probes { "displacement" } else { "reading" }
                     ));
                 };
-                let middle = f64::from(1u32 << arguments.bits.clamp(1, 31).saturating_sub(1));
-                Encoding::Counts { bits: arguments.bits, gain, offset: arguments.offset.unwrap_or(middle) }
+                let bits = arguments.bits.unwrap_or(USUAL_BITS);
+                let middle = f64::from(1u32 << bits.clamp(1, 31).saturating_sub(1));
+                Encoding::Counts { bits, gain, offset: arguments.offset.unwrap_or(middle) }
             }
         })
     };

@@ -9,6 +9,7 @@ use super::effects::Scale;
 use super::recording::DynamicRecording;
 use super::signal::Signal;
 use super::simulate::Course;
+use super::turns::Turns;
 use crate::rows::mean;
 
 /// Number of kinds of rows.
@@ -55,6 +56,8 @@ pub struct Data<'a> {
     /// Duration of the longest run, s.
     pub duration_s: f64,
     signals: [Vec<Signal>; 3],
+    /// For every run the extremes of the drive before it.
+    before: Vec<Vec<f64>>,
 }
 
 /// The ways in which a drive may run between its samples.
@@ -82,7 +85,14 @@ impl<'a> Data<'a> {
             starts_s: vec![0.0; recording.runs.len()],
             duration_s: recording.runs.iter().map(|r| r.len()).max().unwrap_or(1) as f64 * recording.step_s,
             signals,
+            before: recording.runs.iter().map(|run| history(recording, run)).collect(),
         }
+    }
+
+    /// The same axis as a part, from the start of its runs on, of a recording whose steady state it lost.
+    pub fn after_history_of(mut self, recording: &DynamicRecording) -> Data<'a> {
+        self.before = recording.runs.iter().map(|run| history(recording, run)).collect();
+        self
     }
 
     /// The same axis through windows that together hold about `rows` rows, spread evenly: enough to choose
@@ -103,6 +113,7 @@ impl<'a> Data<'a> {
             starts_s: Vec::new(),
             duration_s: self.duration_s,
             signals: [Vec::new(), Vec::new(), Vec::new()],
+            before: Vec::new(),
         };
         let whole = rows >= total;
         let mut windows = 0;
@@ -114,6 +125,8 @@ impl<'a> Data<'a> {
                 let start = i * length + if count > 1 { free * i / (count - 1) } else { 0 };
                 data.runs.push(run.start + start..run.start + start + length);
                 data.starts_s.push(self.starts_s[k] + start as f64 * self.step_s);
+                let passed = self.before[k].iter().chain(&self.drive[run.start..run.start + start]);
+                data.before.push(extremes(passed.copied()));
                 for (own, all) in data.signals.iter_mut().zip(&self.signals) {
                     own.push(all[k].part(start..start + length));
                 }
@@ -140,6 +153,7 @@ impl<'a> Data<'a> {
             rows: self.runs[run].len(),
             start_s: self.starts_s[run],
             bound: self.bound,
+            before: &self.before[run],
         }
     }
 
@@ -160,6 +174,27 @@ impl<'a> Data<'a> {
             })
             .collect()
     }
+}
+
+/// What a hysteresis remembers at the start of a run: nothing, or the period before it where the excitation
+/// is in its steady state.
+fn history(recording: &DynamicRecording, run: &Range<usize>) -> Vec<f64> {
+    match &recording.period {
+        Some(period) => {
+            let first = run.clone().take_while(|k| period[*k] == period[run.start]);
+            extremes(first.map(|k| recording.drives[0][k]))
+        }
+        None => Vec::new(),
+    }
+}
+
+/// The extremes that are left of a way.
+fn extremes(inputs: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut turns = Turns::<f64>::new();
+    inputs.for_each(|u| {
+        turns.to(u);
+    });
+    turns.inputs().collect()
 }
 
 fn scale(drive: &[f64], position: &[f64], step_s: f64, runs: &[Range<usize>]) -> Scale {

@@ -12,13 +12,10 @@ use super::recording::DynamicRecording;
 use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
 use super::structure::structure;
 use super::verdict::{self, Units};
-use super::{feedback, plant, score, start};
+use super::{expected, feedback, plant, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::{Fit, Score};
 use crate::verdict::Verdict;
-
-/// Part of a position's variance above which a nominal plant does not follow the drive at all.
-const LOST: f64 = 0.98;
 
 /// Steps of the integrator that a simulation of the search may take: enough to tell effects apart, few
 /// enough that a hundred thousand rows are diagnosed in seconds.
@@ -92,15 +89,16 @@ pub fn diagnose(
         recording.comparable(other)?;
     }
     if nominal.feedback.is_some() {
-        return feedback::diagnose(recording, nominal, held_out, options);
+        return feedback::diagnose(recording, nominal, simulated, held_out, options);
     }
     let data = Data::new(recording);
     let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
     let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
-    let seen = expected(recording, &data.windows(START_ROWS), simulated)?;
+    let seen = expected::nominal(recording, &data.windows(START_ROWS), simulated)?;
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
-    let search = Search::new(&windows, &options.skip);
+    let given = seen.model.terms.len();
+    let search = Search::new(&windows, &options.skip, given);
     let mut chosen = search.run(&seen);
     // The whole recording: its initial states follow from the first rows.
     let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
@@ -128,10 +126,10 @@ pub fn diagnose(
     let said = verdict::verdict(&before, &found, &left);
     // What no named effect explains is located beside the nominal plant.
     let around = match said {
-        Verdict::Unexplained if !found.model.terms.is_empty() => families(&seen),
+        Verdict::Unexplained if found.model.terms.len() > given => families(&seen),
         _ => Vec::new(),
     };
-    let around = if found.model.terms.is_empty() { left.clone() } else { verdict::significant(&around) };
+    let around = if found.model.terms.len() == given { left.clone() } else { verdict::significant(&around) };
     let named = match said {
         Verdict::Unexplained | Verdict::Consistent => Vec::new(),
         _ => {
@@ -196,38 +194,6 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
         .min_by(|a, b| a.cost(CHOOSE_ROWS).total_cmp(&b.cost(CHOOSE_ROWS)));
     let windows = search.data;
     better.and_then(|f| fit(&f.model, &windows.first_states(), windows, FIT_ROWS, PATIENCE)).unwrap_or(chosen)
-}
-
-/// The nominal plant, identified from the recording, or from the user's simulation of it and then once
-/// more beside the recording.
-fn expected(
-    recording: &DynamicRecording,
-    data: &Data,
-    simulated: Option<&OwnSimulation>,
-) -> Result<Fitted, DynamicError> {
-    let lost = |percent: f64| DynamicError::NoPlant { file: recording.file.clone(), percent };
-    let best = match simulated {
-        None => start::nominal(data).into_iter().next(),
-        Some(own) => {
-            if own.positions.len() != recording.rows() {
-                return Err(DynamicError::Simulated {
-                    file: own.file.clone(),
-                    found: format!("{} rows", own.positions.len()),
-                    expected: format!("{} rows", recording.rows()),
-                });
-            }
-            let copy = DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() };
-            let rows = data.runs.iter().map(|r| r.len()).sum();
-            let theirs = start::nominal(&Data::new(&copy).windows(rows)).into_iter().next();
-            theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL, PATIENCE))
-        }
-    };
-    let best = best.ok_or_else(|| lost(100.0))?;
-    let middle = crate::rows::mean(data.position);
-    let rows = data.runs.iter().flat_map(|r| r.clone());
-    let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
-    let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
-    if part > LOST { Err(lost(100.0 * part)) } else { Ok(best) }
 }
 
 /// Free runs of another recording by two models; what cannot be simulated stands still at the mean.

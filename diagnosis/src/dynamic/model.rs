@@ -19,13 +19,16 @@ pub struct Term {
     pub parameters: Vec<f64>,
     /// Which of them an estimate may change.
     pub free: Vec<bool>,
+    /// Whether the term is only a probe: its amounts are zero, and all that is wanted is how the position
+    /// would follow them.
+    pub probe: bool,
 }
 
 impl Term {
     /// An effect all of whose parameters are free but its creep.
     pub fn new(effect: &'static dyn DynamicEffect, parameters: Vec<f64>) -> Term {
         let free = (0..parameters.len()).map(|k| effect.creep() != Some(k)).collect();
-        Term { effect, parameters, free }
+        Term { effect, parameters, free, probe: false }
     }
 }
 
@@ -124,7 +127,12 @@ impl Model {
         let mut substeps = (own * step_s / 0.15).ceil();
         for term in &self.terms {
             substeps = substeps.max((term.effect.fastest(&term.parameters) * step_s / 0.3).ceil());
-            if matches!(term.effect.id(), "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis") {
+            if !term.probe
+                && matches!(
+                    term.effect.id(),
+                    "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis"
+                )
+            {
                 substeps = substeps.max(2.0);
             }
         }
@@ -134,7 +142,7 @@ impl Model {
 
     /// Whether dry friction can hold the mechanism.
     pub fn has_friction(&self) -> bool {
-        self.terms.iter().any(|t| matches!(t.effect.id(), "coulomb_friction" | "stribeck_friction"))
+        self.terms.iter().any(|t| !t.probe && t.effect.creep().is_some())
     }
 
     /// Terms that act on a part.

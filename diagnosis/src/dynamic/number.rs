@@ -17,6 +17,10 @@ pub trait Number:
     fn from_f64(value: f64) -> Self;
     /// The value without its derivatives.
     fn value(self) -> f64;
+    /// The direction of a variable whose only slope is one.
+    fn direction(&self) -> Option<usize>;
+    /// Adds to its derivative along a direction.
+    fn nudge(&mut self, direction: usize, by: f64);
     /// A function of it, given that function's value and slope.
     fn chain(self, value: f64, slope: f64) -> Self;
     /// e to the power of it.
@@ -57,6 +61,10 @@ impl Number for f64 {
     fn value(self) -> f64 {
         self
     }
+    fn direction(&self) -> Option<usize> {
+        None
+    }
+    fn nudge(&mut self, _: usize, _: f64) {}
     fn chain(self, value: f64, _: f64) -> f64 {
         value
     }
@@ -86,6 +94,15 @@ impl<const N: usize> Number for Dual<N> {
     }
     fn value(self) -> f64 {
         self.value
+    }
+    fn direction(&self) -> Option<usize> {
+        self.slopes.iter().position(|s| *s == 1.0)
+    }
+    #[inline]
+    fn nudge(&mut self, direction: usize, by: f64) {
+        if let Some(slope) = self.slopes.get_mut(direction) {
+            *slope += by;
+        }
     }
     #[inline]
     fn chain(self, value: f64, slope: f64) -> Self {

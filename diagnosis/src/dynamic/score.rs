@@ -17,7 +17,7 @@ pub fn free_run(model: &Model, recording: &DynamicRecording) -> Option<Vec<f64>>
         term.free.iter_mut().for_each(|f| *f = false);
     }
     let head = head(recording);
-    let start = Data::new(&head);
+    let start = Data::new(&head).after_history_of(recording);
     let states = fit(&fixed, &start.first_states(), &start, ALL, PATIENCE)?.states;
     positions(&fixed, &states, &Data::new(recording)).ok()
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::data::{CHOOSE, Data, FIT, FOLDS};
 use super::dense::Symmetric;
-use super::effects::DynamicEffect;
+use super::effects::{DynamicEffect, Part};
 use super::estimate::Fitted;
 use super::gram::{Grams, MOST_FREE, STATE, grams};
 use super::model::{MOST_EXTRA, Model, Term};
@@ -32,7 +32,8 @@ impl Candidate {
     /// The term as it is screened: only its amounts are free.
     fn term(&self) -> Term {
         let free = self.effect.parameters().iter().map(|p| !p.shape).collect();
-        Term { effect: self.effect, parameters: self.start.clone(), free }
+        let probe = self.effect.part() == Part::Force;
+        Term { effect: self.effect, parameters: self.start.clone(), free, probe }
     }
 }
 
@@ -54,22 +55,13 @@ pub fn screen(present: &Fitted, candidates: &[Candidate], data: &Data, whitening
     // Packs of candidates that fit into one simulation.
     let mut packs: Vec<Vec<usize>> = Vec::new();
     let (mut lanes, mut extra) = (usize::MAX, 0);
-    // Dry friction slows a simulation: what has it is screened together.
-    let dry = |c: &Candidate| c.effect.id().ends_with("_friction");
-    let mut order: Vec<(usize, &Candidate)> =
-        candidates.iter().enumerate().filter(|(_, c)| c.linear()).collect();
-    order.sort_by_key(|(_, c)| dry(c));
-    let mut was_dry = false;
-    for (k, candidate) in order {
+    for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| c.linear()) {
         let own = candidate.effect.parameters().iter().filter(|p| !p.shape).count();
         let needs = candidate.effect.states();
         if base + own > MOST_FREE || states + needs > MOST_EXTRA {
             continue;
         }
-        let full = lanes == usize::MAX
-            || was_dry != dry(candidate)
-            || lanes + own > MOST_FREE
-            || extra + needs > MOST_EXTRA;
+        let full = lanes == usize::MAX || lanes + own > MOST_FREE || extra + needs > MOST_EXTRA;
         match packs.last_mut() {
             Some(pack) if !full => pack.push(k),
             _ => {
@@ -79,7 +71,6 @@ pub fn screen(present: &Fitted, candidates: &[Candidate], data: &Data, whitening
         }
         lanes += own;
         extra += needs;
-        was_dry = dry(candidate);
     }
     packs.par_iter().flat_map_iter(|pack| screen_pack(present, candidates, pack, data, whitening)).collect()
 }

@@ -26,6 +26,9 @@ const REFITTED: usize = 8;
 const STRONG: f64 = 10.0;
 /// A model whose squared residual is within this factor of the best may be the better one on more rows.
 const CLOSE: f64 = 1.15;
+/// Steps after which contenders are compared, and the factor of the squared residual by which one is out.
+const HEAT: usize = 8;
+const BEHIND: f64 = 4.0;
 /// Steps of an estimate of a start.
 const SHORT: usize = 4;
 
@@ -50,13 +53,15 @@ pub struct Search<'a> {
     pub data: &'a Data<'a>,
     /// The effects that may be named.
     pub catalogue: Vec<&'static dyn DynamicEffect>,
+    /// Number of terms, the first ones, that the nominal plant has and that are not in question.
+    pub given: usize,
 }
 
 impl<'a> Search<'a> {
-    /// A search in the catalogue without the effects `skip`.
-    pub fn new(data: &'a Data<'a>, skip: &[String]) -> Search<'a> {
+    /// A search in the catalogue without the effects `skip`, beside a nominal plant of `given` terms.
+    pub fn new(data: &'a Data<'a>, skip: &[String], given: usize) -> Search<'a> {
         let catalogue = CATALOGUE.iter().copied().filter(|e| skip.iter().all(|id| id != e.id())).collect();
-        Search { data, catalogue }
+        Search { data, catalogue, given }
     }
 
     /// The whitening filter of a model's residual.
@@ -120,15 +125,27 @@ impl<'a> Search<'a> {
             }
             s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
         });
-        let fits: Vec<Fitted> = best
+        let tried: Vec<Fitted> = best
             .par_iter()
             .filter_map(|s| {
                 let Candidate { effect, start } = candidates[s.candidate].clone();
                 let model = present.model.with(Term::new(effect, start));
-                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE)?;
-                let term = fitted.model.terms.last()?;
-                let sound = term.parameters.iter().all(|v| v.is_finite());
-                (sound && effect.plausible(&term.parameters, &self.data.scale)).then_some(fitted)
+                fit(&model, &present.states, self.data, FIT_ROWS, HEAT)
+            })
+            .collect();
+        // What is far behind after a few steps is not followed to its end.
+        let least = tried.iter().map(|f| f.costs[FIT]).fold(f64::INFINITY, f64::min);
+        let fits: Vec<Fitted> = tried
+            .into_par_iter()
+            .filter_map(|f| match f.costs[FIT] < BEHIND * least {
+                true => fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE - HEAT),
+                false => Some(f),
+            })
+            .filter(|f| {
+                f.model.terms.last().is_some_and(|term| {
+                    let sound = term.parameters.iter().all(|v| v.is_finite());
+                    sound && term.effect.plausible(&term.parameters, &self.data.scale)
+                })
             })
             .collect();
         let mut of_effect: Vec<Fitted> = Vec::new();
@@ -149,8 +166,40 @@ impl<'a> Search<'a> {
         let further = after.model.free().saturating_sub(before.model.free() + 1) as f64;
         let least = LEAST_GAIN + GAIN_PER_PARAMETER * further;
         let part = |folds| LEAST_PART * self.data.count(folds) as f64;
-        gain(before, after, FIT_ROWS) > least.max(part(FIT_ROWS))
-            && gain(before, after, CHOOSE_ROWS) > (0.25 * least).max(part(CHOOSE_ROWS))
+        let enough = |gain: &dyn Fn([bool; FOLDS]) -> f64| {
+            gain(FIT_ROWS) > least.max(part(FIT_ROWS))
+                && gain(CHOOSE_ROWS) > (0.25 * least).max(part(CHOOSE_ROWS))
+        };
+        // Noise that is alike in samples that follow counts for less than its rows.
+        enough(&|folds| gain(before, after, folds))
+            && self.white_gain(before, after).is_none_or(|gains| enough(&|folds| gains(folds)))
+    }
+
+    /// What a model gains over another, as [`gain`], after both residuals have passed the filter that whitens
+    /// the better one's; none where that is white already.
+    fn white_gain(&self, before: &Fitted, after: &Fitted) -> Option<impl Fn([bool; FOLDS]) -> f64> {
+        let whitening = self.whitening(after);
+        if whitening.is_empty() {
+            return None;
+        }
+        let costs = |f: &Fitted| -> Option<[f64; FOLDS]> {
+            let y = f.positions(self.data).ok()?;
+            let mut costs = [0.0; FOLDS];
+            for run in &self.data.runs {
+                for k in run.start + whitening.len()..run.end {
+                    let at = |k: usize| self.data.position[k] - y[k];
+                    let past: f64 = whitening.iter().enumerate().map(|(j, c)| c * at(k - 1 - j)).sum();
+                    costs[self.data.fold[k] as usize] += (at(k) - past).powi(2);
+                }
+            }
+            Some(costs)
+        };
+        let (old, new, rows) = (costs(before)?, costs(after)?, before.rows);
+        Some(move |folds: [bool; FOLDS]| {
+            let sum = |costs: &[f64; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| costs[f]).sum::<f64>();
+            let rows: usize = (0..FOLDS).filter(|f| folds[*f]).map(|f| rows[f]).sum();
+            rows as f64 * (sum(&old).max(f64::MIN_POSITIVE) / sum(&new).max(f64::MIN_POSITIVE)).ln()
+        })
     }
 
     /// The model with the best way of running between the samples.
@@ -222,9 +271,9 @@ impl<'a> Search<'a> {
 
     /// The model without the terms that a later one has made idle.
     fn pruned(&self, mut present: Fitted) -> Fitted {
-        while present.model.terms.len() > 1 {
+        while present.model.terms.len() > 1 + self.given {
             let last = present.model.terms.len() - 1;
-            let shorter: Vec<Fitted> = (0..last)
+            let shorter: Vec<Fitted> = (self.given..last)
                 .into_par_iter()
                 .filter_map(|k| {
                     fit(&present.model.without(k), &present.states, self.data, FIT_ROWS, PATIENCE)
@@ -244,14 +293,14 @@ impl<'a> Search<'a> {
     pub fn rivals(&self, chosen: &Fitted) -> Vec<Model> {
         let refit = |model: &Model| fit(model, &chosen.states, self.data, FIT_ROWS, PATIENCE);
         let mut rivals = Vec::new();
-        for k in 0..chosen.model.terms.len() {
+        for k in self.given..chosen.model.terms.len() {
             let Some(without) = refit(&chosen.model.without(k)) else { continue };
             if without.costs[CHOOSE] > STRONG * chosen.costs[CHOOSE] {
                 continue;
             }
             let near = chosen.model.terms[k].effect.confused_with();
             let catalogue = self.catalogue.iter().copied().filter(|e| near.contains(&e.id())).collect();
-            let contenders = Search { data: self.data, catalogue }.contenders(&without);
+            let contenders = Search { data: self.data, catalogue, given: self.given }.contenders(&without);
             let close = contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]);
             rivals.extend(close.map(|f| f.model));
         }

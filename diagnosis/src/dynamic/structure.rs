@@ -188,7 +188,7 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
             let model = SHAPES[family][..count].iter().fold(present.model.clone(), |model, shape| {
                 let parameters = std::iter::once(0.0).chain(sizes).map(|s: f64| s.max(0.0)).collect();
                 let free = (0..PARAMETERS.len()).map(|k| k == 0).collect();
-                model.with(Term { effect: shape, parameters, free })
+                model.with(Term { effect: shape, parameters, free, probe: true })
             });
             let whole = grams(&model, &present.states, data, whitening).ok()?;
             let lanes: Vec<usize> = (0..base + count).collect();

@@ -51,7 +51,7 @@ pub fn significant(found: &[Structure]) -> Vec<&Structure> {
 
 /// The verdict: whether effects were found, and how much of the mismatch they leave as structure.
 pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure]) -> Verdict {
-    if found.model.terms.is_empty() {
+    if found.model.terms.len() == nominal.model.terms.len() {
         return if left.is_empty() { Verdict::Consistent } else { Verdict::Unexplained };
     }
     let Some(strongest) = left.first() else { return Verdict::Explained };
@@ -92,6 +92,9 @@ pub fn effects(
                 free.then(|| first - 1)
             })
             .collect();
+        if k < search.given {
+            continue;
+        }
         let Some(without) = fit(&found.model.without(k), &found.states, data, ALL, PATIENCE) else {
             continue;
         };
@@ -149,7 +152,7 @@ fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> V
     } else {
         ALTERNATIVE_MARGIN
     };
-    let rivals = Search { data, catalogue: rivals };
+    let rivals = Search { data, catalogue: rivals, given: search.given };
     let mut near: Vec<(f64, String)> = rivals
         .contenders(&without)
         .iter()

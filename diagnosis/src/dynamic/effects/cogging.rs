@@ -42,11 +42,10 @@ impl DynamicEffect for Cogging {
         const { &[amount("sine", "p/s²"), amount("cosine", "p/s²"), shape("period", "p")] }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
-        {
-            // Steps of a quarter of a turn over the whole stroke: between two of them no period is lost.
-            let span = 2.0 * scale.stroke;
-            (0..80).map(|k| vec![0.0, 0.0, span / (0.7 + 0.25 * k as f64)]).collect()
-        }
+        // Steps of half a turn over the whole stroke: between two of them a period is at most a quarter of a
+        // turn out over the stroke, an eighth at either end, and still shows.
+        let span = 2.0 * scale.stroke;
+        (0..40).map(|k| vec![0.0, 0.0, span / (0.8 + 0.5 * k as f64)]).collect()
     }
     fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
         // Less than one and a half turns within the stroke are a polynomial of the position.

@@ -13,6 +13,7 @@ mod flexible_mode;
 mod nonlinear_damping;
 mod quadratic_damping;
 mod quadratic_stiffness;
+mod rayleigh_hysteresis;
 mod sensor_lag;
 mod sensor_offset;
 mod stribeck_friction;
@@ -56,6 +57,9 @@ pub enum Part {
     Drive,
     /// Lets the drive lag by its parameter.
     DriveLag,
+    /// Adds to the drive its parameter times what Rayleigh's material remembers of it
+    /// ([`crate::dynamic::turns`]).
+    DriveMemory,
     /// Adds to the acceleration ([`Physics::force`]).
     Force,
     /// Lets the read-out lag by its parameter.
@@ -194,7 +198,7 @@ const CREEP: Parameter = shape("creep_velocity", "p/s");
 const HARD: f64 = 1e-9;
 
 /// All effects, in the order in which ties are broken: the simpler explanation first.
-pub static CATALOGUE: [&dyn DynamicEffect; 16] = [
+pub static CATALOGUE: [&dyn DynamicEffect; 17] = [
     &drive_offset::DriveOffset,
     &sensor_offset::SensorOffset,
     &cubic_stiffness::CubicStiffness,
@@ -207,6 +211,7 @@ pub static CATALOGUE: [&dyn DynamicEffect; 16] = [
     &drive_lag::DriveLag,
     &sensor_lag::SensorLag,
     &drive_saturation::DriveSaturation,
+    &rayleigh_hysteresis::RayleighHysteresis,
     &cogging::Cogging,
     &stribeck_friction::StribeckFriction,
     &bouc_wen_hysteresis::BoucWenHysteresis,

@@ -7,6 +7,7 @@ use fitter::plant::{Order, PlantFile};
 use super::looped::{Looped, Stretch};
 use super::marquardt::Limits;
 use super::modal::Modal;
+use super::offset::{self, Offset, offset};
 use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
@@ -85,7 +86,22 @@ pub fn diagnose_linear(
         }
         None => &before,
     };
-    let (own, other) = (predict(recording, &before, after), held_out.map(|r| predict(r, &before, after)));
+    let mut own = predict(recording, &before, after);
+    let mut other = held_out.map(|r| predict(r, &before, after));
+    let stated = Offset::stated(plant, recording.positions.len());
+    if let Some(stated) = &stated {
+        for predicted in std::iter::once(&mut own).chain(&mut other) {
+            stated.add_to(&mut predicted.before);
+            stated.add_to(&mut predicted.after);
+        }
+    }
+    let constant =
+        if skip.iter().any(|id| id == offset::ID) { None } else { offset(recording, &own.after, &plan) };
+    if let Some(found) = &constant {
+        found.add_to(&mut own.after);
+        other.iter_mut().for_each(|o| found.add_to(&mut o.after));
+        effects.push(found.named(&plant.plant.position_unit, recording.drives.len()));
+    }
     let noise = period_noise(recording, &plan);
     let all: Vec<Range<usize>> = recording.runs.clone();
     let judged_rows = if held.is_empty() { &all } else { &held };
@@ -94,7 +110,7 @@ pub fn diagnose_linear(
     let around = verdict::locations(recording, &plan, &before.linear, &responses);
     // Without repeated periods nothing tells noise from distortion but its dependence on the amplitude.
     let grows = around.iter().any(|l| l.variable == "amplitude" && l.share > GROWS);
-    let said = match (&named, noise) {
+    let said = match (effects.first(), noise) {
         (Some(_), Some(_)) if left > NOISE * level => Verdict::PartlyExplained,
         (Some(_), _) => Verdict::Explained,
         (None, Some(_)) if left > NOISE * level => Verdict::Unexplained,
@@ -146,7 +162,10 @@ pub fn diagnose_linear(
         )],
         next_experiment,
     };
-    Ok(DynamicOutcome { diagnosis, plant: file::to_file(after, &plant.plant), own, other })
+    let mut written = file::to_file(after, &plant.plant);
+    let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
+    written.effects.extend(constant.map(|o| o.effect()));
+    Ok(DynamicOutcome { diagnosis, plant: written, own, other })
 }
 
 /// The linear model of all amplitudes, and that of the lowest, both of one order.

@@ -213,3 +213,24 @@ fn hysteresis_is_named_and_its_file_simulates_the_same() {
     let page = crate::dynamic::report::page(&recording, &outcome);
     assert!(page.contains("Spectrum at amplitude") && page.contains("hysteresis of the actuator"));
 }
+
+#[test]
+fn a_constant_is_named_beside_a_linear_structure() {
+    let mut recording = record(&Looped::plain(structure()), &[0.5, 1.5], 0.02);
+    recording.positions[1].iter_mut().for_each(|x| *x += 0.05);
+    let outcome = diagnose_linear(&recording, &plant(), None, None, &[]).unwrap();
+    let d = &outcome.diagnosis;
+    assert_eq!(d.verdict, Verdict::Explained);
+    let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!(ids, [super::offset::ID]);
+    assert_eq!(d.effects[0].alternatives, ["drive_offset"], "a plant that holds its position cannot tell");
+    let [first, second] = &d.effects[0].parameters[..] else { panic!("an offset of either position") };
+    assert!(first.ci95[0] < 0.0 && first.ci95[1] > 0.0, "{first:?}");
+    assert!(second.ci95[0] < 0.05 && second.ci95[1] > 0.05, "{second:?}");
+    let after = d.fit.after.held_out_rms.unwrap();
+    assert!((after / 0.02 - 1.0).abs() < 0.05, "{after}");
+    // Against its own file nothing is left to say.
+    let again = PlantFile::parse("made.plant.toml", &outcome.plant.to_toml()).unwrap();
+    let outcome = diagnose_linear(&recording, &again, None, None, &[]).unwrap();
+    assert_eq!(outcome.diagnosis.verdict, Verdict::Consistent, "{:?}", outcome.diagnosis.effects);
+}

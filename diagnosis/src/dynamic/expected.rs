@@ -1,0 +1,68 @@
+//! What is expected of a recording: the nominal plant, from the recording itself or from the user's own
+//! simulation of it.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::data::{ALL, Data};
+use super::diagnose::OwnSimulation;
+use super::estimate::{Fitted, PATIENCE, fit};
+use super::fault::DynamicError;
+use super::noise::autoregression;
+use super::recording::DynamicRecording;
+use super::search::Search;
+use super::start;
+
+/// Part of a position's variance above which a nominal plant does not follow the drive at all.
+const LOST: f64 = 0.98;
+
+/// The nominal plant, identified from the recording, or from the user's simulation of it and then once
+/// more beside the recording.
+///
+/// # Errors
+/// [`DynamicError::NoPlant`] where no plant follows the drive, [`DynamicError::Simulated`] where the simulation
+/// has other rows.
+pub fn nominal(
+    recording: &DynamicRecording,
+    data: &Data,
+    simulated: Option<&OwnSimulation>,
+) -> Result<Fitted, DynamicError> {
+    let lost = |percent: f64| DynamicError::NoPlant { file: recording.file.clone(), percent };
+    let best = match simulated {
+        None => start::nominal(data).into_iter().next(),
+        Some(own) => {
+            if own.positions.len() != recording.rows() {
+                return Err(DynamicError::Simulated {
+                    file: own.file.clone(),
+                    found: format!("{} rows", own.positions.len()),
+                    expected: format!("{} rows", recording.rows()),
+                });
+            }
+            let theirs = stated(&own.positions, recording, data);
+            theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL, PATIENCE))
+        }
+    };
+    let best = best.ok_or_else(|| lost(100.0))?;
+    let middle = crate::rows::mean(data.position);
+    let rows = data.runs.iter().flat_map(|r| r.clone());
+    let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
+    let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
+    if part > LOST { Err(lost(100.0 * part)) } else { Ok(best) }
+}
+
+/// The plant that a simulation states, with the effects of the catalogue that are in it: those the user knows.
+/// Noise of the recording's size is put on it, so that no more is read out of it than the recording can show.
+fn stated(simulated: &[f64], recording: &DynamicRecording, data: &Data) -> Option<Fitted> {
+    let apart: Vec<f64> = data.position.iter().zip(simulated).map(|(a, b)| a - b).collect();
+    let level = autoregression(&apart, &recording.runs).innovation;
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    // Uniform numbers of unit variance.
+    let noise = || 12f64.sqrt() * (random.random::<f64>() - 0.5);
+    let positions = simulated.iter().zip(std::iter::repeat_with(noise)).map(|(x, e)| x + level * e);
+    let copy = DynamicRecording { positions: vec![positions.collect()], ..recording.clone() };
+    let theirs = Data::new(&copy);
+    let rows = data.runs.iter().map(|r| r.len()).sum();
+    let windows = theirs.windows(rows);
+    let plain = start::nominal(&windows).into_iter().next()?;
+    Some(Search::new(&windows, &[], 0).run(&plain))
+}

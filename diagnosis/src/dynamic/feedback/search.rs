@@ -1,0 +1,259 @@
+//! Which effects help along a recorded motion: forward, each chosen on blocks of rows that did not fit it,
+//! with what a later one has made idle left out again.
+
+use rayon::prelude::*;
+
+use super::inverse::{Inverse, Solved, effect_columns, is_lag, model_columns, solve};
+use super::motion::Motion;
+use crate::dynamic::data::{CHOOSE, FIT};
+use crate::dynamic::effects::{DynamicEffect, Part, Scale};
+use crate::dynamic::model::MOST_TERMS;
+use crate::linear::dot;
+
+/// Part of the residual's variance that an effect has to explain: the regressors are themselves measured
+/// and smoothed, and what they are wrong by looks like a small effect.
+const LEAST_PART: f64 = 0.05;
+/// −2 log likelihood that an effect has to gain.
+const LEAST_GAIN: f64 = 30.0;
+/// Standard errors by which an effect has to help on average over the blocks that did not fit it.
+const CONSISTENT: f64 = 3.5;
+/// Part of the variance by which an alternative may fall short.
+pub const ALTERNATIVE: f64 = 0.02;
+
+/// The search along one motion.
+pub struct Along<'a> {
+    /// The motion.
+    pub motion: &'a Motion,
+    /// Kind of every row.
+    pub fold: &'a [u8],
+    /// Independent readings per row.
+    pub per_row: f64,
+}
+
+impl Along<'_> {
+    /// Mean square of a residual on one kind of row.
+    pub fn square(&self, residual: &[f64], fold: usize) -> f64 {
+        let rows = residual.iter().zip(self.fold).filter(|(_, f)| **f as usize == fold);
+        let (sum, count) = rows.fold((0.0, 0usize), |(s, n), (r, _)| (s + r * r, n + 1));
+        sum / count.max(1) as f64
+    }
+
+    /// A model fitted on the rows that fit.
+    pub fn fit(&self, inverse: &Inverse) -> Option<Solved> {
+        solve(inverse, self.motion, &|k| self.fold[k] as usize == FIT)
+    }
+
+    /// −2 log likelihood gained on one kind of row.
+    pub fn gain(&self, before: &Solved, after: &Solved, fold: usize) -> f64 {
+        let rows = self.fold.iter().filter(|f| **f as usize == fold).count() as f64 * self.per_row;
+        let (a, b) = (self.square(&before.residual, fold), self.square(&after.residual, fold));
+        rows * (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()
+    }
+
+    /// How surely the effect helps: mean over the blocks that did not fit of what it takes off the squared
+    /// residual, in standard errors of that mean. Neighbouring rows of a residual are not independent,
+    /// blocks nearly are.
+    fn consistency(&self, before: &Solved, after: &Solved) -> f64 {
+        let mut blocks: Vec<f64> = Vec::new();
+        let mut last = usize::MAX;
+        for (k, fold) in self.fold.iter().enumerate() {
+            let fold = *fold as usize;
+            if fold != FIT {
+                if last != fold {
+                    blocks.push(0.0);
+                }
+                if let Some(block) = blocks.last_mut() {
+                    *block += before.residual[k].powi(2) - after.residual[k].powi(2);
+                }
+            }
+            last = fold;
+        }
+        let count = blocks.len() as f64;
+        let mean = crate::rows::mean(&blocks);
+        let square = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+        mean / (square / count).sqrt().max(f64::MIN_POSITIVE)
+    }
+
+    fn worth(&self, before: &Solved, after: &Solved) -> bool {
+        let part = |fold| 1.0 - self.square(&after.residual, fold) / self.square(&before.residual, fold);
+        self.gain(before, after, FIT) > LEAST_GAIN
+            && self.gain(before, after, CHOOSE) > 0.25 * LEAST_GAIN
+            && part(FIT) > LEAST_PART
+            && part(CHOOSE) > LEAST_PART
+            && self.consistency(before, after) > CONSISTENT
+    }
+
+    /// A model with one more effect, its shapes refined.
+    fn with(
+        &self,
+        present: &Inverse,
+        effect: &'static dyn DynamicEffect,
+        start: &[f64],
+    ) -> Option<(Inverse, Solved)> {
+        let build = |shapes: &[f64]| {
+            let mut inverse = present.clone();
+            inverse.terms.push((effect, shapes.to_vec()));
+            inverse
+        };
+        let mut shapes = start.to_vec();
+        let mut best = self.fit(&build(&shapes))?;
+        let shaped: Vec<usize> = (0..shapes.len())
+            .filter(|j| effect.parameters()[*j].shape && !is_lag(effect) && effect.creep() != Some(*j))
+            .collect();
+        let mut width = 1.5;
+        for _ in 0..if shaped.is_empty() { 0 } else { 6 } {
+            for &j in &shaped {
+                for factor in [width, 1.0 / width] {
+                    let mut tried = shapes.clone();
+                    tried[j] *= factor;
+                    if let Some(s) = self.fit(&build(&tried))
+                        && self.square(&s.residual, FIT) < self.square(&best.residual, FIT)
+                    {
+                        (shapes, best) = (tried, s);
+                    }
+                }
+            }
+            width = 1.0 + 0.6 * (width - 1.0);
+        }
+        Some((build(&shapes), best))
+    }
+
+    /// The rows that fit of a column.
+    fn fit_rows(&self, column: &[f64]) -> Vec<f64> {
+        column.iter().zip(self.fold).filter(|(_, f)| **f as usize == FIT).map(|(c, _)| *c).collect()
+    }
+
+    /// Adds a column to an orthonormal basis on the rows that fit.
+    fn extend(&self, basis: &mut Vec<Vec<f64>>, column: Vec<f64>) {
+        let mut own = self.fit_rows(&column);
+        let before = dot(&own, &own);
+        for _ in 0..2 {
+            for b in basis.iter() {
+                let along = dot(&own, b);
+                crate::linear::add_scaled(&mut own, -along, b);
+            }
+        }
+        let square = dot(&own, &own);
+        if square > 1e-10 * before && square > 0.0 {
+            let norm = square.sqrt();
+            own.iter_mut().for_each(|v| *v /= norm);
+            basis.push(own);
+        }
+    }
+
+    /// What further columns explain of a residual, beside a basis.
+    fn explained(
+        &self,
+        basis: &[Vec<f64>],
+        residual: &[f64],
+        columns: impl Iterator<Item = Vec<f64>>,
+    ) -> f64 {
+        let residual = self.fit_rows(residual);
+        let mut all = basis.to_vec();
+        columns.for_each(|c| self.extend(&mut all, c));
+        all[basis.len()..].iter().map(|b| dot(&residual, b).powi(2)).sum()
+    }
+
+    /// All effects of a catalogue beside a model, the best first; equal ones in the catalogue's order.
+    pub fn contenders(
+        &self,
+        present: &Inverse,
+        catalogue: &[&'static dyn DynamicEffect],
+        scale: &Scale,
+    ) -> Vec<(Inverse, Solved)> {
+        let Some(solved) = self.fit(present) else { return Vec::new() };
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for column in model_columns(present, &solved, self.motion) {
+            self.extend(&mut basis, column);
+        }
+        let lagging = present.terms.iter().any(|(e, _)| is_lag(*e));
+        let offset = present.terms.iter().any(|(e, _)| matches!(e.part(), Part::Drive | Part::SensorOffset));
+        let one = |e: &&'static dyn DynamicEffect| -> Option<(Inverse, Solved)> {
+            let constant = matches!(e.part(), Part::Drive | Part::SensorOffset);
+            let known = present.terms.iter().any(|(p, _)| p.id() == e.id());
+            if known
+                || (is_lag(*e) && lagging)
+                || (constant && offset)
+                || e.id() == "drive_saturation"
+                || e.part() == Part::DriveMemory
+                || (e.part() == Part::SensorOffset && !present.stiffness)
+            {
+                return None;
+            }
+            let starts = e.starts(scale);
+            let start = if starts.len() == 1 || is_lag(*e) {
+                &starts[0]
+            } else {
+                // The start whose columns explain most of the residual.
+                let explained = |start: &Vec<f64>| -> f64 {
+                    let gain = solved.model.nominal[2];
+                    let columns = effect_columns(*e, start, self.motion, gain);
+                    self.explained(&basis, &solved.residual, columns.into_iter().map(|(_, c)| c))
+                };
+                starts.iter().map(|s| (explained(s), s)).max_by(|a, b| a.0.total_cmp(&b.0))?.1
+            };
+            let (inverse, solved) = self.with(present, *e, start)?;
+            let parameters = &solved.model.terms.last()?.parameters;
+            e.plausible(parameters, scale).then_some((inverse, solved))
+        };
+        let mut found: Vec<(Inverse, Solved)> = catalogue.par_iter().filter_map(one).collect();
+        found.sort_by(|a, b| {
+            self.square(&a.1.residual, CHOOSE).total_cmp(&self.square(&b.1.residual, CHOOSE))
+        });
+        found
+    }
+
+    /// The effects beside a mechanism of inertia and damping alone; none where not even that can be fitted.
+    pub fn search(&self, catalogue: &[&'static dyn DynamicEffect], scale: &Scale) -> Option<Inverse> {
+        let mut present = Inverse { stiffness: false, terms: Vec::new() };
+        let mut solved = self.fit(&present)?;
+        loop {
+            let contenders = self.contenders(&present, catalogue, scale);
+            // A stiffness is nominal physics: it is taken where it helps more than any effect.
+            let stiff = Inverse { stiffness: true, ..present.clone() };
+            if !present.stiffness
+                && let Some(s) = self.fit(&stiff)
+                && self.worth(&solved, &s)
+                && contenders
+                    .first()
+                    .is_none_or(|c| self.square(&s.residual, CHOOSE) < self.square(&c.1.residual, CHOOSE))
+            {
+                (present, solved) = (stiff, s);
+                continue;
+            }
+            // A simpler effect that does as well, or one that comes first.
+            let Some(best) = contenders.first() else { break };
+            let least = self.square(&best.1.residual, CHOOSE) * (1.0 + ALTERNATIVE);
+            let rank = |id: &str| catalogue.iter().position(|e| e.id() == id).unwrap_or(usize::MAX);
+            let last = |i: &Inverse| i.terms.last().map_or("", |(e, _)| e.id());
+            let next = contenders
+                .iter()
+                .filter(|c| self.square(&c.1.residual, CHOOSE) <= least)
+                .min_by_key(|c| (c.0.terms.last().map_or(0, |(_, s)| s.len()), rank(last(&c.0))));
+            let Some(next) = next.filter(|c| self.worth(&solved, &c.1)) else { break };
+            (present, solved) = next.clone();
+            // What a new effect has made idle goes.
+            for t in (0..present.terms.len().saturating_sub(1)).rev() {
+                let mut shorter = present.clone();
+                shorter.terms.remove(t);
+                if let Some(s) = self.fit(&shorter)
+                    && !self.worth(&s, &solved)
+                {
+                    (present, solved) = (shorter, s);
+                }
+            }
+            if present.stiffness {
+                let free = Inverse { stiffness: false, ..present.clone() };
+                if let Some(s) = self.fit(&free)
+                    && !self.worth(&s, &solved)
+                {
+                    (present, solved) = (free, s);
+                }
+            }
+            if present.terms.len() >= MOST_TERMS {
+                break;
+            }
+        }
+        Some(present)
+    }
+}
