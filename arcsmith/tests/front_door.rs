@@ -103,7 +103,7 @@ const PATH: [&str; 10] = [
     "report c.csv --mirror mirror.toml --out report.html --overview o.svg",
     "generate --coefficients c.json --out g --format q31",
     "check --coefficients c.json --out g --format q31",
-    "explore --coefficients c.json --target cortex-m4f --format q31",
+    "explore --coefficients c.json --target cortex-m4f --format f32",
 ];
 
 #[test]
@@ -176,10 +176,12 @@ fn trials_run_the_front_door_itself() {
     // Figures of so few trials may fail; that is no bad input.
     assert_ne!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
     let value: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(value["recordings"], 6);
+    let recordings = value["recordings"].as_u64().unwrap();
+    assert!(recordings >= 5, "four nulls and the trials: {recordings}");
     assert_eq!(value["skipped"].as_array().unwrap().len(), 2);
+    // Every recording was answered, with the diagnosis and its coefficients.
     let answers = std::fs::read_dir(folder.path().join("out/diagnosed")).unwrap().count();
-    assert!(answers >= 6, "{answers}");
+    assert_eq!(answers as u64, 2 * recordings);
 }
 
 #[test]

@@ -88,10 +88,13 @@ impl Block {
 pub fn blocks(text: &str) -> Vec<Block> {
     let mut found: Vec<Block> = Vec::new();
     let mut open = false;
+    let mut indented = 0;
     for (index, line) in text.lines().enumerate() {
         match line.trim_start().strip_prefix("```") {
             Some(_) if open => open = false,
             Some(label) => {
+                // In a list the block is indented as its fence is.
+                indented = line.len() - line.trim_start().len();
                 let (label, further) = label.split_once(' ').unwrap_or((label, ""));
                 let (label, further) = (label.to_string(), further.trim().to_string());
                 found.push(Block { line: index + 1, label, further, text: String::new() });
@@ -99,7 +102,8 @@ pub fn blocks(text: &str) -> Vec<Block> {
             }
             None if open => {
                 if let Some(block) = found.last_mut() {
-                    block.text += line;
+                    let blanks = line.len() - line.trim_start().len();
+                    block.text += &line[indented.min(blanks)..];
                     block.text += "\n";
                 }
             }
@@ -179,6 +183,8 @@ mod tests {
         assert_eq!((found[0].not_run(), found[1].not_run()), (None, Some("long")));
         assert_eq!(found[1].commands(), ["x # y", "b   c"]);
         assert!(!found[2].is_run());
+        let listed = blocks("1. a\n\n   ```console\n   $ b \\\n       c\n   d\n   ```\n");
+        assert_eq!(listed[0].text, "$ b \\\n    c\nd\n");
     }
 
     #[test]

@@ -174,7 +174,7 @@ fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) ->
             say(&format!("{} {difference}", out.join(file).display()));
         }
         let stale = differences.len();
-        say(&format!("{WARNING}{stale} of {count} files are stale{WARNING:#}: run codegen again"));
+        say(&format!("{WARNING}{stale} of {count} files are stale{WARNING:#}: generate them again"));
     }
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
