@@ -20,6 +20,10 @@ const CONSISTENT: f64 = 3.5;
 /// Part of the variance by which an alternative may fall short.
 pub const ALTERNATIVE: f64 = 0.02;
 
+/// Unit of a parameter that is a speed, and how many times the speed that counts as standing still it has to be.
+const SPEED: &str = "p/s";
+const RESOLVED: f64 = 3.0;
+
 /// The search along one motion.
 pub struct Along<'a> {
     /// The motion.
@@ -194,7 +198,11 @@ impl Along<'_> {
             };
             let (inverse, solved) = self.with(present, *e, start)?;
             let parameters = &solved.model.terms.last()?.parameters;
-            e.plausible(parameters, scale).then_some((inverse, solved))
+            // What happens below the speed at which the direction of a smoothed motion is uncertain is not seen.
+            let seen = e.parameters().iter().zip(parameters).enumerate().all(|(j, (p, value))| {
+                p.unit != SPEED || e.creep() == Some(j) || *value > RESOLVED * self.motion.slow()
+            });
+            (seen && e.plausible(parameters, scale)).then_some((inverse, solved))
         };
         let mut found: Vec<(Inverse, Solved)> = catalogue.par_iter().filter_map(one).collect();
         found.sort_by(|a, b| {
