@@ -399,7 +399,14 @@ pub(crate) fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
             Op::MulAddSplit { .. } => "mul_split",
             Op::MulAddShort { .. } => "mul_short",
             Op::High { .. } => "high_word",
-            Op::Wrap { .. } | Op::Phase { .. } => "to_signed",
+            Op::Wrap { .. } => "to_signed",
+            Op::Phase { .. } => {
+                // It rests on the other, which comes first.
+                if !helpers.contains(&"to_signed") {
+                    helpers.push("to_signed");
+                }
+                "phase_of"
+            }
             _ => continue,
         };
         if !helpers.contains(&helper) {

@@ -62,6 +62,7 @@ impl Physics {
         let mut b = Builder { program: design.program.clone(), format };
         b.program.steps.truncate(at);
         self.subtract(&mut b, &mut sum, model, plan)?;
+        wide_first(&mut b.program);
         let last = Operand::Step(b.program.output());
         if design.program.steps.len() == at && sum.word.operand != last {
             // The result is the last step, also where the last term was too small to be evaluated.
@@ -163,6 +164,18 @@ impl Physics {
             (Operator::Step(_) | Operator::Product(_) | Operator::Periodic(_), _) => Ok(()),
         }
     }
+}
+
+/// Sorts the state so that words of 64 bits come first and none leaves a gap.
+fn wide_first(program: &mut Program) {
+    let mut order: Vec<usize> = (0..program.state.len()).collect();
+    order.sort_by_key(|i| program.state[*i].ty != Type::I64);
+    for step in &mut program.steps {
+        if let Op::State { index } = &mut step.op {
+            *index = order.iter().position(|i| i == index).unwrap_or(*index);
+        }
+    }
+    program.state = order.into_iter().map(|i| program.state[i].clone()).collect();
 }
 
 /// Appends the steps of `before` from `at` on, which make the output of the sum, so that they read `sum` instead;

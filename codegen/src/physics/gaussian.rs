@@ -42,11 +42,11 @@ pub(super) fn subtract(
     };
     let (exact, off) = (Tracked { error: Interval::zero(), ..word.clone() }, word.error);
     let none = Tracked::constant(&Interval::zero());
-    let mut square =
-        b.mul_add(&format!("square_{number}"), (&exact, &exact), (32 - BITS) as u32, &none, "")?;
-    // A square: only what the product leaves out is below zero.
-    let lost = Interval::from_int(b.format.floors()).mul_pow2(32 - BITS);
-    square.range = (-lost).hull(&square.range.upper());
+    let name = format!("square_{number}");
+    let square = b.mul_add(&name, (&exact, &exact), (32 - BITS) as u32, &none, "")?;
+    // A square is not negative, which an analysis by intervals does not see.
+    let one = Interval::from_int(1);
+    let square = b.clamp(&name, &square, (0, (1 << BITS) - 1), &one, "")?;
     let wanted = quarter.div(&height).mul_pow2(BITS);
     let bump = exponent::exp_minus_of(b, &format!("bump_{number}"), &square, &x, &wanted)?;
     sum.add_scaled(b, &(-weight.clone()).mul_pow2(sum.bits + 32 - BITS), &bump, "a local bump")?;

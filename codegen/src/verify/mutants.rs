@@ -105,6 +105,7 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
             | Op::MulAddF32 { c, .. } => Some(*c),
             _ => None,
         })
+        .filter(|c| !matches!(c, Operand::Step(_) | Operand::Int(0)))
         .collect();
     let chosen = [constants.first(), constants.get(constants.len() / 2), constants.last()];
     for (c, units) in chosen.into_iter().flatten().zip([4i64, 2, 1]) {
@@ -123,8 +124,8 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
                     what: format!("{what}, C"),
                     language: Language::C,
                     swap: false,
-                    from: format!(" {}; /*", v.abs()),
-                    to: format!(" {}; /*", other.abs()),
+                    from: format!(" {};", v.abs()),
+                    to: format!(" {};", other.abs()),
                 });
             }
             Operand::Float(v) => {
@@ -181,9 +182,8 @@ fn states(program: &Program) -> Vec<Mutation> {
         _ => None,
     });
     if let Some((lo, hi)) = limit {
-        let languages: [(Language, &str, &dyn Fn(i64) -> String); 2] =
-            [(Language::Rust, "Rust", &text::grouped), (Language::C, "C", &|v| v.to_string())];
-        for (language, name, digits) in languages {
+        for (language, name) in [(Language::Rust, "Rust"), (Language::C, "C")] {
+            let digits = |v: i64| if language == Language::Rust { text::grouped(v) } else { v.to_string() };
             let ends = |hi: i64| format!("{}, {})", digits(lo), digits(hi));
             let what = format!("a limit of {} instead of {hi}, {name}", hi / 2);
             found.push(Mutation { what, language, from: ends(hi), to: ends(hi / 2), swap: false });

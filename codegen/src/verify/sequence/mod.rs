@@ -128,7 +128,7 @@ pub fn sweep(
         let error = (value(g) - e.words).abs() + e.error;
         own = own.max(e.error);
         // Not a number counts as infinitely wrong.
-        if !(error <= worst) {
+        if error.is_nan() || error > worst {
             (worst, at) = (if error.is_nan() { f64::INFINITY } else { error }, index);
         }
         astray += u64::from(subject.flag && g.inside != prepared.inside[index]);

@@ -103,7 +103,7 @@ pub fn of(routine: &Routine, calls: usize, limits: bool) -> Calls {
         for k in 0..count {
             let (turn, phase) = (k * 16 / count, (k * 16 % count) as f64 / count as f64);
             let height = 1.0 - turn as f64 / 16.0;
-            let up = if turn % 2 == 0 { phase } else { 1.0 - phase };
+            let up = if turn.is_multiple_of(2) { phase } else { 1.0 - phase };
             places[0] = axes[0].at(0.5 + height * (up - 0.5)).round();
             out.call(k == 0, &places);
         }
@@ -145,7 +145,7 @@ fn walk(out: &mut Writer, axes: &[Axis], random: &mut Random, sequence: usize, l
             *place = place.round().clamp(axis.least, axis.most);
         }
         // Every other sequence runs on from whatever state the one before left the routine in.
-        out.call(k == 0 && sequence % 2 == 0, &places);
+        out.call(k == 0 && sequence.is_multiple_of(2), &places);
     }
 }
 
