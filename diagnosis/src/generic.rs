@@ -108,11 +108,11 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             })
             .collect();
         add(Place::product(&o.name, "history"), history);
-        // Where a product begins is not known: with either factor alone beside it, it is the product about any
-        // two values.
+        // Counted from the middle of either factor, or from where the recording begins. The factors themselves
+        // are no part of it: two effects would then be one curve.
         let about = |a: &[f64], b: &[f64]| {
-            let product = times(a, b);
-            vec![vec![product.clone()], vec![product, a.to_vec(), b.to_vec()]]
+            let from_first = |v: &[f64]| v.iter().map(|x| x - v[0]).collect::<Vec<f64>>();
+            vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
         };
         add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
         add(Place::product(&o.name, "t_s"), about(&own[k], &t));
