@@ -108,11 +108,11 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             })
             .collect();
         add(Place::product(&o.name, "history"), history);
-        // Where a product begins is not known: with either factor alone beside it, it is the product about any
-        // two values.
+        // Counted from the middle of either factor, or from where the recording begins. The factors themselves
+        // are no part of it: two effects would then be one curve.
         let about = |a: &[f64], b: &[f64]| {
-            let product = times(a, b);
-            vec![vec![product.clone()], vec![product, a.to_vec(), b.to_vec()]]
+            let from_first = |v: &[f64]| v.iter().map(|x| x - v[0]).collect::<Vec<f64>>();
+            vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
         };
         add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
         add(Place::product(&o.name, "t_s"), about(&own[k], &t));
@@ -158,7 +158,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         add(Place::on("direction"), vec![vec![d.clone()]]);
         add(
             Place::product("direction", "angle_deg"),
-            vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)], curve_by_direction(&x, d)],
+            vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)]],
         );
         let memory = [0.1, 0.3, 0.6].map(|r| {
             let p = play(&x, r);
@@ -269,11 +269,6 @@ fn following_direction(rows: &Rows, x: &[f64], length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Half the difference between the error's curves forward and backward, as a polynomial of the angle.
-fn curve_by_direction(x: &[f64], direction: &[f64]) -> Vec<Vec<f64>> {
-    legendre(x, 5).iter().map(|curve| times(direction, curve)).collect()
-}
-
 /// The place of the last turning point, nothing before the first: what remains of an extreme once visited. A
 /// turn counts when it is left by more than `least`.
 fn remembered_turning(x: &[f64], least: f64) -> Vec<f64> {
@@ -337,7 +332,8 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
         columns.push(times(&o.z, &o.z));
     }
     if rows.both_directions() {
-        columns.extend(curve_by_direction(&x, &rows.direction));
+        // No higher: at the ends of a direction few rows would bear a whole curve, and an outlier among them.
+        columns.extend(legendre(&x, 2).iter().map(|curve| times(&rows.direction, curve)));
     }
     if !rows.single_move() {
         columns.push(t.iter().map(|t| -(-(t + 1.0) / 0.1).exp_m1()).collect());
