@@ -130,14 +130,14 @@ pub struct Options {
     pub period_s: Option<f64>,
     /// Effects of which the terms are left out.
     pub without: Vec<String>,
-    /// What is wanted of the routine of a sensor that turns, in place of `routines`.
-    pub encoder: Encoder,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
     pub name: Option<String>,
     /// The command that reproduces the result, for the heads of the files.
     pub command: String,
+    /// What is wanted of the routine of a sensor that turns, in place of `routines`.
+    pub encoder: Encoder,
 }
 
 impl Default for Options {
@@ -152,10 +152,10 @@ impl Default for Options {
             further: Vec::new(),
             period_s: None,
             without: Vec::new(),
-            encoder: Encoder::default(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),
+            encoder: Encoder::default(),
         }
     }
 }
