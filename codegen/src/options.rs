@@ -130,8 +130,6 @@ pub struct Options {
     pub period_s: Option<f64>,
     /// Effects of which the terms are left out.
     pub without: Vec<String>,
-    /// What is wanted of the routine of a sensor that turns, in place of `routines`.
-    pub encoder: Encoder,
     /// Effects of which the terms hold on the recording they were found in only, and that are generated nevertheless,
     /// since the routine begins as that recording did: a warm-up since switch-on.
     pub keep: Vec<String>,
@@ -141,6 +139,8 @@ pub struct Options {
     pub name: Option<String>,
     /// The command that reproduces the result, for the heads of the files.
     pub command: String,
+    /// What is wanted of the routine of a sensor that turns, in place of `routines`.
+    pub encoder: Encoder,
 }
 
 impl Default for Options {
@@ -155,11 +155,11 @@ impl Default for Options {
             further: Vec::new(),
             period_s: None,
             without: Vec::new(),
-            encoder: Encoder::default(),
             keep: Vec::new(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),
+            encoder: Encoder::default(),
         }
     }
 }

@@ -86,7 +86,7 @@ pub fn observe(
     }
     let turned = unwound(recording, mirror, simulated)?;
     let (reading, truth) = match turned {
-        Some(both) => both,
+        Some(Unwound { reading, truth }) => (reading, truth),
         None => ((0..n).map(|i| recording.reading(i)).collect(), truth),
     };
     let weight: Vec<f64> = reading.iter().map(|r| sensor.gain(*r)).collect();
@@ -171,6 +171,12 @@ pub fn observe(
     Ok(rows)
 }
 
+/// Readings and references that go on beyond a turn.
+struct Unwound {
+    reading: Vec<f64>,
+    truth: Vec<f64>,
+}
+
 /// Readings and references of a sensor that turns, each on the turn where it belongs: a reading that passes the end
 /// of the turn goes on, as the axis does. None of another sensor, and none beside the user's own simulation, which
 /// predicts the reference as it was recorded.
@@ -178,7 +184,7 @@ fn unwound(
     recording: &Recording,
     mirror: &Mirror,
     simulated: Option<&Simulated>,
-) -> Result<Option<(Vec<f64>, Vec<f64>)>, ObserveError> {
+) -> Result<Option<Unwound>, ObserveError> {
     let Sensor::Direct { revolution: Some(turn), .. } = mirror.sensor else { return Ok(None) };
     if simulated.is_some() {
         return Ok(None);
@@ -193,7 +199,7 @@ fn unwound(
         before = *reading;
     }
     let truth = reading.iter().zip(&fit.calibrated.error).map(|(reading, error)| reading - error).collect();
-    Ok(Some((reading, truth)))
+    Ok(Some(Unwound { reading, truth }))
 }
 
 /// Columns that were left out or assumed when the file was read.

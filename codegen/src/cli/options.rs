@@ -45,16 +45,16 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         further: further.map_err(|e| miette!("{e}"))?,
         period_s: arguments.period_s,
         without: arguments.without.clone(),
+        keep: arguments.keep.clone(),
+        c_shift: arguments.c_shift.c_shift(),
+        name: arguments.name.clone(),
+        command: recorded_command(std::env::args().skip(1)),
         encoder: Encoder {
             bits: arguments.bits,
             output_bits: arguments.output_bits,
             core: arguments.target.map(CoreName::core),
             flash_bytes: arguments.flash_bytes,
         },
-        keep: arguments.keep.clone(),
-        c_shift: arguments.c_shift.c_shift(),
-        name: arguments.name.clone(),
-        command: recorded_command(std::env::args().skip(1)),
     })
 }
 

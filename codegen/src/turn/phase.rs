@@ -4,6 +4,8 @@
 //! A phase is a word of 64 bits, the turn being 2⁶⁴. Its top 9 bits choose an entry of a table that is computed in
 //! exact arithmetic; the rest is an angle of at most 2π·2⁻¹⁰, for which a few terms of the series do.
 
+use std::sync::OnceLock;
+
 use crate::exact::{Interval, cos_sin, pi};
 
 /// One stands for 2⁻⁶² of the result.
@@ -26,7 +28,13 @@ pub(super) struct Circle {
 }
 
 impl Circle {
-    pub(super) fn new() -> Self {
+    /// The table, computed once.
+    pub(super) fn shared() -> &'static Circle {
+        static CIRCLE: OnceLock<Circle> = OnceLock::new();
+        CIRCLE.get_or_init(Circle::new)
+    }
+
+    fn new() -> Self {
         let parts = 1i64 << TABLE_LOG2;
         let fixed = |value: &Interval| value.mul_pow2(ONE_LOG2).round_to_i64().unwrap_or(0);
         let entry = |part: i64| {
@@ -72,7 +80,7 @@ mod tests {
         /// Against the enclosures in exact arithmetic.
         #[test]
         fn the_error_is_kept(phase in prop_oneof![any::<u64>(), (0..512u64, -3i64..3).prop_map(|(j, d)| (j << 55).wrapping_add_signed(d))]) {
-            let circle = Circle::new_once();
+            let circle = Circle::shared();
             let (cosine, sine) = circle.cos_sin(phase);
             // In −½ … ½ of a turn, in two exact halves.
             let turns = &Interval::from_int((phase as i64) >> 32).mul_pow2(-32)
@@ -82,13 +90,6 @@ mod tests {
                 let off = (&Interval::from_int(found) - &exact.mul_pow2(ONE_LOG2)).magnitude();
                 prop_assert!(off.certainly_le(&Interval::from_int(ERROR)), "{} units", off.to_f64());
             }
-        }
-    }
-
-    impl Circle {
-        fn new_once() -> &'static Circle {
-            static CIRCLE: std::sync::OnceLock<Circle> = std::sync::OnceLock::new();
-            CIRCLE.get_or_init(Circle::new)
         }
     }
 }

@@ -18,7 +18,7 @@ const STEPS: usize = 60;
 /// The function.
 #[derive(Debug, Clone)]
 pub struct Truth {
-    circle: Circle,
+    circle: &'static Circle,
     /// c, in words.
     zero: u64,
     /// Harmonic number, coefficients of cosine and sine in words.
@@ -55,7 +55,7 @@ impl Truth {
         let zero = coefficients.base.coefficients.first().copied().unwrap_or(0.0);
         let zero_turns = turns(zero - (zero / revolution).round() * revolution);
         let mut truth = Truth {
-            circle: Circle::new(),
+            circle: Circle::shared(),
             zero: 0,
             waves: Vec::new(),
             steepest: 0.0,
@@ -150,6 +150,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
         /// The fitter's solution in floats agrees to what floats allow, whatever the unit and the zero.
         #[test]
         fn the_fitters_own_solution_is_enclosed(
