@@ -40,29 +40,22 @@ fn stage() -> tempfile::TempDir {
     let cargo = bin.join("cargo");
     fs::write(&cargo, CARGO).unwrap();
     fs::set_permissions(&cargo, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
-    // The clone: what commands write to is copied, all else is linked.
-    let clone = folder.path().join("clone");
-    fs::create_dir(&clone).unwrap();
-    let root = root().canonicalize().unwrap();
-    for entry in fs::read_dir(&root).unwrap() {
-        let name = entry.unwrap().file_name();
-        match name.to_str() {
-            Some("generated") => copy(&root.join(&name), &clone.join(&name)),
-            Some("target" | ".git") => {}
-            _ => std::os::unix::fs::symlink(root.join(&name), clone.join(&name)).unwrap(),
-        }
-    }
+    // The clone is a copy: a command may write anywhere in it.
+    copy(&root().canonicalize().unwrap(), &folder.path().join("clone"));
     folder
 }
 
+/// Copies what belongs to the project; links are left out.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        match entry.file_type().unwrap().is_dir() {
-            true => copy(&entry.path(), &target),
-            false => drop(fs::copy(entry.path(), target).unwrap()),
+        let (kind, name) = (entry.file_type().unwrap(), entry.file_name());
+        let target = to.join(&name);
+        if kind.is_dir() && name != "target" && name != ".git" {
+            copy(&entry.path(), &target);
+        } else if kind.is_file() {
+            fs::copy(entry.path(), target).unwrap();
         }
     }
 }

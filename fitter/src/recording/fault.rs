@@ -17,8 +17,7 @@ pub struct Place {
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         // A Parquet file has no lines: its rows are counted from 1.
-        let word =
-            if self.file.ends_with(".parquet") || self.file.ends_with(".tdms") { "row" } else { "line" };
+        let word = if self.file.ends_with(".parquet") { "row" } else { "line" };
         write!(f, "{}, {word} {}, column `{}`", self.file, self.line, self.column)
     }
 }
@@ -80,17 +79,7 @@ pub enum RecordingError {
         "{file}: is a Parquet file, and this program was built without the feature `parquet`; write it as CSV"
     )]
     NoParquet { file: String },
-    #[error("{file}: is not a TDMS file that can be read ({reason}); export it as CSV")]
-    Tdms { file: String, reason: String },
-    #[error(
-        "{file}, column `{column}`: has {found} values, expected {rows} as in `{first}`; save the channels of the \
-         calibration as a file of their own"
-    )]
-    TdmsLength { file: String, column: String, found: usize, first: String, rows: usize },
-    #[error(
-        "{file}: is a TDMS file, and this program was built without the feature `tdms`; build it with --features \
-         tdms, or export the file as CSV"
-    )]
+    #[error("{file}: is a LabVIEW TDMS file, expected CSV or Parquet; export its channels as one of the two")]
     NoTdms { file: String },
     #[error("{file}, line 1: column {number} has no name, expected a name in every field of the header")]
     UnnamedColumn { file: String, number: usize },

@@ -13,8 +13,6 @@ mod mapping;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod read;
-#[cfg(feature = "tdms")]
-mod tdms;
 
 pub use dialect::Dialect;
 pub use fault::{Place, RecordingError};

@@ -79,7 +79,7 @@ impl Recording {
         Recording::read_as(path, &Reading::plain(purpose), progress)
     }
 
-    /// As [`Recording::read_for`], with columns mapped and converted. Parquet and TDMS are known by their first bytes.
+    /// As [`Recording::read_for`], with columns mapped and converted. Parquet, and TDMS to refuse it, are known by their first bytes.
     ///
     /// # Errors
     /// As [`Recording::read`], and those of a mapping that does not fit.
@@ -202,15 +202,12 @@ fn read_whole(
 
 #[cfg(feature = "parquet")]
 use super::parquet::read as parquet;
-#[cfg(feature = "tdms")]
-use super::tdms::read as tdms;
 
 #[cfg(not(feature = "parquet"))]
 fn parquet(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError> {
     Err(RecordingError::NoParquet { file: file.to_string() })
 }
 
-#[cfg(not(feature = "tdms"))]
 fn tdms(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError> {
     Err(RecordingError::NoTdms { file: file.to_string() })
 }
