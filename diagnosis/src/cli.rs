@@ -216,7 +216,7 @@ fn command(cli: &Arguments) -> String {
 fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
     let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
     put(&folder.join(format!("{stem}.json")), &text)?;
-    put(&folder.join(format!("{stem}.coefficients.json")), &outcome.coefficients.to_json())?;
+    put(&folder.join(format!("{stem}.coefficients.json")), &outcome.coefficients.to_sealed_json())?;
     if with_report {
         put(&folder.join(format!("{stem}.html")), &report::page(outcome))?;
     }

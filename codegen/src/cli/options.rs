@@ -76,6 +76,7 @@ pub(super) fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Optio
         ("--further", !a.further.is_empty()),
         ("--period-s", a.period_s.is_some()),
         ("--without", !a.without.is_empty()),
+        ("--keep", !a.keep.is_empty()),
     ];
     if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
         return Err(miette!("{}", TurnError::Option { option }));

@@ -26,6 +26,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
         ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
         ("--further", !a.further.is_empty()),
         ("--period-s", a.period_s.is_some()),
+        ("--keep", !a.keep.is_empty()),
     ];
     if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
         return Err(miette!("{}", UnitsError::Option { option }));
