@@ -139,6 +139,14 @@ impl Builder {
         self
     }
 
+    /// Bits of an encoder's word, and of its corrected word; for coefficients of a whole turn. Bits of `None` are
+    /// those of a revolution in counts.
+    #[must_use]
+    pub fn encoder(mut self, bits: Option<u32>, output_bits: Option<u32>) -> Self {
+        (self.options.encoder.bits, self.options.encoder.output_bits) = (bits, output_bits);
+        self
+    }
+
     /// What happens outside the range.
     #[must_use]
     pub fn out_of_range(mut self, rule: OutOfRange) -> Self {
@@ -168,6 +176,11 @@ impl Builder {
         let (coefficients, sha256) =
             self.source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
         let mut options = self.options.clone();
+        if coefficients.whole_turn() {
+            options.encoder.core = self.target;
+            options.encoder.flash_bytes = self.flash_bytes;
+            return Ok(generate::generate(&coefficients, &sha256, &options)?);
+        }
         match self.target {
             Some(core) => {
                 let (formats, flash_bytes) = (&self.formats[..], self.flash_bytes);

@@ -45,6 +45,8 @@ struct Weights {
     /// Of a row of the table.
     address: f64,
     entry: f64,
+    /// A field of bits.
+    bits: f64,
     float_operation: f64,
     float_conversion: f64,
     bytes_per_instruction: f64,
@@ -83,6 +85,7 @@ impl Core {
             extra_shift: 0.0,
             address: 3.0,
             entry: 0.8,
+            bits: 1.0,
             float_operation: 1.0,
             float_conversion: 2.0,
             bytes_per_instruction: 2.6,
@@ -105,6 +108,7 @@ impl Core {
                 saturate: 8.0,
                 address: 3.0,
                 entry: 1.2,
+                bits: 2.0,
                 float_operation: 100.0,
                 float_conversion: 40.0,
                 bytes_per_instruction: 2.0,
@@ -169,7 +173,12 @@ impl Core {
                         w.shift + w.subtract
                     }
                 }
-                Op::Entry { .. } => w.entry,
+                Op::Bits { .. } => w.bits,
+                Op::Shifted { add, .. } => {
+                    let constant = if *add == 0 { 0.0 } else { w.constant + w.subtract };
+                    w.shift + w.subtract + constant
+                }
+                Op::Entry { .. } | Op::Word { .. } => w.entry,
                 Op::Truncate { .. } | Op::ToF32 { .. } => w.float_conversion,
                 Op::MulF32 { .. } => w.float_operation,
                 Op::MulAddHigh { shift, .. } => w.product_high + extra(*shift),

@@ -3,7 +3,7 @@
 //! model, the band how near the model is to the device.
 
 use fitter::coefficients::Coefficients;
-use fitter::terms::{Operator, Term};
+use fitter::terms::{Factor, Operator, Term};
 
 use crate::physics::Physics;
 use crate::quantity::Quantity;
@@ -59,28 +59,36 @@ fn variance(
     if term.covariance.len() != term.coefficients.len() {
         return None;
     }
+    // The ends between which an observable lies: each rises with what it is a function of.
+    let ends = |name: &str| match physics.further.iter().find(|g| g.observable == name) {
+        Some(input) => [input.from, input.to],
+        None => [from, to].map(|reading| {
+            let angle = coefficients.sensor.calculated(reading);
+            match name {
+                "angle_deg" => angle.to_degrees(),
+                "angle_arcsec" => angle * fitter::units::ARCSEC_PER_RAD,
+                _ => reading,
+            }
+        }),
+    };
+    let farthest = |name: &str, mean: f64| ends(name).iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
     let columns: Vec<f64> = match &term.operator {
         Operator::Product(product) => {
-            let factor = |f: &fitter::terms::Factor| {
-                let ends = match physics.further.iter().find(|g| g.observable == f.observable) {
-                    Some(input) => [input.from, input.to],
-                    None => [from, to].map(|reading| {
-                        let angle = coefficients.sensor.calculated(reading);
-                        match f.observable.as_str() {
-                            "angle_deg" => angle.to_degrees(),
-                            "angle_arcsec" => angle * fitter::units::ARCSEC_PER_RAD,
-                            _ => reading,
-                        }
-                    }),
-                };
-                let largest = ends.iter().map(|v| (v - f.mean).abs()).fold(0.0, f64::max);
-                largest.powi(i32::from(f.power))
-            };
+            let factor = |f: &Factor| farthest(&f.observable, f.mean).powi(i32::from(f.power));
             vec![product.factors.iter().map(factor).product()]
         }
         Operator::Play(play) => play.elements.iter().map(|e| e.half_width).collect(),
-        // Cosine and sine, and every other column that stays within 1.
-        _ => vec![1.0; term.coefficients.len()],
+        Operator::Lag(lag) => vec![farthest(&lag.observable, lag.mean)],
+        Operator::Hinge(hinge) => vec![farthest(&hinge.observable, hinge.threshold)],
+        // Across the whole range from one call to the next.
+        Operator::Rate(rate) => {
+            let [low, high] = ends(&rate.observable);
+            vec![(high - low).abs() / physics.period_s]
+        }
+        // Cosine and sine, bumps, steps and saturating terms stay within 1.
+        Operator::Periodic(_) | Operator::Gaussian(_) | Operator::Exponential(_) | Operator::Step(_) => {
+            vec![1.0; term.coefficients.len()]
+        }
     };
     let sized: Vec<Vec<f64>> = term.covariance.iter().map(|r| r.iter().map(|c| c.abs()).collect()).collect();
     Some(quadratic(&sized, &columns))

@@ -21,18 +21,18 @@ pub struct WriteError {
 ///
 /// # Errors
 /// [`WriteError`] where a folder or file cannot be written.
-pub fn write(folder: &Path, files: &BTreeMap<PathBuf, String>) -> Result<usize, WriteError> {
+pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Result<usize, WriteError> {
     let failed = |path: &Path, cause| WriteError { path: path.display().to_string(), cause };
     let mut pending = Vec::new();
     for (name, text) in files {
         let path = folder.join(name);
-        if fs::read(&path).is_ok_and(|there| there == text.as_bytes()) {
+        if fs::read(&path).is_ok_and(|there| there == text.as_ref()) {
             continue;
         }
         let parent = path.parent().unwrap_or(folder);
         fs::create_dir_all(parent).map_err(|cause| failed(parent, cause))?;
         let mut temporary = temporary_in(parent).map_err(|cause| failed(parent, cause))?;
-        temporary.write_all(text.as_bytes()).map_err(|cause| failed(&path, cause))?;
+        temporary.write_all(text.as_ref()).map_err(|cause| failed(&path, cause))?;
         pending.push((path, temporary));
     }
     let changed = pending.len();
@@ -73,13 +73,15 @@ pub enum Difference {
 }
 
 /// Compares `files` with the ones in `folder`; empty where all are the same.
-pub fn compare(folder: &Path, files: &BTreeMap<PathBuf, String>) -> BTreeMap<PathBuf, Difference> {
-    let difference = |(name, expected): (&PathBuf, &String)| {
+pub fn compare<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> BTreeMap<PathBuf, Difference> {
+    let difference = |(name, expected): (&PathBuf, &T)| {
+        let expected = expected.as_ref();
         let Ok(found) = fs::read(folder.join(name)) else { return Some((name.clone(), Difference::Missing)) };
-        if found == expected.as_bytes() {
+        if found == expected {
             return None;
         }
         let found = String::from_utf8_lossy(&found).into_owned();
+        let expected = String::from_utf8_lossy(expected).into_owned();
         let (mut a, mut b) = (found.split('\n'), expected.split('\n'));
         let (mut first, mut count, mut number) = (None, 0, 0);
         loop {

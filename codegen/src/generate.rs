@@ -16,6 +16,7 @@ use crate::quantity::Quantity;
 use crate::render::{RenderError, Renderer, View};
 use crate::routine::{self, Routine, RoutineError};
 use crate::text;
+use crate::turn::{self, TurnError};
 
 /// Program and version, as the heads of the files name it.
 pub const TOOL: &str = concat!("codegen ", env!("CARGO_PKG_VERSION"));
@@ -67,12 +68,9 @@ pub enum GenerateError {
         /// The name.
         name: String,
     },
-    /// A sensor that turns round and round.
-    #[error(
-        "the coefficients hold on a whole turn of the sensor: a routine that wraps round cannot be generated yet; \
-         `fitter apply` corrects such recordings"
-    )]
-    WholeTurn,
+    /// The routine of a sensor that turns round and round.
+    #[error(transparent)]
+    Turn(#[from] TurnError),
     /// Two routines would have one name.
     #[error("{0} is asked for twice: each format and table gives one routine")]
     Twice(String),
@@ -102,7 +100,7 @@ pub fn generate(
     options: &Options,
 ) -> Result<Generated, GenerateError> {
     if coefficients.whole_turn() {
-        return Err(GenerateError::WholeTurn);
+        return turn::generate(coefficients, coefficients_sha256, options);
     }
     let quantity = Quantity::of(&routine::model(coefficients, options));
     if !text::is_identifier(&quantity.unit) {

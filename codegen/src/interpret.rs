@@ -111,6 +111,11 @@ fn run(program: &Program, state: &[i64], arguments: &[Word], which: &[usize]) ->
         let result = match &step.op {
             Op::Input { index } => arguments[*index],
             Op::State { index } => Word::Int(state[*index]),
+            // Of a range of words only the proof knows; what is run has one.
+            Op::Word { index: word } => {
+                let one = program.page.get(*word).filter(|w| w.from == w.to).map(|w| w.from);
+                Word::Int(one.ok_or(Overflow { step: index, value: *word as i128, ty: step.ty })?)
+            }
             Op::Add { a, b } => narrow(index, step.ty, int(*a) + int(*b))?,
             Op::MulAddWide { a, b, c } => narrow(index, step.ty, int(*c) + int(*a) * int(*b))?,
             Op::High { a, by } => narrow(index, step.ty, int(*a) >> by)?,
@@ -135,6 +140,13 @@ fn run(program: &Program, state: &[i64], arguments: &[Word], which: &[usize]) ->
                 narrow(index, step.ty, i128::from(sum.bits()) >> by)?
             }
             Op::Wrap { a, add, by } => Word::Int(i64::from(((int(*a) + i128::from(*add)) << by) as i32)),
+            Op::Bits { a, from, bits } => {
+                narrow(index, step.ty, i128::from((int(*a) as u32) >> from) & ((1i128 << bits) - 1))?
+            }
+            Op::Shifted { a, by, b, add } => {
+                let sum = (int(*a) << by) + int(*b) + i128::from(*add);
+                narrow(index, step.ty, i128::from(sum as u32))?
+            }
             Op::Entry { index: row, column } => {
                 let row = usize::try_from(int(*row)).unwrap_or(usize::MAX);
                 let entry = program.table.get(row).and_then(|r| r.get(*column));

@@ -38,6 +38,8 @@ pub mod render;
 pub mod routine;
 pub mod source;
 pub mod text;
+pub mod turn;
+pub mod units;
 pub mod verify;
 
 pub use builder::Builder;

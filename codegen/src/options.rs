@@ -6,6 +6,7 @@ use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
 use crate::physics::Further;
+use crate::turn::Encoder;
 
 /// What happens to a reading outside the valid range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -129,12 +130,17 @@ pub struct Options {
     pub period_s: Option<f64>,
     /// Effects of which the terms are left out.
     pub without: Vec<String>,
+    /// Effects of which the terms hold on the recording they were found in only, and that are generated nevertheless,
+    /// since the routine begins as that recording did: a warm-up since switch-on.
+    pub keep: Vec<String>,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
     pub name: Option<String>,
     /// The command that reproduces the result, for the heads of the files.
     pub command: String,
+    /// What is wanted of the routine of a sensor that turns, in place of `routines`.
+    pub encoder: Encoder,
 }
 
 impl Default for Options {
@@ -149,9 +155,11 @@ impl Default for Options {
             further: Vec::new(),
             period_s: None,
             without: Vec::new(),
+            keep: Vec::new(),
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),
+            encoder: Encoder::default(),
         }
     }
 }

@@ -51,6 +51,8 @@ pub enum Operand {
 pub enum Op {
     /// The routine's argument number `index`.
     Input { index: usize },
+    /// The coefficient number `index` of the page that the routine is given.
+    Word { index: usize },
     /// The word of the routine's state number `index`, as the call before left it.
     State { index: usize },
     /// a + b of integers, exactly.
@@ -71,6 +73,10 @@ pub enum Op {
     Phase { a: Operand, factor: i64, by: u32 },
     /// (a + add)·2^by less the multiple of 2³² that makes it a signed word: the place within a segment.
     Wrap { a: Operand, add: i64, by: u32 },
+    /// ⌊a·2^−from⌋ modulo 2^bits: a field of bits of a word, of which the type only says how it is taken.
+    Bits { a: Operand, from: u32, bits: u32 },
+    /// a·2^by + b + add modulo 2³².
+    Shifted { a: Operand, by: u32, b: Operand, add: i64 },
     /// Entry `column` of row `index` of the table.
     Entry { index: Operand, column: usize },
     /// c + a·b in 64 bits, exactly; b a constant.
@@ -110,14 +116,17 @@ impl Op {
 
     fn places(&mut self) -> Vec<&mut Operand> {
         match self {
-            Op::Input { .. } | Op::State { .. } => vec![],
-            Op::Add { a, b } | Op::Sub { a, b } | Op::MulF32 { a, b } => vec![a, b],
+            Op::Input { .. } | Op::State { .. } | Op::Word { .. } => vec![],
+            Op::Add { a, b } | Op::Sub { a, b } | Op::MulF32 { a, b } | Op::Shifted { a, b, .. } => {
+                vec![a, b]
+            }
             Op::Clamp { a, .. }
             | Op::ClampF32 { a, .. }
             | Op::ShiftLeft { a, .. }
             | Op::ShiftRight { a, .. }
             | Op::Index { a, .. }
             | Op::Wrap { a, .. }
+            | Op::Bits { a, .. }
             | Op::Phase { a, .. }
             | Op::High { a, .. }
             | Op::Truncate { a }
@@ -183,6 +192,19 @@ pub struct StateWord {
     pub start: Operand,
     /// What it is after a call.
     pub next: Operand,
+    /// The smallest and the largest that it can be, whatever the history.
+    pub range: (i64, i64),
+}
+
+/// A coefficient that a routine is given, and the range that the proof holds for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PageWord {
+    /// Its name, an identifier.
+    pub name: String,
+    /// Smallest value.
+    pub from: i64,
+    /// Largest value: that of one unit is a range of one word.
+    pub to: i64,
 }
 
 /// A whole routine: steps in order, each using earlier ones only.
@@ -206,6 +228,8 @@ pub struct Program {
     pub variable_exponent: i64,
     /// What is kept from call to call; empty for a function.
     pub state: Vec<StateWord>,
+    /// Coefficients that arrive in a page ([`crate::units`]); empty for a routine with its own.
+    pub page: Vec<PageWord>,
 }
 
 impl Program {

@@ -34,13 +34,42 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("rust/module.rs", include_str!("../../templates/rust/module.rs.jinja")),
     ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
     ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
+    ("turn/contract.txt", include_str!("../../templates/turn/contract.txt.jinja")),
+    ("turn/routine.rs", include_str!("../../templates/turn/routine.rs.jinja")),
+    ("turn/header.h", include_str!("../../templates/turn/header.h.jinja")),
+    ("turn/source.c", include_str!("../../templates/turn/source.c.jinja")),
+    ("turn/sweep.rs", include_str!("../../templates/turn/sweep.rs.jinja")),
+    ("turn/sweep.c", include_str!("../../templates/turn/sweep.c.jinja")),
+    ("units/contract.txt", include_str!("../../templates/units/contract.txt.jinja")),
+    ("units/provenance.txt", include_str!("../../templates/units/provenance.txt.jinja")),
+    ("units/lib.rs", include_str!("../../templates/units/lib.rs.jinja")),
+    ("units/header.h", include_str!("../../templates/units/header.h.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
     ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
     ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
+    ("verify/sequence.rs", include_str!("../../templates/verify/sequence.rs.jinja")),
+    ("verify/sequence.c", include_str!("../../templates/verify/sequence.c.jinja")),
     ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
     ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
 ];
+
+/// Templates of routines for many units: expressions and helper functions are those of every other routine, so that
+/// their text stands in one place. (A template cannot import macros from one that prints as well.)
+fn with_the_routines_own_parts() -> [(&'static str, String); 2] {
+    let c = include_str!("../../templates/c/source.c.jinja");
+    let head = c.split("{% for routine in routines %}").next().unwrap_or_default();
+    let rust = include_str!("../../templates/rust/routine.rs.jinja");
+    let last = "{%- endmacro -%}\n";
+    let macros = rust.rfind(last).map_or("", |at| &rust[..at + last.len()]);
+    let functions = rust.find("{%- for helper in routine.helpers").map_or("", |at| &rust[at..]);
+    let units_c = include_str!("../../templates/units/source.c.jinja");
+    let units_rust = include_str!("../../templates/units/routine.rs.jinja");
+    [
+        ("units/source.c", format!("{head}{units_c}")),
+        ("units/routine.rs", format!("{macros}{units_rust}{functions}")),
+    ]
+}
 
 /// A routine as the templates see it.
 #[derive(Debug, Clone, Serialize)]
@@ -111,6 +140,11 @@ impl Renderer {
         for &(name, source) in TEMPLATES {
             environment
                 .add_template(name, source)
+                .map_err(|cause| RenderError { template: name, cause: Box::new(cause) })?;
+        }
+        for (name, source) in with_the_routines_own_parts() {
+            environment
+                .add_template_owned(name, source)
                 .map_err(|cause| RenderError { template: name, cause: Box::new(cause) })?;
         }
         Ok(Renderer { environment })
@@ -267,7 +301,7 @@ fn type_of(program: &Program, operand: &Operand) -> Type {
     }
 }
 
-fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
+pub(crate) fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
     let assigned = |name: &str, before: usize| {
         which.iter().filter(|&&i| i < before && program.steps[i].name == name).count()
     };
@@ -277,6 +311,7 @@ fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
         let op = match &step.op {
             Op::Input { .. } => context! { kind => "input" },
             Op::State { index } => context! { kind => "state", word => &*program.state[*index].name },
+            Op::Word { index } => context! { kind => "word", index },
             Op::Add { a, b } => context! { kind => "add", a => operand(a), b => operand(b) },
             Op::MulAddWide { a, b, c } => {
                 context! { kind => "mul_add_wide", a => operand(a), b => operand(b), c => operand(c) }
@@ -309,6 +344,13 @@ fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
             Op::Wrap { a, add, by } => {
                 let add = (*add as u32) << by;
                 context! { kind => "wrap", a => operand(a), add, signed => add as i32, by }
+            }
+            Op::Bits { a, from, bits } => {
+                let mask = ((1u64 << bits) - 1) as u32;
+                context! { kind => "bits", a => operand(a), from, bits, mask }
+            }
+            Op::Shifted { a, by, b, add } => {
+                context! { kind => "shifted", a => operand(a), by, b => operand(b), add => *add as u32 }
             }
             Op::Entry { index: row, column } => {
                 let first = !program.steps[..index].iter().any(|s| matches!(s.op, Op::Entry { .. }));
@@ -343,7 +385,7 @@ fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
 }
 
 /// The helper functions that the steps call, in the order in which they are defined.
-fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
+pub(crate) fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
     let mut helpers = Vec::new();
     if program.steps.iter().any(|s| s.ty == Type::F32) {
         helpers.push("float_guard");
@@ -357,7 +399,14 @@ fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
             Op::MulAddSplit { .. } => "mul_split",
             Op::MulAddShort { .. } => "mul_short",
             Op::High { .. } => "high_word",
-            Op::Wrap { .. } | Op::Phase { .. } => "to_signed",
+            Op::Wrap { .. } => "to_signed",
+            Op::Phase { .. } => {
+                // It rests on the other, which comes first.
+                if !helpers.contains(&"to_signed") {
+                    helpers.push("to_signed");
+                }
+                "phase_of"
+            }
             _ => continue,
         };
         if !helpers.contains(&helper) {

@@ -167,17 +167,7 @@ pub fn design(
         wanted.format.arithmetic(),
         options.out_of_range != OutOfRange::Continue,
     )?;
-    // The reference holds a little beyond the range, where the variable's rounding may reach.
-    let one = Interval::from_int(1);
-    let reach = &one + &one.mul_pow2(-20);
-    let exponent = plan.program.variable_exponent;
-    let ends = plan.word_from.hull(&plan.word_to).mul_pow2(-exponent);
-    let reference = Reference::new(
-        &model,
-        &plan.map,
-        &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
-        &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
-    )?;
+    let reference = reference(&model, &plan)?;
     let plan = match wanted.method {
         Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
         Method::Fused => plan,
@@ -255,6 +245,20 @@ pub fn design(
     let (reachable, degree) = best.unwrap_or((f64::INFINITY, LARGEST_DEGREE));
     let format = wanted.format.name();
     Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
+}
+
+/// The function of a model over a plan's range, and a little beyond, where the variable's rounding may reach.
+pub(crate) fn reference(model: &ErrorModel, plan: &InputPlan) -> Result<Reference, TooSteep> {
+    let one = Interval::from_int(1);
+    let reach = &one + &one.mul_pow2(-20);
+    let exponent = plan.program.variable_exponent;
+    let ends = plan.word_from.hull(&plan.word_to).mul_pow2(-exponent);
+    Reference::new(
+        model,
+        &plan.map,
+        &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
+        &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
+    )
 }
 
 /// The error model for the range that is wanted: beyond the recording, where nothing of the range was recorded, the

@@ -12,10 +12,14 @@ use codegen::options::{Ends, Method, Options};
 use codegen::physics::Further;
 use codegen::program::Op;
 use codegen::routine::{self, Routine};
+use codegen::verify::sequence::model::Model;
+use codegen::verify::yardstick::Yardstick;
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
+use fitter::recording::Purpose;
 use fitter::terms::{
-    Element, Gaussian, Hinge, Lag, Operator, Periodic, Play, Product, Rate, Scope, Side, Term,
+    Element, Exponential, Gaussian, Hinge, Lag, Observables, Operator, Periodic, Play, Product, Rate, Scope,
+    Side, Step, Term,
 };
 use fitter::units::ARCSEC_PER_RAD;
 use proptest::prelude::*;
@@ -252,6 +256,120 @@ proptest! {
     }
 }
 
+fn exponential(observable: &str, start: f64, scale: f64) -> Exponential {
+    Exponential { observable: observable.into(), start, scale }
+}
+
+/// Terms of every kind, of the reading and of the further input, each with parameters of its own.
+fn any_terms() -> impl Strategy<Value = Vec<Term>> {
+    let angle = -6500.0..6500.0f64;
+    let warm = 14.0..36.0f64;
+    let weight = -5.0..5.0f64;
+    let of = |kind: &'static str, operator: BoxedStrategy<Operator>, weight: BoxedStrategy<f64>| {
+        (operator, weight).prop_map(move |(operator, w)| term(kind, operator, vec![w])).boxed()
+    };
+    let t = "temperature_c";
+    let gaussian = |observable: &'static str, centre: std::ops::Range<f64>, width: std::ops::Range<f64>| {
+        let bump = move |(c, w)| Operator::Gaussian(Gaussian::of(observable, c, w));
+        (centre, width).prop_map(bump).boxed()
+    };
+    let rises = |observable: &'static str, start: std::ops::Range<f64>, scale: std::ops::Range<f64>| {
+        let saturates = move |(at, tau)| Operator::Exponential(exponential(observable, at, tau));
+        (start, scale).prop_map(saturates).boxed()
+    };
+    let step = warm.clone().prop_map(move |at| Operator::Step(Step { observable: t.into(), at }));
+    let hinge = warm.clone().prop_map(move |at| Operator::Hinge(Hinge::of(t, at, Side::Below)));
+    let play = (0.05..8.0f64).prop_map(move |r| Operator::Play(Play::of(t, &[r])));
+    let lag = (0.5..400.0f64).prop_map(|tau| Operator::Lag(Lag::of("angle_arcsec", tau, 0.0)));
+    let rate = Just(Operator::Rate(Rate::of(t)));
+    let product = Just(Operator::Product(Product::of(t, 22.0).times(t, 22.0, 1)));
+    (
+        of("local_defect", gaussian("angle_arcsec", angle, 20.0..3000.0), weight.clone().boxed()),
+        of("warm_bump", gaussian(t, warm.clone(), 0.3..9.0), weight.clone().boxed()),
+        of("knee", rises(t, warm, 0.2..30.0), weight.clone().boxed()),
+        of("warmup_drift", rises("t_s", -30.0..0.0, 0.3..9000.0), weight.clone().boxed()),
+        of("click", step.boxed(), weight.clone().boxed()),
+        of("bend", hinge.boxed(), weight.clone().boxed()),
+        of("thermal_play", play.boxed(), weight.boxed()),
+        of("angle_lag", lag.boxed(), (-0.01..0.01f64).boxed()),
+        of("heating", rate.boxed(), (-0.05..0.05f64).boxed()),
+        of("curved", product.boxed(), (-0.05..0.05f64).boxed()),
+    )
+        .prop_map(|(a, b, c, d, e, f, g, h, i, j)| vec![a, b, c, d, e, f, g, h, i, j])
+        .prop_flat_map(|all| prop::sample::subsequence(all, 1..=4))
+}
+
+/// A sequence as a recording, so that `fitter` evaluates the terms over it.
+fn recorded(sequence: &[(f64, f64)], period_s: f64) -> fitter::Recording {
+    let mut text = "t_s,pass,direction,x1_mm,x2_mm,reference_arcsec,temperature_c\n".to_string();
+    for (row, (s, t)) in sequence.iter().enumerate() {
+        text += &format!("{:?},1,1,0,{s:?},0,{t:?}\n", period_s * row as f64);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("sequence.csv");
+    std::fs::write(&path, text).unwrap();
+    fitter::Recording::read_for(&path, Purpose::Apply, &mut |_| {}).unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    /// Every kind of term, as `fitter` evaluates it; and the model that `codegen verify` sweeps against agrees.
+    #[test]
+    fn every_kind_of_term_holds_the_bound(
+        terms in any_terms(),
+        period_s in 0.01..2.0f64,
+        sequences in prop::collection::vec(any_sequence(), 4),
+    ) {
+        let mut coefficients = paper();
+        coefficients.terms = terms.clone();
+        let reads = |name: &str| terms.iter().any(|t| t.operator.observables().contains(&name));
+        let mut options = Options { period_s: Some(period_s), bound: Some(1e3), degree: Some(9), ..options() };
+        if !reads("temperature_c") {
+            options.further.clear();
+        }
+        let routine = routine::design(&coefficients, &options, &options.routines[0]).unwrap();
+        let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
+        let yardstick = Yardstick::of(&routine);
+        let rated = terms.iter().any(|t| matches!(t.operator, Operator::Rate(_)));
+        for words in sequences {
+            let sequence = readings(&words);
+            let recording = recorded(&sequence, period_s);
+            let observables = Observables { recording: &recording, sensor: &coefficients.sensor };
+            let added = fitter::terms::evaluate(&terms, &observables, true).inside;
+            let mut model = Model::new(&routine, &yardstick);
+            let found = if reads("temperature_c") {
+                interpreted(&routine, &words)
+            } else {
+                alone(&routine, &words)
+            };
+            for (row, word) in found.into_iter().enumerate() {
+                let further: &[f64] = if reads("temperature_c") { &[f64::from(words[row].1)] } else { &[] };
+                let modelled = model.call(row == 0, f64::from(words[row].0), further);
+                // The first row of a recording has the rate to the row after it, the first call none.
+                if row == 0 && rated {
+                    continue;
+                }
+                let expected = paper().error_model().corrected(sequence[row].0) - added[row] / ARCSEC_PER_RAD;
+                let error = (f64::from(word) * unit - expected).abs();
+                // The reference's own rounding, that of a difference over a short time.
+                let own = 1e-15 * (1.0 + 1.0 / period_s);
+                prop_assert!(error <= bound * (1.0 + 1e-9) + own, "row {row}: {error:e} exceeds {bound:e}");
+                let apart = (modelled.words * unit - expected).abs();
+                prop_assert!(apart <= modelled.error * unit + own, "row {row}: the model is {apart:e} off");
+            }
+        }
+    }
+}
+
+/// The results of a routine that has no further input.
+fn alone(routine: &Routine, words: &[(i32, u16)]) -> Vec<i32> {
+    let program = &routine.design.program;
+    let mut state = start(program, &[Word::Int(words[0].0.into())]).unwrap();
+    let mut next =
+        |w: &(i32, u16)| update(program, &mut state, &[Word::Int(w.0.into())]).unwrap().word.bits() as i32;
+    words.iter().map(&mut next).collect()
+}
+
 /// A device, and 20 000 steps of a random walk.
 fn walk() -> (Device, Vec<(i32, u16)>) {
     let device = Device {
@@ -281,9 +399,13 @@ fn compiled_c_and_rust_give_the_interpreters_bits() {
     let options = Options { period_s: Some(0.002), ..options() };
     let mut coefficients = device.coefficients();
     coefficients.terms.extend([
-        term("thermal_lag", Operator::Lag(Lag::of("temperature_c", 400.0, 22.5)), vec![0.2]),
+        term("thermal_lag", Operator::Lag(Lag::of("temperature_c", 400.0, device.mean_c)), vec![0.2]),
         term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![1e-5]),
         term("periodic_error", Operator::Periodic(Periodic::of(700.0, 1)), vec![2.0, -1.0]),
+        term("local_defect", Operator::Gaussian(Gaussian::of("angle_arcsec", 400.0, 90.0)), vec![3.0]),
+        term("warmup_drift", Operator::Exponential(Exponential::warm_up(8.0)), vec![-4.0]),
+        term("knee", Operator::Exponential(exponential("temperature_c", 25.0, 4.0)), vec![1.0]),
+        term("click", Operator::Step(Step { observable: "temperature_c".into(), at: 27.0 }), vec![0.7]),
     ]);
     let generated = generate(&coefficients, "0", &options).unwrap();
     let expected = interpreted(&generated.routines[0], &words);
@@ -336,31 +458,101 @@ fn compiled_c_and_rust_give_the_interpreters_bits() {
     }
 }
 
+fn refused(terms: Vec<Term>, options: &Options) -> String {
+    let mut coefficients = paper();
+    coefficients.terms = terms;
+    coefficients.observed.insert("temperature_c".into(), [16.0, 34.0]);
+    routine::design(&coefficients, options, &options.routines[0]).unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_left_out_is_named_with_its_reason() {
+    let bump = Gaussian::of("angle_arcsec", 100.0, 60.0);
+    let step = Operator::Step(Step { observable: "t_s".into(), at: 5.0 });
+    let own = Operator::Product(Product::of("reference_arcsec", 0.0));
+    let warm = Operator::Exponential(Exponential::warm_up(600.0));
+    let of_recording =
+        |effect, operator| Term { scope: Scope::Recording, ..term(effect, operator, vec![3.0]) };
+    let mut coefficients = paper();
+    coefficients.terms = vec![
+        term("local_defect", Operator::Gaussian(bump), vec![1.0]),
+        of_recording("mount_step", step),
+        of_recording("warmup_drift", warm),
+        term("autocollimator_scale", own, vec![1e-4]),
+    ];
+    let mut options = Options { further: Vec::new(), ..options() };
+    options.without = vec!["local_defect".into()];
+    let head = |options: &Options| {
+        let generated = generate(&coefficients, "0", options).unwrap();
+        generated.files[Path::new("c/corrected_angle.h")].replace("\n * ", " ").replace("        ", "")
+    };
+    let text = head(&options);
+    for part in [
+        "local_defect: as asked for",
+        "mount_step: a step at a past date",
+        "warmup_drift: it holds on the recording that it was found in only",
+        "--keep warmup_drift",
+        "autocollimator_scale: it is the reference instrument's own error",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    options.keep = vec!["warmup_drift".into()];
+    options.period_s = Some(0.001);
+    let text = head(&options);
+    assert!(text.contains("warmup_drift: 3.0·(1 − exp(−v/600.0)), v = time since the start"), "{text}");
+    let told = |keep: &str, without: &str| {
+        let list = |name: &str| if name.is_empty() { Vec::new() } else { vec![name.to_string()] };
+        let options = Options { keep: list(keep), without: list(without), ..options.clone() };
+        routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string()
+    };
+    assert!(told("mount_step", "").contains("--keep mount_step: a step at a past date"));
+    assert!(told("local_defect", "").contains("generated in any case"));
+    assert!(told("warmup_drift", "warmup_drift").contains("contradicts"));
+    assert!(told("", "hysteresis").contains("only of local_defect, mount_step"));
+}
+
 #[test]
 fn what_cannot_be_generated_is_told() {
-    let bump = Gaussian::of("angle_arcsec", 100.0, 60.0);
-    let bump = term("local_defect", Operator::Gaussian(bump), vec![1.0]);
-    let step = Operator::Step(fitter::terms::Step { observable: "t_s".into(), at: 5.0 });
-    let step = Term { scope: Scope::Recording, ..term("mount_step", step, vec![3.0]) };
-    let mut coefficients = paper();
-    coefficients.terms = vec![bump, step];
-    let mut options = Options { further: Vec::new(), ..options() };
-    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
-    assert!(refused.contains("`gaussian` of local_defect") && refused.contains("--without"), "{refused}");
-    options.without = vec!["local_defect".into()];
-    let generated = generate(&coefficients, "0", &options).unwrap();
-    let head = &generated.files[Path::new("c/corrected_angle.h")];
-    assert!(head.contains("local_defect: as asked for") && head.contains("mount_step: "), "{head}");
+    let t = "temperature_c";
+    let drift = |mean| term("thermal_zero_drift", Operator::Product(Product::of(t, mean)), vec![0.3]);
+    let narrow = |text: &str| Options { further: vec![Further::parse(text).unwrap()], ..options() };
+    let options = narrow("temperature_c=17..33:counts:12:0.01:400");
+    let none = Options { further: Vec::new(), ..self::options() };
+    assert!(refused(vec![drift(22.0)], &none).contains("--further temperature_c="));
+    let wide = refused(vec![drift(22.0)], &narrow("temperature_c=15..33:counts:12:0.01:400"));
+    assert!(wide.contains("covers 16…34") && wide.contains("--extrapolate"), "{wide}");
+    let lag = |mean| term("thermal_lag", Operator::Lag(Lag::of(t, 60.0, mean)), vec![1.0]);
+    assert!(refused(vec![lag(22.0)], &options).contains("--period-s"));
+    let timed = Options { period_s: Some(0.1), ..options.clone() };
+    let apart = refused(vec![drift(22.0), lag(23.0)], &timed);
+    assert!(
+        apart.contains("contradict each other") && apart.contains("from 22, thermal_lag from 23"),
+        "{apart}"
+    );
+    let twice = refused(vec![drift(22.0), drift(22.0)], &options);
+    assert!(twice.contains("correct the same error twice"), "{twice}");
+    let mut given_twice = options.clone();
+    given_twice.further.push(given_twice.further[0].clone());
+    assert!(refused(vec![drift(22.0)], &given_twice).contains("given twice"));
+    let step = Operator::Step(Step { observable: "angle_arcsec".into(), at: 5.0 });
+    assert!(refused(vec![term("jump", step, vec![1.0])], &none).contains("no bound is small"));
+    let late = Operator::Exponential(exponential("t_s", 5.0, 60.0));
+    assert!(refused(vec![term("late", late, vec![1.0])], &timed).contains("begins later"));
+    let periods = [600.0, 700.0]
+        .map(|p| term("periodic_error", Operator::Periodic(Periodic::of(p, 1)), vec![1.0, 0.0]));
+    assert!(refused(periods.to_vec(), &none).contains("do not repeat"));
+}
 
-    coefficients.terms =
-        vec![term("thermal_zero_drift", Operator::Product(Product::of("temperature_c", 22.0)), vec![0.3])];
-    options.without.clear();
-    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
-    assert!(refused.contains("--further temperature_c="), "{refused}");
-
-    let lag = Operator::Lag(Lag::of("temperature_c", 60.0, 22.0));
-    coefficients.terms = vec![term("thermal_lag", lag, vec![1.0])];
-    let options = self::options();
-    let refused = routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string();
-    assert!(refused.contains("--period-s"), "{refused}");
+/// The counted figures of the routine with temperature and three plays, as committed: in C on a Cortex-M4F.
+#[test]
+fn temperature_and_three_plays_stay_within_their_budget() {
+    let text = std::fs::read_to_string("../tests/firmware/instructions.json").unwrap();
+    let counted: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let variants = counted["routines"]["q31-temperature-three-plays"]["m4f"].as_object().unwrap();
+    let in_c: Vec<_> = variants.iter().filter(|(name, _)| name.starts_with("C ")).collect();
+    assert_eq!(in_c.len(), 4);
+    for (name, figures) in in_c {
+        let most = figures["anywhere"][1].as_u64().unwrap();
+        assert!(most <= 90 && figures["ram_bytes"].as_u64().unwrap() <= 32, "{name}: {figures}");
+    }
 }

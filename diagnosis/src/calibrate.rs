@@ -7,11 +7,12 @@ use std::sync::OnceLock;
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use statrs::function::{erf::erfc, gamma::gamma_ur};
 
 use crate::dictionary::{Dictionary, Projected};
 use crate::effects::Effect;
-use crate::linear::{Columns, dot};
+use crate::linear::Columns;
 use crate::noise::Noise;
 
 /// False alarms allowed over the whole search.
@@ -19,6 +20,8 @@ pub const FALSE_ALARMS: f64 = 0.004;
 /// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
 /// resamples that it is then applied to would look better than it is.
 pub const RESAMPLES: usize = 360;
+/// Resamples that are drawn from one stream of random numbers and projected together.
+const TOGETHER: usize = 90;
 /// Part of the resamples that the tails are fitted to.
 const TAIL: f64 = 0.2;
 /// Ranges of the angle from which residuals are drawn, as parts of the rows.
@@ -71,6 +74,8 @@ pub struct Calibration {
     pub overall: Tail,
     /// −ln(p/share) that the best family must reach.
     pub threshold: f64,
+    /// Tail of the best generic family's −ln p, all of them alike.
+    pub remainder: Tail,
 }
 
 impl Calibration {
@@ -167,7 +172,7 @@ pub fn family_maxima(
             {
                 continue;
             }
-            let s = dot(values, values) * scale;
+            let s = values.iter().map(|v| v * v).sum::<f64>() * scale;
             if rank < 8 {
                 by_rank[rank] = by_rank[rank].max(s);
             } else {
@@ -189,41 +194,49 @@ pub fn calibrate(
     noise: &Noise,
     angles: &[f64],
     shares: &[f64],
+    generic: &[bool],
 ) -> Calibration {
-    let n = projected.columns.rows;
     let neighbours = Neighbours::new(angles);
-    let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
-    let mut resamples = Columns::new(n);
-    let mut scales = Vec::with_capacity(RESAMPLES);
-    for b in 0..2 * RESAMPLES {
-        let time =
-            quantile(&noise.posterior, ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64);
-        resamples.push(&resample(noise, &neighbours, time, &mut random));
-        // χ² of the level's freedom, by the Wilson–Hilferty cube.
-        let z = standard_normal(&mut random);
-        let v = 2.0 / (9.0 * noise.freedom);
-        scales.push(1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2));
-    }
-    let products = projected.columns.products(&resamples);
-    let k = projected.columns.count();
-    let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES)
-        .map(|b| family_maxima(dictionary, projected, catalogue, &products[b * k..(b + 1) * k], scales[b]))
+    let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES / TOGETHER)
+        .into_par_iter()
+        .flat_map_iter(|group| {
+            let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
+            random.set_stream(group as u64);
+            let mut resamples = Columns::new(projected.columns.rows);
+            let mut scales = Vec::with_capacity(TOGETHER);
+            for b in group * TOGETHER..(group + 1) * TOGETHER {
+                let part = ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64;
+                let time = quantile(&noise.posterior, part);
+                resamples.push(&resample(noise, &neighbours, time, &mut random));
+                // χ² of the level's freedom, by the Wilson–Hilferty cube.
+                let z = standard_normal(&mut random);
+                let v = 2.0 / (9.0 * noise.freedom);
+                scales.push(1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2));
+            }
+            let products = projected.columns.products(&resamples);
+            let k = projected.columns.count();
+            scales.into_iter().enumerate().map(move |(b, scale)| {
+                family_maxima(dictionary, projected, catalogue, &products[b * k..(b + 1) * k], scale)
+            })
+        })
         .collect();
     let families: Vec<Tail> = (0..dictionary.families.len())
         .map(|f| Tail::fit(&mut maxima[..RESAMPLES].iter().map(|m| m[f]).collect::<Vec<f64>>()))
         .collect();
-    let mut best: Vec<f64> = maxima[RESAMPLES..]
-        .iter()
-        .map(|m| {
+    // Tail of the best among the families that have a share.
+    let best_of = |share: &dyn Fn(usize) -> f64| {
+        let best_in = |m: &Vec<f64>| {
             (0..m.len())
-                .filter(|f| shares[*f] > 0.0)
-                .map(|f| families[f].surprise(m[f]) + shares[f].ln())
+                .filter(|f| share(*f) > 0.0)
+                .map(|f| families[f].surprise(m[f]) + share(f).ln())
                 .fold(f64::NEG_INFINITY, f64::max)
-        })
-        .collect();
-    let overall = Tail::fit(&mut best);
+        };
+        Tail::fit(&mut maxima[RESAMPLES..].iter().map(best_in).collect::<Vec<f64>>())
+    };
+    let overall = best_of(&|f| shares[f]);
+    let remainder = best_of(&|f| if generic[f] { 1.0 } else { 0.0 });
     let threshold = overall.at(-FALSE_ALARMS.ln());
-    Calibration { families, overall, threshold }
+    Calibration { families, overall, threshold, remainder }
 }
 
 /// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given the

@@ -1,25 +1,54 @@
-//! The command line of `diagnose`: reads, runs the recordings in parallel, writes.
+//! The command line of `diagnose`: reads, runs the recordings in parallel, writes. [`main`] is the program,
+//! [`run`] its body for a program that takes the same [`Arguments`].
 
 use std::collections::BTreeMap;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-use clap::Parser;
-use diagnosis::Diagnosis;
-use diagnosis::observe::Simulated;
-use diagnosis::simulated;
-use diagnosis::verdict::Verdict;
-use diagnosis::{Options, Outcome, diagnose, report};
+use clap::{Args, Parser};
+use fitter::cli::Common;
+use fitter::cli::common::{line, program, say, summarise};
 use fitter::output::write_whole;
 use fitter::{Mirror, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 use rayon::prelude::*;
 
+use crate::observe::Simulated;
+use crate::simulated;
+use crate::{Diagnosis, Options, Outcome, diagnose, report, summary};
+
 /// Locates where recordings differ from their simulation, names the physics, and shows that the fit improves.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "diagnose", version, after_help = EXAMPLES)]
 pub struct Cli {
+    /// How much is said.
+    #[command(flatten)]
+    pub common: Common,
+    /// What is diagnosed.
+    #[command(flatten)]
+    pub arguments: Arguments,
+}
+
+/// Examples for the help.
+pub const EXAMPLES: &str = "\
+Examples:
+  diagnose calibration.csv --mirror mirror.toml --out diagnosis
+  diagnose monday.csv tuesday.csv --mirror mirror.toml --out diagnosis --no-report
+  diagnose calibration.csv --mirror mirror.toml --held-out verification.csv --out diagnosis
+  diagnose motion.csv --plant plant.toml --out diagnosis
+  diagnose calibration.csv --mirror mirror.toml --out diagnosis --json | jq .[0].verdict";
+
+/// The program: parses the arguments, runs, and prints the message of what went wrong.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    program(|| run(&cli.arguments, cli.common).map(|()| ExitCode::SUCCESS))
+}
+
+/// Arguments of `diagnose`.
+#[derive(Args)]
+pub struct Arguments {
     /// The recordings (CSV, or CSV.gz)
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
@@ -30,8 +59,11 @@ pub struct Cli {
     #[arg(long)]
     plant: Option<PathBuf>,
     /// The folder to write into; it is made if it is not there
-    #[arg(long)]
+    #[arg(long, default_value_if("effects", "true", "."))]
     pub out: PathBuf,
+    /// Print the catalogue of effects of static recordings (Markdown) and end
+    #[arg(long, exclusive = true)]
+    effects: bool,
     /// Another recording of the same device, for the held-out figures
     #[arg(long)]
     pub held_out: Option<PathBuf>,
@@ -44,15 +76,25 @@ pub struct Cli {
     /// Leave these effects out of the catalogue (ids, separated by commas)
     #[arg(long, value_delimiter = ',')]
     pub without: Vec<String>,
+    /// Hand on only this many harmonics of a periodic error, the strongest, fitted again without the others
+    #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(1..))]
+    harmonics: Option<u16>,
     /// Number of threads; all processors if not given
     #[arg(long)]
     pub jobs: Option<usize>,
 }
 
 /// Runs the program.
-pub fn run(cli: &Cli) -> Result<()> {
+///
+/// # Errors
+/// One message; nothing was written.
+pub fn run(cli: &Arguments, common: Common) -> Result<()> {
+    if cli.effects {
+        say(crate::effects::page::markdown().trim_end());
+        return Ok(());
+    }
     if let Some(plant) = &cli.plant {
-        return crate::cli_dynamic::run(cli, plant);
+        return crate::cli_dynamic::run(cli, plant, common);
     }
     let Some(mirror) = &cli.mirror else { return Err(miette!("--mirror is missing; give the mirror.toml")) };
     let mirror = Mirror::read(mirror).into_diagnostic()?;
@@ -68,8 +110,12 @@ pub fn run(cli: &Cli) -> Result<()> {
     let simulated = cli.simulated.as_deref().map(simulated::read).transpose().into_diagnostic()?;
     // Everything is read before anything is computed, and computed before anything is written.
     let recordings: Vec<Recording> = cli.recordings.iter().map(|path| read(path)).collect::<Result<_>>()?;
-    let options = Options { skip: cli.without.clone(), command: command(cli) };
-    let bar = progress(recordings.len());
+    let options = Options {
+        skip: cli.without.clone(),
+        harmonics: cli.harmonics.map(usize::from),
+        command: command(cli),
+    };
+    let bar = progress(recordings.len(), common);
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
     let outcomes: Vec<Result<Outcome>> = pool.install(|| {
@@ -92,9 +138,22 @@ pub fn run(cli: &Cli) -> Result<()> {
     })?;
     for (stem, outcome) in stems.iter().zip(&outcomes) {
         write(&cli.out, stem, outcome, !cli.no_report)?;
-        println!("{}", sentence(&outcome.diagnosis));
     }
+    let outcomes: Vec<_> = outcomes.iter().map(|outcome| &outcome.diagnosis).collect();
+    tell(&outcomes, &cli.out, common);
     Ok(())
+}
+
+/// Prints what was found.
+pub(crate) fn tell(found: &[&Diagnosis], out: &Path, common: Common) {
+    summarise(
+        common,
+        || serde_json::to_value(found).unwrap_or_default(),
+        || {
+            let texts: Vec<String> = found.iter().map(|one| summary::styled(one, common.verbose)).collect();
+            texts.concat() + &line("written", &out.display().to_string())
+        },
+    );
 }
 
 fn one(
@@ -114,7 +173,7 @@ fn read(path: &Path) -> Result<Recording> {
 }
 
 /// The stems of the output files; equal ones would overwrite each other.
-pub fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
+pub(crate) fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut stems = Vec::new();
     for path in paths {
@@ -135,7 +194,7 @@ pub fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
 
 /// Refuses ids that no effect has.
 fn known(ids: &[String]) -> Result<()> {
-    let catalogue = diagnosis::effects::catalogue();
+    let catalogue = crate::effects::catalogue();
     match ids.iter().find(|id| catalogue.iter().all(|e| e.id() != id.as_str())) {
         None => Ok(()),
         Some(id) => {
@@ -146,58 +205,42 @@ fn known(ids: &[String]) -> Result<()> {
 }
 
 /// The command as it stands in the coefficients file: without folders, which differ from machine to machine.
-fn command(cli: &Cli) -> String {
+fn command(cli: &Arguments) -> String {
     let name = |p: &Path| p.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
     let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
-    format!("diagnose {} --mirror {mirror}", recordings.join(" "))
+    let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
+    format!("diagnose {} --mirror {mirror}{harmonics}", recordings.join(" "))
 }
 
 fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
     let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
     put(&folder.join(format!("{stem}.json")), &text)?;
-    put(&folder.join(format!("{stem}.coefficients.json")), &outcome.coefficients.to_json())?;
+    put(&folder.join(format!("{stem}.coefficients.json")), &outcome.coefficients.to_sealed_json())?;
     if with_report {
         put(&folder.join(format!("{stem}.html")), &report::page(outcome))?;
     }
     Ok(())
 }
 
-pub fn put(path: &Path, text: &str) -> Result<()> {
+pub(crate) fn put(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |file: &mut dyn Write| file.write_all(text.as_bytes())).into_diagnostic()
 }
 
-pub fn progress(count: usize) -> ProgressBar {
-    if count < 10 || !std::io::stderr().is_terminal() {
+/// Progress on standard error: how many recordings are through, or, of a few, that something goes on.
+pub(crate) fn progress(count: usize, common: Common) -> ProgressBar {
+    if !common.watched() {
         return ProgressBar::hidden();
     }
+    let template = if count < 10 {
+        "{spinner} diagnosing, {elapsed}"
+    } else {
+        "{bar:40} {pos}/{len} recordings, {eta} left"
+    };
     let bar = ProgressBar::new(count as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} recordings, {eta} left") {
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
+    bar.enable_steady_tick(std::time::Duration::from_millis(200));
     bar
-}
-
-/// One line on the terminal.
-pub fn sentence(d: &Diagnosis) -> String {
-    let names: Vec<String> = d
-        .effects
-        .iter()
-        .map(|e| {
-            if e.alternatives.is_empty() {
-                e.id.clone()
-            } else {
-                format!("{} (or {})", e.id, e.alternatives.join(", "))
-            }
-        })
-        .collect();
-    let place = d.locations.first().map_or(String::new(), |l| format!(" on {}", l.variable));
-    match d.verdict {
-        Verdict::Consistent => format!("{}: consistent with the simulation", d.recording),
-        Verdict::Explained => format!("{}: explained by {}", d.recording, names.join(" and ")),
-        Verdict::PartlyExplained => {
-            format!("{}: partly explained by {}; structure is left", d.recording, names.join(" and "))
-        }
-        Verdict::Unexplained => format!("{}: unexplained structure{place}", d.recording),
-    }
 }

@@ -3,17 +3,18 @@
 use std::io::Write;
 use std::path::Path;
 
-use diagnosis::dynamic::diagnose::Predicted;
-use diagnosis::dynamic::linear::{self, diagnose_linear};
-use diagnosis::dynamic::{self, DynamicOutcome, DynamicRecording, Options, OwnSimulation};
+use fitter::cli::Common;
 use fitter::plant::{Kind, PlantFile};
 use miette::{IntoDiagnostic, Result, miette};
 use rayon::prelude::*;
 
-use crate::cli::{Cli, progress, put, sentence, stems};
+use crate::cli::{Arguments, progress, put, stems, tell};
+use crate::dynamic::diagnose::Predicted;
+use crate::dynamic::linear::{self, diagnose_linear};
+use crate::dynamic::{self, DynamicOutcome, DynamicRecording, Options, OwnSimulation};
 
 /// Diagnoses dynamic recordings against the plant file.
-pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
+pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let file = PlantFile::read(plant).into_diagnostic()?;
     let stems = stems(&cli.recordings)?;
     known(&cli.without)?;
@@ -30,7 +31,7 @@ pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
     let options = Options { skip: cli.without.clone() };
-    let bar = progress(recordings.len());
+    let bar = progress(recordings.len(), common);
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
     let outcomes: Vec<Result<DynamicOutcome>> = pool.install(|| {
@@ -64,8 +65,9 @@ pub fn run(cli: &Cli, plant: &Path) -> Result<()> {
         if !cli.no_report {
             put(&cli.out.join(format!("{stem}.html")), &dynamic::report::page(recording, outcome))?;
         }
-        println!("{}", sentence(&outcome.diagnosis));
     }
+    let outcomes: Vec<_> = outcomes.iter().map(|outcome| &outcome.diagnosis).collect();
+    tell(&outcomes, &cli.out, common);
     Ok(())
 }
 
@@ -81,7 +83,7 @@ fn known(ids: &[String]) -> Result<()> {
 
 /// The user's own simulation: the same rows, with `position` predicted.
 fn own(path: &Path, recording: &DynamicRecording) -> Result<OwnSimulation> {
-    let simulation = diagnosis::simulated::read(path).into_diagnostic()?;
+    let simulation = crate::simulated::read(path).into_diagnostic()?;
     let positions = simulation.positions_for(&recording.t_s).into_diagnostic()?;
     let file = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     Ok(OwnSimulation { file, positions })

@@ -6,6 +6,8 @@
 //! seat that differs from pass to pass looks like slow noise; where it explains the recording far better than
 //! any correlation does, it is taken out first (`without_jumps`).
 
+use rayon::prelude::*;
+
 use crate::linear::{Basis, Columns, add_scaled, cholesky, dot, quadratic_form};
 use crate::rows::median;
 
@@ -23,6 +25,8 @@ const HOPELESS: f64 = 12.0;
 const JUMP_GAIN: f64 = 18.0;
 /// The same for every further column of a group.
 const JUMP_GAIN_PER_COLUMN: f64 = 3.0;
+/// Part of a column's length that must be left beside the model for it to be looked at.
+const OWN_PART: f64 = 0.02;
 /// Most groups of jumps that are taken out.
 const MOST_JUMPS: usize = 3;
 
@@ -31,8 +35,10 @@ const MOST_JUMPS: usize = 3;
 pub struct Correlation {
     /// Time since the previous row in typical gaps; the first row has none.
     gaps: Vec<f64>,
-    /// e^(−Δt/τ) of every row; 0 for the first.
+    /// φ = e^(−Δt/τ) of every row; 0 for the first.
     factors: Vec<f64>,
+    /// √(1 − φ²) of every row.
+    fresh: Vec<f64>,
     /// τ in typical gaps; 0 for uncorrelated readings.
     pub time: f64,
 }
@@ -44,14 +50,15 @@ impl Correlation {
         let typical = median(&mut steps).max(1e-12);
         let gap = |w: &[f64]| ((w[1] - w[0]) / typical).max(1e-3);
         let gaps: Vec<f64> = std::iter::once(f64::INFINITY).chain(t_s.windows(2).map(gap)).collect();
-        let factors = vec![0.0; t_s.len()];
-        Correlation { gaps, factors, time: 0.0 }
+        Correlation { gaps, factors: vec![0.0; t_s.len()], fresh: vec![1.0; t_s.len()], time: 0.0 }
     }
 
     /// The same readings with the correlation time `time` (typical gaps).
     pub fn with(&self, time: f64) -> Correlation {
         let factor = |g: &f64| if time > 0.0 { (-g / time).exp() } else { 0.0 };
-        Correlation { gaps: self.gaps.clone(), factors: self.gaps.iter().map(factor).collect(), time }
+        let factors: Vec<f64> = self.gaps.iter().map(factor).collect();
+        let fresh = factors.iter().map(|phi| (1.0 - phi * phi).sqrt()).collect();
+        Correlation { gaps: self.gaps.clone(), factors, fresh, time }
     }
 
     /// Correlation of readings one typical gap apart.
@@ -61,32 +68,49 @@ impl Correlation {
 
     /// Makes values of this correlation white, of the same variance.
     pub fn whiten(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
-        let mut previous = 0.0;
-        values
-            .zip(&self.factors)
-            .map(|(z, phi)| {
-                let u = (z - phi * previous) / (1.0 - phi * phi).sqrt();
-                previous = z;
-                u
-            })
-            .collect()
+        let mut out: Vec<f64> = values.collect();
+        if self.time > 0.0 {
+            // Backward, so that every row still finds its predecessor as it was.
+            for i in (1..out.len()).rev() {
+                out[i] = (out[i] - self.factors[i] * out[i - 1]) / self.fresh[i];
+            }
+        }
+        out
     }
 
     /// Gives white values this correlation: the inverse of [`Correlation::whiten`].
     pub fn colour(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut previous = 0.0;
         values
-            .zip(&self.factors)
-            .map(|(w, phi)| {
-                previous = phi * previous + (1.0 - phi * phi).sqrt() * w;
+            .zip(self.factors.iter().zip(&self.fresh))
+            .map(|(w, (phi, fresh))| {
+                previous = phi * previous + fresh * w;
                 previous
             })
             .collect()
     }
 
+    /// The transpose of [`Correlation::whiten`].
+    pub fn whiten_transposed(&self, values: &[f64]) -> Vec<f64> {
+        let own = |i: usize| values[i] / (1.0 - self.factors[i].powi(2)).sqrt();
+        let next = |i: usize| self.factors.get(i).map_or(0.0, |phi| phi * own(i));
+        (0..values.len()).map(|i| own(i) - next(i + 1)).collect()
+    }
+
+    /// The transpose of [`Correlation::colour`].
+    pub fn colour_transposed(&self, values: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; values.len()];
+        let mut later = 0.0;
+        for i in (0..values.len()).rev() {
+            later = values[i] + self.factors.get(i + 1).map_or(0.0, |phi| phi * later);
+            out[i] = (1.0 - self.factors[i].powi(2)).sqrt() * later;
+        }
+        out
+    }
+
     /// ln det of the correlation matrix.
     fn log_determinant(&self) -> f64 {
-        self.factors.iter().map(|phi| (1.0 - phi * phi).ln()).sum()
+        2.0 * self.fresh.iter().map(|f| f.ln()).sum::<f64>()
     }
 
     /// The grid of correlation times, ascending, without 0.
@@ -106,16 +130,16 @@ impl Correlation {
         let grid = self.grid();
         let at = |k: usize| restricted(&columns, &observed, &self.with(grid[k])) - at_zero;
         let mut likelihood: Vec<Option<f64>> =
-            (0..POINTS).map(|k| k.is_multiple_of(COARSE).then(|| at(k))).collect();
+            (0..POINTS).into_par_iter().map(|k| k.is_multiple_of(COARSE).then(|| at(k))).collect();
         let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         let hopeful: Vec<bool> =
             likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
-        for (k, value) in likelihood.iter_mut().enumerate().filter(|(_, v)| v.is_none()) {
+        likelihood.par_iter_mut().enumerate().filter(|(_, v)| v.is_none()).for_each(|(k, value)| {
             let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
             if hopeful[before] || hopeful.get(after) == Some(&true) {
                 *value = Some(at(k));
             }
-        }
+        });
         let weights: Vec<f64> = likelihood.iter().map(|l| l.map_or(0.0, |l| l.min(600.0).exp())).collect();
         let slab = weights.iter().sum::<f64>() / POINTS as f64;
         let total = PRIOR_UNCORRELATED + (1.0 - PRIOR_UNCORRELATED) * slab;
@@ -145,13 +169,13 @@ impl Correlation {
         suspects: &[Vec<Vec<f64>>],
     ) -> Vec<usize> {
         let grid = self.grid();
-        let times = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE));
+        let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
         let n = clean.len();
         let columns = orthonormal(model, shape);
         // Per correlation time: basis, residual, and what does not depend on the jumps of −2 log likelihood
         // of the observations' part outside the model.
         let mut places: Vec<Place> =
-            times.map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
+            times.into_par_iter().map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
         let freedom = (n - columns.count()).max(1) as f64;
         let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
         let mut taken = Vec::new();
@@ -160,17 +184,27 @@ impl Correlation {
                 .iter()
                 .map(|place| deviance(place, dot(&place.residual, &place.residual)))
                 .fold(f64::INFINITY, f64::min);
-            let mut best: Option<(f64, usize)> = None;
-            for (k, group) in suspects.iter().enumerate().filter(|(k, _)| !taken.contains(k)) {
-                let asked = JUMP_GAIN + JUMP_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
-                for place in &places {
+            // Gain of every group over what is asked of it, at the correlation time that suits it best.
+            let gains: Vec<Vec<f64>> = places
+                .par_iter()
+                .map(|place| {
                     let rss = dot(&place.residual, &place.residual);
-                    let gain = before - deviance(place, rss - place.explained_by(group, shape)) - asked;
-                    if gain > 0.0 && best.is_none_or(|b| gain > b.0) {
-                        best = Some((gain, k));
-                    }
-                }
-            }
+                    place
+                        .explained_by(suspects, shape)
+                        .iter()
+                        .zip(suspects)
+                        .map(|(explained, group)| {
+                            let asked = JUMP_GAIN + JUMP_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
+                            before - deviance(place, rss - explained) - asked
+                        })
+                        .collect()
+                })
+                .collect();
+            let best = (0..suspects.len())
+                .filter(|k| !taken.contains(k))
+                .map(|k| (gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max), k))
+                .filter(|(gain, _)| *gain > 0.0)
+                .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
             let Some((_, k)) = best else { break };
             taken.push(k);
             places.iter_mut().for_each(|place| place.take(&suspects[k], shape));
@@ -207,14 +241,44 @@ impl Place {
         self.correlation.whiten(column.iter().zip(shape).map(|(v, s)| v / s))
     }
 
-    /// What a group of columns explains.
-    fn explained_by(&self, group: &[Vec<f64>], shape: &[f64]) -> f64 {
+    /// What each group of columns explains. Most are single columns w, of which (w·r)²/(w·w − ‖Qᵀw‖²) is what
+    /// they explain of the residual r beside the basis Q: all of them in one product.
+    fn explained_by(&self, groups: &[Vec<Vec<f64>>], shape: &[f64]) -> Vec<f64> {
+        let mut white = Columns::new(self.residual.len());
+        groups.iter().flatten().for_each(|column| white.push(&self.white(column, shape)));
+        let mut beside = self.basis.columns.clone();
+        beside.push(&self.residual);
+        let (count, rank) = (white.count(), self.basis.rank());
+        let products = white.products(&beside);
+        let mut first = 0;
+        groups
+            .iter()
+            .map(|group| {
+                let own = first..first + group.len();
+                first = own.end;
+                if group.len() > 1 {
+                    return self.explained_jointly(own.map(|k| white.get(k)));
+                }
+                let k = own.start;
+                let whole = dot(white.get(k), white.get(k));
+                let left = whole - (0..rank).map(|b| products[b * count + k].powi(2)).sum::<f64>();
+                if left > OWN_PART * OWN_PART * whole {
+                    products[rank * count + k].powi(2) / left
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    }
+
+    /// What whitened columns explain together.
+    fn explained_jointly<'c>(&self, white: impl Iterator<Item = &'c [f64]>) -> f64 {
         let mut own = Basis::new(self.residual.len());
-        for column in group {
-            let mut w = self.white(column, shape);
+        for column in white {
+            let mut w = column.to_vec();
             let length = dot(&w, &w).sqrt();
             self.basis.project_off(&mut w);
-            if dot(&w, &w).sqrt() > 0.02 * length {
+            if dot(&w, &w).sqrt() > OWN_PART * length {
                 own.add(&w);
             }
         }

@@ -10,6 +10,7 @@ use crate::hand_on;
 use crate::held_out::{self, Fit, Score};
 use crate::model::{self, Model};
 use crate::observe::{ObserveError, Simulated, observe};
+use crate::polish;
 use crate::rows::{Rows, mean, rms};
 use crate::verdict::{self, Location, NamedEffect, Verdict};
 
@@ -70,6 +71,8 @@ pub struct Outcome {
 pub struct Options {
     /// Ids of effects that are left out of the catalogue.
     pub skip: Vec<String>,
+    /// Most harmonics of a periodic error that are handed on; all that were found where none.
+    pub harmonics: Option<usize>,
     /// The command, as it is to stand in the coefficients file.
     pub command: String,
 }
@@ -104,6 +107,12 @@ pub fn diagnose(
     let hand_on = |model: &Model| {
         let mut file = hand_on::coefficients(recording, mirror, &rows, &effects, model, &options.command);
         hand_on::describe(&mut file, &full);
+        if let Some(most) = options.harmonics {
+            polish::keep_strongest(&mut file, most);
+        }
+        if simulated.is_none() {
+            polish::polish(&mut file, recording, &full);
+        }
         file
     };
     // Generic curves hold nowhere else and are not handed on: the effects are fitted again without them.

@@ -2,6 +2,8 @@
 //! a grid), one per generic dependence, and one that only raises the order of the base polynomial. The
 //! dictionary holds them whitened, and projects them off whatever is already in the model.
 
+use rayon::prelude::*;
+
 use crate::base::base_columns;
 use crate::effects::{Effect, Place};
 use crate::generic;
@@ -60,6 +62,9 @@ pub const SMALLEST_PART: f64 = 0.02;
 /// mode: a hundredth of it that the base leaves is still many times its reading noise. A column of which the
 /// reading noise alone is left is no more than any other column of noise; below this it is rounding.
 pub const SMALLEST_PART_MEASURED: f64 = 1e-5;
+
+/// Candidates that are projected together.
+const TOGETHER: usize = 128;
 
 /// Candidates after projection: orthonormal columns per candidate.
 pub struct Projected {
@@ -129,16 +134,22 @@ impl Dictionary {
     pub fn new(rows: &Rows, catalogue: &[Box<dyn Effect>], order: usize, skip: &[String]) -> Dictionary {
         let mut d =
             Dictionary { families: Vec::new(), candidates: Vec::new(), raw: Columns::new(rows.len()) };
-        for (index, effect) in catalogue.iter().enumerate() {
+        let of_effect = |effect: &dyn Effect| -> Option<Vec<(Vec<Vec<f64>>, Vec<f64>)>> {
             if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id()) {
-                continue;
+                return None;
             }
-            let starts = effect.starts(rows);
-            let groups = starts.into_iter().map(|s| (effect.signature(rows, &s), s)).collect();
+            Some(effect.starts(rows).into_iter().map(|s| (effect.signature(rows, &s), s)).collect())
+        };
+        let (of_effects, generic): (Vec<_>, _) = rayon::join(
+            || catalogue.par_iter().map(|effect| of_effect(effect.as_ref())).collect(),
+            || generic::families(rows),
+        );
+        for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
+            let Some(groups) = groups else { continue };
             let part = if effect.measured() { SMALLEST_PART_MEASURED } else { SMALLEST_PART };
             d.add(Kind::Effect(index), groups, part);
         }
-        for family in generic::families(rows) {
+        for family in generic {
             let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
             d.add(Kind::Generic(family.place), groups, SMALLEST_PART);
         }
@@ -163,25 +174,34 @@ impl Dictionary {
         self.families.push(Family { kind, candidates: first..self.candidates.len(), smallest_part });
     }
 
-    /// All columns whitened.
-    pub fn whitened(&self, noise: &Noise) -> Columns {
-        let mut out = Columns::new(self.raw.rows);
-        for k in 0..self.raw.count() {
-            out.push(&noise.whiten(self.raw.get(k)));
+    /// Every candidate's whitened part outside `basis`, orthonormalised within the candidate.
+    pub fn project(&self, noise: &Noise, basis: &Basis) -> Projected {
+        let parts: Vec<Projected> =
+            self.candidates.par_chunks(TOGETHER).map(|some| self.project_some(some, noise, basis)).collect();
+        let mut all = Projected { columns: Columns::new(self.raw.rows), of: Vec::new(), parts: Vec::new() };
+        for part in parts {
+            let first = all.columns.count();
+            all.columns.append(&part.columns);
+            all.of.extend(part.of.into_iter().map(|r| r.start + first..r.end + first));
+            all.parts.extend(part.parts);
         }
-        out
+        all
     }
 
-    /// Every candidate's part outside `basis`, orthonormalised within the candidate.
-    pub fn project(&self, whitened: &Columns, basis: &Basis) -> Projected {
-        let components = basis.columns.products(whitened);
+    fn project_some(&self, candidates: &[Candidate], noise: &Noise, basis: &Basis) -> Projected {
+        let mut whitened = Columns::new(self.raw.rows);
+        for k in candidates.iter().flat_map(|c| c.columns.clone()) {
+            whitened.push(&noise.whiten(self.raw.get(k)));
+        }
+        let components = basis.columns.products(&whitened);
         let rank = basis.rank();
         let mut columns = Columns::new(whitened.rows);
         let mut parts = Vec::new();
-        let mut of = Vec::with_capacity(self.candidates.len());
-        for candidate in &self.candidates {
+        let mut of = Vec::with_capacity(candidates.len());
+        let mut next = 0;
+        for candidate in candidates {
             let first = columns.count();
-            for k in candidate.columns.clone() {
+            for k in next..next + candidate.columns.len() {
                 let column = whitened.get(k);
                 let length = dot(column, column).sqrt();
                 let mut w = column.to_vec();
@@ -199,6 +219,7 @@ impl Dictionary {
                     parts.push(left / length);
                 }
             }
+            next += candidate.columns.len();
             of.push(first..columns.count());
         }
         Projected { columns, of, parts }

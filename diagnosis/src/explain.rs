@@ -59,19 +59,20 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         return Explanation { search, terms: Vec::new(), alarm };
     }
     let mut terms = search.reshuffle(search.run(Vec::new()));
-    let mut search = search;
+    let mut last: Option<Search> = None;
     // Noise about what was found: nothing of it is left in the floor, and less freedom is spent.
     for _ in 0..2 {
+        let now = last.as_ref().unwrap_or(&search);
         // Of a single move nothing repeats: what is left of its shape beside a named effect may as well be noise
         // that is correlated, and only what exceeds that is structure.
-        if rows.single_move() && terms.iter().any(|t| search.effect(t.family).is_some()) {
-            terms.retain(|t| search.effect(t.family).is_some());
+        if rows.single_move() && terms.iter().any(|t| now.effect(t.family).is_some()) {
+            terms.retain(|t| now.effect(t.family).is_some());
         }
-        search.relocate(&mut terms);
+        now.relocate(&mut terms);
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.clone()));
         let light = model.clone();
-        let unexplained = terms.iter().any(|t| search.is_generic(t.family));
+        let unexplained = terms.iter().any(|t| now.is_generic(t.family));
         if unexplained {
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));
@@ -80,20 +81,25 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
         let again =
-            if (noise.correlation.typical() - search.noise.correlation.typical()).abs() < SAME_CORRELATION {
-                Search::with_noise(&search, noise)
+            if (noise.correlation.typical() - now.noise.correlation.typical()).abs() < SAME_CORRELATION {
+                Search::with_noise(now, noise)
             } else {
                 Search::new(rows, catalogue, order, noise, skip)
             };
         let next = again.reshuffle(again.run(terms.clone()));
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
-        search = again;
+        last = Some(again);
         terms = next;
         if same {
             break;
         }
     }
-    Explanation { search, terms, alarm }
+    // The noise about the saturated model has no part in whatever the names leave, and judges it.
+    let named = !terms.is_empty() && terms.iter().all(|t| search.effect(t.family).is_some());
+    if named && let Some(rest) = search.remainder(&terms) {
+        terms.push(rest.term);
+    }
+    Explanation { search: last.unwrap_or(search), terms, alarm }
 }
 
 /// The family with the smallest p-value beside the base alone.

@@ -108,10 +108,16 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             })
             .collect();
         add(Place::product(&o.name, "history"), history);
+        // Counted from the middle of either factor, or from where the recording begins. The factors themselves
+        // are no part of it: two effects would then be one curve.
+        let about = |a: &[f64], b: &[f64]| {
+            let from_first = |v: &[f64]| v.iter().map(|x| x - v[0]).collect::<Vec<f64>>();
+            vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
+        };
         add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
-        add(Place::product(&o.name, "t_s"), vec![vec![times(&own[k], &t)]]);
+        add(Place::product(&o.name, "t_s"), about(&own[k], &t));
         for (j, other) in observables.iter().enumerate().skip(k + 1) {
-            add(Place::product(&o.name, &other.name), vec![vec![times(&own[k], &own[j])]]);
+            add(Place::product(&o.name, &other.name), about(&own[k], &own[j]));
         }
     }
 
@@ -166,7 +172,12 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         for length in [0.03, 0.1, 0.25, 0.6] {
             groups.push(vec![following_direction(rows, &x, length)]);
         }
-        groups.push(vec![remembered_turning(&x, 0.02)]);
+        let turning = remembered_turning(&x, 0.02);
+        for length in [0.2, 0.4, 0.8] {
+            let trace = |(x, m): (&f64, &f64)| m * (-(x - m).abs() / length).exp();
+            groups.push(vec![x.iter().zip(&turning).map(trace).collect()]);
+        }
+        groups.push(vec![turning]);
         add(Place::on("history"), groups);
     }
     let duration = rows.duration_s();
@@ -309,6 +320,10 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let z = scaled(temperature);
         columns.push(z.clone());
         columns.push(times(&z, &x));
+        columns.push(times(&z, &z));
+        if !rows.single_move() {
+            columns.push(times(&z, &t));
+        }
         columns.push(low_pass(&rows.t_s, &z, 0.03 * rows.duration_s()));
         columns.push(low_pass(&rows.t_s, &z, 0.12 * rows.duration_s()));
     }
@@ -317,10 +332,8 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
         columns.push(times(&o.z, &o.z));
     }
     if rows.both_directions() {
-        for k in 0..3 {
-            let power: Vec<f64> = x.iter().map(|x| x.powi(k)).collect();
-            columns.push(times(&rows.direction, &power));
-        }
+        // No higher: at the ends of a direction few rows would bear a whole curve, and an outlier among them.
+        columns.extend(legendre(&x, 2).iter().map(|curve| times(&rows.direction, curve)));
     }
     if !rows.single_move() {
         columns.push(t.iter().map(|t| -(-(t + 1.0) / 0.1).exp_m1()).collect());

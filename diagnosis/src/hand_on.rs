@@ -1,13 +1,18 @@
 //! The augmented model as a coefficients file, which `fitter apply` and `codegen` read.
 
+use std::collections::BTreeMap;
+
 use fitter::coefficients::{Coefficients, Provenance};
 use fitter::error_model::ErrorModel;
-use fitter::terms::{Scope, Term};
+use fitter::terms::{Observables, Scope, Term, depends_on_angle};
 use fitter::{Mirror, Recording};
 
 use crate::effects::Effect;
 use crate::model::Model;
 use crate::rows::{Rows, range};
+
+/// Part of a range by which another recording may exceed it: far less than a step.
+const MARGIN: f64 = 0.005;
 
 /// Makes the coefficients file of a model. Generic terms are left out: they are no physics that would hold
 /// anywhere else.
@@ -77,15 +82,31 @@ pub fn coefficients(
             covariance,
         });
     }
+    file.observed = observed(recording, mirror, &file.terms);
     file
+}
+
+/// What the recording covers of the observables that the terms read beside the reading, with the margin that the
+/// reading has ([`describe`]).
+fn observed(recording: &Recording, mirror: &Mirror, terms: &[Term]) -> BTreeMap<String, [f64; 2]> {
+    let observables = Observables { recording, sensor: &mirror.sensor };
+    let names = terms.iter().flat_map(|term| term.operator.observables());
+    let covered = |name: &str| {
+        let values = observables.get(name).ok()?;
+        let known: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
+        let (from, to) = range(&known);
+        let margin = MARGIN * (to - from);
+        Some((name.to_string(), [from - margin, to + margin]))
+    };
+    names.filter(|name| !depends_on_angle(name)).filter_map(covered).collect()
 }
 
 /// Says how much was recorded and over which range.
 pub fn describe(file: &mut Coefficients, rows: &Rows) {
     let (from, to) = range(&rows.reading);
     // The next recording's outermost rows miss these by the controller's jitter, and must not fall to the
-    // extrapolation for it: half a per cent of the range is far less than a step.
-    let margin = 0.005 * (to - from);
+    // extrapolation for it.
+    let margin = MARGIN * (to - from);
     (file.valid_range.from, file.valid_range.to) = (from - margin, to + margin);
     file.recording.rows = rows.len();
     file.recording.passes = rows.passes().len();

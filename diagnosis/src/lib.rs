@@ -10,6 +10,8 @@
 pub mod averaging;
 pub mod base;
 pub mod calibrate;
+pub mod cli;
+mod cli_dynamic;
 pub mod condense;
 pub mod correlation;
 pub mod diagnosis;
@@ -23,15 +25,18 @@ pub mod hand_on;
 pub mod held_out;
 pub mod intervals;
 pub mod linear;
+pub mod memory;
 pub mod mixture;
 pub mod model;
 pub mod noise;
 pub mod observe;
+pub mod polish;
 pub mod report;
 pub mod rows;
 pub mod search;
 pub mod simulated;
 pub mod steps;
+pub mod summary;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

@@ -3,26 +3,48 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
+use pulp::Arch;
 
 /// Relative length below which what is left of a column after projection is rounding.
 const DEPENDENT: f64 = 1e-7;
 
+/// Partial sums of an inner product: enough for two of the widest registers, and the same on every processor.
+const LANES: usize = 16;
+
 /// Inner product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    // Four partial sums: the compiler may not reorder a floating-point sum by itself.
-    let mut sums = [0.0; 4];
-    let (chunks_a, chunks_b) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in chunks_a.zip(chunks_b) {
-        for k in 0..4 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    sums[0] + sums[1] + sums[2] + sums[3] + rest
+    Arch::new().dispatch(|| dot_here(a, b))
 }
 
 /// `y += a x`.
 pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
+    Arch::new().dispatch(|| add_scaled_here(y, a, x));
+}
+
+/// The inner product, compiled for the instructions of whoever calls it.
+#[inline(always)]
+fn dot_here(a: &[f64], b: &[f64]) -> f64 {
+    // Partial sums: the compiler may not reorder a floating-point sum by itself.
+    let mut sums = [0.0; LANES];
+    let (chunks_a, chunks_b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest: f64 = chunks_a.remainder().iter().zip(chunks_b.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in chunks_a.zip(chunks_b) {
+        for k in 0..LANES {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    let mut width = LANES / 2;
+    while width > 0 {
+        for k in 0..width {
+            sums[k] += sums[k + width];
+        }
+        width /= 2;
+    }
+    sums[0] + rest
+}
+
+#[inline(always)]
+fn add_scaled_here(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
     }
@@ -60,6 +82,11 @@ impl Columns {
     /// Appends a column.
     pub fn push(&mut self, column: &[f64]) {
         self.data.extend_from_slice(column);
+    }
+
+    /// Appends the columns of `other`.
+    pub fn append(&mut self, other: &Columns) {
+        self.data.extend_from_slice(&other.data);
     }
 
     /// Drops all columns from `count` on.
@@ -103,11 +130,12 @@ impl Basis {
 
     /// Takes from `v` its part in the basis.
     pub fn project_off(&self, v: &mut [f64]) {
-        for k in 0..self.rank() {
-            let q = self.columns.get(k);
-            let a = dot(q, v);
-            add_scaled(v, -a, q);
-        }
+        Arch::new().dispatch(|| {
+            for q in self.columns.data.chunks_exact(self.columns.rows.max(1)) {
+                let a = dot_here(q, v);
+                add_scaled_here(v, -a, q);
+            }
+        });
     }
 
     /// Adds a column after projecting off the others; `false` where nothing but rounding is left of it.

@@ -198,8 +198,11 @@ pub fn fit(
             }
             let mut residual = target.clone();
             basis.project_off(&mut residual);
-            let beside =
-                Beside { rows, noise, basis, residual, widening: widening(freedom), left: &left[index] };
+            // The direction of its first amplitude: what is its own beside everything else.
+            let mut direction = columns[first].clone();
+            basis.project_off(&mut direction);
+            let widening = widening(freedom) * crate::memory::spread(noise, &direction, &whole_residual);
+            let beside = Beside { rows, noise, basis, residual, widening, left: &left[index] };
             let deviation: Vec<f64> =
                 (width..positions.len()).map(|k| covariance_of(k, k).max(0.0).sqrt()).collect();
             let effect = catalogue[e].as_ref();

@@ -26,6 +26,9 @@ pub enum ObserveError {
         "{file}: {rows} readings, expected at least {needed}: too short to hold anything against the noise; record more passes"
     )]
     TooShort { file: String, rows: usize, needed: usize },
+    /// Readings of a sensor that turns cannot be put on their turns.
+    #[error(transparent)]
+    Turn(Box<fitter::FitError>),
     /// The simulation does not fit the recording's rows.
     #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
     Simulation { file: String, found: String, expected: String },
@@ -81,7 +84,11 @@ pub fn observe(
             expected: format!("{n}"),
         });
     }
-    let reading: Vec<f64> = (0..n).map(|i| recording.reading(i)).collect();
+    let turned = unwound(recording, mirror, simulated)?;
+    let (reading, truth) = match turned {
+        Some(Unwound { reading, truth }) => (reading, truth),
+        None => ((0..n).map(|i| recording.reading(i)).collect(), truth),
+    };
     let weight: Vec<f64> = reading.iter().map(|r| sensor.gain(*r)).collect();
     let theta: Vec<f64> = reading.iter().map(|r| per * sensor.calculated(*r)).collect();
     let expected = simulated.map_or(theta.as_slice(), |s| s.reference.as_slice());
@@ -162,6 +169,37 @@ pub fn observe(
         );
     }
     Ok(rows)
+}
+
+/// Readings and references that go on beyond a turn.
+struct Unwound {
+    reading: Vec<f64>,
+    truth: Vec<f64>,
+}
+
+/// Readings and references of a sensor that turns, each on the turn where it belongs: a reading that passes the end
+/// of the turn goes on, as the axis does. None of another sensor, and none beside the user's own simulation, which
+/// predicts the reference as it was recorded.
+fn unwound(
+    recording: &Recording,
+    mirror: &Mirror,
+    simulated: Option<&Simulated>,
+) -> Result<Option<Unwound>, ObserveError> {
+    let Sensor::Direct { revolution: Some(turn), .. } = mirror.sensor else { return Ok(None) };
+    if simulated.is_some() {
+        return Ok(None);
+    }
+    let fit = fitter::fit(recording, mirror, &fitter::Options::default())
+        .map_err(|error| ObserveError::Turn(Box::new(error)))?;
+    // The fit's readings lie within one turn, its errors on the turn of their reading.
+    let mut reading = fit.calibrated.reading;
+    let mut before = reading.first().copied().unwrap_or(0.0);
+    for reading in &mut reading {
+        *reading -= turn * ((*reading - before) / turn).round();
+        before = *reading;
+    }
+    let truth = reading.iter().zip(&fit.calibrated.error).map(|(reading, error)| reading - error).collect();
+    Ok(Some(Unwound { reading, truth }))
 }
 
 /// Columns that were left out or assumed when the file was read.

@@ -4,10 +4,12 @@
 //! price is what the strongest of the family's candidates explains in one recording of nothing in
 //! [`crate::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
 
+mod beside;
 mod refine;
+mod remainder;
 mod select;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
@@ -69,11 +71,13 @@ pub struct Search<'a> {
     /// Free shape parameters of every effect of the catalogue.
     free_shapes: Vec<usize>,
     base_order: usize,
-    /// The candidates beside the base.
-    projected: Projected,
+    /// The candidates beside the base, made when they are first asked for.
+    projected: OnceLock<Projected>,
     base: Basis,
     /// Whitened cleaned observations less the base.
     target: Vec<f64>,
+    /// What was looked at already.
+    kept: beside::Kept,
 }
 
 impl<'a> Search<'a> {
@@ -86,14 +90,13 @@ impl<'a> Search<'a> {
         skip: &[String],
     ) -> Search<'a> {
         let dictionary = Arc::new(Dictionary::new(rows, catalogue, order, skip));
-        let whitened = dictionary.whitened(&noise);
         let (base, target) = base_and_target(rows, order, &noise);
         let shares: Vec<f64> = dictionary
             .families
             .iter()
             .map(|f| if matches!(f.kind, Kind::Generic(_)) { GENERIC_SHARE } else { 1.0 })
             .collect();
-        let projected = dictionary.project(&whitened, &base);
+        let projected = dictionary.project(&noise, &base);
         // The order of the base is no mismatch: it takes no part in the alarm.
         let alarm: Vec<f64> = dictionary
             .families
@@ -101,7 +104,10 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let calibration = calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm);
+        let generic: Vec<bool> =
+            dictionary.families.iter().map(|f| matches!(f.kind, Kind::Generic(_))).collect();
+        let calibration =
+            calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm, &generic);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -126,9 +132,10 @@ impl<'a> Search<'a> {
                 })
                 .collect(),
             base_order: order,
-            projected,
+            projected: OnceLock::from(projected),
             base,
             target,
+            kept: beside::Kept::default(),
         }
     }
 
@@ -137,7 +144,6 @@ impl<'a> Search<'a> {
         let order = whole.base_order;
         let dictionary = Arc::clone(&whole.dictionary);
         let (base, target) = base_and_target(whole.rows, order, &noise);
-        let projected = dictionary.project(&dictionary.whitened(&noise), &base);
         Search {
             rows: whole.rows,
             catalogue: whole.catalogue,
@@ -148,10 +154,16 @@ impl<'a> Search<'a> {
             prices: whole.prices.clone(),
             free_shapes: whole.free_shapes.clone(),
             base_order: order,
-            projected,
+            projected: OnceLock::new(),
             base,
             target,
+            kept: beside::Kept::default(),
         }
+    }
+
+    /// The candidates beside the base.
+    fn projected(&self) -> &Projected {
+        self.projected.get_or_init(|| self.dictionary.project(&self.noise, &self.base))
     }
 
     /// Whether the term is a catalogued effect, and which.
@@ -179,12 +191,6 @@ impl<'a> Search<'a> {
             add_scaled(&mut residual, -a, basis.columns.get(k));
         }
         (basis, residual)
-    }
-
-    /// What the terms explain together.
-    pub fn explained(&self, terms: &[Term]) -> f64 {
-        let (_, residual) = self.fit(terms);
-        dot(&self.target, &self.target) - dot(&residual, &residual)
     }
 
     /// The price of a term.
@@ -230,12 +236,13 @@ impl<'a> Search<'a> {
         (self.base.rank()..basis.rank()).for_each(|k| further.push(basis.columns.get(k)));
         let count = further.count();
         further.push(residual);
-        let products = self.projected.products(&further);
+        let projected = self.projected();
+        let products = projected.products(&further);
         let mut scratch = Scratch::default();
         for (f, family) in self.dictionary.families.iter().enumerate() {
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
-                self.projected.scores(c, &products, count, family.smallest_part, &mut scratch);
+                projected.scores(c, &products, count, family.smallest_part, &mut scratch);
                 let scores = &scratch.scores;
                 if scores.is_empty() || !self.possible(f, scores) {
                     continue;

@@ -94,3 +94,36 @@ fn bad_calls_are_refused_with_one_message_and_nothing_written() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("plant.toml"));
 }
+
+#[test]
+fn a_loop_of_the_wrong_sense_is_no_play() {
+    let scene = scene();
+    for (name, sense, play) in [("ahead", 1.0, true), ("behind", -1.0, false)] {
+        let path = recording(scene.folder.path(), &format!("{name}.csv"), 6, |row, cells| {
+            let direction: f64 = cells[2].parse().expect("a direction");
+            let reference: f64 = cells[5].parse().expect("a number");
+            // A pass begins where the last one ended: nothing has turned yet.
+            let moved = if row > 0 && row % 31 == 0 { -direction } else { direction };
+            cells[5] = format!("{:.3}", reference - sense * moved);
+        });
+        // At one speed and without commands a lag is the same.
+        let (output, out) = scene.diagnose(&[&path], &["--no-report", "--without", "read_lag"]);
+        assert!(output.status.success());
+        let json = scene.json(&out, name);
+        let effects = json["effects"].as_array().expect("effects");
+        let named = effects.iter().any(|e| e["id"] == "backlash" || e["id"] == "hysteresis");
+        assert_eq!(named, play, "{name}: {json}");
+        assert_eq!(json["verdict"] == "unexplained", !play);
+        assert!(["direction", "history"].iter().any(|v| json["locations"][0]["variable"] == *v), "{json}");
+    }
+}
+
+#[test]
+fn the_catalogue_is_printed_without_a_recording() {
+    let output = common::run(&["--effects"]);
+    assert!(output.status.success());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(text.matches("\n- adds to the angular error: ").count(), 15);
+    // It stands alone.
+    assert!(!common::run(&["--effects", "some.csv"]).status.success());
+}

@@ -10,11 +10,11 @@ use crate::fit::Fit;
 use crate::order::OrderSelection;
 
 /// What a line is about.
-const LABEL: Style = Style::new().dimmed();
+pub const LABEL: Style = Style::new().dimmed();
 /// The figure that matters.
-pub(crate) const FIGURE: Style = AnsiColor::Green.on_default().bold();
+pub const FIGURE: Style = AnsiColor::Green.on_default().bold();
 /// What should be looked at.
-pub(crate) const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+pub const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 
 /// So many harmonics are listed unless everything is.
 const LISTED: usize = 6;
@@ -33,7 +33,7 @@ pub fn styled(fit: &Fit, verbose: bool) -> String {
 }
 
 /// One labelled line.
-pub(crate) fn line(label: &str, content: &str) -> String {
+pub fn line(label: &str, content: &str) -> String {
     format!("{LABEL}{label:<12}{LABEL:#} {content}\n")
 }
 

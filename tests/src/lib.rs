@@ -3,6 +3,7 @@
 
 pub mod committed;
 pub mod devices;
+pub mod documents;
 pub mod inputs;
 pub mod judge;
 pub mod native;

@@ -10,11 +10,17 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A program of the workspace, `codegen`, `fitter` or `twin`, as built from the present sources.
+/// A program of the workspace, as built from the present sources, or from the folder that `ARCSMITH_PROGRAMS`
+/// names, where they are built already.
 ///
 /// # Panics
-/// Where the workspace does not build.
+/// Where the workspace does not build, or has no such program.
 pub fn program(name: &str) -> Command {
+    if let Some(folder) = std::env::var_os("ARCSMITH_PROGRAMS") {
+        let path = PathBuf::from(folder).join(name);
+        assert!(path.is_file(), "{} is not there; build it, or unset ARCSMITH_PROGRAMS", path.display());
+        return Command::new(path);
+    }
     static PROGRAMS: OnceLock<HashMap<String, PathBuf>> = OnceLock::new();
     let programs = PROGRAMS.get_or_init(build);
     match programs.get(name) {

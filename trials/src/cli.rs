@@ -1,33 +1,57 @@
-//! The command line of `trials`.
+//! The command line of `trials`: [`main`] is the program, [`run`] its body for a program that takes the same
+//! [`Command`]s in. Exit code 0 where every figure is reached, 1 where one is not, 2 for bad input.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use fitter::cli::Common;
+use fitter::cli::common::program;
 use miette::{IntoDiagnostic, Result};
 use serde::Serialize;
-use trials::campaign::{Campaign, put};
-use trials::report::Report;
-use trials::score::Miss;
-use trials::{dynamic, examples, real, summary};
+
+use crate::campaign::{Campaign, put};
+use crate::report::Report;
+use crate::summary::Telling;
+use crate::{dynamic, examples, real, workspace};
 
 /// Conceals physical effects in simulated recordings, has `diagnose` run on the recordings alone, and scores it.
 #[derive(Parser)]
-#[command(version)]
+#[command(name = "trials", version, after_help = EXAMPLES)]
 pub struct Cli {
+    /// How much is said.
+    #[command(flatten)]
+    pub common: Common,
+    /// What is tried.
     #[command(subcommand)]
-    command: Command,
+    pub command: Command,
 }
 
+/// Examples for the help.
+pub const EXAMPLES: &str = "\
+Examples:
+  trials static                                              3000 trials and 8000 nulls: an hour or two
+  trials static --trials 300 --nulls 50 --skip-without       some minutes
+  trials dynamic --trials 50 --seed 2 --json";
+
+/// The commands.
 #[derive(Subcommand)]
-enum Command {
+pub enum Command {
     /// Static calibrations
     Static(Static),
     /// Moving mechanisms
     Dynamic(Dynamic),
 }
 
+/// The program: parses the arguments, runs, and prints the message of what went wrong.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    program(|| run(&cli.command, cli.common))
+}
+
+/// Arguments of `trials dynamic`.
 #[derive(Args)]
-struct Dynamic {
+pub struct Dynamic {
     /// Trials: a fifth of them nulls, the others with something concealed
     #[arg(long, default_value_t = 500)]
     trials: usize,
@@ -46,8 +70,9 @@ struct Dynamic {
     out: PathBuf,
 }
 
+/// Arguments of `trials static`.
 #[derive(Args)]
-struct Static {
+pub struct Static {
     /// Trials with something concealed
     #[arg(long, default_value_t = 3000)]
     trials: usize,
@@ -69,12 +94,21 @@ struct Static {
     skip_without: bool,
 }
 
-/// Runs the program; whether every figure was reached.
-pub fn run(cli: &Cli) -> Result<bool> {
-    match &cli.command {
-        Command::Static(args) => run_static(args),
-        Command::Dynamic(args) => run_dynamic(args),
+/// Runs a command; the exit code says whether every figure was reached.
+///
+/// # Errors
+/// One message.
+pub fn run(command: &Command, common: Common) -> Result<ExitCode> {
+    if common.quiet {
+        workspace::hush();
     }
+    let mut telling = Telling::new(common);
+    let reached = match command {
+        Command::Static(args) => run_static(args, &mut telling)?,
+        Command::Dynamic(args) => run_dynamic(args, &mut telling)?,
+    };
+    telling.end(reached);
+    Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 fn threads(jobs: Option<std::num::NonZeroUsize>) -> Result<usize> {
@@ -84,35 +118,18 @@ fn threads(jobs: Option<std::num::NonZeroUsize>) -> Result<usize> {
     }
 }
 
-fn announce(hash: &str, count: usize) {
-    println!("{count} recordings; the truth is sealed: SHA-256 {hash}");
-}
-
-fn tell_misses(misses: &[Miss]) {
-    for miss in misses {
-        println!("{}: {}: {} → {}", miss.recording, miss.figure, miss.concealed, miss.said);
-    }
-}
-
-fn run_dynamic(args: &Dynamic) -> Result<bool> {
+fn run_dynamic(args: &Dynamic, telling: &mut Telling) -> Result<bool> {
     let jobs = threads(args.jobs)?;
     let campaign =
         dynamic::campaign::Campaign { trials: args.trials, seed: args.seed, jobs, out: args.out.clone() };
-    let outcome = campaign.run(announce).into_diagnostic()?;
+    let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
     let report = dynamic::report::Report::new(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
-    print!("{}", summary::table(&report.score.figures));
-    println!(
-        "{} answers that were not right are listed in {}",
-        report.score.misses.len(),
-        args.out.display()
-    );
-    let mut reached = summary::reached(&report.score.figures);
+    let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
     if args.feedback > 0 {
         let folder = args.out.join("feedback");
         let figures = dynamic::feedback::run(args.feedback, args.seed, jobs, &folder).into_diagnostic()?;
-        println!("\nUnder feedback");
-        print!("{}", summary::table(&figures));
+        reached &= telling.set("Under feedback", &figures, &[]);
     }
     let opened = std::env::var_os("ARCSMITH_EXAMPLES").map(PathBuf::from);
     let scored = match &opened {
@@ -122,18 +139,17 @@ fn run_dynamic(args: &Dynamic) -> Result<bool> {
         None => None,
     };
     match scored {
-        Some(scored) => {
-            println!("\nOpened examples of an independent laboratory");
-            print!("{}", summary::table(&scored.figures));
-            tell_misses(&scored.misses);
-            reached &= summary::reached(&scored.figures);
+        Some(scored) => reached &= telling.set(OPENED, &scored.figures, &scored.misses),
+        None => {
+            telling.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder that holds them")
         }
-        None => println!("\nOpened examples are skipped: ARCSMITH_EXAMPLES names no folder that holds them"),
     }
     Ok(reached)
 }
 
-fn run_static(args: &Static) -> Result<bool> {
+const OPENED: &str = "Opened examples of an independent laboratory";
+
+fn run_static(args: &Static, telling: &mut Telling) -> Result<bool> {
     let jobs = threads(args.jobs)?;
     let campaign = Campaign {
         trials: args.trials,
@@ -143,42 +159,32 @@ fn run_static(args: &Static) -> Result<bool> {
         without: !args.skip_without,
         out: args.out.clone(),
     };
-    let outcome = campaign.run(announce).into_diagnostic()?;
+    let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
     let report = Report::new(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
-    print!("{}", summary::table(&report.score.figures));
-    println!(
-        "{} answers that were not right are listed in {}",
-        report.score.misses.len(),
-        args.out.display()
-    );
-    let mut reached = summary::reached(&report.score.figures);
-
-    if let Some(folder) = std::env::var_os("ARCSMITH_EXAMPLES") {
-        let scored =
-            examples::score(&PathBuf::from(folder), &args.out.join("examples"), jobs).into_diagnostic()?;
-        put(&args.out.join("examples.json"), &json(&scored)?).into_diagnostic()?;
-        println!("\nOpened examples of an independent laboratory");
-        print!("{}", summary::table(&scored.figures));
-        tell_misses(&scored.misses);
-        reached &= summary::reached(&scored.figures);
-    } else {
-        println!("\nOpened examples are skipped: ARCSMITH_EXAMPLES names no folder");
+    let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
+    match std::env::var_os("ARCSMITH_EXAMPLES") {
+        Some(folder) => {
+            let scored = examples::score(&PathBuf::from(folder), &args.out.join("examples"), jobs)
+                .into_diagnostic()?;
+            write(&args.out, "examples.json", &scored)?;
+            reached &= telling.set(OPENED, &scored.figures, &scored.misses);
+        }
+        None => telling.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder"),
     }
     match std::env::var_os("ARCSMITH_RECORDINGS") {
         Some(folder) => {
             let figures =
                 real::figures(&PathBuf::from(folder), &args.out.join("real"), jobs).into_diagnostic()?;
-            put(&args.out.join("real.json"), &json(&figures)?).into_diagnostic()?;
-            println!("\nReal recordings");
-            print!("{}", summary::table(&figures));
-            reached &= summary::reached(&figures);
+            write(&args.out, "real.json", &figures)?;
+            reached &= telling.set("Real recordings", &figures, &[]);
         }
-        None => println!("\nReal recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
+        None => telling.skipped("Real recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
     }
     Ok(reached)
 }
 
-fn json(value: &impl Serialize) -> Result<String> {
-    Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
+fn write(folder: &Path, name: &str, value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value).into_diagnostic()? + "\n";
+    put(&folder.join(name), &text).into_diagnostic()
 }

@@ -6,6 +6,7 @@
 
 pub mod answer;
 pub mod campaign;
+pub mod cli;
 pub mod curve;
 pub mod draw;
 pub mod dynamic;

@@ -29,6 +29,9 @@ pub enum ProgramError {
     },
 }
 
+/// The program that holds all programs.
+const FRONT_DOOR: &str = "arcsmith";
+
 /// What the programs are told of the device, as an option and the file in the folder of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Nominal {
@@ -55,20 +58,44 @@ impl Nominal {
     }
 }
 
+/// A program, and what stands before its arguments.
+#[derive(Debug, Clone)]
+struct Program {
+    path: PathBuf,
+    before: &'static [&'static str],
+}
+
+impl Program {
+    fn command(&self) -> Command {
+        let mut command = Command::new(&self.path);
+        command.env_clear().args(self.before);
+        command
+    }
+}
+
 /// The programs.
 #[derive(Debug, Clone)]
 pub struct Programs {
-    diagnose: PathBuf,
-    fitter: PathBuf,
+    diagnose: Program,
+    apply: Program,
 }
 
 impl Programs {
-    /// Finds them beside the running program.
+    /// Finds them beside the running program; the front door `arcsmith` holds them itself, and is started anew.
     ///
     /// # Errors
     /// [`ProgramError::Missing`].
     pub fn find() -> Result<Self, ProgramError> {
-        Ok(Self { diagnose: beside("diagnose", "diagnosis")?, fitter: beside("fitter", "fitter")? })
+        let own = std::env::current_exe().unwrap_or_default();
+        if own.file_stem().is_some_and(|name| name == FRONT_DOOR) {
+            let itself = |before| Program { path: own.clone(), before };
+            return Ok(Self { diagnose: itself(&["diagnose"]), apply: itself(&["apply"]) });
+        }
+        let folder = own.parent().map(Path::to_owned).unwrap_or_default();
+        Ok(Self {
+            diagnose: Program { path: beside(&folder, "diagnose", "diagnosis")?, before: &[] },
+            apply: Program { path: beside(&folder, "fitter", "fitter")?, before: &["apply"] },
+        })
     }
 
     /// Diagnoses recordings of the folder `blind`, by name, into `out`, with effects left out of the catalogue;
@@ -85,13 +112,27 @@ impl Programs {
         without: Option<&str>,
         jobs: usize,
     ) -> Result<Result<(), String>, ProgramError> {
-        let mut command = Command::new(&self.diagnose);
-        command.current_dir(blind).env_clear().args(files).args([nominal.option(), nominal.file()]);
-        command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]);
-        if let Some(id) = without {
-            command.args(["--without", id]);
-        }
-        run(command, &self.diagnose)
+        let options = without.map_or_else(Vec::new, |id| vec!["--without", id]);
+        self.diagnose_with(nominal, blind, files, out, &options, jobs)
+    }
+
+    /// The same with further options.
+    ///
+    /// # Errors
+    /// [`ProgramError::Start`].
+    pub fn diagnose_with(
+        &self,
+        nominal: Nominal,
+        blind: &Path,
+        files: &[String],
+        out: &Path,
+        options: &[&str],
+        jobs: usize,
+    ) -> Result<Result<(), String>, ProgramError> {
+        let mut command = self.diagnose.command();
+        command.current_dir(blind).args(files).args([nominal.option(), nominal.file()]);
+        command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]).args(options);
+        run(command, &self.diagnose.path)
     }
 
     /// The corrected readings of `recording` by `coefficients`, written to `out`; whether they were accepted.
@@ -104,10 +145,10 @@ impl Programs {
         coefficients: &Path,
         out: &Path,
     ) -> Result<Result<(), String>, ProgramError> {
-        let mut command = Command::new(&self.fitter);
-        command.env_clear().arg("apply").arg(recording).arg("--coefficients").arg(coefficients);
+        let mut command = self.apply.command();
+        command.arg(recording).arg("--coefficients").arg(coefficients);
         command.arg("--out").arg(out);
-        run(command, &self.fitter)
+        run(command, &self.apply.path)
     }
 }
 
@@ -123,10 +164,7 @@ fn run(mut command: Command, program: &Path) -> Result<Result<(), String>, Progr
     })
 }
 
-fn beside(name: &'static str, package: &'static str) -> Result<PathBuf, ProgramError> {
-    let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
-    let folder =
-        std::env::current_exe().ok().and_then(|own| own.parent().map(Path::to_owned)).unwrap_or_default();
-    let expected = folder.join(file);
+fn beside(folder: &Path, name: &'static str, package: &'static str) -> Result<PathBuf, ProgramError> {
+    let expected = folder.join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
     if expected.is_file() { Ok(expected) } else { Err(ProgramError::Missing { name, package, expected }) }
 }

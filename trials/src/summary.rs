@@ -1,6 +1,89 @@
-//! The summary for the terminal.
+//! The summary for the terminal, or as JSON.
 
-use crate::score::Figure;
+use std::path::Path;
+
+use fitter::cli::Common;
+use fitter::cli::common::{FIGURE, WARNING, say};
+use serde_json::{Value, json};
+
+use crate::score::{Figure, Miss};
+
+/// Tells what comes out as it comes out; as JSON, all of it at the end.
+pub struct Telling {
+    common: Common,
+    told: Value,
+}
+
+impl Telling {
+    /// Nothing is told yet.
+    pub fn new(common: Common) -> Self {
+        Self { common, told: json!({"sets": [], "skipped": []}) }
+    }
+
+    /// The truth is sealed, before anything is diagnosed.
+    pub fn sealed(&mut self, hash: &str, count: usize) {
+        self.told["recordings"] = json!(count);
+        self.told["sealed"] = json!(hash);
+        self.say(&format!("{count} recordings; the truth is sealed: SHA-256 {hash}"));
+    }
+
+    /// The figures of the campaign; whether all are reached.
+    pub fn campaign(&mut self, figures: &[Figure], misses: usize, out: &Path) -> bool {
+        self.told["figures"] = json!(figures);
+        self.told["misses"] = json!(misses);
+        self.told["written"] = json!(out.display().to_string());
+        let out = out.display();
+        self.say(&format!("{}{misses} answers that were not right are listed in {out}", styled(figures)));
+        reached(figures)
+    }
+
+    /// The figures of other recordings, and what was not right; whether all are reached.
+    pub fn set(&mut self, title: &str, figures: &[Figure], misses: &[Miss]) -> bool {
+        let mut text = format!("\n{title}\n{}", styled(figures));
+        for miss in misses {
+            text += &format!("{}: {}: {} → {}\n", miss.recording, miss.figure, miss.concealed, miss.said);
+        }
+        self.push("sets", json!({"title": title, "figures": figures, "misses": misses}));
+        self.say(text.trim_end_matches('\n'));
+        reached(figures)
+    }
+
+    /// Something could not be measured here.
+    pub fn skipped(&mut self, why: &str) {
+        self.push("skipped", json!(why));
+        self.say(&format!("\n{why}"));
+    }
+
+    /// All is told.
+    pub fn end(mut self, reached: bool) {
+        if self.common.json {
+            self.told["reached"] = json!(reached);
+            say(&format!("{:#}", self.told));
+        }
+    }
+
+    fn push(&mut self, list: &str, value: Value) {
+        if let Some(list) = self.told[list].as_array_mut() {
+            list.push(value);
+        }
+    }
+
+    fn say(&self, text: &str) {
+        if !self.common.json && !self.common.quiet {
+            say(text);
+        }
+    }
+}
+
+/// The table in colours.
+fn styled(figures: &[Figure]) -> String {
+    let colour = |line: &str| match line {
+        line if line.starts_with("pass") => format!("{FIGURE}pass{FIGURE:#}{}\n", &line[4..]),
+        line if line.starts_with("FAIL") => format!("{WARNING}FAIL{WARNING:#}{}\n", &line[4..]),
+        line => format!("{line}\n"),
+    };
+    table(figures).lines().map(colour).collect()
+}
 
 /// The figures as a table, one to a line.
 pub fn table(figures: &[Figure]) -> String {

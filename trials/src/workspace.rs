@@ -2,6 +2,7 @@
 //! a folder that holds nothing else, answers read.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -171,8 +172,19 @@ pub fn put(path: &Path, text: &str) -> Result<(), CampaignError> {
     })
 }
 
+/// Whether progress is to be shown at all: `--quiet` holds for the whole run of the program.
+static HUSHED: AtomicBool = AtomicBool::new(false);
+
+/// Shows no progress from now on.
+pub fn hush() {
+    HUSHED.store(true, Ordering::Relaxed);
+}
+
 /// A progress bar on standard error, if someone is watching.
 pub fn progress(what: &str, count: usize) -> ProgressBar {
+    if HUSHED.load(Ordering::Relaxed) {
+        return ProgressBar::hidden();
+    }
     // Hidden by itself where standard error is no terminal.
     let bar = ProgressBar::new(count as u64);
     if let Ok(style) = ProgressStyle::with_template("{msg:17} {bar:40} {pos}/{len}, {eta} left") {

@@ -32,6 +32,7 @@
 pub mod angular_error;
 pub mod autocollimator;
 mod chain;
+pub mod cli;
 pub mod controller;
 pub mod device;
 pub mod drive;
@@ -57,6 +58,8 @@ pub use geometry::calculated_angle_rad;
 pub use log::{Reading, write_csv, write_file};
 pub use noise::Noise;
 pub use protocol::Protocol;
-pub use record::{Feedback, contributions, record, record_noiseless, record_with_truth};
+pub use record::{
+    Corrector, Feedback, contributions, record, record_corrected, record_noiseless, record_with_truth,
+};
 pub use temperature::Temperature;
 pub use truth::{Truth, noise_covariance};

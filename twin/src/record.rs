@@ -28,6 +28,27 @@ const THERMOMETER_K: f64 = 0.01;
 /// An angle in radians that the controller computes from x₁ and x₂ in millimetres.
 pub type Feedback<'a> = &'a dyn Fn(f64, f64) -> f64;
 
+/// A controller that corrects by more than the two probes, and that may remember where it has been.
+pub trait Corrector {
+    /// The angle in radians that it computes from x₁ and x₂ in millimetres and the temperature in °C, coming
+    /// from where it last settled. Called many times on the way to one stop, in no order.
+    fn angle_rad(&self, x1_mm: f64, x2_mm: f64, temperature_c: f64) -> f64;
+
+    /// The mirror has come to rest where the probes and the thermometer say this.
+    fn settled(&mut self, x1_mm: f64, x2_mm: f64, temperature_c: f64);
+}
+
+/// A feedback without memory.
+struct Stateless<'a>(Feedback<'a>);
+
+impl Corrector for Stateless<'_> {
+    fn angle_rad(&self, x1_mm: f64, x2_mm: f64, _: f64) -> f64 {
+        (self.0)(x1_mm, x2_mm)
+    }
+
+    fn settled(&mut self, _: f64, _: f64, _: f64) {}
+}
+
 /// Steps `device` through `protocol`, each time until `feedback(x1_mm, x2_mm)`, an angle in radians, lands
 /// on the command, and returns the log. One seed gives one recording; another seed records the same device
 /// again, with other noise and other surroundings.
@@ -46,7 +67,18 @@ pub fn record_with_truth(
     seed: u64,
     feedback: Feedback,
 ) -> Vec<(Reading, Truth)> {
-    run(device, protocol, seed, feedback, 1.0)
+    run(device, protocol, seed, &mut Stateless(feedback), 1.0)
+}
+
+/// As [`record_with_truth`], with a controller that also reads the temperature and remembers. Between two stops the
+/// mirror moves one way only, so that what it remembers is decided by where it stops.
+pub fn record_corrected(
+    device: &Device,
+    protocol: &Protocol,
+    seed: u64,
+    corrector: &mut dyn Corrector,
+) -> Vec<(Reading, Truth)> {
+    run(device, protocol, seed, corrector, 1.0)
 }
 
 /// As [`record_with_truth`], with no noise in any instrument: the same surroundings and the same commands.
@@ -56,7 +88,7 @@ pub fn record_noiseless(
     seed: u64,
     feedback: Feedback,
 ) -> Vec<(Reading, Truth)> {
-    run(device, protocol, seed, feedback, 0.0)
+    run(device, protocol, seed, &mut Stateless(feedback), 0.0)
 }
 
 /// What each hidden effect adds to Δθ_M in every row, in arcseconds: the difference between a recording
@@ -82,7 +114,7 @@ fn run(
     device: &Device,
     protocol: &Protocol,
     seed: u64,
-    feedback: Feedback,
+    corrector: &mut dyn Corrector,
     loudness: f64,
 ) -> Vec<(Reading, Truth)> {
     let noise = &protocol.noise;
@@ -117,20 +149,21 @@ fn run(
         let errors_mm: [f64; 2] =
             std::array::from_fn(|probe| loudness * probe_mm * repeatability.draw(probe, stop.t_s));
         let report = |frame_rad: f64| {
-            let [x1, x2] = chain.reports_mm(&chain.pose_at(frame_rad));
-            [x1 + errors_mm[0], x2 + errors_mm[1]]
+            let pose = chain.pose_at(frame_rad);
+            let [x1, x2] = chain.reports_mm(&pose);
+            [x1 + errors_mm[0], x2 + errors_mm[1], pose.temperature_c]
         };
         let left_rad = rad_from_arcsec(LOOP_RESIDUE_ARCSEC * residue.sample::<f64, _>(StandardNormal));
         let command_rad = stop.command_deg.to_radians() + left_rad;
         let land = |command_rad: f64| {
             let angle = |frame_rad| {
-                let [x1, x2] = report(frame_rad);
-                feedback(x1, x2)
+                let [x1, x2, temperature_c] = report(frame_rad);
+                corrector.angle_rad(x1, x2, temperature_c)
             };
             settle(angle, command_rad, device.drive.stop_rad)
         };
         let frame_rad = land(command_rad);
-        let [x1_mm, x2_mm] = report(frame_rad);
+        let [x1_mm, x2_mm, at_c] = report(frame_rad);
         // What the autocollimator looks at is where the command was then, and the mirror with it.
         let behind_rad = (stop.speed_deg_per_s * chain.reference_delay_s()).to_radians();
         let seen_rad = match behind_rad {
@@ -138,6 +171,7 @@ fn run(
             _ => chain.pose_at(land(command_rad - behind_rad)).mirror_rad,
         };
         let pose = chain.settle(frame_rad);
+        corrector.settled(x1_mm, x2_mm, at_c);
 
         let optics_arcsec = device.autocollimator.total_noise_arcsec() * growth;
         let disturbed = noise.disturbance(&mut outliers);

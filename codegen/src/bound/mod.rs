@@ -78,6 +78,20 @@ pub fn output_polynomial(
     Ok(run(program, &Piece::new(program, plan, from, to))?.sum.polynomial)
 }
 
+/// The largest rounding of evaluation and output on any piece, in output words, whatever coefficients in their
+/// ranges a page holds: how far the result is from the polynomial that the page stands for.
+///
+/// # Errors
+/// [`Overflows`] where some argument, valid or not, with some coefficients in their ranges, could overflow a step.
+pub fn rounding(program: &Program, plan: &InputPlan) -> Result<f64, Overflows> {
+    let mut largest = 0.0f64;
+    for (a, b) in pieces(program, words(program, plan)) {
+        let out = run(program, &Piece::new(program, plan, &a, &b))?;
+        largest = largest.max((&out.sum.evaluation + &out.sum.output).to_f64_up());
+    }
+    Ok(largest)
+}
+
 /// Bounds `program` against `reference`; one output word (float: 1) stands for `unit` of the reference's unit.
 ///
 /// # Errors

@@ -105,6 +105,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             let entry = row.and_then(|i| program.table.get(i)).and_then(|r| r.get(*column));
             exactly(Interval::from_int(entry.copied().unwrap_or(i64::MAX)))
         }
+        Op::Word { index } => {
+            let range = program.page.get(*index).map_or((i64::MAX, i64::MAX), |word| (word.from, word.to));
+            exactly(Interval::from_int(range.0).hull(&Interval::from_int(range.1)))
+        }
         Op::MulF32 { a, b } => {
             let product = value(a).times(&value(b));
             let power_of_two = matches!(b, Operand::Float(f) if f.to_bits() << 9 == 0);

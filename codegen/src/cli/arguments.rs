@@ -3,11 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use fitter::cli::Common;
 
 use super::names::{CShiftName, CoreName, FormatName, InputName, OutOfRangeName, OutputName};
 
+/// What is generated, for every command.
 #[derive(Debug, Args)]
-pub(super) struct Arguments {
+pub struct Arguments {
+    #[command(flatten)]
+    pub(super) common: Common,
     /// Coefficients file, as written by `fitter fit`.
     #[arg(long, conflicts_with = "recording")]
     pub(super) coefficients: Option<PathBuf>,
@@ -17,6 +21,18 @@ pub(super) struct Arguments {
     /// Nominal mirror of the recording.
     #[arg(long, requires = "recording")]
     pub(super) mirror: Option<PathBuf>,
+    /// Coefficients files of many units, `units/*.json` for example: one routine, and a page of coefficients for each.
+    #[arg(long, num_args = 1.., conflicts_with_all = ["coefficients", "recording"])]
+    pub(super) units: Vec<String>,
+    /// By how much the units' coefficients may be exceeded, as a part of the largest [default: 0.25].
+    #[arg(long, requires = "units", allow_negative_numbers = true)]
+    pub(super) margin: Option<f64>,
+    /// Address of the pages in flash, for the Intel HEX files: 0x0801f800 [default: 0].
+    #[arg(long, requires = "units")]
+    pub(super) page_address: Option<String>,
+    /// Pages for a routine that is there already: the units.json beside it, and the options that it was made with.
+    #[arg(long, requires = "units", conflicts_with = "margin")]
+    pub(super) pages_for: Option<PathBuf>,
     /// Output folder.
     #[arg(long, default_value = "generated")]
     pub(super) out: PathBuf,
@@ -44,8 +60,8 @@ pub(super) struct Arguments {
     /// Choose method and format: the fewest instructions on this core that meet the bound.
     #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
     pub(super) target: Option<CoreName>,
-    /// Bytes of flash that the chosen routine may take.
-    #[arg(long, requires = "target")]
+    /// Bytes of flash that the chosen routine may take [default: any; of an encoder 2048].
+    #[arg(long)]
     pub(super) flash_bytes: Option<usize>,
     /// A table of polynomials instead of one, as degree and number of segments: 2x32.
     #[arg(long)]
@@ -57,9 +73,12 @@ pub(super) struct Arguments {
     /// that is symmetric, its end needs no limits, twice its end limits of one instruction.
     #[arg(long)]
     pub(super) full_scale: Option<f64>,
-    /// Width of the converter's word, for counts.
-    #[arg(long, default_value_t = 16)]
-    pub(super) bits: u32,
+    /// Width of the converter's word, for counts [default: 16]; of an encoder's word, 10 to 18.
+    #[arg(long)]
+    pub(super) bits: Option<u32>,
+    /// Bits of an encoder's corrected word [default: as many as its own].
+    #[arg(long)]
+    pub(super) output_bits: Option<u32>,
     /// Change of a displacement (direct sensor: of the reading) by one count.
     #[arg(long, allow_negative_numbers = true)]
     pub(super) gain: Option<f64>,
@@ -82,6 +101,10 @@ pub(super) struct Arguments {
     /// Leave the terms of this effect out.
     #[arg(long)]
     pub(super) without: Vec<String>,
+    /// Generate the terms of this effect although they hold on the recording they were found in only: where the
+    /// routine begins as that recording did, a warm-up since switch-on for example.
+    #[arg(long)]
+    pub(super) keep: Vec<String>,
     /// Right shifts of negative numbers in C: none, or the compiler's.
     #[arg(long, value_enum, default_value = "strict")]
     pub(super) c_shift: CShiftName,
@@ -91,25 +114,21 @@ pub(super) struct Arguments {
     /// The same as the command `check`.
     #[arg(long)]
     pub(super) check: bool,
-    /// Print nothing but errors.
-    #[arg(long, short)]
-    pub(super) quiet: bool,
 }
 
+/// Arguments of `codegen explore`.
 #[derive(Debug, Args)]
-pub(super) struct ExploreArguments {
+pub struct ExploreArguments {
     #[command(flatten)]
     pub(super) arguments: Arguments,
-    /// Print JSON instead of a table.
-    #[arg(long)]
-    pub(super) json: bool,
     /// Also draw the bounds against the instructions, as an SVG picture.
     #[arg(long)]
     pub(super) svg: Option<PathBuf>,
 }
 
+/// Arguments of `codegen verify`.
 #[derive(Debug, Args)]
-pub(super) struct CheckArguments {
+pub struct CheckArguments {
     /// Sweep every representable input, not only a part of them.
     #[arg(long)]
     pub(super) exhaustive: bool,
@@ -131,7 +150,4 @@ pub(super) struct CheckArguments {
     /// Damage copies of the files on purpose, and see that every damage is caught.
     #[arg(long)]
     pub(super) mutants: bool,
-    /// Print the report as JSON.
-    #[arg(long)]
-    pub(super) json: bool,
 }

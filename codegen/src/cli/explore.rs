@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use fitter::cli::common::{FIGURE, LABEL, summarise};
 use fitter::coefficients::Coefficients;
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, miette};
@@ -19,6 +20,7 @@ use crate::options::Options;
 use crate::plot;
 use crate::quantity::Quantity;
 use crate::text;
+use crate::units::UnitsError;
 
 /// The formats that the user named, or all that both languages have.
 fn formats(arguments: &Arguments) -> Vec<Format> {
@@ -54,7 +56,16 @@ pub(super) fn choose_for(
 pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
     let common = &arguments.arguments;
     let bar = progress(common);
+    if !common.units.is_empty() {
+        return Err(miette!("{}", UnitsError::Option { option: "explore" }));
+    }
     let (coefficients, _) = load(common)?;
+    if coefficients.whole_turn() {
+        return Err(miette!(
+            "the coefficients are an encoder's: `codegen` itself takes the cheapest of its routines; \
+             `codegen explore` lists those of other sensors"
+        ));
+    }
     let unit = Quantity::of(&coefficients.error_model()).bound_unit;
     let options = options::options(common, &unit, !coefficients.terms.is_empty())?;
     let candidates = front::candidates(
@@ -75,20 +86,29 @@ pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
         let name = PathBuf::from(path.file_name().unwrap_or_default());
         files::write(folder, &[(name, picture)].into()).into_diagnostic()?;
     }
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&rows).into_diagnostic()?);
-        return Ok(ExitCode::SUCCESS);
-    }
-    println!("{:<11} {:<22} {:>14} {:>13} {:>7}", "core", "routine", "bound", "instructions", "flash");
-    for row in &rows {
+    summarise(common.common, || serde_json::to_value(&rows).unwrap_or_default(), || table(&rows));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The rows for people.
+fn table(rows: &[front::Row]) -> String {
+    let (core, routine, bound) = ("core", "routine", "bound");
+    let mut lines = format!(
+        "{LABEL}{core:<11} {routine:<22} {bound:>14} {:>13} {:>7}{LABEL:#}\n",
+        "instructions", "flash"
+    );
+    for row in rows {
         let bound = format!("{} {}", text::rounded_up(row.bound), row.unit);
         let (core, routine) = (row.core.name(), &row.routine);
-        println!("{core:<11} {routine:<22} {bound:>14} {:>13.0} {:>7}", row.instructions, row.flash_bytes);
+        lines += &format!(
+            "{core:<11} {routine:<22} {FIGURE}{bound:>14}{FIGURE:#} {:>13.0} {:>7}\n",
+            row.instructions, row.flash_bytes
+        );
     }
-    println!(
-        "\nBounds are proven. Instructions and flash (bytes) are estimates; instructions of counted routines\n\
-         deviate by {:.0} % at most.",
-        100.0 * Core::RELATIVE_ERROR
-    );
-    Ok(ExitCode::SUCCESS)
+    lines
+        + &format!(
+            "\nBounds are proven. Instructions and flash (bytes) are estimates; instructions of counted routines\n\
+             deviate by {:.0} % at most.",
+            100.0 * Core::RELATIVE_ERROR
+        )
 }

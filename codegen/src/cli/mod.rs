@@ -1,18 +1,24 @@
-//! The command line: arguments, and what is printed.
+//! The command line: arguments, and what is printed. [`main`] is the program, [`run`] its body for a program
+//! that takes the same [`Command`]s in.
 
 mod arguments;
+mod encoder;
 mod explore;
 mod names;
 mod options;
+mod units;
 
-use std::io::IsTerminal;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
+use fitter::cli::common::{FIGURE, WARNING, line, program, say, summarise};
 use fitter::coefficients::Coefficients;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
+use serde_json::json;
 
 use crate::files;
 use crate::generate::{Generated, generate};
@@ -22,13 +28,13 @@ use crate::source::Source;
 use crate::text;
 use crate::verify::Checks;
 
-use arguments::{Arguments, CheckArguments, ExploreArguments};
+pub use arguments::{Arguments, CheckArguments, ExploreArguments};
 
 /// Generates the firmware correction of a scanning mirror, in Rust and C, with a proven error bound.
 ///
 /// Without arguments, the embedded recording is fitted and `generated/` written.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+#[command(name = "codegen", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -36,77 +42,155 @@ pub struct Cli {
     arguments: Arguments,
 }
 
-const EXAMPLES: &str = "Examples:
+/// Examples for the help of generation.
+pub const EXAMPLES: &str = "\
+Examples:
   codegen
   codegen --coefficients coefficients.json --out firmware/angle --format q31 --input x1x2-counts \\
           --bits 16 --gain 1.2207e-5 --output nano
   codegen --recording slit.csv.gz --mirror slit.toml --bound 0.0001mm --out slit
   codegen check --coefficients coefficients.json --out firmware/angle";
 
+/// The commands beside generation itself.
 #[derive(Debug, Subcommand)]
-enum Command {
-    /// Compares what is in the output folder with what would be generated; exit code 1 where it is stale.
+pub enum Command {
+    /// Compare what is in the output folder with what would be generated
+    ///
+    /// The exit code is 1 where the folder is stale; nothing is written.
+    #[command(after_help = CHECK)]
     Check(Arguments),
-    /// Lists the routines that no other beats in bound, instructions and flash, for every core.
+    /// List the routines that no other beats in bound, instructions and flash, for every core
+    #[command(after_help = EXPLORE)]
     Explore(ExploreArguments),
-    /// Checks the generated files from outside: recomputes the certificate and sweeps the compiled Rust and C
-    /// against a bounded reference; exit code 1 where anything does not hold.
+    /// Check the generated files from outside
+    ///
+    /// Recomputes the certificate and sweeps the compiled Rust and C against a bounded reference; the exit code
+    /// is 1 where anything does not hold.
+    #[command(after_help = VERIFY)]
     Verify {
+        /// How the files were generated.
         #[command(flatten)]
         arguments: Arguments,
+        /// What is checked.
         #[command(flatten)]
         checks: CheckArguments,
     },
 }
 
-/// Runs the program; the exit code is 0, or 1 where `check` found something stale.
+const CHECK: &str = "\
+Examples:
+  codegen check
+  codegen check --coefficients coefficients.json --out firmware/angle";
+
+const EXPLORE: &str = "\
+Examples:
+  codegen explore --target cortex-m0
+  codegen explore --coefficients coefficients.json --format q31,q15 --svg bounds.svg
+  codegen explore --json | jq '.[0]'";
+
+const VERIFY: &str = "\
+Examples:
+  codegen verify
+  codegen verify --coefficients coefficients.json --out firmware/angle --exhaustive
+  codegen verify --gappa --frama-c --misra --sanitize --objects";
+
+/// The program: parses the arguments, runs, and prints the message of what went wrong.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    program(|| match cli.command {
+        Some(command) => run(&command),
+        None => generated(&cli.arguments),
+    })
+}
+
+/// Runs a command; the exit code is 0, or 1 where something is stale or does not hold.
 ///
 /// # Errors
 /// Anything that is wrong with the input, in a sentence; nothing is written then.
-pub fn run(cli: Cli) -> Result<ExitCode> {
-    match cli.command {
-        Some(Command::Check(arguments)) => check(&arguments),
-        Some(Command::Explore(arguments)) => explore::explore(&arguments),
-        Some(Command::Verify { arguments, checks }) => verify(&arguments, &checks),
-        None if cli.arguments.check => check(&cli.arguments),
-        None => write(&cli.arguments),
+pub fn run(command: &Command) -> Result<ExitCode> {
+    match command {
+        Command::Check(arguments) => check(arguments),
+        Command::Explore(arguments) => explore::explore(arguments),
+        Command::Verify { arguments, checks } => verify(arguments, checks),
     }
 }
 
+/// Generates and writes, or compares where `--check` is given.
+///
+/// # Errors
+/// As [`run`].
+pub fn generated(arguments: &Arguments) -> Result<ExitCode> {
+    if arguments.check { check(arguments) } else { write(arguments) }
+}
+
 fn write(arguments: &Arguments) -> Result<ExitCode> {
+    if !arguments.units.is_empty() {
+        return units::write(arguments);
+    }
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
-    if !arguments.quiet {
-        print!("{}", summary(&generated));
-        println!("{}: {} files, {changed} changed", arguments.out.display(), generated.files.len());
-    }
+    let (out, count) = (arguments.out.display().to_string(), generated.files.len());
+    summarise(
+        arguments.common,
+        || {
+            json!({
+                "routines": generated.certificate.routines,
+                "out": out,
+                "files": generated.files.keys().collect::<Vec<_>>(),
+                "changed": changed,
+            })
+        },
+        || {
+            summary(&generated, arguments.common.verbose)
+                + &encoder::summary(&generated)
+                + &line("written", &format!("{out}: {count} files, {changed} changed"))
+        },
+    );
     Ok(ExitCode::SUCCESS)
 }
 
 fn check(arguments: &Arguments) -> Result<ExitCode> {
-    let generated = prepare(arguments)?;
-    let differences = files::compare(&arguments.out, &generated.files);
-    if differences.is_empty() {
-        if !arguments.quiet {
-            println!("{}: {} files, all up to date", arguments.out.display(), generated.files.len());
+    if !arguments.units.is_empty() {
+        return stale(arguments, &units::prepare(arguments)?.files);
+    }
+    stale(arguments, &prepare(arguments)?.files)
+}
+
+/// Compares files with those in the output folder.
+fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) -> Result<ExitCode> {
+    let differences = files::compare(&arguments.out, files);
+    let (out, count) = (&arguments.out, files.len());
+    if arguments.common.json {
+        let stale: Vec<_> = (differences.iter())
+            .map(|(file, difference)| json!({"file": file, "difference": difference.to_string()}))
+            .collect();
+        say(&format!("{:#}", json!({"out": out, "files": count, "stale": stale})));
+    } else if differences.is_empty() {
+        if !arguments.common.quiet {
+            say(&format!("{}: {count} files, {FIGURE}all up to date{FIGURE:#}", out.display()));
         }
-        return Ok(ExitCode::SUCCESS);
+    } else {
+        for (file, difference) in &differences {
+            say(&format!("{} {difference}", out.join(file).display()));
+        }
+        let stale = differences.len();
+        say(&format!("{WARNING}{stale} of {count} files are stale{WARNING:#}: generate them again"));
     }
-    for (file, difference) in &differences {
-        println!("{} {difference}", arguments.out.join(file).display());
-    }
-    println!("{} of {} files are stale: run codegen again", differences.len(), generated.files.len());
-    Ok(ExitCode::from(1))
+    Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
-    let (generated, quantity, options) = prepare_all(arguments)?;
-    if generated.routines.iter().any(|routine| !routine.physics.is_empty()) {
+    if !arguments.units.is_empty() {
         return Err(miette!(
-            "`codegen verify` sweeps functions of the reading; routines with terms of further physics are not \
-             swept yet: `codegen check` compares their files"
+            "`codegen verify` sweeps routines with coefficients of their own; `codegen check --units` compares the files \
+             and pages of many units, and each unit's bound is proved anew with it"
         ));
     }
+    let (coefficients, sha256) = load(arguments)?;
+    if coefficients.whole_turn() {
+        return encoder::verify(arguments, checks, &coefficients, &sha256);
+    }
+    let (generated, quantity, options) = prepare_all(arguments)?;
     let bar = progress(arguments);
     if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent}% {per_sec} {eta}") {
         bar.set_style(style);
@@ -123,10 +207,10 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
     let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
         .map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
-    if checks.json {
-        println!("{}", serde_json::to_string_pretty(&report).into_diagnostic()?);
-    } else if !arguments.quiet || !report.holds() {
-        print!("{}", report.text());
+    if arguments.common.json {
+        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.common.quiet || !report.holds() {
+        say(report.text().trim_end());
     }
     Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
@@ -138,6 +222,10 @@ fn prepare(arguments: &Arguments) -> Result<Generated> {
 fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> {
     let bar = progress(arguments);
     let (coefficients, sha256) = load(arguments)?;
+    if coefficients.whole_turn() {
+        return encoder::prepare(arguments, &coefficients, &sha256);
+    }
+    options::no_encoder(arguments)?;
     let quantity = Quantity::of(&coefficients.error_model());
     let mut options = options::options(arguments, &quantity.bound_unit, !coefficients.terms.is_empty())?;
     if let Some(target) = arguments.target {
@@ -152,7 +240,7 @@ fn prepare_all(arguments: &Arguments) -> Result<(Generated, Quantity, Options)> 
 /// Progress on standard error, where that is a terminal.
 fn progress(arguments: &Arguments) -> ProgressBar {
     let bar = ProgressBar::hidden();
-    if !arguments.quiet && std::io::stderr().is_terminal() {
+    if arguments.common.watched() {
         bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
     }
     bar.enable_steady_tick(Duration::from_millis(100));
@@ -171,19 +259,19 @@ fn load(arguments: &Arguments) -> Result<(Coefficients, String)> {
     source.load().map_err(|e| miette!("{e}"))
 }
 
-/// What was chosen and why, on one screen.
-fn summary(generated: &Generated) -> String {
+/// What was chosen and why, on one screen; `verbose` adds what every bound is made of.
+fn summary(generated: &Generated, verbose: bool) -> String {
     let mut lines = String::new();
     for (routine, entry) in generated.routines.iter().zip(generated.certificate.routines.iter().step_by(2)) {
         let degree = routine.design.degree;
-        let line = format!(
-            "{:<24} degree {degree:>2}   proven within {} {}   best of this degree {:.2e}\n",
-            entry.routine,
-            text::rounded_up(entry.bound),
-            entry.unit,
-            entry.minimax,
+        let bound = format!("{} {}", text::rounded_up(entry.bound), entry.unit);
+        lines += &format!(
+            "{:<24} degree {degree:>2}   proven within {FIGURE}{bound}{FIGURE:#}   best of this degree {:.2e}\n",
+            entry.routine, entry.minimax,
         );
-        lines.push_str(&line);
+        for part in entry.parts.iter().filter(|_| verbose) {
+            lines += &line("", &format!("{:>10}  {}", text::rounded_up(part.value), part.what));
+        }
     }
     lines
 }

@@ -3,11 +3,15 @@
 use miette::{Result, miette};
 
 use super::arguments::Arguments;
-use super::names::{InputName, OutputName};
+use super::names::{CoreName, InputName, OutOfRangeName, OutputName};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options};
 use crate::physics::Further;
+use crate::turn::{Encoder, TurnError};
+
+/// The width of a converter unless one is given.
+const USUAL_BITS: u32 = 16;
 
 /// What the arguments ask for; `unit` is that of the sensor's bounds.
 pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
@@ -41,10 +45,58 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         further: further.map_err(|e| miette!("{e}"))?,
         period_s: arguments.period_s,
         without: arguments.without.clone(),
+        keep: arguments.keep.clone(),
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),
         command: recorded_command(std::env::args().skip(1)),
+        encoder: Encoder {
+            bits: arguments.bits,
+            output_bits: arguments.output_bits,
+            core: arguments.target.map(CoreName::core),
+            flash_bytes: arguments.flash_bytes,
+        },
     })
+}
+
+/// What the arguments ask for of the routine of an encoder.
+pub(super) fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
+    let a = arguments;
+    let beside = [
+        ("--degree", a.degree.is_some()),
+        ("--from and --to", a.from.is_some()),
+        ("--extrapolate", a.extrapolate),
+        ("--format", !a.format.is_empty()),
+        ("--table", a.table.is_some()),
+        ("--input", a.input.is_some()),
+        ("--full-scale", a.full_scale.is_some()),
+        ("--gain", a.gain.is_some()),
+        ("--offset", a.offset.is_some()),
+        ("--output", a.output.is_some()),
+        ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
+        ("--further", !a.further.is_empty()),
+        ("--period-s", a.period_s.is_some()),
+        ("--without", !a.without.is_empty()),
+        ("--keep", !a.keep.is_empty()),
+    ];
+    if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
+        return Err(miette!("{}", TurnError::Option { option }));
+    }
+    options(arguments, unit, false)
+}
+
+/// Options that belong to encoders only.
+pub(super) fn no_encoder(arguments: &Arguments) -> Result<()> {
+    if arguments.output_bits.is_some() {
+        return Err(miette!(
+            "--output-bits belongs to an encoder, whose coefficients hold on a whole turn: leave it out"
+        ));
+    }
+    if arguments.flash_bytes.is_some() && arguments.target.is_none() {
+        return Err(miette!(
+            "--flash-bytes belongs to a choice: add --target, the core that the routine is for"
+        ));
+    }
+    Ok(())
 }
 
 /// The input and output that the user named.
@@ -60,8 +112,9 @@ pub(super) fn ends(arguments: &Arguments) -> Result<Ends> {
                         if probes { "displacement" } else { "reading" }
                     ));
                 };
-                let middle = f64::from(1u32 << arguments.bits.clamp(1, 31).saturating_sub(1));
-                Encoding::Counts { bits: arguments.bits, gain, offset: arguments.offset.unwrap_or(middle) }
+                let bits = arguments.bits.unwrap_or(USUAL_BITS);
+                let middle = f64::from(1u32 << bits.clamp(1, 31).saturating_sub(1));
+                Encoding::Counts { bits, gain, offset: arguments.offset.unwrap_or(middle) }
             }
         })
     };
@@ -111,21 +164,51 @@ fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
     }
 }
 
-/// The command as it stands in the heads: without what does not change the files.
+/// The command as it stands in the heads: without what does not change the files, and the same whichever program
+/// and command it was that generated them.
 fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     let mut words = vec!["codegen".to_string()];
-    let mut arguments = arguments.peekable();
+    let mut arguments = arguments.skip_while(|word| HOW_MUCH.contains(&word.as_str())).peekable();
+    if arguments.peek().is_some_and(|word| COMMANDS.contains(&word.as_str())) {
+        arguments.next();
+    }
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "check" | "--check" | "verify" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c"
-            | "--misra" | "--objects" | "--mutants" | "--json" | "-q" | "--quiet" => {}
+            "--check" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra" | "--objects"
+            | "--mutants" => {}
+            how_much if HOW_MUCH.contains(&how_much) => {}
             "--out" => {
                 arguments.next();
             }
             other if other.starts_with("--out=") => {}
-            other if other.contains(char::is_whitespace) => words.push(format!("'{other}'")),
-            _ => words.push(word),
+            // A star beside a slash would begin or end a comment of C: quoted, it is the same to a shell.
+            other if other.contains(char::is_whitespace) => {
+                words.push(format!("'{}'", other.replace('*', "'\\*'")));
+            }
+            other => words.push(other.replace('*', "'*'")),
         }
     }
     words.join(" ")
+}
+
+const HOW_MUCH: [&str; 5] = ["--json", "-q", "--quiet", "-v", "--verbose"];
+const COMMANDS: [&str; 4] = ["generate", "check", "verify", "explore"];
+
+#[cfg(test)]
+mod tests {
+    use super::recorded_command;
+
+    #[test]
+    fn the_head_holds_what_changes_the_files_whoever_generated_them() {
+        let recorded = |line: &str| recorded_command(line.split(' ').map(str::to_string));
+        let expected = "codegen --coefficients check --format q31";
+        for line in [
+            "--coefficients check --format q31 --out a",
+            "check --coefficients check --out=a --format q31 -q",
+            "-v --json generate --coefficients check --format q31",
+            "verify --exhaustive --coefficients check --format q31 --quiet",
+        ] {
+            assert_eq!(recorded(line), expected, "{line}");
+        }
+    }
 }

@@ -54,6 +54,22 @@ impl Builder {
         Tracked { operand, range, error: Interval::zero() }
     }
 
+    /// Whether words of 32 bits hold a range: constants are not steps, and must fit as well.
+    fn fits(&self, name: &str, range: &Interval) -> Result<(), Overflows> {
+        let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
+        if range.inside(&word) {
+            return Ok(());
+        }
+        Err(Overflows {
+            step: self.program.steps.len(),
+            name: name.into(),
+            stage: Stage::Evaluation,
+            from: range.to_f64_down(),
+            to: range.to_f64_up(),
+            ty: Type::I32,
+        })
+    }
+
     /// Appends a step whose words and error are known.
     pub fn push(
         &mut self,
@@ -63,17 +79,7 @@ impl Builder {
         error: Interval,
         note: &str,
     ) -> Result<Tracked, Overflows> {
-        let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
-        if !range.inside(&word) {
-            return Err(Overflows {
-                step: self.program.steps.len(),
-                name: name.into(),
-                stage: Stage::Evaluation,
-                from: range.to_f64_down(),
-                to: range.to_f64_up(),
-                ty: Type::I32,
-            });
-        }
+        self.fits(name, &range)?;
         let operand = self.program.push(Stage::Evaluation, name, Type::I32, op, note);
         Ok(Tracked { operand, range, error: error.upper() })
     }
@@ -93,6 +99,9 @@ impl Builder {
         // |a'b' − ab| ≤ |a'|·e_b + (|b'| + e_b)·e_a.
         let spread = &(&a.range.magnitude() * &b.error) + &(&(&b.range.magnitude() + &b.error) * &a.error);
         let error = &(&spread.mul_pow2(by - 32) + &lost) + &c.error;
+        for factor in [a, b, c] {
+            self.fits(name, &factor.range)?;
+        }
         // What is added must fit the word as well.
         let op = self.format.mul_add(a.operand, b.operand, shift, c.operand);
         let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
@@ -108,21 +117,6 @@ impl Builder {
     pub fn sub(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
         let op = Op::Sub { a: a.operand, b: b.operand };
         self.push(name, op, &a.range - &b.range, &a.error + &b.error, note)
-    }
-
-    /// ⌊a·2^−by⌋.
-    pub fn shift_right(
-        &mut self,
-        name: &str,
-        a: &Tracked,
-        by: u32,
-        note: &str,
-    ) -> Result<Tracked, Overflows> {
-        let one = Interval::from_int(1);
-        let scaled = a.range.mul_pow2(-i64::from(by));
-        let error = &a.error.mul_pow2(-i64::from(by)) + &one;
-        let op = Op::ShiftRight { a: a.operand, add: 0, by };
-        self.push(name, op, &scaled + &(-one).hull(&Interval::zero()), error, note)
     }
 
     pub fn shift_left(&mut self, name: &str, a: &Tracked, by: u32, note: &str) -> Result<Tracked, Overflows> {
@@ -157,7 +151,15 @@ impl Builder {
         let index = self.program.state.len();
         let start = start.operand;
         let ty = Type::I32;
-        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start });
+        let reached = whole(&range);
+        self.program.state.push(StateWord {
+            name: name.into(),
+            ty,
+            meaning,
+            start,
+            next: start,
+            range: reached,
+        });
         let word = self.push(name, Op::State { index }, range, error, "")?;
         Ok((index, word))
     }
@@ -172,7 +174,15 @@ impl Builder {
     ) -> Result<(usize, Wide), Overflows> {
         let index = self.program.state.len();
         let ty = Type::I64;
-        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start });
+        let reached = whole(&range);
+        self.program.state.push(StateWord {
+            name: name.into(),
+            ty,
+            meaning,
+            start,
+            next: start,
+            range: reached,
+        });
         let word = self.push_wide(name, Op::State { index }, range)?;
         Ok((index, word))
     }
@@ -225,4 +235,9 @@ impl Builder {
             word.next = next;
         }
     }
+}
+
+/// The whole numbers that hold a range.
+pub(super) fn whole(range: &Interval) -> (i64, i64) {
+    (range.floor_to_i64().unwrap_or(i64::MIN), range.ceil_to_i64().unwrap_or(i64::MAX))
 }

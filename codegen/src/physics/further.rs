@@ -3,7 +3,6 @@
 
 use super::PhysicsError;
 use super::builder::{Builder, Tracked};
-use crate::bound::Overflows;
 use crate::exact::Interval;
 use crate::input::{exponent_above, power_of_two};
 use crate::program::{Argument, Type};
@@ -38,6 +37,7 @@ pub enum FurtherEncoding {
 }
 
 /// A further input in a program: observable = offset + slope·v, the word being v·2³².
+#[derive(Debug, Clone)]
 pub(super) struct Given {
     pub word: Tracked,
     pub offset: Interval,
@@ -121,11 +121,5 @@ impl Further {
             offset: &(&Interval::from_int(middle) - &zero) * &lsb,
             slope: &Interval::from_int(1).mul_pow2(32 - i64::from(left)) * &lsb,
         })
-    }
-}
-
-impl From<Overflows> for PhysicsError {
-    fn from(cause: Overflows) -> Self {
-        PhysicsError::Overflows(cause)
     }
 }

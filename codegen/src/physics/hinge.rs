@@ -1,10 +1,11 @@
-//! `hinge` terms: w times how far a function of the reading lies beyond a threshold.
+//! `hinge` terms: w times how far what is observed lies beyond a threshold.
 
 use fitter::terms::{Hinge, Side};
 
+use super::PhysicsError;
 use super::builder::Builder;
-use super::shape::{Shape, Variable};
-use super::{PhysicsError, Sum};
+use super::observed::Observed;
+use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Subtracts the term from the result.
@@ -13,21 +14,20 @@ pub(super) fn subtract(
     sum: &mut Sum,
     hinge: &Hinge,
     weight: &Interval,
-    variable: &Variable,
-    observable: &Shape,
+    observed: &Observed,
 ) -> Result<(), PhysicsError> {
     let side = if hinge.side == Side::Above { 1 } else { -1 };
-    let beyond = observable.less(hinge.threshold).scaled(&Interval::from_int(side));
-    let range = variable.range(&beyond);
+    let beyond = observed.affine(&Interval::from_f64(hinge.threshold), &Interval::from_int(side));
+    let range = beyond.range();
     if range.upper().certainly_le(&Interval::zero()) {
         // Nothing of the range lies beyond.
         return Ok(());
     }
-    let bits = 29 - range.magnitude().log2_floor().unwrap_or(0);
+    let bits = beyond.bits();
     let size = weight.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
     let tolerance = sum.tolerance.mul_pow2(bits - sum.bits).div(&size).lower();
     let name = format!("beyond_{}", b.program.steps.len());
-    let v = variable.evaluate(b, &name, &beyond, bits, &tolerance, "")?;
+    let v = beyond.word(b, &name, bits, &tolerance)?;
     let v = b.clamp(&name, &v, (0, i32::MAX.into()), &Interval::zero(), "0 on the other side")?;
     sum.add_scaled(b, &(-weight.clone()).mul_pow2(sum.bits - bits + 32), &v, "the slope beyond a threshold")
 }

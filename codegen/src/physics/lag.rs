@@ -8,14 +8,15 @@
 
 use fitter::terms::Lag;
 
+use super::PhysicsError;
 use super::builder::{Builder, Tracked};
-use super::further::Given;
-use super::{PhysicsError, Sum};
+use super::observed::Observed;
+use super::sum::Sum;
 use crate::exact::{Interval, exp_minus};
 
-/// The input is taken to words of v·2^FRACTION.
-const FRACTION: i64 = 24;
-/// κ has at most so many bits more than 31: the state is a word of 2^(FRACTION + 31 + MOST).
+/// The input, less the middle of its range, is taken to words of at most 2^FRACTION.
+const FRACTION: i64 = 23;
+/// κ has at most so many bits more than 31: the state is a word of 2^(FRACTION + 1 + 31 + MOST) at most.
 const MOST: i64 = 7;
 
 /// Subtracts the term from the result; calls come every `period_s`.
@@ -24,7 +25,7 @@ pub(super) fn subtract(
     sum: &mut Sum,
     lag: &Lag,
     weight: &Interval,
-    given: &Given,
+    observed: &Observed,
     period_s: f64,
 ) -> Result<(), PhysicsError> {
     let one = Interval::from_int(1);
@@ -37,13 +38,14 @@ pub(super) fn subtract(
     let [k0, k1] = [&before, &last].map(|k| Tracked::constant(&k.mul_pow2(bits)));
     let number = b.program.state.len() + 1;
 
-    let now = b.shift_right(&format!("now_{number}"), &given.word, (32 - FRACTION) as u32, "")?;
+    let middle = observed.range().midpoint();
+    let centred = observed.affine(&middle, &one);
+    let scale = centred.bits() - 30 + FRACTION;
+    let unit = one.mul_pow2(-scale);
+    let now = centred.word(b, &format!("now_{number}"), scale, &one)?;
     let start = match lag.initial {
         None => now.clone(),
-        Some(at) => {
-            let v = (&Interval::from_f64(at) - &given.offset).div(&given.slope);
-            Tracked::constant(&v.mul_pow2(FRACTION))
-        }
+        Some(at) => Tracked::constant(&(&Interval::from_f64(at) - &middle).mul_pow2(scale)),
     };
     let meaning = format!("`{}` at the call before", lag.observable);
     let was = b.state(&format!("before_{number}"), meaning, &now, now.range.clone(), now.error.clone())?;
@@ -66,9 +68,9 @@ pub(super) fn subtract(
     b.keep(index, next.operand);
     let lagged = b.high(&format!("lagged_{number}"), &next, bits as u32, range, &error)?;
 
-    // −w·(offset + slope·v_L − mean).
-    let factor = (-(weight * &given.slope)).mul_pow2(sum.bits + 32 - FRACTION);
+    // −w·(middle + v_L − mean).
+    let factor = (-(weight * &unit)).mul_pow2(sum.bits + 32);
     sum.add_scaled(b, &factor, &lagged, "the lag")?;
-    let constant = (weight * &(&Interval::from_f64(lag.mean) - &given.offset)).mul_pow2(sum.bits);
+    let constant = (weight * &(&Interval::from_f64(lag.mean) - &middle)).mul_pow2(sum.bits);
     sum.add_constant(b, &constant)
 }

@@ -8,8 +8,9 @@
 
 use fitter::terms::{Operator, Term};
 
+use super::PhysicsError;
 use super::builder::{Builder, Tracked};
-use super::{PhysicsError, Sum};
+use super::sum::Sum;
 use crate::exact::{Interval, Polynomial, cos_sin, pi};
 use crate::program::Op;
 
@@ -64,7 +65,7 @@ pub(super) fn solve(
     let rate = Interval::from_int(1).mul_pow2(-sum.bits).div(&turn);
     let largest = Interval::from_int(i32::MAX.into());
     let fits = |by: &i64| rate.mul_pow2(32 + by).certainly_le(&largest);
-    let by = (0..=40).rev().find(fits).ok_or_else(|| refuse(": its period is shorter than two words"))?;
+    let by = (0..=32).rev().find(fits).ok_or_else(|| refuse(": its period is shorter than two words"))?;
     let factor = rate.mul_pow2(32 + by).round_to_i64().unwrap_or(0);
     let mismatch = (&Interval::from_int(factor).mul_pow2(-by) - &rate.mul_pow2(32)).magnitude();
     // In words of 2⁻³² turns.

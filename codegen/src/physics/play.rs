@@ -7,9 +7,10 @@
 
 use fitter::terms::{Element, Play};
 
+use super::PhysicsError;
 use super::builder::{Builder, Tracked};
-use super::shape::{Shape, Variable};
-use super::{PhysicsError, Sum};
+use super::observed::Observed;
+use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Bits of an element's half-width at most: it is ±2^n, so that its limits are one instruction, and the word of
@@ -22,16 +23,14 @@ pub(super) fn subtract(
     sum: &mut Sum,
     play: &Play,
     weights: &[Interval],
-    variable: &Variable,
-    observable: &Shape,
+    observed: &Observed,
 ) -> Result<(), PhysicsError> {
-    let reach = variable.range(observable).magnitude();
     // v as a word of 2²⁹…2³⁰ at most; what it is off counts twice for every element.
-    let bits = 29 - reach.log2_floor().unwrap_or(0);
+    let bits = observed.bits();
     let all = weights.iter().fold(Interval::from_f64(1e-6), |sum, w| &sum + &w.magnitude()).upper();
     let tolerance = sum.tolerance.mul_pow2(bits - sum.bits - 1).div(&all);
     let name = format!("follow_{}", b.program.state.len() + 1);
-    let v = variable.evaluate(b, &name, observable, bits, &tolerance.lower(), "")?;
+    let v = observed.word(b, &name, bits, &tolerance.lower())?;
     for (element, weight) in play.elements.iter().zip(weights) {
         follow(b, sum, (&v, bits), element, weight)?;
     }
@@ -51,8 +50,8 @@ fn follow(
     let number = b.program.state.len() + 1;
     // The observable in words of which r is 2^n: not more than half of v's.
     let scale = |n: i64| Interval::from_int(1).mul_pow2(n - bits).div(&r);
-    let half = Interval::from_int(1).mul_pow2(-1);
-    let n = (1..=FINEST).rev().find(|n| scale(*n).certainly_le(&half)).ok_or_else(narrow)?;
+    let largest = Interval::from_int(i32::MAX.into()).mul_pow2(-32);
+    let n = (1..=FINEST).rev().find(|n| scale(*n).certainly_le(&largest)).ok_or_else(narrow)?;
     let (v_name, p_name, d_name) = (format!("v{number}"), format!("play_{number}"), format!("d{number}"));
     let none = Tracked::constant(&Interval::zero());
     let v = b.mul_add(&v_name, (&Tracked::constant(&scale(n).mul_pow2(32)), v), 0, &none, "")?;

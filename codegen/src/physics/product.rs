@@ -6,10 +6,11 @@ use std::collections::BTreeMap;
 
 use fitter::terms::Product;
 
+use super::PhysicsError;
 use super::builder::{Builder, Tracked};
 use super::further::Given;
 use super::shape::{Shape, Variable};
-use super::{PhysicsError, Sum};
+use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Powers of the further inputs, and what they are multiplied by.

@@ -1,9 +1,10 @@
-//! `rate` terms: w·dv/dt of a function v of the reading, by the difference to the call before, calls coming at a
+//! `rate` terms: w·dv/dt of what is observed, by the difference to the call before, calls coming at a
 //! fixed period. The first call, which has none before it, has the rate 0.
 
+use super::PhysicsError;
 use super::builder::Builder;
-use super::shape::{Shape, Variable};
-use super::{PhysicsError, Sum};
+use super::observed::Observed;
+use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Subtracts the term from the result; calls come every `period_s`.
@@ -11,17 +12,15 @@ pub(super) fn subtract(
     b: &mut Builder,
     sum: &mut Sum,
     weight: &Interval,
-    variable: &Variable,
-    observable: &Shape,
+    observed: &Observed,
     period_s: f64,
 ) -> Result<(), PhysicsError> {
     let number = b.program.state.len() + 1;
     let per_call = weight.div(&Interval::from_f64(period_s));
-    let reach = variable.range(observable).magnitude();
-    let bits = 29 - reach.log2_floor().unwrap_or(0);
+    let bits = observed.bits();
     let size = per_call.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
     let tolerance = sum.tolerance.mul_pow2(bits - sum.bits - 1).div(&size).lower();
-    let v = variable.evaluate(b, &format!("now_{number}"), observable, bits, &tolerance, "")?;
+    let v = observed.word(b, &format!("now_{number}"), bits, &tolerance)?;
     let meaning = "the reading at the call before".to_string();
     let was = b.state(&format!("before_{number}"), meaning, &v, v.range.clone(), v.error.clone())?;
     b.keep(was.0, v.operand);

@@ -89,36 +89,53 @@ impl Variable<'_> {
         tolerance: &Interval,
         note: &str,
     ) -> Result<Tracked, Overflows> {
-        let (best, distance) = self.approximation(shape, &tolerance.mul_pow2(-bits));
-        let c: Vec<Tracked> =
-            best.coefficients().iter().map(|c| Tracked::constant(&c.mul_pow2(bits))).collect();
-        let mut sum = c[c.len() - 1].clone();
-        for (k, next) in c.iter().enumerate().rev().skip(1) {
-            let said = if k == 0 { note } else { "" };
-            sum = b.mul_add(name, (&sum, &self.word), (32 - self.exponent) as u32, next, said)?;
-        }
+        let (best, distance) = best_within(shape, &self.ends(), &tolerance.mul_pow2(-bits));
+        let mut sum = horner(b, name, &best, bits, (&self.word, self.exponent), note)?;
         sum.error = (&sum.error + &distance.mul_pow2(bits)).upper();
         Ok(sum)
     }
+}
 
-    /// The polynomial of the lowest degree that is within `tolerance`, and its certified distance.
-    fn approximation(&self, shape: &Shape, tolerance: &Interval) -> (Polynomial, Interval) {
-        let (from, to) = self.ends();
-        let degree = shape.polynomial.coefficients().len().saturating_sub(1);
-        for lower in 0..degree.min(LARGEST_DEGREE) {
-            let best = if lower == 0 {
-                Polynomial::constant(shape.polynomial.range(&from, &to).midpoint())
-            } else {
-                minimax(&shape.polynomial, lower, &from, &to)
-            };
-            let supremum = best.sub(&shape.polynomial).supremum(&from, &to, &tolerance.mul_pow2(-4));
-            let distance = (&supremum.magnitude() + &shape.remainder).upper();
-            if distance.certainly_le(tolerance) {
-                return (best, distance);
-            }
-        }
-        (shape.polynomial.clone(), shape.remainder.clone())
+/// Appends Horner's scheme for polynomial(v)·2^bits, the word being v·2^exponent.
+pub(super) fn horner(
+    b: &mut Builder,
+    name: &str,
+    polynomial: &Polynomial,
+    bits: i64,
+    (word, exponent): (&Tracked, i64),
+    note: &str,
+) -> Result<Tracked, Overflows> {
+    let c: Vec<Tracked> =
+        polynomial.coefficients().iter().map(|c| Tracked::constant(&c.mul_pow2(bits))).collect();
+    let mut sum = c[c.len() - 1].clone();
+    for (k, next) in c.iter().enumerate().rev().skip(1) {
+        let said = if k == 0 { note } else { "" };
+        sum = b.mul_add(name, (&sum, word), (32 - exponent) as u32, next, said)?;
     }
+    Ok(sum)
+}
+
+/// The polynomial of the lowest degree that is within `tolerance` of the shape, and its certified distance; the
+/// shape's own where none of a lower degree is.
+pub(super) fn best_within(
+    shape: &Shape,
+    (from, to): &(Interval, Interval),
+    tolerance: &Interval,
+) -> (Polynomial, Interval) {
+    let degree = shape.polynomial.coefficients().len().saturating_sub(1);
+    for lower in 0..degree.min(LARGEST_DEGREE) {
+        let best = if lower == 0 {
+            Polynomial::constant(shape.polynomial.range(from, to).midpoint())
+        } else {
+            minimax(&shape.polynomial, lower, from, to)
+        };
+        let supremum = best.sub(&shape.polynomial).supremum(from, to, &tolerance.mul_pow2(-4));
+        let distance = (&supremum.magnitude() + &shape.remainder).upper();
+        if distance.certainly_le(tolerance) {
+            return (best, distance);
+        }
+    }
+    (shape.polynomial.clone(), shape.remainder.clone())
 }
 
 impl Shape {

@@ -70,6 +70,11 @@ impl<'a> Subject<'a> {
         generated.routines.iter().map(named).collect()
     }
 
+    /// Whether it has terms of further physics, so that it is swept by sequences of calls.
+    pub fn has_terms(&self) -> bool {
+        !self.routine.physics.is_empty()
+    }
+
     /// Its program.
     pub fn program(&self) -> &Program {
         &self.routine.design.program
@@ -155,13 +160,27 @@ pub fn build(
 ) -> Result<Harness, VerifyError> {
     let text = render(subject, language, base)?;
     let stem = format!("sweep_{}_{}{}", subject.name, language.name(), if sanitize { "_ub" } else { "" });
-    let (extension, tool) = match language {
-        Language::Rust => ("rs", Tool::rustc()),
-        Language::C => ("c", Tool::cc()),
-    };
+    let extension = if language == Language::Rust { "rs" } else { "c" };
     let source = build.join(format!("{stem}.{extension}"));
     std::fs::write(&source, text).map_err(|cause| VerifyError::Write { path: source.clone(), cause })?;
     let executable = build.join(&stem);
+    executable_of(language, sanitize, generated, base, build, &source, &executable)?;
+    Ok(Harness { language, sanitized: sanitize, executable, folder: build.to_path_buf() })
+}
+
+/// Compiles a program around the generated files in `generated`, a Rust one with the crate in `build`.
+///
+/// # Errors
+/// [`VerifyError`] where there is no compiler, or it refuses.
+pub(super) fn executable_of(
+    language: Language,
+    sanitize: bool,
+    generated: &Path,
+    base: &str,
+    build: &Path,
+    source: &Path,
+    executable: &Path,
+) -> Result<(), VerifyError> {
     let (source, out) = (source.display().to_string(), executable.display().to_string());
     let include = format!("-I{}", generated.join("c").display());
     let library = format!("-L{}", build.display());
@@ -180,8 +199,8 @@ pub fn build(
             arguments.extend([include.as_str(), "-o", out.as_str(), source.as_str()]);
         }
     }
-    tool.run(&arguments, build)?;
-    Ok(Harness { language, sanitized: sanitize, executable, folder: build.to_path_buf() })
+    let tool = if language == Language::Rust { Tool::rustc() } else { Tool::cc() };
+    tool.run(&arguments, build).map(drop)
 }
 
 impl Harness {

@@ -4,6 +4,7 @@
 //! [`belonging`] recomputes the certificate; [`sweep`] runs the compiled Rust and C over inputs that
 //! [`domain`] numbers, through programs that [`harness`] renders and compiles, against a [`yardstick`] whose
 //! own error is bounded, and compares the outputs by their [`digest`].
+//! Routines with terms of further physics are run over sequences of calls instead: [`sequence`].
 
 pub mod belonging;
 pub mod compile;
@@ -14,6 +15,7 @@ pub mod external;
 pub mod harness;
 pub mod mutants;
 pub mod report;
+pub mod sequence;
 pub mod sweep;
 pub mod yardstick;
 
@@ -22,6 +24,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
+use crate::certificate::{Certificate, Entry};
 use crate::generate::Generated;
 use crate::interpret::Overflow;
 use crate::options::Options;
@@ -136,16 +139,26 @@ pub fn verify(
     let coverage = |s: &Subject<'_>| {
         if checks.exhaustive { s.domain.all(s.program()) } else { s.domain.quick(s.program()) }
     };
-    let total: u64 = subjects.iter().map(|s| sweep::inputs(&coverage(s))).sum();
+    let functions = || subjects.iter().filter(|s| !s.has_terms());
+    let total: u64 = functions().map(|s| sweep::inputs(&coverage(s))).sum();
     bar.set_length(total * runs.len() as u64);
-    for subject in &subjects {
+    for subject in subjects.iter().filter(|s| s.has_terms()) {
+        bar.set_message(format!("{}: sequences of calls", subject.name));
+        let prepared = sequence::prepare(subject, checks.exhaustive)?;
+        for &(language, sanitized) in &runs {
+            let stated = stated(&certificate, subject, language);
+            let Some(stated) = stated else { continue };
+            bar.set_message(format!("{} in {}", subject.name, language.name()));
+            let built = sequence::runner::build(subject, language, sanitized, &folder, &base, build.path())?;
+            let how = (language, sanitized);
+            let found = sequence::sweep(subject, how, &built, &prepared, stated.bound, quantity)?;
+            report.sweeps.push(found);
+        }
+    }
+    for subject in functions() {
         let coverage = coverage(subject);
         for &(language, sanitized) in &runs {
-            let stated = certificate
-                .routines
-                .iter()
-                .find(|e| e.routine == subject.name && e.language == language.name());
-            // Without an entry nothing is promised; the certificate's check has said so.
+            let stated = stated(&certificate, subject, language);
             let Some(stated) = stated else { continue };
             bar.set_message(format!("{} in {}", subject.name, language.name()));
             let harness = harness::build(subject, language, sanitized, &folder, &base, build.path())?;
@@ -172,6 +185,11 @@ pub fn verify(
         report.tools.extend(mutants::mutants(&subjects, generated, quantity, &base, bar)?);
     }
     Ok(report)
+}
+
+/// What the certificate promises. Without an entry nothing is promised; the certificate's check has said so.
+fn stated<'a>(certificate: &'a Certificate, subject: &Subject<'_>, language: Language) -> Option<&'a Entry> {
+    certificate.routines.iter().find(|e| e.routine == subject.name && e.language == language.name())
 }
 
 fn absolute(folder: &Path) -> Result<PathBuf, VerifyError> {

@@ -16,6 +16,7 @@ use super::VerifyError;
 use super::belonging;
 use super::external::{ToolReport, run_gappa};
 use super::harness::{self, Language, Subject};
+use super::sequence::{self, Prepared, runner};
 use super::sweep;
 use crate::certificate::Certificate;
 use crate::generate::{Generated, sha256};
@@ -66,9 +67,11 @@ pub fn mutants(
     let mut reports = vec![hand_edited(generated)?];
     let source_c = generated.files.get(&PathBuf::from(format!("c/{base}.c"))).map_or("", String::as_str);
     for subject in subjects {
+        let prepared = subject.has_terms().then(|| sequence::prepare(subject, false)).transpose()?;
         for mutation in mutations(subject, source_c) {
             bar.set_message(format!("{}: {}", subject.name, mutation.what));
-            reports.push(damaged_source(subject, generated, quantity, base, &mutation)?);
+            let files = (generated, base);
+            reports.push(damaged_source(subject, files, quantity, &mutation, prepared.as_ref())?);
         }
         reports.push(bound_too_small(subject, generated)?);
         let script = PathBuf::from(format!("gappa/{}.g", subject.name));
@@ -102,6 +105,7 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
             | Op::MulAddF32 { c, .. } => Some(*c),
             _ => None,
         })
+        .filter(|c| !matches!(c, Operand::Step(_) | Operand::Int(0)))
         .collect();
     let chosen = [constants.first(), constants.get(constants.len() / 2), constants.last()];
     for (c, units) in chosen.into_iter().flatten().zip([4i64, 2, 1]) {
@@ -120,8 +124,8 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
                     what: format!("{what}, C"),
                     language: Language::C,
                     swap: false,
-                    from: format!(" {}; /*", v.abs()),
-                    to: format!(" {}; /*", other.abs()),
+                    from: format!(" {};", v.abs()),
+                    to: format!(" {};", other.abs()),
                 });
             }
             Operand::Float(v) => {
@@ -145,6 +149,7 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
         }
     }
     found.extend(shifts(program, source_c));
+    found.extend(states(program));
     // The middle of a table is always reached.
     if let [_, .., _] = &program.table[..] {
         let middle = program.table.len() / 2;
@@ -156,6 +161,32 @@ fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
         for (language, name, [from, to]) in [(Language::Rust, "Rust", rust), (Language::C, "C", c)] {
             let what = format!("a table with two segments swapped, {name}");
             found.push(Mutation { what, language, swap: true, from, to });
+        }
+    }
+    found
+}
+
+/// A word of the state that is not kept, and a limit that is too narrow.
+fn states(program: &Program) -> Vec<Mutation> {
+    let mut found = Vec::new();
+    if let Some((name, Operand::Step(next))) = program.state.last().map(|w| (&w.name, w.next)) {
+        let next = &program.steps[next].name;
+        for (language, text, of) in [(Language::Rust, "Rust", "self."), (Language::C, "C", "state->")] {
+            let what = format!("`{name}` not kept, {text}");
+            let (from, to) = (format!("{of}{name} = {next};"), format!("{of}{name} = {of}{name};"));
+            found.push(Mutation { what, language, from, to, swap: false });
+        }
+    }
+    let limit = program.steps.iter().rev().find_map(|s| match s.op {
+        Op::Clamp { lo, hi, .. } if s.stage == Stage::Evaluation => Some((lo, hi)),
+        _ => None,
+    });
+    if let Some((lo, hi)) = limit {
+        for (language, name) in [(Language::Rust, "Rust"), (Language::C, "C")] {
+            let digits = |v: i64| if language == Language::Rust { text::grouped(v) } else { v.to_string() };
+            let ends = |hi: i64| format!("{}, {})", digits(lo), digits(hi));
+            let what = format!("a limit of {} instead of {hi}, {name}", hi / 2);
+            found.push(Mutation { what, language, from: ends(hi), to: ends(hi / 2), swap: false });
         }
     }
     found
@@ -187,10 +218,10 @@ fn shifts(program: &Program, source_c: &str) -> Vec<Mutation> {
 /// A source that computes something else, with a certificate whose hashes fit it.
 fn damaged_source(
     subject: &Subject<'_>,
-    generated: &Generated,
+    (generated, base): (&Generated, &str),
     quantity: &Quantity,
-    base: &str,
     mutation: &Mutation,
+    prepared: Option<&Prepared>,
 ) -> Result<ToolReport, VerifyError> {
     let file = match mutation.language {
         Language::Rust => PathBuf::from(format!("src/{}.rs", subject.name)),
@@ -215,11 +246,16 @@ fn damaged_source(
     if mutation.language == Language::Rust {
         harness::compile_crate(folder.path(), base, build.path())?;
     }
-    let built = harness::build(subject, mutation.language, false, folder.path(), base, build.path())?;
-    let coverage = subject.domain.interpreted(subject.program());
     let bound = quantity.in_bound_unit(subject.routine.design.bound.total);
-    let hidden = ProgressBar::hidden();
-    let found = sweep::sweep(subject, &built, &coverage, bound, quantity, &hidden)?;
+    let language = mutation.language;
+    let found = if let Some(prepared) = prepared {
+        let built = runner::build(subject, language, false, folder.path(), base, build.path())?;
+        sequence::sweep(subject, (language, false), &built, prepared, bound, quantity)?
+    } else {
+        let built = harness::build(subject, language, false, folder.path(), base, build.path())?;
+        let coverage = subject.domain.interpreted(subject.program());
+        sweep::sweep(subject, &built, &coverage, bound, quantity, &ProgressBar::hidden())?
+    };
     let mut caught = Vec::new();
     if !found.as_interpreted {
         caught.push("its outputs are not those of the proved program");
@@ -351,7 +387,8 @@ mod tests {
         for subject in &subjects {
             let source_c = &anew.files[Path::new("c/corrected_angle.c")];
             for mutation in mutations(subject, source_c) {
-                let found = damaged_source(subject, &anew, &quantity, "corrected_angle", &mutation).unwrap();
+                let found =
+                    damaged_source(subject, (&anew, "corrected_angle"), &quantity, &mutation, None).unwrap();
                 assert!(found.holds, "{found:?}");
             }
             assert!(bound_too_small(subject, &anew).unwrap().holds);

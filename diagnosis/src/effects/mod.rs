@@ -10,6 +10,7 @@ mod hysteresis;
 mod local_defect;
 mod mount_step;
 mod operators;
+pub mod page;
 mod periodic_error;
 mod read_lag;
 mod sensor_clipping;

@@ -8,6 +8,8 @@ use crate::linear::{Basis, add_scaled, dot, least_squares};
 
 /// Rows by which a step is moved at most to where the raw observations have it.
 const REACH: usize = 16;
+/// Part of a step that is left once the top lies between its ends and was looked for there.
+const SHRUNK: f64 = 0.3;
 /// Largest loss of a row, in squares of its σ.
 const BOUND: f64 = 9.0;
 
@@ -73,26 +75,37 @@ impl Search<'_> {
                 }
                 active = true;
                 let mut here = false;
-                for sign in [1.0, -1.0] {
-                    let mut shape = best.term.shape.clone();
-                    let value = if ranges[k].logarithmic {
-                        shape[k] * (sign * steps[k]).exp()
-                    } else if whole {
-                        shape[k] + sign * steps[k].round()
-                    } else {
-                        shape[k] + sign * steps[k]
-                    };
-                    shape[k] = value.clamp(ranges[k].low, ranges[k].high);
-                    if shape[k] == best.term.shape[k] {
-                        continue;
-                    }
-                    if let Some(next) = self.try_shape(family, &shape, basis, residual)
-                        && next.explained > best.explained
-                    {
+                // What the shape explains on either side, as far as it was looked at.
+                let mut sides = [None; 2];
+                let moved = |from: &[f64], by: f64| {
+                    let mut shape = from.to_vec();
+                    shape[k] = if ranges[k].logarithmic { shape[k] * by.exp() } else { shape[k] + by };
+                    shape[k] = shape[k].clamp(ranges[k].low, ranges[k].high);
+                    (shape[k] != from[k]).then_some(shape)
+                };
+                for (side, sign) in sides.iter_mut().zip([1.0, -1.0]) {
+                    let step = if whole { steps[k].round() } else { steps[k] };
+                    let Some(shape) = moved(&best.term.shape, sign * step) else { continue };
+                    let Some(next) = self.try_shape(family, &shape, basis, residual) else { continue };
+                    *side = Some(next.explained);
+                    if next.explained > best.explained {
                         best = next;
                         here = true;
                         break;
                     }
+                }
+                // Both sides explain less: the top of the parabola through the three is nearer than either.
+                if let ([Some(up), Some(down)], false, false) = (sides, here, whole) {
+                    let bend = 2.0 * best.explained - up - down;
+                    if let Some(shape) =
+                        moved(&best.term.shape, 0.5 * steps[k] * (up - down) / bend.max(1e-300))
+                        && let Some(next) = self.try_shape(family, &shape, basis, residual)
+                        && next.explained > best.explained
+                    {
+                        best = next;
+                    }
+                    steps[k] *= SHRUNK;
+                    continue;
                 }
                 if here { improved = true } else { steps[k] *= 0.5 }
             }

@@ -1,5 +1,7 @@
 //! The set of terms: grown forward, with exchanges of one term and of two, and pruned.
 
+use rayon::prelude::*;
+
 use super::{Found, Search, Term, handicap};
 
 /// Most terms in a model.
@@ -20,25 +22,29 @@ const REFINED: usize = 5;
 impl Search<'_> {
     /// The best candidates beside the terms by merit, refined; `wanted` filters families.
     pub fn contenders(&self, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
-        let (basis, residual) = self.fit(terms);
-        let mut found: Vec<Found> = self
-            .survey_beside(&basis, &residual)
-            .into_iter()
+        let beside = self.beside(terms);
+        let mut found: Vec<&Found> = beside
+            .found
+            .iter()
             .filter(|f| wanted(f.term.family) && self.allowed_beside(f.term.family, terms))
             .collect();
         found.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
         let best = found.first().map_or(0.0, |f| self.gain(f));
-        let mut refined = 0;
-        let mut out: Vec<Found> = found
-            .into_iter()
-            .map(|f| {
-                // Refinement brings at most what the grid lost: a third, generously.
-                let shaped = self.effect(f.term.family).is_some() && !f.term.shape.is_empty();
-                if shaped && refined < REFINED && f.explained * 1.5 > best.max(0.0) {
-                    refined += 1;
-                    self.refine(f, &basis, &residual)
+        // Refinement brings at most what the grid lost: a third, generously.
+        let promising: Vec<usize> = (0..found.len())
+            .filter(|&k| {
+                let shaped = self.effect(found[k].term.family).is_some() && !found[k].term.shape.is_empty();
+                shaped && found[k].explained * 1.5 > best.max(0.0)
+            })
+            .take(REFINED)
+            .collect();
+        let mut out: Vec<Found> = (0..found.len())
+            .into_par_iter()
+            .map(|k| {
+                if promising.contains(&k) {
+                    beside.refined(found[k], |f| self.refine(f, &beside.basis, &beside.residual))
                 } else {
-                    f
+                    found[k].clone()
                 }
             })
             .collect();

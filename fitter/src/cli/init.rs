@@ -51,7 +51,7 @@ pub(super) fn run(args: &InitArgs, common: Common) -> Result<()> {
     summarise(
         common,
         || json!({"written": out}),
-        || format!("{out}: written; state your values in it, then: fitter fit RECORDING.csv --mirror {out}"),
+        || format!("{out}: written; state your values in it, then fit a recording with --mirror {out}"),
     );
     Ok(())
 }

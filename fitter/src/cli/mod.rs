@@ -5,16 +5,20 @@
 //! `NO_COLOR` is not set. Exit code 2 for bad input, with one message.
 
 mod apply;
+pub mod common;
 mod fit;
 mod init;
-mod pages;
+pub mod pages;
 mod progress;
 mod report;
 
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use miette::Result;
+
+pub use common::Common;
+use common::{program, say, summarise, warn};
 
 use crate::recording::Mapping;
 
@@ -38,23 +42,35 @@ Examples:
   fitter report calibration.csv --mirror mirror.toml              figures as a page and as SVG
   fitter fit lab.parquet --mirror mirror.toml --map x1_mm=Probe1:um --map x2_mm=Probe2:um";
 
-/// How much is said, for every command.
-#[derive(Args, Debug, Clone, Copy, Default)]
-pub struct Common {
-    /// Print the summary as JSON
-    #[arg(long, global = true)]
-    pub json: bool,
-    /// Print nothing but errors
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
-    pub quiet: bool,
-    /// Print everything that was found
-    #[arg(short, long, global = true)]
-    pub verbose: bool,
-}
-
 /// The commands.
 #[derive(Subcommand)]
 pub enum Command {
+    /// The work.
+    #[command(flatten)]
+    Work(Work),
+    /// Print the completions of a shell
+    #[command(after_help = COMPLETIONS)]
+    Completions(pages::CompletionsArgs),
+    /// Print the manual page, or write those of all commands
+    #[command(after_help = MANUAL)]
+    Man(pages::ManArgs),
+}
+
+/// Examples for the help of `completions`.
+pub const COMPLETIONS: &str = "\
+Examples:
+  fitter completions bash > ~/.local/share/bash-completion/completions/fitter
+  fitter completions zsh > \"${fpath[1]}/_fitter\"";
+
+/// Examples for the help of `man`.
+pub const MANUAL: &str = "\
+Examples:
+  fitter man | man -l -
+  fitter man --out ~/.local/share/man/man1";
+
+/// The commands that do something, for this program and for one that takes them in.
+#[derive(Subcommand)]
+pub enum Work {
     /// Choose the order, identify the coefficients, write coefficients.json
     Fit(fit::FitArgs),
     /// Write the corrected reading of every row of a recording
@@ -65,10 +81,6 @@ pub enum Command {
     Init(init::InitArgs),
     /// Print the JSON schema of mirror.toml
     Schema,
-    /// Print the completions of a shell
-    Completions(pages::CompletionsArgs),
-    /// Print the manual page, or write those of all commands
-    Man(pages::ManArgs),
 }
 
 /// Columns under other names.
@@ -83,60 +95,30 @@ pub struct MapArgs {
 ///
 /// # Errors
 /// One message; nothing was written.
-pub fn run(command: Command, common: Common) -> Result<()> {
+pub fn run(command: Work, common: Common) -> Result<()> {
     match command {
-        Command::Fit(args) => fit::run(&args, common),
-        Command::Apply(args) => apply::run(&args, common),
-        Command::Report(args) => report::run(&args, common),
-        Command::Init(args) => init::run(&args, common),
-        Command::Schema => {
+        Work::Fit(args) => fit::run(&args, common),
+        Work::Apply(args) => apply::run(&args, common),
+        Work::Report(args) => report::run(&args, common),
+        Work::Init(args) => init::run(&args, common),
+        Work::Schema => {
             say(crate::mirror::SCHEMA.trim_end());
             Ok(())
         }
-        Command::Completions(args) => pages::completions(&args),
-        Command::Man(args) => pages::man(&args, common),
     }
 }
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
-    // Messages are one sentence each and stand on one line, whatever the width of the terminal.
-    let plain = |_: &_| -> Box<dyn miette::ReportHandler> {
-        Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).break_words(false).build())
-    };
-    // Fails only if a hook is set already.
-    let _ = miette::set_hook(Box::new(plain));
     let cli = Cli::parse();
-    match run(cli.command, cli.common) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(report) => {
-            eprintln!("{report:?}");
-            ExitCode::from(2)
+    program(|| {
+        match cli.command {
+            Command::Work(command) => run(command, cli.common)?,
+            Command::Completions(args) => pages::completions(&args, Cli::command()),
+            Command::Man(args) => pages::man(&args, Cli::command(), cli.common)?,
         }
-    }
-}
-
-/// Prints a line or several. That nobody reads them to the end (`| head`) is no error.
-fn say(text: &str) {
-    use std::io::Write;
-    let _ = writeln!(anstream::stdout(), "{text}");
-}
-
-/// Prints a warning, unless nothing is to be said.
-fn warn(text: &str, common: Common) {
-    use std::io::Write;
-    if !common.quiet {
-        let _ = writeln!(anstream::stderr(), "{0}warning:{0:#} {text}", crate::summary::WARNING);
-    }
-}
-
-/// Prints a summary as JSON or for people.
-fn summarise(common: Common, json: impl FnOnce() -> serde_json::Value, people: impl FnOnce() -> String) {
-    match (common.json, common.quiet) {
-        (true, _) => say(&format!("{:#}", json())),
-        (false, false) => say(people().trim_end()),
-        (false, true) => {}
-    }
+        Ok(ExitCode::SUCCESS)
+    })
 }
 
 /// The command as it was typed, with the program's name alone in place of its path.

@@ -1,32 +1,24 @@
-//! Completions and manual pages, made from the command line's own definition.
+//! Completions and manual pages, made from a command line's own definition.
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::Shell;
 use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
-use super::{Cli, Common, summarise};
+use super::{Common, summarise};
 use crate::output;
 
-/// Arguments of `fitter completions`.
+/// Arguments of `completions`.
 #[derive(Args)]
-#[command(after_help = "\
-Examples:
-  fitter completions bash > ~/.local/share/bash-completion/completions/fitter
-  fitter completions zsh > \"${fpath[1]}/_fitter\"")]
 pub struct CompletionsArgs {
     /// The shell
     shell: Shell,
 }
 
-/// Arguments of `fitter man`.
+/// Arguments of `man`.
 #[derive(Args)]
-#[command(after_help = "\
-Examples:
-  fitter man | man -l -
-  fitter man --out ~/.local/share/man/man1")]
 pub struct ManArgs {
     /// Write the pages of all commands into this folder
     #[arg(long)]
@@ -39,42 +31,50 @@ fn print(bytes: &[u8]) {
     let _ = std::io::stdout().write_all(bytes);
 }
 
-pub(super) fn completions(args: &CompletionsArgs) -> Result<()> {
+/// Prints the completions of a program.
+pub fn completions(args: &CompletionsArgs, mut program: Command) {
+    let name = program.get_name().to_string();
     let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "fitter", &mut text);
+    clap_complete::generate(args.shell, &mut program, name, &mut text);
     print(&text);
-    Ok(())
 }
 
-pub(super) fn man(args: &ManArgs, common: Common) -> Result<()> {
-    let mut root = Cli::command();
-    root.build();
-    let page = |command: clap::Command| -> std::io::Result<Vec<u8>> {
-        let mut text = Vec::new();
-        clap_mangen::Man::new(command).render(&mut text)?;
-        Ok(text)
-    };
+/// Prints the manual page of a program, or writes those of all its commands, `program-command.1`.
+///
+/// # Errors
+/// One message; nothing was written.
+pub fn man(args: &ManArgs, mut program: Command, common: Common) -> Result<()> {
+    program.build();
     let Some(folder) = &args.out else {
-        print(&page(root).into_diagnostic()?);
+        print(&page(program)?);
         return Ok(());
     };
     if !folder.is_dir() {
         return Err(miette!("{}: is no folder; make it, or give another --out", folder.display()));
     }
+    let mut pages = Vec::new();
+    collect("", program, &mut pages)?;
     let mut written = Vec::new();
-    let commands: Vec<clap::Command> =
-        root.get_subcommands().filter(|c| c.get_name() != "help").cloned().collect();
-    for command in std::iter::once(root).chain(commands) {
-        // A subcommand's page is found by `man fitter-fit`.
-        let name = match command.get_name() {
-            "fitter" => "fitter".to_string(),
-            other => format!("fitter-{other}"),
-        };
+    for (name, text) in pages {
         let path = folder.join(format!("{name}.1"));
-        let text = page(command).into_diagnostic()?;
         output::write_whole(&path, |file| file.write_all(&text)).into_diagnostic()?;
         written.push(path.display().to_string());
     }
     summarise(common, || json!({"written": written}), || format!("written      {}", written.join(", ")));
     Ok(())
+}
+
+fn page(command: Command) -> Result<Vec<u8>> {
+    let mut text = Vec::new();
+    clap_mangen::Man::new(command).render(&mut text).into_diagnostic()?;
+    Ok(text)
+}
+
+/// The page of a command and those of its commands, each under its full name: `man fitter-fit` finds it.
+fn collect(above: &str, command: Command, pages: &mut Vec<(String, Vec<u8>)>) -> Result<()> {
+    let own = command.get_name();
+    let name = if above.is_empty() { own.to_string() } else { format!("{above}-{own}") };
+    let below: Vec<Command> = command.get_subcommands().filter(|c| c.get_name() != "help").cloned().collect();
+    pages.push((name.clone(), page(command)?));
+    below.into_iter().try_for_each(|command| collect(&name, command, pages))
 }

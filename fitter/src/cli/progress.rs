@@ -1,6 +1,5 @@
 //! Progress on long work, on a terminal only.
 
-use std::io::IsTerminal;
 use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -10,14 +9,10 @@ use super::Common;
 use crate::Recording;
 use crate::recording::Reading;
 
-fn watched(common: Common) -> bool {
-    !common.quiet && std::io::stderr().is_terminal()
-}
-
 /// Shows that something goes on while a long recording is worked on, if someone is watching.
 pub(super) fn waiting<T>(what: &'static str, rows: usize, common: Common, work: impl FnOnce() -> T) -> T {
     const LONG: usize = 200_000;
-    if rows < LONG || !watched(common) {
+    if rows < LONG || !common.watched() {
         return work();
     }
     let spinner = ProgressBar::new_spinner().with_message(format!("{what} {rows} rows"));
@@ -31,7 +26,7 @@ pub(super) fn waiting<T>(what: &'static str, rows: usize, common: Common, work: 
 pub(super) fn read(path: &Path, reading: &Reading, common: Common) -> Result<Recording> {
     const LONG: u64 = 20 << 20;
     let bytes = path.metadata().map_or(0, |data| data.len());
-    if bytes < LONG || !watched(common) {
+    if bytes < LONG || !common.watched() {
         return Recording::read_as(path, reading, &mut |_| {}).into_diagnostic();
     }
     let bar = ProgressBar::new(bytes);

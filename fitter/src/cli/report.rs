@@ -26,6 +26,9 @@ pub struct ReportArgs {
     /// Where to write the page; the SVG files stand beside it (report-figure-5a.svg …)
     #[arg(long, default_value = "report.html")]
     out: PathBuf,
+    /// Draw the error before and after the correction as one SVG; beside it, as FILE-dark.svg, for a dark page
+    #[arg(long, value_name = "FILE.svg")]
+    overview: Option<PathBuf>,
     /// Write the page alone
     #[arg(long)]
     no_svg: bool,
@@ -35,7 +38,9 @@ pub struct ReportArgs {
 
 pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
     let inputs: Vec<_> = args.recordings.iter().chain([&args.model.mirror]).map(PathBuf::as_path).collect();
-    output::not_the_input(&args.out, &inputs).into_diagnostic()?;
+    for out in std::iter::once(&args.out).chain(&args.overview) {
+        output::not_the_input(out, &inputs).into_diagnostic()?;
+    }
     let Some((calibration, verifications)) = args.recordings.split_first() else {
         return Err(miette!("no recording was given"));
     };
@@ -55,6 +60,14 @@ pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
         let text = figure.file();
         output::write_whole(&path, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
         written.push(path.display().to_string());
+    }
+    if let (Some(light), Some(figure)) = (&args.overview, report.overview()) {
+        let stem = light.file_stem().map_or_else(|| "overview".into(), |stem| stem.to_string_lossy());
+        let dark = light.with_file_name(format!("{stem}-dark.svg"));
+        for (path, text) in [(light, figure.file()), (&dark, figure.dark_file())] {
+            output::write_whole(path, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
+            written.push(path.display().to_string());
+        }
     }
     let numbers: Vec<&str> = figures.iter().map(|figure| figure.number.as_str()).collect();
     summarise(

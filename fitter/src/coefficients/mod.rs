@@ -4,6 +4,8 @@
 
 mod file;
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error_model::{ErrorModel, Sensor};
@@ -49,6 +51,10 @@ pub struct Coefficients {
     /// What further effects add to the error of the base model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<Term>,
+    /// What the recording covers of every observable that a term reads beside the reading: its smallest and largest
+    /// value. A term is not known beyond.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub observed: BTreeMap<String, [f64; 2]>,
     /// Of a sensor that turns round and round: the turn, its harmonics, the directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn: Option<Turn>,
@@ -272,6 +278,7 @@ impl Coefficients {
             order_selection: None,
             statistics: None,
             terms: Vec::new(),
+            observed: BTreeMap::new(),
             turn: None,
             sha256: None,
         }

@@ -79,6 +79,8 @@ pub enum RecordingError {
         "{file}: is a Parquet file, and this program was built without the feature `parquet`; write it as CSV"
     )]
     NoParquet { file: String },
+    #[error("{file}: is a LabVIEW TDMS file, expected CSV or Parquet; export its channels as one of the two")]
+    NoTdms { file: String },
     #[error("{file}, line 1: column {number} has no name, expected a name in every field of the header")]
     UnnamedColumn { file: String, number: usize },
     #[error("{file}, line 1: column `{column}` stands there twice; keep one of the two or rename the other")]

@@ -79,7 +79,7 @@ impl Recording {
         Recording::read_as(path, &Reading::plain(purpose), progress)
     }
 
-    /// As [`Recording::read_for`], with columns mapped and converted. A Parquet file is known by its first bytes.
+    /// As [`Recording::read_for`], with columns mapped and converted. Parquet, and TDMS to refuse it, are known by their first bytes.
     ///
     /// # Errors
     /// As [`Recording::read`], and those of a mapping that does not fit.
@@ -101,10 +101,10 @@ impl Recording {
         let mut magic = [0; 4];
         let count = read_most(&mut file, &mut magic).map_err(unreadable)?;
         file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-        let mut recording = if magic[..count] == *b"PAR1" {
-            read_parquet(&shown, file, reading, progress)?
-        } else {
-            read_from(&shown, file, reading, progress)?
+        let mut recording = match &magic[..count] {
+            b"PAR1" => read_whole(parquet, &shown, file, reading, progress)?,
+            b"TDSm" => read_whole(tdms, &shown, file, reading, progress)?,
+            _ => read_from(&shown, file, reading, progress)?,
         };
         recording.file = name;
         Ok(recording)
@@ -180,8 +180,9 @@ fn read_most(source: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize
     Ok(count)
 }
 
-#[cfg(feature = "parquet")]
-fn read_parquet(
+/// Hashes a file and has it read by a reader of its format.
+fn read_whole(
+    format: fn(&str, File, &Reading) -> Result<Recording, RecordingError>,
     file: &str,
     mut source: File,
     reading: &Reading,
@@ -195,18 +196,20 @@ fn read_parquet(
     std::io::copy(&mut hashing, &mut std::io::sink()).map_err(unreadable)?;
     let sha256 = hexadecimal(hashing.hash);
     source.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-    let recording = super::parquet::read(file, source, reading)?;
+    let recording = format(file, source, reading)?;
     Ok(Recording { sha256, ..recording })
 }
 
+#[cfg(feature = "parquet")]
+use super::parquet::read as parquet;
+
 #[cfg(not(feature = "parquet"))]
-fn read_parquet(
-    file: &str,
-    _: File,
-    _: &Reading,
-    _: &mut dyn FnMut(u64),
-) -> Result<Recording, RecordingError> {
+fn parquet(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError> {
     Err(RecordingError::NoParquet { file: file.to_string() })
+}
+
+fn tdms(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError> {
+    Err(RecordingError::NoTdms { file: file.to_string() })
 }
 
 fn read_text<R: BufRead>(

@@ -17,14 +17,23 @@ const GRID: RGBColor = RGBColor(1, 2, 4);
 const FIRST: RGBColor = RGBColor(1, 2, 5);
 const SECOND: RGBColor = RGBColor(1, 2, 6);
 const SOFT: RGBColor = RGBColor(1, 2, 7);
-/// Stand-in, CSS variable, colour on a white page.
-const NAMES: [(&str, &str, &str); 5] = [
-    ("#010203", "--ink", "#1d2430"),
-    ("#010204", "--grid", "#d5dae1"),
-    ("#010205", "--before", "#c2571a"),
-    ("#010206", "--after", "#1f6fb2"),
-    ("#010207", "--soft", "#5a6473"),
+/// Stand-in, CSS variable, colours on a light and on a dark page.
+const NAMES: [(&str, &str, [&str; 2]); 5] = [
+    ("#010203", "--ink", ["#1d2430", "#e6e9ee"]),
+    ("#010204", "--grid", ["#d5dae1", "#3a4250"]),
+    ("#010205", "--before", ["#c2571a", "#f0935a"]),
+    ("#010206", "--after", ["#1f6fb2", "#6cb2ee"]),
+    ("#010207", "--soft", ["#5a6473", "#9aa4b2"]),
 ];
+/// The ground of a light and of a dark page.
+const GROUND: [&str; 2] = ["#ffffff", "#0d1117"];
+
+/// What a drawing of its own stands on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Page {
+    Light,
+    Dark,
+}
 
 /// What a series is drawn in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -212,12 +221,13 @@ fn themed(svg: &str) -> String {
     })
 }
 
-/// The SVG with the colours of a light page, and a ground to stand on.
-pub(super) fn standing_alone(svg: &str) -> String {
-    let coloured = NAMES
-        .iter()
-        .fold(svg.to_string(), |svg, (_, name, colour)| svg.replace(&format!("var({name})"), colour));
-    let ground = format!("<rect width=\"{}\" height=\"{}\" fill=\"#ffffff\"/>", SIZE.0, SIZE.1);
+/// The SVG with the colours of a page, and a ground to stand on.
+pub(super) fn standing_alone(svg: &str, page: Page) -> String {
+    let coloured = NAMES.iter().fold(svg.to_string(), |svg, (_, name, colours)| {
+        svg.replace(&format!("var({name})"), colours[page as usize])
+    });
+    let fill = GROUND[page as usize];
+    let ground = format!("<rect width=\"{}\" height=\"{}\" fill=\"{fill}\"/>", SIZE.0, SIZE.1);
     match coloured.find('>') {
         Some(end) => format!("{}\n{ground}{}", &coloured[..=end], &coloured[end + 1..]),
         None => coloured,

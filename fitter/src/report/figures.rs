@@ -111,6 +111,41 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
     figures
 }
 
+/// The error before and after the correction in one picture, for a reader in a hurry.
+pub(super) fn overview(fit: &Fit, corrected: &Corrected) -> Figure {
+    let file = &fit.coefficients;
+    let sensor = &file.sensor;
+    let unit = &file.units.statistics;
+    let scale = sensor.per_internal();
+    let offset = if file.whole_turn() { file.base.coefficients[0] } else { 0.0 };
+    let square = |error: f64| error * error;
+    let before =
+        PointMoments::of(&fit.points, |row| square(scale * (fit.calibrated.error[row] - offset))).mean;
+    let angles = fit.points.reading.iter().map(|reading| angle(sensor, sensor.calculated(*reading)));
+    let before: Vec<(f64, f64)> = angles.zip(before).map(|(angle, mean)| (angle, mean.sqrt())).collect();
+    // The standard deviation is that about the mean of the point.
+    let after = (corrected.points.iter())
+        .map(|(angle, mean, deviation)| (*angle, mean.hypot(deviation.unwrap_or(0.0))))
+        .collect();
+    let shown = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.1 > 0.0).collect();
+    let largest = before.iter().fold(0.0f64, |max, point| max.max(point.1));
+    figure(
+        "overview",
+        "Error before and after the correction",
+        format!("Up to {} {unit} before, {} {unit} rms after.", digits(largest), digits(corrected.rms())),
+        Chart {
+            label: "Error before and after the correction against the angle",
+            x: format!("angle ({})", angle_unit(sensor)),
+            y: format!("rms error ({unit})"),
+            logarithmic: true,
+            series: vec![
+                series("before", Mark::Both, Colour::First, shown(before)),
+                series("after", Mark::Both, Colour::Second, shown(after)),
+            ],
+        },
+    )
+}
+
 /// The model's error at a reading, in the internal unit; of a sensor that turns with its harmonics.
 fn model(file: &Coefficients, reading: f64) -> f64 {
     match (&file.turn, crate::turn::corrected(file, reading)) {

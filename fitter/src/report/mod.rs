@@ -35,7 +35,12 @@ pub struct Figure {
 impl Figure {
     /// An SVG file of its own, in the colours of a light page.
     pub fn file(&self) -> String {
-        chart::standing_alone(&self.svg)
+        chart::standing_alone(&self.svg, chart::Page::Light)
+    }
+
+    /// The same in the colours of a dark page.
+    pub fn dark_file(&self) -> String {
+        chart::standing_alone(&self.svg, chart::Page::Dark)
     }
 }
 
@@ -74,6 +79,12 @@ impl<'a> Report<'a> {
             figures.extend(figures::verification(corrected, &self.fit.coefficients, &suffix));
         }
         figures
+    }
+
+    /// The error before and after in one picture; after is of the first verification. None where nothing was
+    /// corrected.
+    pub fn overview(&self) -> Option<Figure> {
+        self.corrected.first().map(|corrected| figures::overview(self.fit, corrected))
     }
 
     /// The page.

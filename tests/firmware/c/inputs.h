@@ -2,7 +2,8 @@
  * Inputs by their number, 0 … 2^32 - 1, and the digest of outputs.
  *
  * One argument: its bit pattern is the number (16 bits: the lower half). Two of 16 bits: the halves of the
- * number. Two wider ones: the number is the second, or as a float the difference, and the first is scattered.
+ * number. A reading and a further input of 16 bits: the reading rises with the number, to and fro by a thirty-second of
+ * its range, and the other is scattered over twelve bits. Two wider ones: the number is the second, or as a float the difference, and the first is scattered.
  */
 #ifndef INPUTS_H
 #define INPUTS_H
@@ -79,6 +80,21 @@ static inline ARGUMENT argument_of(uint32_t index)
 static inline uint32_t key_of(uint32_t index)
 {
     return BITS(argument_of(index));
+}
+#elif STATE
+static inline ARGUMENT first_of_two(uint32_t index)
+{
+    return (ARGUMENT)(index + (scatter(index) >> 5));
+}
+
+static inline SECOND second_of_two(uint32_t index)
+{
+    return (SECOND)(scatter(index + 1u) >> 20);
+}
+
+static inline uint32_t key_of(uint32_t index)
+{
+    return BITS(first_of_two(index)) * 0x27D4EB2Fu + BITS(second_of_two(index));
 }
 #else
 static inline ARGUMENT first_of_two(uint32_t index)

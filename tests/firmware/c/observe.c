@@ -23,6 +23,9 @@ __attribute__((noinline)) static void call(called *function, uint32_t first, uin
     static RESULT result;
 #endif
 
+#if STATE
+    begin(first);
+#endif
     for (uint32_t i = 0u; i < count; i++) {
         const uint32_t index = first + i * stride;
 #if FLAG

@@ -8,6 +8,9 @@ uint64_t sweep(uint32_t first, uint64_t count, uint32_t stride)
     uint64_t digest = 0u;
     uint32_t index = first;
 
+#if STATE
+    begin(first);
+#endif
     for (uint64_t left = count; left > 0u; left--) {
 #if FLAG
         RESULT result = (RESULT)0;

@@ -1,6 +1,7 @@
 //! What is built: the routine under test, named by environment variables, and the board's memory.
 //!
 //! ROUTINE: its name. ARGUMENT: type of its arguments; ARGUMENTS: how many, 1 or 2. RESULT: type of its value.
+//! SECOND: type of the second argument. STATE: 1 where it is a type that keeps a state, with `new` and `update`.
 //! FLAG: 1 where it tells readings outside the range. EMPTY: 1 for the firmware without the routine.
 
 use std::path::Path;
@@ -11,16 +12,21 @@ fn main() {
         println!("cargo:rerun-if-env-changed={name}");
         env::var(name).unwrap_or_else(|_| usual.into())
     };
+    let argument = given("ARGUMENT", "i32");
+    let state = given("STATE", "0") == "1";
     let named = format!(
-        "use generated::{} as generated_routine;\npub type Argument = {};\npub type Value = {};\n",
+        "use generated::{} as {};\npub type Argument = {argument};\n{}pub type Value = {};\n",
         given("ROUTINE", "corrected_angle_q31"),
-        given("ARGUMENT", "i32"),
+        if state { "GeneratedRoutine" } else { "generated_routine" },
+        match given("ARGUMENTS", "1") == "1" {
+            true => String::new(),
+            false => format!("pub type Second = {};\n", given("SECOND", &argument)),
+        },
         given("RESULT", "i32")
     );
-    for condition in ["one_argument", "float", "halves", "flag", "empty"] {
+    for condition in ["one_argument", "float", "halves", "flag", "empty", "state"] {
         println!("cargo:rustc-check-cfg=cfg({condition})");
     }
-    let argument = given("ARGUMENT", "i32");
     let one_argument = given("ARGUMENTS", "1") == "1";
     let conditions = [
         ("one_argument", one_argument),
@@ -28,6 +34,7 @@ fn main() {
         ("halves", argument == "u16" && !one_argument),
         ("flag", given("FLAG", "0") == "1"),
         ("empty", given("EMPTY", "0") == "1"),
+        ("state", state),
     ];
     for (condition, _) in conditions.iter().filter(|(_, holds)| *holds) {
         println!("cargo:rustc-cfg={condition}");

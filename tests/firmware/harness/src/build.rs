@@ -48,6 +48,7 @@ impl Variant {
     /// The symbol whose calls are counted.
     pub fn symbol(self, subject: &Subject) -> String {
         match self {
+            Variant::C { .. } if subject.state => format!("{}_update", subject.routine),
             Variant::C { .. } => subject.routine.clone(),
             Variant::Rust { .. } => "routine".into(),
         }
@@ -96,6 +97,8 @@ fn c(subject: &Subject, core: &str, compiler: &str, empty: bool, out: &Path) -> 
         ("ROUTINE", routine.to_string()),
         ("ARGUMENT", Subject::c_type(&subject.argument).to_string()),
         ("ARGUMENTS", subject.arguments.to_string()),
+        ("SECOND", Subject::c_type(&subject.second).to_string()),
+        ("STATE", if subject.state { u8::from(empty) + 1 } else { 0 }.to_string()),
         ("RESULT", Subject::c_type(&subject.result).to_string()),
         ("FLAG", u8::from(subject.flag).to_string()),
         ("OUT", out.display().to_string()),
@@ -153,7 +156,9 @@ fn rust(subject: &Subject, core: Core, level: &str, empty: bool, out: &Path) -> 
         .arg(&target)
         .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", level)
         .env("LINKER_SCRIPTS", folder().join("c"))
-        .env("ROUTINE", &subject.routine)
+        .env("ROUTINE", subject.rust_name())
+        .env("SECOND", &subject.second)
+        .env("STATE", u8::from(subject.state).to_string())
         .env("ARGUMENT", &subject.argument)
         .env("ARGUMENTS", subject.arguments.to_string())
         .env("RESULT", &subject.result)
@@ -168,16 +173,16 @@ fn rust(subject: &Subject, core: Core, level: &str, empty: bool, out: &Path) -> 
     Ok(target.join(core.rust_target()).join("release/firmware"))
 }
 
-/// Bytes of flash that a firmware takes: code, constants and the initial values of data.
+/// Bytes of flash that a firmware takes (code, constants and the initial values of data), and of memory for data.
 ///
 /// # Errors
 /// [`Problem`] where `arm-none-eabi-size` does not tell.
-pub fn flash_bytes(firmware: &Path) -> Result<u64, Problem> {
+pub fn bytes(firmware: &Path) -> Result<(u64, u64), Problem> {
     let text = run("measuring flash", Command::new("arm-none-eabi-size").arg(firmware))?;
     let line = text.lines().nth(1).unwrap_or_default();
     let mut columns = line.split_whitespace().map(|c| c.parse::<u64>().ok());
-    match (columns.next().flatten(), columns.next().flatten()) {
-        (Some(text), Some(data)) => Ok(text + data),
+    match [(); 3].map(|()| columns.next().flatten()) {
+        [Some(text), Some(data), Some(bss)] => Ok((text + data, data + bss)),
         _ => Err(Problem::Content { path: firmware.into(), message: format!("size says {line:?}") }),
     }
 }

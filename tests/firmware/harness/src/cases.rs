@@ -25,6 +25,9 @@ pub struct Case {
 pub enum Device {
     /// Eq. 12, |s| ≤ 0.38 mm.
     Paper,
+    /// The same with a drift of zero and gain by temperature, and hysteresis of three plays.
+    #[serde(rename = "paper-with-terms")]
+    PaperWithTerms,
 }
 
 #[derive(Deserialize)]

@@ -182,7 +182,7 @@ fn row(contender: &Contender, numbers: &Path, plugin: &Path, out: &Path) -> Resu
         ours: contender.ours,
         gcc,
         clang,
-        flash_bytes: build::flash_bytes(&with)? - build::flash_bytes(&without)?,
+        flash_bytes: build::bytes(&with)?.0 - build::bytes(&without)?.0,
         stack_bytes,
         worst_arcsec: worst(contender, numbers, out)?,
         bound_arcsec: contender.bound_arcsec,

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
+use fitter::terms::{Operator, Play, Product, Scope, Term};
 use serde_json::Value;
 
 use crate::cases::{Case, Device};
@@ -47,6 +48,10 @@ pub struct Subject {
     pub argument: String,
     /// How many arguments.
     pub arguments: usize,
+    /// Rust type of the second argument, where there are two.
+    pub second: String,
+    /// Whether it keeps a state from call to call.
+    pub state: bool,
     /// Rust type of the value.
     pub result: String,
     /// What one unit of an integer result is, in radians; 1 for a float.
@@ -94,7 +99,20 @@ impl Subject {
 
     /// What decides how firmware around it looks, the routine itself apart.
     pub fn signature(&self) -> String {
-        format!("{}-{}-{}-{}", self.argument, self.arguments, self.result, u8::from(self.flag))
+        let plain = format!("{}-{}-{}-{}", self.argument, self.arguments, self.result, u8::from(self.flag));
+        if self.state { format!("{plain}-{}-state", self.second) } else { plain }
+    }
+
+    /// The name by which Rust calls it.
+    pub fn rust_name(&self) -> String {
+        let capital = |word: &str| {
+            let mut letters = word.chars();
+            letters.next().map(|c| c.to_ascii_uppercase()).into_iter().chain(letters).collect::<String>()
+        };
+        match self.state {
+            true => self.routine.split('_').map(capital).collect(),
+            false => self.routine.clone(),
+        }
     }
 }
 
@@ -105,6 +123,25 @@ pub fn paper_model() -> ErrorModel {
         centre: 0.0,
         coefficients: vec![-6.15e-5, 0.1439, -0.039, 0.14, 0.18, -0.86, -1.21, 5.58, 2.88, -12.4],
     }
+}
+
+/// What a diagnosis of such a device may add: three terms that firmware corrects.
+fn terms() -> Vec<Term> {
+    let term = |effect: &str, operator, coefficients| Term {
+        effect: effect.into(),
+        scope: Scope::Device,
+        operator,
+        coefficients,
+        covariance: Vec::new(),
+    };
+    let temperature = || Product::of("temperature_c", 25.0);
+    let gain = temperature().times("angle_arcsec", 0.0, 1);
+    let plays = Play::of("angle_arcsec", &[250.0, 900.0, 2100.0]);
+    vec![
+        term("thermal_zero_drift", Operator::Product(temperature()), vec![0.35]),
+        term("thermal_gain_drift", Operator::Product(gain), vec![2.1e-5]),
+        term("hysteresis", Operator::Play(plays), vec![0.004, 0.003, 0.002]),
+    ]
 }
 
 /// Half the range of the paper's device in millimetres.
@@ -139,8 +176,11 @@ pub fn generate(codegen: &Path, case: &Case, shift: Shift, folder: &Path) -> Res
     std::fs::create_dir_all(folder).map_err(Problem::file(folder))?;
     let mut command = Command::new(codegen);
     command.args(["--quiet", "--name", NAME, "--c-shift", shift.name(), "--out"]).arg(folder);
-    if case.coefficients == Some(Device::Paper) {
-        let file = Coefficients::of_model(&paper_model(), -PAPER_RANGE_MM, PAPER_RANGE_MM, "Eq. 12");
+    if let Some(device) = case.coefficients {
+        let mut file = Coefficients::of_model(&paper_model(), -PAPER_RANGE_MM, PAPER_RANGE_MM, "Eq. 12");
+        if device == Device::PaperWithTerms {
+            file.terms = terms();
+        }
         let path = folder.with_extension("json");
         let text = serde_json::to_string_pretty(&file)
             .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
@@ -163,6 +203,8 @@ fn read_certificate(case: &Case, folder: &Path) -> Result<Subject, Problem> {
     };
     let text_of = |value: &Value| value.as_str().map(str::to_string);
     let arguments = entry["input"].as_array().map_or(0, Vec::len);
+    let path = folder.join(format!("c/{NAME}.h"));
+    let header = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
     let subject = || {
         let range = &entry["range"];
         let range_mm = (range["from"].as_f64()?, range["to"].as_f64()?);
@@ -172,6 +214,8 @@ fn read_certificate(case: &Case, folder: &Path) -> Result<Subject, Problem> {
             routine: text_of(&entry["routine"])?,
             argument: text_of(&entry["input"][0]["type"])?,
             arguments,
+            second: text_of(&entry["input"][arguments.min(2).saturating_sub(1)]["type"])?,
+            state: header.contains("_state;"),
             result: text_of(&entry["output"]["type"])?,
             lsb_rad: entry["output"]["lsb"].as_f64()?,
             in_floats: entry["format"].as_str()?.starts_with("f32"),

@@ -20,6 +20,13 @@ pub struct Figures {
     pub flash_bytes: u64,
     /// What it takes of the stack.
     pub stack_bytes: u64,
+    /// What it keeps from call to call.
+    #[serde(default, skip_serializing_if = "nothing")]
+    pub ram_bytes: u64,
+}
+
+fn nothing(bytes: &u64) -> bool {
+    *bytes == 0
 }
 
 /// Case, core, variant.
@@ -179,6 +186,7 @@ fn change(before: &Figures, now: &Figures) -> String {
         ("instructions anywhere", range(before.anywhere), range(now.anywhere)),
         ("bytes of flash", before.flash_bytes.to_string(), now.flash_bytes.to_string()),
         ("bytes of stack", before.stack_bytes.to_string(), now.stack_bytes.to_string()),
+        ("bytes kept", before.ram_bytes.to_string(), now.ram_bytes.to_string()),
     ];
     let changed = rows.iter().filter(|(_, before, now)| before != now);
     changed.map(|(what, before, now)| format!("{now} {what}, were {before}")).collect::<Vec<_>>().join("; ")
@@ -215,7 +223,8 @@ mod tests {
             compilers: BTreeMap::from([("arm-none-eabi-gcc".to_string(), gcc.to_string())]),
             routines: BTreeMap::new(),
         };
-        let figures = Figures { inside: [28, 28], anywhere: [28, 29], flash_bytes, stack_bytes: 0 };
+        let figures =
+            Figures { inside: [28, 28], anywhere: [28, 29], flash_bytes, stack_bytes: 0, ram_bytes: 0 };
         table.insert("case", Core::M4f, "C gcc strict", figures);
         table
     }

@@ -3,14 +3,15 @@
 use crate::routine::{Arguments, Returned};
 
 /// A fixed scattering of 32 bits.
-#[cfg(not(one_argument))]
+#[cfg(any(state, not(one_argument)))]
 fn scatter(index: u32) -> u32 {
     let h = index.wrapping_mul(0x9e37_79b1);
     (h ^ (h >> 15)).wrapping_mul(0x85eb_ca77)
 }
 
 /// The arguments that stand for a number. One: its bit pattern. Two of 16 bits: its halves. Two wider ones: it
-/// is the second, or as a float the difference, and the first is scattered.
+/// is the second, or as a float the difference, and the first is scattered. With a state: a reading that rises to
+/// and fro, and a scattered further input of twelve bits.
 #[inline(always)]
 pub fn arguments(index: u32) -> Arguments {
     #[cfg(all(one_argument, float))]
@@ -25,9 +26,11 @@ pub fn arguments(index: u32) -> Arguments {
         let second = if is_nan { f32::from_bits(0x7fc0_0000) } else { first + f32::from_bits(index) };
         return (first, second);
     }
+    #[cfg(state)]
+    return (index.wrapping_add(scatter(index) >> 5) as _, (scatter(index.wrapping_add(1)) >> 20) as _);
     #[cfg(halves)]
     return ((index >> 16) as _, index as _);
-    #[cfg(all(not(one_argument), not(float), not(halves)))]
+    #[cfg(all(not(one_argument), not(float), not(halves), not(state)))]
     return (scatter(index) as _, index as _);
 }
 

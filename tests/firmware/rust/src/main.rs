@@ -40,6 +40,8 @@ fn firmware() -> ! {
 /// The digest of the routine's outputs over `count` inputs: `first`, `first` + `stride`, … modulo 2³².
 #[inline(never)]
 fn sweep(first: u32, count: u64, stride: u32) -> u64 {
+    #[cfg(state)]
+    routine::begin(arguments(first));
     let routine = routine::under_test();
     let (mut digest, mut index) = (0u64, first);
     for _ in 0..count {

@@ -21,6 +21,8 @@ extern "C" fn called_back() {
 
 #[inline(never)]
 fn call_all(function: Called, first: u32, count: u32, stride: u32) {
+    #[cfg(state)]
+    crate::routine::begin(arguments(first));
     for i in 0..count {
         let _ = call(function, arguments(first.wrapping_add(i.wrapping_mul(stride))));
         called_back();

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use fitter::plant::{Numbers, PlantEffect, PlantFile};
 use miette::{IntoDiagnostic, miette};
-use twin::dynamic::{Begin, Bench, Excitation, Series, bench, simulate};
-use twin::{Injected, Noise};
 
-/// Records a mirror in motion.
+use super::{Common, written};
+use crate::dynamic::{Begin, Bench, Excitation, Series, bench, simulate};
+use crate::{Injected, Noise};
+
+/// Arguments of `twin excite`.
 #[derive(Args)]
 pub struct Excite {
     /// Seed of the recording.
@@ -54,7 +56,7 @@ enum Colour {
     Autocorrelated,
 }
 
-/// Runs a plant on the drive of a recording.
+/// Arguments of `twin simulate`.
 #[derive(Args)]
 pub struct Simulate {
     /// The plant with its numbers, as `diagnose` writes it.
@@ -78,8 +80,7 @@ enum Beginning {
     Rest,
 }
 
-/// Runs `twin excite`.
-pub fn excite(options: Excite) -> miette::Result<()> {
+pub(super) fn excite(options: Excite, common: Common) -> miette::Result<()> {
     let highest_hz = 120.0;
     let bench = Bench {
         excitation: match options.excitation {
@@ -103,11 +104,12 @@ pub fn excite(options: Excite) -> miette::Result<()> {
     });
     let bench = bench.with_effects(effects.collect()).into_diagnostic()?;
     let series = bench.record(options.seed).into_diagnostic()?;
-    series.write(Some(bench::DECIMALS), &options.out).into_diagnostic()
+    series.write(Some(bench::DECIMALS), &options.out).into_diagnostic()?;
+    written(series.t_s.len(), &options.out, common);
+    Ok(())
 }
 
-/// Runs `twin simulate`.
-pub fn run(options: &Simulate) -> miette::Result<()> {
+pub(super) fn run(options: &Simulate, common: Common) -> miette::Result<()> {
     let plant = PlantFile::read(&options.plant).into_diagnostic()?;
     let recording = Series::read(&options.drive).into_diagnostic()?;
     let same = |input: &PathBuf| match (options.out.canonicalize(), input.canonicalize()) {
@@ -126,5 +128,7 @@ pub fn run(options: &Simulate) -> miette::Result<()> {
     };
     let simulated =
         simulate(&options.plant.display().to_string(), &plant, &recording, begin).into_diagnostic()?;
-    simulated.write(None, &options.out).into_diagnostic()
+    simulated.write(None, &options.out).into_diagnostic()?;
+    written(simulated.t_s.len(), &options.out, common);
+    Ok(())
 }

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use miette::{IntoDiagnostic, miette};
-use twin::Noise;
-use twin::encoder::{Encoder, Turning, Unit, record, write_file};
 
-/// Records a magnetic encoder.
+use super::{Common, written};
+use crate::Noise;
+use crate::encoder::{Encoder, Turning, Unit, record, write_file};
+
+/// Arguments of `twin encode`.
 #[derive(Args)]
 pub struct Encode {
     /// Seed of the recording.
@@ -54,8 +56,7 @@ enum Family {
     Autocorrelated,
 }
 
-/// Runs `twin encode`.
-pub fn run(options: &Encode) -> miette::Result<()> {
+pub(super) fn run(options: &Encode, common: Common) -> miette::Result<()> {
     for (name, value, most) in [("--turns", options.turns, 1000.0), ("--speed", options.speed, 36_000.0)] {
         if !(value > 0.0 && value <= most) {
             return Err(miette!("{name} is {value}, expected a number above 0 and up to {most}; correct it"));
@@ -78,5 +79,8 @@ pub fn run(options: &Encode) -> miette::Result<()> {
         },
         ..Turning::default()
     };
-    write_file(&record(&encoder, &turning, options.seed), &options.out).into_diagnostic()
+    let log = record(&encoder, &turning, options.seed);
+    write_file(&log, &options.out).into_diagnostic()?;
+    written(log.len(), &options.out, common);
+    Ok(())
 }

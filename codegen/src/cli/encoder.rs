@@ -1,0 +1,75 @@
+//! Coefficients of a whole turn: the routine of an encoder.
+
+use std::process::ExitCode;
+
+use fitter::cli::common::say;
+use fitter::coefficients::Coefficients;
+use miette::{IntoDiagnostic, Result, miette};
+
+use super::arguments::{Arguments, CheckArguments};
+use super::options;
+use crate::generate::{Generated, generate};
+use crate::options::Options;
+use crate::quantity::Quantity;
+use crate::text;
+use crate::turn::{TurnError, verify};
+
+/// Generates the files.
+pub(super) fn prepare(
+    arguments: &Arguments,
+    coefficients: &Coefficients,
+    sha256: &str,
+) -> Result<(Generated, Quantity, Options)> {
+    let quantity = Quantity::of(&coefficients.error_model());
+    let options = options::encoder_options(arguments, &quantity.bound_unit)?;
+    let generated = generate(coefficients, sha256, &options).map_err(|e| miette!("{e}"))?;
+    Ok((generated, quantity, options))
+}
+
+/// Sweeps every word through the compiled files.
+pub(super) fn verify(
+    arguments: &Arguments,
+    checks: &CheckArguments,
+    coefficients: &Coefficients,
+    sha256: &str,
+) -> Result<ExitCode> {
+    // `--exhaustive` is what happens anyway.
+    let others = [
+        ("--gappa", checks.gappa),
+        ("--frama-c", checks.frama_c),
+        ("--misra", checks.misra),
+        ("--objects", checks.objects),
+        ("--sanitize", checks.sanitize),
+        ("--mutants", checks.mutants),
+    ];
+    if let Some((option, _)) = others.into_iter().find(|(_, given)| *given) {
+        return Err(miette!("{}", TurnError::Option { option }));
+    }
+    let (generated, _, options) = prepare(arguments, coefficients, sha256)?;
+    let report =
+        verify::verify(&arguments.out, &generated, coefficients, &options).map_err(|e| miette!("{e}"))?;
+    if arguments.common.json {
+        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.common.quiet || !report.holds() {
+        say(report.text().trim_end());
+    }
+    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// What was chosen, in a line; nothing for other sensors.
+pub(super) fn summary(generated: &Generated) -> String {
+    let entry = generated.certificate.routines.first().filter(|_| generated.routines.is_empty());
+    entry.map_or_else(String::new, |entry| {
+        let form = match entry.degree {
+            0 => format!("table of every count, {}", entry.format),
+            degree => format!("{} of degree {degree}, {}", entry.segments, entry.format),
+        };
+        format!(
+            "{:<24} {form}   proven within {} {} ({:.3} counts)\n",
+            entry.routine,
+            text::rounded_up(entry.bound),
+            entry.unit,
+            entry.bound / entry.output.lsb,
+        )
+    })
+}

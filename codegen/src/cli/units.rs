@@ -1,0 +1,111 @@
+//! `--units`: one routine for many mirrors.
+
+use std::process::ExitCode;
+
+use fitter::cli::common::{FIGURE, line, summarise};
+use miette::{IntoDiagnostic, Result, miette};
+use serde_json::json;
+
+use super::arguments::Arguments;
+use super::names::OutOfRangeName;
+use super::{options, progress};
+use crate::files;
+use crate::format::Format;
+use crate::quantity::Quantity;
+use crate::text;
+use crate::units::{self, Generated, UnitsError, Wanted};
+
+/// Generates the files.
+pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
+    let a = arguments;
+    let beside = [
+        ("--target", a.target.is_some()),
+        ("--flash-bytes", a.flash_bytes.is_some()),
+        ("--table", a.table.is_some()),
+        ("--output-bits", a.output_bits.is_some()),
+        ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
+        ("--further", !a.further.is_empty()),
+        ("--period-s", a.period_s.is_some()),
+        ("--keep", !a.keep.is_empty()),
+    ];
+    if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
+        return Err(miette!("{}", UnitsError::Option { option }));
+    }
+    let bar = progress(arguments);
+    let wanted = wanted(arguments)?;
+    let paths = units::expand(&arguments.units).map_err(|e| miette!("{e}"))?;
+    let units = units::read(&paths).map_err(|e| miette!("{e}"))?;
+    let unit = units.first().map(|unit| Quantity::of(&unit.coefficients.error_model()).bound_unit);
+    let options = options::options(arguments, &unit.unwrap_or_default(), true)?;
+    if options.routines.len() > 1 {
+        return Err(miette!("--units makes one routine: give one --format, q31 or q31-split"));
+    }
+    if let Some(bad) =
+        options.routines.iter().map(|r| r.format).find(|f| !matches!(f, Format::Q31 | Format::Q31Split))
+    {
+        return Err(miette!("{}", UnitsError::Format(bad.name())));
+    }
+    bar.set_message("approximating and bounding");
+    let generated = units::generate(&units, &options, &wanted).map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    Ok(generated)
+}
+
+fn wanted(arguments: &Arguments) -> Result<Wanted> {
+    let usual = Wanted::default();
+    let address = match &arguments.page_address {
+        None => usual.address,
+        Some(given) => {
+            let digits = given.trim_start_matches("0x").trim_start_matches("0X");
+            let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
+            match parsed {
+                Ok(address) if address % 16 == 0 => address,
+                _ => {
+                    return Err(miette!(
+                        "--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800"
+                    ));
+                }
+            }
+        }
+    };
+    let earlier = arguments.pages_for.as_deref().map(units::earlier::read).transpose();
+    let earlier = earlier.map_err(|e| miette!("{e}"))?;
+    Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address, earlier })
+}
+
+/// Generates and writes.
+pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
+    let generated = prepare(arguments)?;
+    let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
+    let design = &generated.design;
+    let stated = |value: f64| {
+        let unit = &design.quantity.bound_unit;
+        format!("{} {unit}", text::rounded_up(design.quantity.in_bound_unit(value)))
+    };
+    let (out, count) = (arguments.out.display().to_string(), generated.files.len());
+    summarise(
+        arguments.common,
+        || {
+            json!({
+                "routine": generated.name,
+                "units": design.fitted.len(),
+                "bound": stated(design.total),
+                "rounding": stated(design.rounding),
+                "out": out,
+                "changed": changed,
+            })
+        },
+        || {
+            format!(
+                "{:<24} degree {:>2}   {} units, each proven within {FIGURE}{}{FIGURE:#}; any coefficients in their \
+                 ranges: rounding {}\n",
+                generated.name,
+                design.degree,
+                design.fitted.len(),
+                stated(design.total),
+                stated(design.rounding),
+            ) + &line("written", &format!("{out}: {count} files, {changed} changed"))
+        },
+    );
+    Ok(ExitCode::SUCCESS)
+}

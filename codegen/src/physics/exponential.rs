@@ -1,0 +1,51 @@
+//! `exponential` terms of what the routine is given: w·(1 − e^(−x)) with x = (v − start)/scale, 0 before the start.
+//! Of the time, where the routine is not given it, see [`super::warm_up`].
+
+use fitter::terms::Exponential;
+
+use super::PhysicsError;
+use super::builder::{Builder, Tracked};
+use super::exponent::{self, BITS};
+use super::gaussian::limited;
+use super::observed::Observed;
+use super::sum::Sum;
+use crate::exact::Interval;
+
+/// Subtracts the term from the result.
+pub(super) fn subtract(
+    b: &mut Builder,
+    sum: &mut Sum,
+    exponential: &Exponential,
+    weight: &Interval,
+    observed: &Observed,
+) -> Result<(), PhysicsError> {
+    let height = weight.magnitude().mul_pow2(sum.bits);
+    if height.certainly_le(&sum.negligible) {
+        sum.add_error(&height);
+        return Ok(());
+    }
+    let quarter = sum.tolerance.mul_pow2(-2);
+    let limit = exponent::worth(&height, &quarter);
+    let tail = exponent::tail(&limit, &height);
+    let one = Interval::from_int(1);
+    let zeta = observed.affine(
+        &Interval::from_f64(exponential.start),
+        &one.div(&(&Interval::from_f64(exponential.scale) * &limit)),
+    );
+    let slope = (&limit * &height).upper();
+    let name = format!("since_{}", b.program.steps.len());
+    let Some(word) = limited(b, &name, &zeta, 0, &quarter.div(&slope))? else {
+        if one.certainly_le(&zeta.range().lower()) {
+            sum.add_constant(b, &(-weight.clone()).mul_pow2(sum.bits))?;
+            sum.add_error(&tail);
+        }
+        return Ok(());
+    };
+    let (exact, off) = (Tracked { error: Interval::zero(), ..word.clone() }, word.error);
+    let wanted = quarter.div(&height).mul_pow2(BITS);
+    let left = exponent::exp_minus_of(b, &format!("{name}_left"), &exact, &limit, &wanted)?;
+    sum.add_scaled(b, &weight.mul_pow2(sum.bits + 32 - BITS), &left, "what is left of the way")?;
+    sum.add_constant(b, &(-weight.clone()).mul_pow2(sum.bits))?;
+    sum.add_error(&(&(&slope * &off.mul_pow2(-BITS)) + &tail));
+    Ok(())
+}

@@ -1,0 +1,214 @@
+//! Appends the terms to a routine that is designed, and adds what they are off to its bound.
+
+use fitter::error_model::{ErrorModel, Sensor};
+use fitter::terms::Operator;
+
+use super::builder::{Builder, Tracked};
+use super::further::Given;
+use super::observed::Observed;
+use super::selection::by_time;
+use super::shape::Variable;
+use super::sum::Sum;
+use super::{
+    Physics, PhysicsError, exponential, gaussian, hinge, lag, periodic, play, product, rate, step, warm_up,
+};
+use crate::bound::{self, Overflows};
+use crate::design::{Design, DesignError};
+use crate::exact::{Interval, arcsec_per_rad};
+use crate::format::Format;
+use crate::input::InputPlan;
+use crate::output::Output;
+use crate::program::{Op, Operand, Program, Stage, Type};
+
+impl Physics {
+    /// `design` with the terms; `target` is the bound that is wanted, in the result's unit.
+    ///
+    /// # Errors
+    /// [`DesignError`] where a word could overflow, or the format has no long products.
+    pub fn extend(
+        &self,
+        design: Design,
+        model: &ErrorModel,
+        plan: &InputPlan,
+        (format, output): (Format, Output),
+        target: f64,
+    ) -> Result<Design, DesignError> {
+        if self.is_empty() {
+            return Ok(design);
+        }
+        if !matches!(format, Format::Q31 | Format::Q31Split) {
+            return Err(PhysicsError::Format(format.name()).into());
+        }
+        let at = design.program.steps.iter().position(|s| s.stage == Stage::Output);
+        let at = at.unwrap_or(design.program.steps.len());
+        let unit = Interval::from_int(1).mul_pow2(-design.sum_bits);
+        let range = Interval::from_f64(design.bound.output_range.0)
+            .hull(&Interval::from_f64(design.bound.output_range.1));
+        // The result's words as words of the sum, wider for the roundings in between.
+        let one = if output == Output::F32 { Interval::zero() } else { design.unit.mul_pow2(1).div(&unit) };
+        let range = (&range * &design.unit).div(&unit);
+        let wider = &(&range.magnitude().mul_pow2(-20) + &one) + &Interval::from_int(8);
+        let range = &range + &wider.symmetric();
+        let word = Tracked { operand: Operand::Step(at - 1), range, error: Interval::zero() };
+        let quarter = Interval::from_int(1).mul_pow2(-2);
+        let wanted = Interval::from_f64(target).mul_pow2(design.sum_bits - 5);
+        let mut sum = Sum {
+            word,
+            bits: design.sum_bits,
+            tolerance: quarter.hull(&wanted).upper(),
+            negligible: quarter,
+            gain: Interval::from_int(1),
+        };
+        let mut b = Builder { program: design.program.clone(), format };
+        b.program.steps.truncate(at);
+        self.subtract(&mut b, &mut sum, model, plan)?;
+        wide_first(&mut b.program);
+        let last = Operand::Step(b.program.output());
+        if design.program.steps.len() == at && sum.word.operand != last {
+            // The result is the last step, also where the last term was too small to be evaluated.
+            let nothing = Tracked::constant(&Interval::zero());
+            sum.word = b.add("result", &sum.word, &nothing, "").map_err(PhysicsError::from)?;
+        }
+        let gain = sum.gain.to_f64_up();
+
+        let mut program = b.program;
+        let rest = finish(&mut program, &design.program, at, &sum.word)?;
+        let mut bound = design.bound.clone();
+        // Where the terms enlarge what the function is off, that is listed with them.
+        let before = bound.approximation + bound.input + bound.evaluation;
+        bound.terms = ((&sum.word.error * &unit).to_f64_up() + (gain - 1.0).next_up() * before).next_up();
+        if output == Output::F32 {
+            // A larger result has larger roundings.
+            let largest = (&sum.word.range.magnitude() * &unit).log2_floor().unwrap_or(-100);
+            bound.output = bound.output.max(Interval::from_int(1).mul_pow2(largest - 24).to_f64_up());
+        }
+        let sum_of = [bound.approximation, bound.input, bound.evaluation, bound.output, bound.terms];
+        bound.total = sum_of.iter().fold(0.0, |sum: f64, part| (sum + part).next_up());
+        let words = (&sum.word.range * &unit).div(&design.unit);
+        bound.output_range = (words.to_f64_down(), words.to_f64_up());
+        debug_assert!(rest <= program.steps.len());
+        Ok(Design { program, bound, ..design })
+    }
+
+    /// Appends the steps of all terms.
+    fn subtract(
+        &self,
+        b: &mut Builder,
+        sum: &mut Sum,
+        model: &ErrorModel,
+        plan: &InputPlan,
+    ) -> Result<(), PhysicsError> {
+        // What one unit of the file's statistics is in the result's unit.
+        let statistic = match model.sensor {
+            Sensor::EddyCurrentPair { .. } => Interval::from_int(1).div(&arcsec_per_rad()),
+            Sensor::Direct { .. } => Interval::from_int(1),
+        };
+        let (from, to) = bound::reach(&b.program, plan);
+        let exponent = b.program.variable_exponent;
+        let error = bound::variable_error(&b.program, plan).mul_pow2(exponent).upper();
+        let word = Tracked { operand: Operand::Step(b.program.variable), range: from.hull(&to), error };
+        let variable = Variable { model, plan, word, exponent };
+        let mut given: Vec<(String, Given)> = Vec::new();
+        for input in &self.further {
+            let centre = self.mean(&input.observable).unwrap_or(0.5 * (input.from + input.to));
+            given.push((input.observable.clone(), input.push(b, centre)?));
+        }
+        let mut expanded = product::Expanded::new();
+        for term in &self.terms {
+            let weights: Vec<Interval> =
+                term.coefficients.iter().map(|c| &Interval::from_f64(*c) * &statistic).collect();
+            match &term.operator {
+                Operator::Product(product) => {
+                    product::expand(&mut expanded, product, &weights[0], &variable, &given)?;
+                }
+                Operator::Periodic(_) => {}
+                Operator::Exponential(e) if by_time(e, &self.further) => {
+                    warm_up::subtract(b, sum, e, &weights[0], self.period_s)?;
+                }
+                other => {
+                    let name = other.observables()[0];
+                    let needs = || PhysicsError::Needs {
+                        effect: term.effect.clone(),
+                        kind: other.kind(),
+                        observable: name.into(),
+                    };
+                    // Coefficients are in the statistics' unit per unit of the observable.
+                    let observed = Observed::of(name, &variable, &given)?.ok_or_else(needs)?;
+                    self.subtract_one(b, sum, other, &weights, &observed)?;
+                }
+            }
+        }
+        product::subtract(b, sum, &expanded, &variable, &given)?;
+        periodic::solve(b, sum, &self.terms, &statistic)
+    }
+
+    /// Appends the steps of one term of something observed.
+    fn subtract_one(
+        &self,
+        b: &mut Builder,
+        sum: &mut Sum,
+        operator: &Operator,
+        weights: &[Interval],
+        observed: &Observed,
+    ) -> Result<(), PhysicsError> {
+        let weight = &weights[0];
+        match (operator, observed) {
+            (Operator::Play(play), _) => play::subtract(b, sum, play, weights, observed),
+            (Operator::Lag(lag), _) => lag::subtract(b, sum, lag, weight, observed, self.period_s),
+            (Operator::Rate(_), _) => rate::subtract(b, sum, weight, observed, self.period_s),
+            (Operator::Hinge(hinge), _) => hinge::subtract(b, sum, hinge, weight, observed),
+            (Operator::Gaussian(gaussian), _) => gaussian::subtract(b, sum, gaussian, weight, observed),
+            (Operator::Exponential(e), _) => exponential::subtract(b, sum, e, weight, observed),
+            (Operator::Step(step), Observed::Given(given)) => step::subtract(b, sum, step, weight, given),
+            // Refused where terms are selected, or not of one observable.
+            (Operator::Step(_) | Operator::Product(_) | Operator::Periodic(_), _) => Ok(()),
+        }
+    }
+}
+
+/// Sorts the state so that words of 64 bits come first and none leaves a gap.
+fn wide_first(program: &mut Program) {
+    let mut order: Vec<usize> = (0..program.state.len()).collect();
+    order.sort_by_key(|i| program.state[*i].ty != Type::I64);
+    for step in &mut program.steps {
+        if let Op::State { index } = &mut step.op {
+            *index = order.iter().position(|i| i == index).unwrap_or(*index);
+        }
+    }
+    program.state = order.into_iter().map(|i| program.state[i].clone()).collect();
+}
+
+/// Appends the steps of `before` from `at` on, which make the output of the sum, so that they read `sum` instead;
+/// gives where they begin.
+fn finish(program: &mut Program, before: &Program, at: usize, sum: &Tracked) -> Result<usize, DesignError> {
+    let begin = program.steps.len();
+    let moved = |operand: Operand| match operand {
+        Operand::Step(i) if i + 1 == at => sum.operand,
+        Operand::Step(i) if i >= at => Operand::Step(i - at + begin),
+        other => other,
+    };
+    let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
+    for step in &before.steps[at..] {
+        let mut step = step.clone();
+        // An integer output is the sum times a constant.
+        if let Op::MulAddHigh { b: Operand::Int(m), shift, .. }
+        | Op::MulAddSplit { b: Operand::Int(m), shift, .. } = &step.op
+        {
+            let scaled = (&sum.range * &Interval::from_int(*m)).mul_pow2(i64::from(*shift) - 32);
+            let range = &scaled + &Interval::from_int(4).mul_pow2((*shift).into()).symmetric();
+            if !range.inside(&word) {
+                return Err(DesignError::Overflows(Overflows {
+                    step: program.steps.len(),
+                    name: step.name.clone(),
+                    stage: Stage::Output,
+                    from: range.to_f64_down(),
+                    to: range.to_f64_up(),
+                    ty: Type::I32,
+                }));
+            }
+        }
+        step.op = step.op.on(moved);
+        program.steps.push(step);
+    }
+    Ok(begin)
+}

@@ -1,0 +1,55 @@
+//! The last sum of the routine, from which the terms are subtracted.
+
+use super::PhysicsError;
+use super::builder::{Builder, Tracked};
+use crate::exact::Interval;
+
+/// A word of 2^−bits of the result's unit.
+pub(super) struct Sum {
+    pub word: Tracked,
+    pub bits: i64,
+    /// What an approximation may be off, in words.
+    pub tolerance: Interval,
+    /// A part this small need not be evaluated.
+    pub negligible: Interval,
+    /// How much of an error before the terms is left after them, 1 where they only add.
+    pub gain: Interval,
+}
+
+impl Sum {
+    /// Adds a·factor·2⁻³².
+    pub fn add_scaled(
+        &mut self,
+        b: &mut Builder,
+        factor: &Interval,
+        a: &Tracked,
+        note: &str,
+    ) -> Result<(), PhysicsError> {
+        let (factor, shift) = fitted(factor, 30)?;
+        self.word = b.mul_add("y", (&factor, a), shift, &self.word, note)?;
+        Ok(())
+    }
+
+    /// Adds a constant of the sum's words.
+    pub fn add_constant(&mut self, b: &mut Builder, constant: &Interval) -> Result<(), PhysicsError> {
+        if constant.magnitude().certainly_le(&self.negligible) {
+            self.add_error(&constant.magnitude());
+        } else {
+            self.word = b.add("y", &self.word, &Tracked::constant(constant), "")?;
+        }
+        Ok(())
+    }
+
+    /// Notes that the sum may be off by so many words more.
+    pub fn add_error(&mut self, words: &Interval) {
+        self.word.error = (&self.word.error + words).upper();
+    }
+}
+
+/// A factor as a word and the shift to the left that follows its product, the smallest below `shifts` that fits.
+pub(super) fn fitted(factor: &Interval, shifts: i64) -> Result<(Tracked, u32), PhysicsError> {
+    let largest = Interval::from_int(i32::MAX.into());
+    let fits = |shift: &i64| factor.mul_pow2(-shift).magnitude().certainly_le(&largest);
+    let shift = (0..shifts).find(fits).ok_or(PhysicsError::TooLarge)?;
+    Ok((Tracked::constant(&factor.mul_pow2(-shift)), shift as u32))
+}

@@ -1,0 +1,212 @@
+//! Sensors that turn round and round: a routine *counts in → corrected counts out*, exact at the wrap.
+//!
+//! An encoder has so few counts that nothing needs to be estimated: [`truth`] encloses the exact corrected position
+//! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], [`fit`] finds their
+//! coefficients, and [`proof`] runs the program on every count. [`choose`] takes the cheapest that meets the bound,
+//! and [`render`] prints it in Rust and C with a certificate.
+
+pub mod choose;
+pub mod fit;
+#[cfg(test)]
+mod fixtures;
+mod phase;
+pub mod proof;
+pub mod render;
+pub mod shape;
+pub mod truth;
+pub mod verify;
+
+use fitter::coefficients::Coefficients;
+use fitter::error_model::Sensor;
+
+use crate::cost::Core;
+use crate::generate::{GenerateError, Generated};
+use crate::options::Options;
+
+use shape::Words;
+
+/// What is wanted of the routine of an encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Encoder {
+    /// Bits of its word, 10 to 18; none: the sensor's unit is counts, and its revolution says so.
+    pub bits: Option<u32>,
+    /// Bits of the corrected word, as many or up to 6 more; none: as many.
+    pub output_bits: Option<u32>,
+    /// The core whose instructions count; none: Cortex-M4F.
+    pub core: Option<Core>,
+    /// Bytes of flash, code and table together; none: [`USUAL_FLASH_BYTES`].
+    pub flash_bytes: Option<usize>,
+}
+
+/// Flash that a routine may take unless more, or less, is granted. A table of every count of a 14-bit encoder would
+/// take 16 KiB and save a few instructions.
+pub const USUAL_FLASH_BYTES: usize = 2048;
+
+/// The bound unless one is named, in counts of the result: half a count is lost by rounding, whatever is done.
+pub const USUAL_BOUND: f64 = 0.55;
+
+/// Bits that an encoder's word may have.
+pub const BITS: std::ops::RangeInclusive<u32> = 10..=18;
+
+/// Why there is no routine for an encoder.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TurnError {
+    /// Other coefficients.
+    #[error("these coefficients are not of a whole turn")]
+    NotATurn,
+    /// The width is not known.
+    #[error("the sensor's unit is {unit}: say how many bits the encoder's word has, for example --bits 14")]
+    UnknownBits {
+        /// The sensor's unit.
+        unit: String,
+    },
+    /// A width that no encoder has.
+    #[error("an encoder of {bits} bits: give {} to {}", BITS.start(), BITS.end())]
+    Bits {
+        /// Asked for.
+        bits: u32,
+    },
+    /// Counts that are no power of two.
+    #[error(
+        "a turn of {counts} counts is not a power of two: the routine wraps round with its word, from 1024 (10 bits) \
+         to 262144 counts (18 bits); scale the counts before it, or correct with `fitter apply`"
+    )]
+    Counts {
+        /// The revolution in counts.
+        counts: f64,
+    },
+    /// Bits and revolution contradict each other.
+    #[error("--bits {bits} are {} counts to the turn, and the recording's revolution is {revolution}: leave --bits out", 1u64 << bits)]
+    Contradiction {
+        /// Asked for.
+        bits: u32,
+        /// The sensor's revolution in counts.
+        revolution: f64,
+    },
+    /// A result coarser than the reading, or finer than is of use.
+    #[error("a corrected word of {output} bits for an encoder of {input}: give {input} to {}", input + MOST_FINER)]
+    OutputBits {
+        /// The encoder's.
+        input: u32,
+        /// Asked for.
+        output: u32,
+    },
+    /// A polynomial beside the harmonics.
+    #[error(
+        "the coefficients have a polynomial of order {order} beside the turn's harmonics: it does not repeat with the \
+         turn; fit again with this program"
+    )]
+    Polynomial {
+        /// Its order.
+        order: usize,
+    },
+    /// Harmonics of something else.
+    #[error(
+        "a periodic term repeats after {period}, and a turn is {revolution}: only harmonics of the turn wrap with it"
+    )]
+    Period {
+        /// The term's.
+        period: f64,
+        /// The turn.
+        revolution: f64,
+    },
+    /// No inverse.
+    #[error(
+        "the error changes by up to {slope:.2} counts from count to count: it cannot be turned round to a correction"
+    )]
+    Steep {
+        /// The slope.
+        slope: f64,
+    },
+    /// Too large.
+    #[error("the corrections are too large for this form of routine")]
+    Large,
+    /// A bound that rounding alone exceeds, or no number.
+    #[error(
+        "the bound is {wanted:.3e} {unit}, and rounding to {output} bits alone may take half a count, {half:.3e} {unit}: \
+         ask for more, or for a finer word with --output-bits"
+    )]
+    Bound {
+        /// Asked for.
+        wanted: f64,
+        /// Half a count of the result.
+        half: f64,
+        /// The sensor's unit.
+        unit: String,
+        /// Bits of the result.
+        output: u32,
+    },
+    /// Nothing cheap enough is good enough.
+    #[error(
+        "no routine within {wanted:.3e} {unit} fits {flash} bytes of flash: a table of every count takes {table} bytes; \
+         allow more with --flash-bytes, or a larger bound"
+    )]
+    Nothing {
+        /// The bound asked for.
+        wanted: f64,
+        /// The sensor's unit.
+        unit: String,
+        /// The bytes that were allowed.
+        flash: usize,
+        /// Bytes that always suffice.
+        table: usize,
+    },
+    /// Options of other sensors.
+    #[error("{option} does not apply to an encoder's counts: leave it out")]
+    Option {
+        /// Which one.
+        option: &'static str,
+    },
+}
+
+/// More bits of the result than this are noise.
+const MOST_FINER: u32 = 6;
+
+impl Encoder {
+    /// The widths, from what is wanted and what the coefficients say.
+    ///
+    /// # Errors
+    /// [`TurnError`] where neither says it, or they contradict each other.
+    pub fn words(&self, coefficients: &Coefficients) -> Result<Words, TurnError> {
+        let (unit, revolution) = match &coefficients.sensor {
+            Sensor::Direct { unit, revolution: Some(revolution) } => (unit, *revolution),
+            _ => return Err(TurnError::NotATurn),
+        };
+        let in_counts = unit == "counts" || unit == "count";
+        let input = match (self.bits, in_counts) {
+            (Some(bits), true) if bits < 64 && (1u64 << bits) as f64 != revolution => {
+                return Err(TurnError::Contradiction { bits, revolution });
+            }
+            (Some(bits), _) => bits,
+            (None, true) => {
+                let bits = revolution.log2().round().clamp(0.0, 63.0) as u32;
+                if (1u64 << bits) as f64 != revolution {
+                    return Err(TurnError::Counts { counts: revolution });
+                }
+                bits
+            }
+            (None, false) => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+        };
+        if !BITS.contains(&input) {
+            return Err(TurnError::Bits { bits: input });
+        }
+        let output = self.output_bits.unwrap_or(input);
+        if !(input..=input + MOST_FINER).contains(&output) {
+            return Err(TurnError::OutputBits { input, output });
+        }
+        Ok(Words { input, output })
+    }
+}
+
+/// Generates the routine of an encoder: what [`crate::generate::generate`] does for coefficients of a whole turn.
+///
+/// # Errors
+/// [`GenerateError`], which says what to change.
+pub fn generate(
+    coefficients: &Coefficients,
+    coefficients_sha256: &str,
+    options: &Options,
+) -> Result<Generated, GenerateError> {
+    let routine = choose::choose(coefficients, options)?;
+    render::files(&routine, coefficients, coefficients_sha256, options)
+}

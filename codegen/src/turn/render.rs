@@ -1,0 +1,307 @@
+//! From a proved routine to files: the Rust crate, the C pair, the certificate.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use fitter::coefficients::Coefficients;
+use fitter::terms::{Operator, Scope};
+use minijinja::value::Serde;
+use minijinja::{Value, context};
+
+use super::choose::{TurnRoutine, entry_bytes};
+use super::shape::{Arithmetic, Shape};
+use crate::certificate::{Certificate, Entry, InputEntry, OutputEntry, Part, RangeEntry, rust_type};
+use crate::generate::{GenerateError, Generated, TOOL, sha256};
+use crate::options::{CShift, Options};
+use crate::render::{Renderer, c_type, helpers, steps};
+use crate::text;
+
+/// The name unless one is given.
+const NAME: &str = "corrected_counts";
+/// Numbers in a line of a table of one column.
+const NUMBERS_IN_A_LINE: usize = 16;
+/// Two-sided 95 % of a normal distribution.
+const NORMAL_95: f64 = 1.959_964;
+
+/// All files.
+///
+/// # Errors
+/// [`GenerateError`]: a name that is no identifier, or a defect of a template.
+pub fn files(
+    routine: &TurnRoutine,
+    coefficients: &Coefficients,
+    coefficients_sha256: &str,
+    options: &Options,
+) -> Result<Generated, GenerateError> {
+    let name = options.name.clone().unwrap_or_else(|| NAME.into());
+    if !text::is_identifier(&name) {
+        return Err(GenerateError::Name { what: "the name", name });
+    }
+    let renderer = Renderer::new()?;
+    let provenance = renderer.render(
+        "provenance.txt",
+        context! {
+            tool => TOOL, command => &*options.command,
+            coefficients => context! { sha256 => coefficients_sha256, recording => Value::from(Serde(&coefficients.recording)) },
+        },
+    )?;
+    let entry = entry(routine, &name, coefficients);
+    let contract = contract(&renderer, routine, &entry, coefficients)?;
+    let source = || source(routine, &name, &entry, options, &provenance, &contract);
+    let mut files = BTreeMap::new();
+    let bound_text = format!("{} {}", text::rounded_up(entry.bound), entry.unit);
+    let listed = vec![context! { name => &*name, type_name => "", state => false, bound_text }];
+    let krate = || {
+        context! {
+            tool => TOOL, name => &*name, description => "corrected counts of an encoder",
+            provenance => &*provenance, routines => listed.clone(),
+        }
+    };
+    files.insert(PathBuf::from("Cargo.toml"), renderer.render("rust/Cargo.toml", krate())?);
+    files.insert(PathBuf::from("src/lib.rs"), renderer.render("rust/lib.rs", krate())?);
+    for (path, template) in [
+        (format!("src/{name}.rs"), "turn/routine.rs"),
+        (format!("c/{name}.h"), "turn/header.h"),
+        (format!("c/{name}.c"), "turn/source.c"),
+    ] {
+        files.insert(PathBuf::from(path), renderer.render(template, source())?);
+    }
+    let entries =
+        [("rust", format!("src/{name}.rs")), ("c", format!("c/{name}.c"))].map(|(language, file)| {
+            let file_sha256 = files.get(&PathBuf::from(&file)).map(|text| sha256(text)).unwrap_or_default();
+            Entry { language: language.into(), file, file_sha256, ..entry.clone() }
+        });
+    let certificate = Certificate {
+        schema: "arcsmith-certificate".into(),
+        version: 1,
+        tool: TOOL.into(),
+        command: options.command.clone(),
+        coefficients_sha256: coefficients_sha256.into(),
+        recording: coefficients.recording.file.clone(),
+        recording_sha256: coefficients.recording.sha256.clone(),
+        routines: entries.to_vec(),
+    };
+    files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
+    Ok(Generated { name, files, certificate, routines: Vec::new() })
+}
+
+/// What the certificate says.
+fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients) -> Entry {
+    let (words, unit) = (routine.words, coefficients.sensor.error_unit().to_string());
+    let (degree, format) = match routine.shape {
+        Shape::PerCount => (0, format!("i{}", 8 * entry_bytes(&routine.filling))),
+        Shape::Segments { degree, arithmetic: Arithmetic::Short, .. } => (degree, "i16".into()),
+        Shape::Segments { degree, arithmetic: Arithmetic::Long, .. } => (degree, "q31".into()),
+    };
+    let bound = routine.bound();
+    let rounding = bound.min(0.5 * routine.unit_per_count);
+    let part =
+        |what: &str, value: f64| Part { what: what.into(), value, lsb: value / routine.unit_per_count };
+    Entry {
+        routine: name.into(),
+        language: String::new(),
+        format,
+        degree,
+        segments: routine.shape.segments(),
+        unit: unit.clone(),
+        input: routine
+            .program
+            .arguments
+            .iter()
+            .map(|a| InputEntry {
+                name: a.name.clone(),
+                ty: rust_type(a.ty).into(),
+                meaning: a.meaning.clone(),
+            })
+            .collect(),
+        output: OutputEntry {
+            ty: rust_type(routine.program.output_type()).into(),
+            lsb: routine.unit_per_count,
+            fraction_bits: None,
+            unit,
+        },
+        range: RangeEntry {
+            variable: "count".into(),
+            unit: "counts".into(),
+            from: 0.0,
+            to: f64::from(words.counts() - 1),
+            recorded: None,
+        },
+        out_of_range: "modulo".into(),
+        bound,
+        parts: vec![
+            part("rounding of the result to whole counts", rounding),
+            part("interpolation, its coefficients and operations", bound - rounding),
+        ],
+        minimax: 0.0,
+        input_resolution: routine.unit_per_count * f64::from(1u32 << (words.output - words.input)),
+        estimated_band_95: band(coefficients),
+        file: String::new(),
+        file_sha256: String::new(),
+    }
+}
+
+/// The largest half-width of the 95 % band of constant and harmonics over the turn, in the sensor's unit; none where
+/// some covariance is not known.
+fn band(coefficients: &Coefficients) -> Option<f64> {
+    const PLACES: u32 = 360;
+    let constant = *coefficients.identification.as_ref()?.covariance.first()?.first()?;
+    let revolution = coefficients.turn.as_ref()?.revolution;
+    let mut largest = 0.0f64;
+    for place in 0..PLACES {
+        let position = revolution * f64::from(place) / f64::from(PLACES);
+        let mut variance = constant;
+        for term in &coefficients.terms {
+            let Operator::Periodic(periodic) = &term.operator else { continue };
+            let columns = periodic.columns_at(position);
+            if term.covariance.len() != columns.len() {
+                return None;
+            }
+            for (row, a) in term.covariance.iter().zip(&columns) {
+                variance += a * row.iter().zip(&columns).map(|(v, b)| v * b).sum::<f64>();
+            }
+        }
+        largest = largest.max(variance);
+    }
+    Some(NORMAL_95 * largest.sqrt())
+}
+
+fn contract(
+    renderer: &Renderer,
+    routine: &TurnRoutine,
+    entry: &Entry,
+    coefficients: &Coefficients,
+) -> Result<String, GenerateError> {
+    let (words, unit) = (routine.words, &entry.unit);
+    let mut waves = Vec::new();
+    let mut left_out = Vec::new();
+    for term in &coefficients.terms {
+        let Operator::Periodic(periodic) = &term.operator else {
+            let why = match term.scope {
+                Scope::Device => "it does not depend on the count alone",
+                Scope::Recording => "it belongs to the recording, not to the device",
+            };
+            left_out.push(format!("{}: {why}", term.effect));
+            continue;
+        };
+        for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
+            waves.push(format!("{:+?}·cos({k}φ) {:+?}·sin({k}φ)", pair[0], pair[1]));
+        }
+    }
+    let directions = coefficients.turn.as_ref().map(|turn| turn.directions.statement.trim());
+    let directions = directions.filter(|s| !s.is_empty()).unwrap_or("nothing is known of them");
+    let parts: Vec<String> = (entry.parts.iter().filter(|part| part.value > 0.0))
+        .map(|part| format!("{} {unit}   ({:.3} LSB)  {}", text::rounded_up(part.value), part.lsb, part.what))
+        .collect();
+    let context = context! {
+        counts => words.counts(),
+        zero_text => format!("{:?}", coefficients.base.coefficients.first().copied().unwrap_or(0.0)),
+        unit, waves, left_out, directions, parts,
+        input_bits => words.input,
+        output_bits => words.output,
+        output_type => &*entry.output.ty,
+        largest => (1u64 << words.output) - 1,
+        result_counts => 1u64 << words.output,
+        method => method(routine),
+        instructions => format!("{:.0}", routine.cost.instructions),
+        core => routine.core.name(),
+        bound_text => format!("{} {unit}", text::rounded_up(entry.bound)),
+        bound_counts => text::rounded_up(routine.proof.bound),
+        band_text => entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
+    };
+    Ok(renderer.render("turn/contract.txt", context)?)
+}
+
+/// The form in words.
+pub fn method(routine: &TurnRoutine) -> String {
+    let bytes = table_bytes(routine);
+    match routine.shape {
+        Shape::PerCount => {
+            format!("a table of the correction of every count, {bytes} bytes")
+        }
+        Shape::Segments { degree, segments_log2: 0, .. } => {
+            format!("one polynomial of degree {degree} for the whole turn")
+        }
+        Shape::Segments { degree, segments_log2, arithmetic } => {
+            let bits = if arithmetic == Arithmetic::Short { 16 } else { 32 };
+            format!(
+                "a table of {} polynomials of degree {degree}, {bits}-bit coefficients, {bytes} bytes",
+                1u32 << segments_log2
+            )
+        }
+    }
+}
+
+fn table_bytes(routine: &TurnRoutine) -> usize {
+    let entries: usize = routine.program.table.iter().map(Vec::len).sum();
+    let bytes = match routine.shape {
+        Shape::PerCount => entry_bytes(&routine.filling),
+        Shape::Segments { arithmetic: Arithmetic::Short, .. } => 2,
+        Shape::Segments { .. } => 4,
+    };
+    bytes * entries
+}
+
+/// The table's lines: one for each row, or many numbers of one column in a line.
+fn lines(table: &[Vec<i64>], number: &dyn Fn(i64) -> String, open: char, close: char) -> Vec<String> {
+    let joined = |values: &mut dyn Iterator<Item = i64>| values.map(number).collect::<Vec<_>>().join(", ");
+    if table.first().is_some_and(|row| row.len() == 1) {
+        return (table.chunks(NUMBERS_IN_A_LINE))
+            .map(|rows| joined(&mut rows.iter().flatten().copied()))
+            .collect();
+    }
+    let padding = if open == '{' { " " } else { "" };
+    let line =
+        |row: &Vec<i64>| format!("{open}{padding}{}{padding}{close}", joined(&mut row.iter().copied()));
+    table.iter().map(line).collect()
+}
+
+fn source(
+    routine: &TurnRoutine,
+    name: &str,
+    entry: &Entry,
+    options: &Options,
+    provenance: &str,
+    contract: &str,
+) -> Value {
+    let program = &routine.program;
+    let entry_type = match table_bytes(routine) / program.table.iter().map(Vec::len).sum::<usize>().max(1) {
+        1 => "i8",
+        2 => "i16",
+        _ => "i32",
+    };
+    let c_entry_type = format!("int{}_t", &entry_type[1..]);
+    let all: Vec<usize> = (0..program.steps.len()).collect();
+    // −2³¹ never stands in a table: coefficients are limited to ±(2³¹ − 1).
+    let plain = |value: i64| value.to_string();
+    let grouped = |value: i64| text::grouped(value);
+    context! {
+        name, provenance, contract,
+        guard => format!("{}_H", name.to_uppercase()),
+        input_type => rust_type(program.steps[0].ty),
+        output_type => rust_type(program.output_type()),
+        c_input_type => c_type(program.steps[0].ty),
+        c_output_type => c_type(program.output_type()),
+        input_bits => routine.words.input,
+        result_counts => 1u64 << routine.words.output,
+        bound_counts => text::rounded_up(entry.bound / routine.unit_per_count),
+        arithmetic_shift => options.c_shift == CShift::Arithmetic,
+        helpers => turn_helpers(routine, options),
+        steps => steps(program, &all),
+        result_name => &*program.steps[program.output()].name,
+        rows => program.table.len(),
+        columns => program.table.first().map_or(0, Vec::len),
+        table => lines(&program.table, &plain, '{', '}'),
+        rust_table => lines(&program.table, &grouped, '[', ']'),
+        entry_type, c_entry_type,
+        table_comment => match routine.shape {
+            Shape::PerCount => "What is added to every count",
+            _ => "Coefficients of the polynomials, constant first, one row for each segment",
+        },
+    }
+}
+
+/// The helper functions of the C source.
+fn turn_helpers(routine: &TurnRoutine, options: &Options) -> Vec<&'static str> {
+    helpers(&routine.program, options.c_shift).into_iter().filter(|helper| *helper != "mul_short").collect()
+}

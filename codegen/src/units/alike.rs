@@ -1,0 +1,101 @@
+//! Units held against each other: whether they can share a routine, and over which range.
+
+use fitter::coefficients::Coefficients;
+use fitter::error_model::{ErrorModel, Sensor};
+
+use super::{Unit, UnitsError};
+use crate::options::Options;
+use crate::quantity::Quantity;
+use crate::routine::RoutineError;
+
+/// The model of a unit, held against the first's.
+pub(super) fn model(unit: &Unit, first: &Unit, options: &Options) -> Result<ErrorModel, UnitsError> {
+    let differs = |what, found: String, expected: String| UnitsError::Structure {
+        unit: unit.name.clone(),
+        what,
+        found,
+        first: first.name.clone(),
+        expected,
+    };
+    if unit.coefficients.whole_turn() {
+        return Err(UnitsError::WholeTurn { unit: unit.name.clone() });
+    }
+    let terms = &unit.coefficients.terms;
+    if let Some(term) = terms.iter().find(|term| !options.without.contains(&term.effect)) {
+        return Err(UnitsError::Term { unit: unit.name.clone(), effect: term.effect.clone() });
+    }
+    match (&unit.coefficients.sensor, &first.coefficients.sensor) {
+        (
+            Sensor::EddyCurrentPair { probe_distance_mm: found, .. },
+            Sensor::EddyCurrentPair { probe_distance_mm: expected, .. },
+        ) => {
+            if found != expected {
+                return Err(differs("probe_distance_mm", format!("{found}"), format!("{expected}")));
+            }
+        }
+        (Sensor::Direct { unit: found, .. }, Sensor::Direct { unit: expected, .. }) => {
+            if found != expected {
+                return Err(differs("unit", format!("`{found}`"), format!("`{expected}`")));
+            }
+        }
+        (found, expected) => {
+            let kind = |sensor: &Sensor| match sensor {
+                Sensor::EddyCurrentPair { .. } => "a pair of probes".to_string(),
+                Sensor::Direct { .. } => "a direct sensor".to_string(),
+            };
+            return Err(differs("sensor", kind(found), kind(expected)));
+        }
+    }
+    Ok(unit.coefficients.error_model())
+}
+
+/// The range that all units cover, or the one that is asked for.
+pub(super) fn range(
+    units: &[Unit],
+    options: &Options,
+    quantity: &Quantity,
+) -> Result<(f64, f64), UnitsError> {
+    let covered = |unit: &Unit| -> (f64, f64) {
+        let Coefficients { valid_range, .. } = &unit.coefficients;
+        (valid_range.from, valid_range.to)
+    };
+    let reading_unit = quantity.reading_unit.clone();
+    let Some((from, to)) = options.range else {
+        let mut low = &units[0];
+        let mut high = &units[0];
+        for unit in units {
+            if covered(unit).0 > covered(low).0 {
+                low = unit;
+            }
+            if covered(unit).1 < covered(high).1 {
+                high = unit;
+            }
+        }
+        let (from, to) = (covered(low).0, covered(high).1);
+        if from < to {
+            return Ok((from, to));
+        }
+        let (low, high) = (low.name.clone(), high.name.clone());
+        return Err(UnitsError::Range { low, from, high, to, unit: reading_unit });
+    };
+    if !(from.is_finite() && to.is_finite() && from < to) {
+        return Err(RoutineError::EmptyRange(from, to).into());
+    }
+    for unit in units {
+        let (covered_from, covered_to) = covered(unit);
+        // Where the same commanded end settled a little further in, nothing is extrapolated.
+        let covers = |reading| unit.coefficients.valid_range.contains(reading);
+        if !(options.extrapolate || (covers(from) && covers(to))) {
+            let name = unit.name.clone();
+            return Err(UnitsError::BeyondRecording {
+                name,
+                from,
+                to,
+                covered_from,
+                covered_to,
+                unit: reading_unit,
+            });
+        }
+    }
+    Ok((from, to))
+}

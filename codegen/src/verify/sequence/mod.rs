@@ -1,0 +1,184 @@
+//! Sweeps of compiled routines with terms of further physics: sequences of calls in place of single inputs.
+//!
+//! [`strata`] makes the sequences, [`runner`] runs the compiled C and Rust over them, [`model`] is the fitted model
+//! in `f64` with what that may be off; the outputs are held against the bound and against the interpreter's.
+
+pub mod model;
+pub mod runner;
+pub mod strata;
+
+use super::VerifyError;
+use super::digest;
+use super::domain::describe;
+use super::harness::{Language, Subject};
+use super::sweep::SweepReport;
+use crate::exact::Interval;
+use crate::interpret::{Word, start, update};
+use crate::program::Type;
+use crate::quantity::Quantity;
+
+use model::{Expected, Model};
+use runner::{Given, Runner};
+use strata::Calls;
+
+/// Random calls of a sweep.
+const CALLS: usize = 400_000;
+/// Random calls of a thorough sweep.
+const MANY_CALLS: usize = 4_000_000;
+/// Calls that are interpreted.
+const INTERPRETED: usize = 120_000;
+
+/// Sequences of a routine with what they should give.
+pub struct Prepared {
+    calls: Calls,
+    expected: Vec<Expected>,
+    /// Whether each reading lies inside the range.
+    inside: Vec<bool>,
+    /// What the interpreter gives for the first calls and for some of the last.
+    interpreted: Vec<(usize, u32)>,
+}
+
+impl Calls {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.words.len() / self.stride
+    }
+
+    fn call(&self, index: usize) -> (bool, &[u32]) {
+        let words = &self.words[index * self.stride..(index + 1) * self.stride];
+        (words[0] == 1, &words[1..])
+    }
+}
+
+/// The words of a call as arguments.
+fn arguments(subject: &Subject<'_>, words: &[u32]) -> Vec<Word> {
+    let word = |(a, bits): (&crate::program::Argument, &u32)| match a.ty {
+        Type::F32 => Word::Float(f32::from_bits(*bits)),
+        Type::I32 => Word::Int((*bits as i32).into()),
+        Type::U16 => Word::Int((*bits as u16).into()),
+        _ => Word::Int((*bits).into()),
+    };
+    subject.program().arguments.iter().zip(words).map(word).collect()
+}
+
+/// Makes the sequences of a routine and what is expected of it.
+///
+/// # Errors
+/// [`VerifyError::Overflow`] for a defect of the proof.
+pub fn prepare(subject: &Subject<'_>, thorough: bool) -> Result<Prepared, VerifyError> {
+    let routine = subject.routine;
+    let calls = strata::of(routine, if thorough { MANY_CALLS } else { CALLS }, !subject.continues);
+    let mut model = Model::new(routine, &subject.yardstick);
+    let readings = subject.program().arguments.len() - routine.physics.further.len();
+    let (lo, hi) = subject.yardstick.range;
+    let number = |word: &Word| match word {
+        Word::Int(v) => *v as f64,
+        Word::Float(v) => f64::from(*v),
+    };
+    let (mut expected, mut inside) = (Vec::new(), Vec::new());
+    for index in 0..calls.count() {
+        let (begins, words) = calls.call(index);
+        let numbers: Vec<f64> = arguments(subject, words).iter().map(number).collect();
+        let reading = if readings == 2 { numbers[1] - numbers[0] } else { numbers[0] };
+        expected.push(model.call(begins, reading, &numbers[readings..]));
+        // Two floats are compared with the range as their rounded difference.
+        let float = subject.program().steps[subject.program().reading].ty == Type::F32;
+        let compared = if float { f64::from(reading as f32) } else { reading };
+        inside.push(lo <= compared && compared <= hi);
+    }
+    let interpreted = interpreted(subject, &calls)?;
+    Ok(Prepared { calls, expected, inside, interpreted })
+}
+
+/// The interpreter's results for the first half of what it is given, and from the start of a sequence on for the rest.
+fn interpreted(subject: &Subject<'_>, calls: &Calls) -> Result<Vec<(usize, u32)>, VerifyError> {
+    let program = subject.program();
+    let (count, half) = (calls.count(), INTERPRETED / 2);
+    let late = (count.saturating_sub(half)..count).find(|i| calls.call(*i).0).unwrap_or(count);
+    let mut state = Vec::new();
+    let mut results = Vec::new();
+    for index in (0..half.min(count)).chain(late.max(half)..count) {
+        let (begins, words) = calls.call(index);
+        let arguments = arguments(subject, words);
+        if begins {
+            state = start(program, &arguments)?;
+        }
+        results.push((index, update(program, &mut state, &arguments)?.word.bits() as u32));
+    }
+    Ok(results)
+}
+
+/// Runs a compiled routine over the sequences and holds it against `bound`, in the quantity's bound unit.
+///
+/// # Errors
+/// [`VerifyError`] where the program does not run to its end.
+pub fn sweep(
+    subject: &Subject<'_>,
+    (language, sanitized): (Language, bool),
+    runner: &Runner,
+    prepared: &Prepared,
+    bound: f64,
+    quantity: &Quantity,
+) -> Result<SweepReport, VerifyError> {
+    let given = runner.run(&prepared.calls)?;
+    let float = subject.program().output_type() == Type::F32;
+    let value = |g: &Given| if float { f64::from(f32::from_bits(g.bits)) } else { f64::from(g.bits as i32) };
+    let (mut worst, mut at, mut own, mut astray, mut sum) = (0.0f64, 0, 0.0f64, 0, 0u64);
+    for (index, (g, e)) in given.iter().zip(&prepared.expected).enumerate() {
+        let error = (value(g) - e.words).abs() + e.error;
+        own = own.max(e.error);
+        // Not a number counts as infinitely wrong.
+        if error.is_nan() || error > worst {
+            (worst, at) = (if error.is_nan() { f64::INFINITY } else { error }, index);
+        }
+        astray += u64::from(subject.flag && g.inside != prepared.inside[index]);
+        let key = digest::key(&[index as u32, u32::from(g.inside)]);
+        sum = sum.wrapping_add(u64::from(digest::mixed(key, g.bits)));
+    }
+    let as_interpreted = prepared.interpreted.iter().all(|(index, bits)| given[*index].bits == *bits);
+    let in_unit = |words: f64| {
+        if !words.is_finite() {
+            return f64::INFINITY;
+        }
+        let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
+        quantity.in_bound_unit(exact.to_f64_up())
+    };
+    let worst_error = in_unit(worst.next_up());
+    let worst_input = format!(
+        "{}, call {} of its sequence",
+        describe(subject.program(), &arguments(subject, prepared.calls.call(at).1)),
+        (0..=at).rev().take_while(|i| !prepared.calls.call(*i).0).count() + 1
+    );
+    let mut violations = Vec::new();
+    if worst_error > bound {
+        violations.push(format!(
+            "the error at {worst_input} is {worst_error:.4e} {}, more than the bound {bound:.4e}",
+            quantity.bound_unit
+        ));
+    }
+    if astray > 0 {
+        violations.push(format!("{astray} readings are flagged wrongly"));
+    }
+    if !as_interpreted {
+        violations.push("the outputs differ from those of the program that was proved".into());
+    }
+    Ok(SweepReport {
+        routine: subject.name.clone(),
+        language,
+        sanitized,
+        inputs: given.len() as u64,
+        exhaustive: false,
+        covered: prepared.calls.what.clone(),
+        worst_input,
+        worst_error,
+        worst_error_lsb: worst,
+        reference_error: in_unit(own),
+        bound,
+        margin: bound / worst_error,
+        unit: quantity.bound_unit.clone(),
+        astray,
+        digest: format!("{sum:016x}"),
+        as_interpreted,
+        violations,
+    })
+}

@@ -1,0 +1,41 @@
+//! The catalogue as a page: what `diagnose --effects` prints and what the documentation holds.
+
+use super::{Effect, catalogue};
+
+/// One paragraph of Markdown for every effect, in the order of the catalogue.
+pub fn markdown() -> String {
+    catalogue().iter().map(|effect| one(effect.as_ref())).collect::<Vec<String>>().join("\n")
+}
+
+fn one(effect: &dyn Effect) -> String {
+    let confused: Vec<String> = effect.confused_with().iter().map(|id| format!("`{id}`")).collect();
+    let confused = if confused.is_empty() { "nothing of the catalogue".into() } else { confused.join(", ") };
+    let firmware = if effect.runtime_correctable() {
+        "yes, from what the mirror measures at run time"
+    } else {
+        "no: it belongs to the recording in which it happened"
+    };
+    format!(
+        "### `{}`: {}\n\n- adds to the angular error: {}\n- size: {}\n- taken for: {confused}\n- correctable in \
+         firmware: {firmware}\n- source: {}\n",
+        effect.id(),
+        effect.title(),
+        effect.formula(),
+        effect.size(),
+        effect.source()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::markdown;
+
+    #[test]
+    fn the_documentation_holds_the_catalogue_as_it_is() {
+        let page = include_str!("../../../docs/diagnosis.md");
+        for paragraph in markdown().split("\n### ") {
+            let id = paragraph.lines().next().unwrap_or_default();
+            assert!(page.contains(paragraph.trim()), "{id}: print it anew with `diagnose --effects`");
+        }
+    }
+}

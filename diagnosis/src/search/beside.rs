@@ -1,0 +1,83 @@
+//! What stands beside a set of terms, kept: growing, exchanging and reshuffling come back to the same few sets
+//! again and again, with and without the families that have no name.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{Found, Search, Term};
+use crate::linear::{Basis, dot};
+
+/// Most sets that are kept; the oldest goes first.
+const MOST_KEPT: usize = 48;
+
+/// A set of terms, in whatever order: families and the bits of their shapes.
+type Key = Vec<(usize, Vec<u64>)>;
+
+/// The base grown by a set of terms, and every family's best candidate beside it.
+pub(super) struct Beside {
+    /// The whitened base and the terms' columns.
+    pub basis: Basis,
+    /// What the observations leave beside them.
+    pub residual: Vec<f64>,
+    /// The best candidate of every family, from the grid.
+    pub found: Vec<Found>,
+    refined: Mutex<BTreeMap<usize, Found>>,
+}
+
+impl Beside {
+    /// The family's candidate after its shape was refined: by `refine`, where that was not done before.
+    pub fn refined(&self, found: &Found, refine: impl FnOnce(Found) -> Found) -> Found {
+        let known = |family| self.refined.lock().unwrap_or_else(PoisonError::into_inner).get(family).cloned();
+        known(&found.term.family).unwrap_or_else(|| {
+            let better = refine(found.clone());
+            let mut all = self.refined.lock().unwrap_or_else(PoisonError::into_inner);
+            all.insert(found.term.family, better.clone());
+            better
+        })
+    }
+}
+
+/// The sets that were looked at last, and what each set explains.
+#[derive(Default)]
+pub(super) struct Kept {
+    sets: Mutex<VecDeque<(Key, Arc<Beside>)>>,
+    explained: Mutex<BTreeMap<Key, f64>>,
+}
+
+fn key(terms: &[Term]) -> Key {
+    let bits = |shape: &[f64]| shape.iter().map(|v| v.to_bits()).collect();
+    let mut key: Key = terms.iter().map(|t| (t.family, bits(&t.shape))).collect();
+    key.sort();
+    key
+}
+
+impl Search<'_> {
+    /// What stands beside the terms.
+    pub(super) fn beside(&self, terms: &[Term]) -> Arc<Beside> {
+        let key = key(terms);
+        let mut kept = self.kept.sets.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, beside)) = kept.iter().find(|(k, _)| *k == key) {
+            return Arc::clone(beside);
+        }
+        let (basis, residual) = self.fit(terms);
+        let found = self.survey_beside(&basis, &residual);
+        let beside = Arc::new(Beside { basis, residual, found, refined: Mutex::default() });
+        if kept.len() == MOST_KEPT {
+            kept.pop_front();
+        }
+        kept.push_back((key, Arc::clone(&beside)));
+        beside
+    }
+
+    /// What the terms explain together.
+    pub fn explained(&self, terms: &[Term]) -> f64 {
+        let key = key(terms);
+        let known = self.kept.explained.lock().unwrap_or_else(PoisonError::into_inner).get(&key).copied();
+        known.unwrap_or_else(|| {
+            let (_, residual) = self.fit(terms);
+            let explained = dot(&self.target, &self.target) - dot(&residual, &residual);
+            self.kept.explained.lock().unwrap_or_else(PoisonError::into_inner).insert(key, explained);
+            explained
+        })
+    }
+}

@@ -1,0 +1,87 @@
+//! What `diagnose` prints of a recording: one screen, the figure that matters in colour.
+
+use fitter::cli::common::{FIGURE, WARNING, line};
+
+use crate::Diagnosis;
+use crate::verdict::{Location, NamedEffect, Verdict};
+
+/// So many lines of a kind are printed unless everything is.
+const LISTED: usize = 4;
+
+/// The sentence that says it all.
+pub fn sentence(d: &Diagnosis) -> String {
+    let names: Vec<String> = d.effects.iter().map(name).collect();
+    let place = d.locations.first().map_or(String::new(), |l| format!(" on {}", l.variable));
+    match d.verdict {
+        Verdict::Consistent => format!("{}: consistent with the simulation", d.recording),
+        Verdict::Explained => format!("{}: explained by {}", d.recording, names.join(" and ")),
+        Verdict::PartlyExplained => {
+            format!("{}: partly explained by {}; structure is left", d.recording, names.join(" and "))
+        }
+        Verdict::Unexplained => format!("{}: unexplained structure{place}", d.recording),
+    }
+}
+
+fn name(e: &NamedEffect) -> String {
+    if e.alternatives.is_empty() {
+        e.id.clone()
+    } else {
+        format!("{} (or {})", e.id, e.alternatives.join(", "))
+    }
+}
+
+/// The sentence and what it rests on; `verbose` leaves nothing out.
+pub fn styled(d: &Diagnosis, verbose: bool) -> String {
+    let style = match d.verdict {
+        Verdict::Consistent | Verdict::Explained => FIGURE,
+        Verdict::PartlyExplained | Verdict::Unexplained => WARNING,
+    };
+    let listed = if verbose { usize::MAX } else { LISTED };
+    let mut text = format!("{style}{}{style:#}\n", sentence(d));
+    let floor = &d.noise_floor;
+    text += &line("noise", &format!("{:.3} {} from {}", floor.value, floor.unit, floor.from));
+    for location in d.locations.iter().take(listed) {
+        text += &line("where", &place(location));
+    }
+    for effect in d.effects.iter().take(listed) {
+        text += &line("what", &described(effect));
+    }
+    if d.verdict != Verdict::Consistent {
+        text += &fit(d);
+    }
+    for sentence in d.unidentifiable.iter().filter(|_| verbose) {
+        text += &line("open", sentence);
+    }
+    if let Some(next) = &d.next_experiment {
+        text += &line("next", next);
+    }
+    text
+}
+
+fn place(l: &Location) -> String {
+    let times = l.times.as_ref().map_or(String::new(), |other| format!(" times {other}"));
+    let share = 100.0 * l.share;
+    format!("{}{times} from {:.4} to {:.4}, {share:.0} % of it", l.variable, l.from, l.to)
+}
+
+fn described(e: &NamedEffect) -> String {
+    let parameters: Vec<String> = (e.parameters.iter())
+        .map(|p| format!("{} {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.ci95[0], p.ci95[1], p.unit))
+        .collect();
+    let correctable = if e.runtime_correctable { "" } else { "; no firmware can undo it" };
+    format!("{}: {}{correctable}", e.id, parameters.join(", "))
+}
+
+fn fit(d: &Diagnosis) -> String {
+    let fit = &d.fit;
+    match (fit.before.held_out_rms, fit.after.held_out_rms) {
+        (Some(before), Some(after)) => {
+            let by = &fit.held_out_by;
+            line("held out", &format!("rms {before:.3} → {FIGURE}{after:.3} {}{FIGURE:#}, by {by}", fit.unit))
+        }
+        _ => {
+            let (before, after) = (fit.before.train_rms, fit.after.train_rms);
+            line("fit", &format!("rms {before:.3} → {after:.3} {}; nothing could be held out", fit.unit))
+        }
+    }
+}
