@@ -31,6 +31,9 @@ pub struct Family {
     pub smallest_part: f64,
 }
 
+/// The raw columns and the shape parameters of a candidate.
+type Group = (Vec<Vec<f64>>, Vec<f64>);
+
 /// One candidate.
 pub struct Candidate {
     /// Its family.
@@ -134,7 +137,7 @@ impl Dictionary {
     pub fn new(rows: &Rows, catalogue: &[Box<dyn Effect>], order: usize, skip: &[String]) -> Dictionary {
         let mut d =
             Dictionary { families: Vec::new(), candidates: Vec::new(), raw: Columns::new(rows.len()) };
-        let of_effect = |effect: &dyn Effect| -> Option<Vec<(Vec<Vec<f64>>, Vec<f64>)>> {
+        let of_effect = |effect: &dyn Effect| -> Option<Vec<Group>> {
             if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id()) {
                 return None;
             }
@@ -163,7 +166,7 @@ impl Dictionary {
         d
     }
 
-    fn add(&mut self, kind: Kind, groups: Vec<(Vec<Vec<f64>>, Vec<f64>)>, smallest_part: f64) {
+    fn add(&mut self, kind: Kind, groups: Vec<Group>, smallest_part: f64) {
         let family = self.families.len();
         let first = self.candidates.len();
         for (columns, shape) in groups {

@@ -1,6 +1,6 @@
 /*
- * A generated routine with a state, a reading and one further input, for a caller that keeps the state. The build
- * says which: HEADER "name.h", ROUTINE the function's name.
+ * A generated routine with a state and a reading, for a caller that keeps the state. The build says which: HEADER
+ * "name.h", ROUTINE the function's name, FURTHER 1 where it takes a further input and 0 where it does not.
  */
 #include <stddef.h>
 #include <stdint.h>
@@ -10,6 +10,11 @@
 #define JOINED(a, b) a##b
 #define NAMED(a, b) JOINED(a, b)
 typedef NAMED(ROUTINE, _state) state;
+#if FURTHER
+#define INPUTS reading, further
+#else
+#define INPUTS reading
+#endif
 
 size_t state_size(void)
 {
@@ -18,10 +23,12 @@ size_t state_size(void)
 
 void state_init(void *kept, int32_t reading, uint16_t further)
 {
-    NAMED(ROUTINE, _init)((state *)kept, reading, further);
+    (void)further;
+    NAMED(ROUTINE, _init)((state *)kept, INPUTS);
 }
 
 int32_t state_update(void *kept, int32_t reading, uint16_t further)
 {
-    return NAMED(ROUTINE, _update)((state *)kept, reading, further);
+    (void)further;
+    return NAMED(ROUTINE, _update)((state *)kept, INPUTS);
 }

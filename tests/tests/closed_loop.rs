@@ -28,8 +28,8 @@ struct Routine {
 }
 
 impl Routine {
-    /// Compiles the C that `codegen` wrote into `folder`.
-    fn of(folder: &Path) -> Routine {
+    /// Compiles the C that `codegen` wrote into `folder`; `further` where it takes the temperature as well.
+    fn of(folder: &Path, further: bool) -> Routine {
         let text = fs::read_to_string(folder.join("certificate.json")).unwrap();
         let certificate: Certificate = serde_json::from_str(&text).unwrap();
         let entry = certificate.routines.iter().find(|r| r.language == "c").unwrap();
@@ -39,7 +39,8 @@ impl Routine {
         let output = Command::new("gcc")
             .args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", "-o"])
             .arg(&library)
-            .args(["-DHEADER=\"corrected_angle.h\"", &format!("-DROUTINE={}", entry.routine), "-I"])
+            .args(["-DHEADER=\"corrected_angle.h\"", &format!("-DROUTINE={}", entry.routine)])
+            .args([&format!("-DFURTHER={}", u8::from(further)), "-I"])
             .arg(folder.join("c"))
             .args([&folder.join("c/corrected_angle.c"), &shim])
             .output()
@@ -152,8 +153,8 @@ fn generated_c_in_the_loop_takes_off_what_was_diagnosed() {
         for fresh in [1000 + seed, 2000 + seed] {
             let none = Plain { d_mm };
             let before = left(&device, fresh, &mut { none });
-            let play_only = left(&device, fresh, &mut Routine::of(&folder.path().join("without")));
-            let after = left(&device, fresh, &mut Routine::of(&folder.path().join("with")));
+            let play_only = left(&device, fresh, &mut Routine::of(&folder.path().join("without"), false));
+            let after = left(&device, fresh, &mut Routine::of(&folder.path().join("with"), true));
             println!(
                 "  fresh recording {fresh}: {before:.1?}\" uncorrected, {play_only:.2?}\" without the drift, \
                  {after:.2?}\" with all (root mean square, largest)"
