@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::data::{ALL, CHOOSE, Data, FIT, FOLDS, HOLDS};
-use super::effects::{CATALOGUE, DynamicEffect};
+use super::effects::{CATALOGUE, DynamicEffect, Part};
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::model::{MOST_TERMS, Model, Term};
 use super::noise::autoregression;
@@ -26,6 +26,8 @@ const REFITTED: usize = 8;
 const STRONG: f64 = 10.0;
 /// A model whose squared residual is within this factor of the best may be the better one on more rows.
 const CLOSE: f64 = 1.15;
+/// Times that an effect is exchanged for another, at most.
+const MOST_EXCHANGES: usize = 3;
 /// Steps after which contenders are compared, and the factor of the squared residual by which one is out.
 const HEAT: usize = 8;
 const BEHIND: f64 = 4.0;
@@ -134,13 +136,17 @@ impl<'a> Search<'a> {
             }
             s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
         });
-        let tried: Vec<Fitted> = best
-            .par_iter()
-            .filter_map(|s| {
+        let mut models: Vec<Model> = best
+            .iter()
+            .map(|s| {
                 let Candidate { effect, start } = candidates[s.candidate].clone();
-                let model = present.model.with(Term::new(effect, start));
-                fit(&model, &present.states, self.data, FIT_ROWS, HEAT)
+                present.model.with(Term::new(effect, start))
             })
+            .collect();
+        models.extend(self.late(present, &candidates));
+        let tried: Vec<Fitted> = models
+            .par_iter()
+            .filter_map(|model| fit(model, &present.states, self.data, FIT_ROWS, HEAT))
             .collect();
         // What is far behind after a few steps is not followed to its end.
         let least = tried.iter().map(|f| f.costs[FIT]).fold(f64::INFINITY, f64::min);
@@ -150,12 +156,7 @@ impl<'a> Search<'a> {
                 true => fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE - HEAT),
                 false => Some(f),
             })
-            .filter(|f| {
-                f.model.terms.last().is_some_and(|term| {
-                    let sound = term.parameters.iter().all(|v| v.is_finite());
-                    sound && term.effect.plausible(&term.parameters, &self.data.scale)
-                })
-            })
+            .filter(|f| f.model.terms.last().is_some_and(|term| self.sound(term)))
             .collect();
         let mut of_effect: Vec<Fitted> = Vec::new();
         for f in fits {
@@ -168,6 +169,35 @@ impl<'a> Search<'a> {
         }
         of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
         of_effect
+    }
+
+    /// Delays and lags beside the other ways of running between the samples. A held drive is half a sample late:
+    /// where the nominal plant took that for a delay of less, the true one beside it would be negative.
+    fn late(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Model> {
+        let is_late =
+            |e: &dyn DynamicEffect| matches!(e.part(), Part::Delay | Part::DriveLag | Part::SensorLag);
+        if present.model.terms.iter().any(|t| is_late(t.effect)) {
+            return Vec::new();
+        }
+        let mut models = Vec::new();
+        for hold in HOLDS.into_iter().filter(|h| *h != present.model.hold) {
+            let mut ids = Vec::new();
+            for candidate in candidates.iter().filter(|c| is_late(c.effect)) {
+                if !ids.contains(&candidate.effect.id()) {
+                    ids.push(candidate.effect.id());
+                    let mut model = present.model.with(Term::new(candidate.effect, candidate.start.clone()));
+                    model.hold = hold;
+                    models.push(model);
+                }
+            }
+        }
+        models
+    }
+
+    /// Whether a term's parameters can be its effect.
+    fn sound(&self, term: &Term) -> bool {
+        let finite = term.parameters.iter().all(|v| v.is_finite());
+        finite && term.effect.plausible(&term.parameters, &self.data.scale)
     }
 
     /// Whether the last effect of `after` is worth its parameters beside `before`.
@@ -230,6 +260,17 @@ impl<'a> Search<'a> {
     pub fn run(&self, nominal: &Fitted) -> Fitted {
         let refit = |f: &Fitted| fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE);
         let Some(mut present) = refit(nominal) else { return nominal.clone() };
+        for _ in 0..MOST_EXCHANGES {
+            present = self.grown(present);
+            match self.exchanged(&present) {
+                Some(better) => present = better,
+                None => break,
+            }
+        }
+        present
+    }
+
+    fn grown(&self, mut present: Fitted) -> Fitted {
         while present.model.terms.len() < MOST_TERMS {
             let contenders = self.contenders(&present);
             let Some(next) = self.simplest(&contenders) else { break };
@@ -240,6 +281,65 @@ impl<'a> Search<'a> {
             present = self.creeping(self.pruned(next));
         }
         present
+    }
+
+    /// The model without terms that all rows together drive to where they are no physics, and with an effect in the
+    /// place of another where that does better then.
+    pub fn settled(&self, chosen: Fitted) -> Fitted {
+        let mut chosen = chosen;
+        for _ in 0..MOST_EXCHANGES {
+            let all = self.complete(&chosen);
+            let Some(k) = (self.given..all.model.terms.len()).find(|k| !self.sound(&all.model.terms[*k]))
+            else {
+                break;
+            };
+            let Some(shorter) = fit(&chosen.model.without(k), &chosen.states, self.data, FIT_ROWS, PATIENCE)
+            else {
+                break;
+            };
+            let shorter = self.best_hold(shorter, FIT_ROWS);
+            let others = self.near(&shorter, f64::INFINITY).into_iter().map(|f| self.best_hold(f, FIT_ROWS));
+            let others: Vec<Fitted> = others.collect();
+            chosen = others
+                .into_iter()
+                .fold(shorter, |best, f| if f.costs[CHOOSE] < best.costs[CHOOSE] { f } else { best });
+        }
+        chosen
+    }
+
+    /// A better model with an effect in the place of one that it is easily taken for, or without a term that
+    /// others have driven to where it is no physics (a delay before its cause): what was taken first was taken
+    /// beside less, and a later term may be there only to mend it.
+    fn exchanged(&self, present: &Fitted) -> Option<Fitted> {
+        let terms = &present.model.terms[self.given..];
+        let unsound: Vec<usize> = (0..terms.len()).filter(|k| !self.sound(&terms[*k])).collect();
+        if terms.len() < 2 && unsound.is_empty() {
+            return None;
+        }
+        let mut others: Vec<Fitted> = self
+            .near(present, f64::INFINITY)
+            .into_iter()
+            .map(|f| self.pruned(self.best_hold(f, FIT_ROWS)))
+            .collect();
+        others.extend(unsound.iter().filter_map(|k| {
+            let shorter = present.model.without(self.given + k);
+            let shorter = fit(&shorter, &present.states, self.data, FIT_ROWS, PATIENCE)?;
+            Some(self.best_hold(shorter, FIT_ROWS))
+        }));
+        let better = |f: &Fitted| {
+            let fewer = present.model.free() as f64 - f.model.free() as f64;
+            let lost = gain(f, present, CHOOSE_ROWS);
+            let close = f.costs[CHOOSE] < CLOSE * present.costs[CHOOSE];
+            let simpler = fewer > 0.0 && lost < 2.0 + 4.0 * fewer;
+            let nearer = fewer >= 0.0 && lost < -LEAST_GAIN && gain(f, present, FIT_ROWS) < -LEAST_GAIN;
+            f.model.terms[self.given..].iter().all(|t| self.sound(t))
+                && (simpler || nearer || (!unsound.is_empty() && close))
+        };
+        others.retain(better);
+        others.into_iter().min_by(|a, b| {
+            let merit = |f: &Fitted| gain(f, present, CHOOSE_ROWS) + 4.0 * f.model.free() as f64;
+            merit(a).total_cmp(&merit(b))
+        })
     }
 
     /// The model with the creep of its dry friction freed, where the recording shows it.
@@ -300,20 +400,26 @@ impl<'a> Search<'a> {
     /// Models in which one weak term is replaced by an effect that it is easily taken for, and which do
     /// nearly as well on these windows: more rows have to decide.
     pub fn rivals(&self, chosen: &Fitted) -> Vec<Model> {
-        let refit = |model: &Model| fit(model, &chosen.states, self.data, FIT_ROWS, PATIENCE);
-        let mut rivals = Vec::new();
+        self.near(chosen, STRONG).into_iter().map(|f| f.model).collect()
+    }
+
+    /// The same, fitted; terms without which the squared residual grows by more than `doubt` stay.
+    fn near(&self, chosen: &Fitted, doubt: f64) -> Vec<Fitted> {
+        let mut near = Vec::new();
         for k in self.given..chosen.model.terms.len() {
-            let Some(without) = refit(&chosen.model.without(k)) else { continue };
-            if without.costs[CHOOSE] > STRONG * chosen.costs[CHOOSE] {
+            let Some(without) = fit(&chosen.model.without(k), &chosen.states, self.data, FIT_ROWS, PATIENCE)
+            else {
+                continue;
+            };
+            if without.costs[CHOOSE] > doubt * chosen.costs[CHOOSE] {
                 continue;
             }
-            let near = chosen.model.terms[k].effect.confused_with();
-            let catalogue = self.catalogue.iter().copied().filter(|e| near.contains(&e.id())).collect();
+            let ids = chosen.model.terms[k].effect.confused_with();
+            let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id())).collect();
             let contenders = Search { data: self.data, catalogue, given: self.given }.contenders(&without);
-            let close = contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]);
-            rivals.extend(close.map(|f| f.model));
+            near.extend(contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]));
         }
-        rivals
+        near
     }
 
     /// The model fitted to all rows.
