@@ -22,6 +22,8 @@ const GAIN_PER_PARAMETER: f64 = 6.0;
 const LEAST_PART: f64 = 0.003;
 /// Effects that are refitted in full in every round.
 const REFITTED: usize = 8;
+/// Further effects that are refitted for what they explain before whitening.
+const REFITTED_PLAINLY: usize = 2;
 /// A term without which the squared residual grows by more than this factor is beyond doubt.
 const STRONG: f64 = 10.0;
 /// A model whose squared residual is within this factor of the best may be the better one on more rows.
@@ -90,16 +92,7 @@ impl<'a> Search<'a> {
     pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
         let candidates = self.candidates(present);
         let whitening = self.whitening(present);
-        let mut screened = screen(present, &candidates, self.data, &whitening);
-        if !whitening.is_empty() {
-            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
-            // explains it: the plain gain counts as well. What is worth its parameters is decided later.
-            for (white, plain) in screened.iter_mut().zip(screen(present, &candidates, self.data, &[])) {
-                if white.candidate == plain.candidate && plain.gain > white.gain {
-                    *white = plain;
-                }
-            }
-        }
+        let screened = screen(present, &candidates, self.data, &whitening);
         let mut best: Vec<Screened> = Vec::new();
         for effect in &self.catalogue {
             let own = screened.iter().filter(|s| candidates[s.candidate].effect.id() == effect.id());
@@ -136,6 +129,21 @@ impl<'a> Search<'a> {
             }
             s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
         });
+        if !whitening.is_empty() {
+            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
+            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
+            let mut plain = screen(present, &candidates, self.data, &[]);
+            plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id()).collect();
+            let most = best.len() + REFITTED_PLAINLY;
+            for s in plain.into_iter().filter(|s| s.gain > 0.3 * LEAST_GAIN) {
+                let id = candidates[s.candidate].effect.id();
+                if !ids.contains(&id) && best.len() < most {
+                    ids.push(id);
+                    best.push(s);
+                }
+            }
+        }
         let mut models: Vec<Model> = best
             .iter()
             .map(|s| {
@@ -174,8 +182,6 @@ impl<'a> Search<'a> {
     /// Delays and lags beside the other ways of running between the samples. A held drive is half a sample late:
     /// where the nominal plant took that for a delay of less, the true one beside it would be negative.
     fn late(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Model> {
-        let is_late =
-            |e: &dyn DynamicEffect| matches!(e.part(), Part::Delay | Part::DriveLag | Part::SensorLag);
         if present.model.terms.iter().any(|t| is_late(t.effect)) {
             return Vec::new();
         }
@@ -272,11 +278,9 @@ impl<'a> Search<'a> {
 
     fn grown(&self, mut present: Fitted) -> Fitted {
         while present.model.terms.len() < MOST_TERMS {
-            let contenders = self.contenders(&present);
-            let Some(next) = self.simplest(&contenders) else { break };
-            if !self.worth(&present, next) {
-                break;
-            }
+            let worthy: Vec<Fitted> =
+                self.contenders(&present).into_iter().filter(|f| self.worth(&present, f)).collect();
+            let Some(next) = self.simplest(&worthy) else { break };
             let next = self.best_hold(next.clone(), FIT_ROWS);
             present = self.creeping(self.pruned(next));
         }
@@ -298,7 +302,10 @@ impl<'a> Search<'a> {
                 break;
             };
             let shorter = self.best_hold(shorter, FIT_ROWS);
-            let others = self.near(&shorter, f64::INFINITY).into_iter().map(|f| self.best_hold(f, FIT_ROWS));
+            let others = self
+                .near(&shorter, |t, _| is_late(t.effect))
+                .into_iter()
+                .map(|f| self.best_hold(f, FIT_ROWS));
             let others: Vec<Fitted> = others.collect();
             chosen = others
                 .into_iter()
@@ -307,17 +314,18 @@ impl<'a> Search<'a> {
         chosen
     }
 
-    /// A better model with an effect in the place of one that it is easily taken for, or without a term that
-    /// others have driven to where it is no physics (a delay before its cause): what was taken first was taken
-    /// beside less, and a later term may be there only to mend it.
+    /// A better model with a delay or lag in the place of another, or without a term that others have driven to
+    /// where it is no physics (a delay before its cause): to first order the three are one, which was taken was
+    /// decided beside less, and a later term may be there only to mend it.
     fn exchanged(&self, present: &Fitted) -> Option<Fitted> {
         let terms = &present.model.terms[self.given..];
         let unsound: Vec<usize> = (0..terms.len()).filter(|k| !self.sound(&terms[*k])).collect();
-        if terms.len() < 2 && unsound.is_empty() {
+        let lags = terms.iter().any(|t| is_late(t.effect));
+        if unsound.is_empty() && (terms.len() < 2 || !lags) {
             return None;
         }
         let mut others: Vec<Fitted> = self
-            .near(present, f64::INFINITY)
+            .near(present, |t, _| is_late(t.effect))
             .into_iter()
             .map(|f| self.pruned(self.best_hold(f, FIT_ROWS)))
             .collect();
@@ -400,18 +408,19 @@ impl<'a> Search<'a> {
     /// Models in which one weak term is replaced by an effect that it is easily taken for, and which do
     /// nearly as well on these windows: more rows have to decide.
     pub fn rivals(&self, chosen: &Fitted) -> Vec<Model> {
-        self.near(chosen, STRONG).into_iter().map(|f| f.model).collect()
+        self.near(chosen, |_, growth| growth <= STRONG).into_iter().map(|f| f.model).collect()
     }
 
-    /// The same, fitted; terms without which the squared residual grows by more than `doubt` stay.
-    fn near(&self, chosen: &Fitted, doubt: f64) -> Vec<Fitted> {
+    /// Models in which one term is replaced, fitted: one for which `may` holds, given the factor by which the squared
+    /// residual grows without it.
+    fn near(&self, chosen: &Fitted, may: impl Fn(&Term, f64) -> bool) -> Vec<Fitted> {
         let mut near = Vec::new();
         for k in self.given..chosen.model.terms.len() {
             let Some(without) = fit(&chosen.model.without(k), &chosen.states, self.data, FIT_ROWS, PATIENCE)
             else {
                 continue;
             };
-            if without.costs[CHOOSE] > doubt * chosen.costs[CHOOSE] {
+            if !may(&chosen.model.terms[k], without.costs[CHOOSE] / chosen.costs[CHOOSE]) {
                 continue;
             }
             let ids = chosen.model.terms[k].effect.confused_with();
@@ -426,6 +435,11 @@ impl<'a> Search<'a> {
     pub fn complete(&self, chosen: &Fitted) -> Fitted {
         fit(&chosen.model, &chosen.states, self.data, ALL, PATIENCE).unwrap_or_else(|| chosen.clone())
     }
+}
+
+/// Whether the effect makes the recording late.
+fn is_late(effect: &dyn DynamicEffect) -> bool {
+    matches!(effect.part(), Part::Delay | Part::DriveLag | Part::SensorLag)
 }
 
 /// Id of the last term.
