@@ -108,7 +108,7 @@ pub struct Arguments {
     /// Right shifts of negative numbers in C: none, or the compiler's.
     #[arg(long, value_enum, default_value = "strict")]
     pub(super) c_shift: CShiftName,
-    /// Name of crate, files and functions [default: corrected_angle; direct sensor: corrected_<unit>].
+    /// Name of crate, files and functions [default: corrected_angle; direct sensor: `corrected_<unit>`].
     #[arg(long)]
     pub(super) name: Option<String>,
     /// The same as the command `check`.
