@@ -7,7 +7,7 @@ use fitter::coefficients::Coefficients;
 use crate::estimate;
 use crate::options::Options;
 use crate::output::Output;
-use crate::program::Type;
+use crate::program::{Program, Type};
 use crate::quantity::Quantity;
 use crate::routine::Routine;
 
@@ -164,16 +164,7 @@ pub fn entry(
         degree: design.degree,
         segments: design.segments,
         unit: quantity.bound_unit.clone(),
-        input: design
-            .program
-            .arguments
-            .iter()
-            .map(|a| InputEntry {
-                name: a.name.clone(),
-                ty: rust_type(a.ty).into(),
-                meaning: a.meaning.clone(),
-            })
-            .collect(),
+        input: inputs(&design.program),
         output: OutputEntry {
             ty: rust_type(design.program.output_type()).into(),
             lsb: design.unit.to_f64(),
@@ -200,6 +191,16 @@ pub fn entry(
         file: String::new(),
         file_sha256: String::new(),
     }
+}
+
+/// The inputs of a program, in the order of its arguments.
+pub fn inputs(program: &Program) -> Vec<InputEntry> {
+    let entry = |a: &crate::program::Argument| InputEntry {
+        name: a.name.clone(),
+        ty: rust_type(a.ty).into(),
+        meaning: a.meaning.clone(),
+    };
+    program.arguments.iter().map(entry).collect()
 }
 
 /// A type in Rust's words.

@@ -148,20 +148,23 @@ impl Builder {
         range: Interval,
         error: Interval,
     ) -> Result<(usize, Tracked), Overflows> {
-        let index = self.program.state.len();
-        let start = start.operand;
-        let ty = Type::I32;
-        let reached = whole(&range);
-        self.program.state.push(StateWord {
-            name: name.into(),
-            ty,
-            meaning,
-            start,
-            next: start,
-            range: reached,
-        });
+        let index = self.word_kept(name, Type::I32, meaning, start.operand, &range);
         let word = self.push(name, Op::State { index }, range, error, "")?;
         Ok((index, word))
+    }
+
+    /// Adds a word to the state, which keeps its start until it is given a next value; its index.
+    fn word_kept(
+        &mut self,
+        name: &str,
+        ty: Type,
+        meaning: String,
+        start: Operand,
+        range: &Interval,
+    ) -> usize {
+        let range = whole(range);
+        self.program.state.push(StateWord { name: name.into(), ty, meaning, start, next: start, range });
+        self.program.state.len() - 1
     }
 
     /// A word of 64 bits of the state, within `range`.
@@ -172,17 +175,7 @@ impl Builder {
         start: Operand,
         range: Interval,
     ) -> Result<(usize, Wide), Overflows> {
-        let index = self.program.state.len();
-        let ty = Type::I64;
-        let reached = whole(&range);
-        self.program.state.push(StateWord {
-            name: name.into(),
-            ty,
-            meaning,
-            start,
-            next: start,
-            range: reached,
-        });
+        let index = self.word_kept(name, Type::I64, meaning, start, &range);
         let word = self.push_wide(name, Op::State { index }, range)?;
         Ok((index, word))
     }

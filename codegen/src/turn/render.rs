@@ -10,7 +10,7 @@ use minijinja::{Value, context};
 
 use super::choose::{TurnRoutine, entry_bytes};
 use super::shape::{Arithmetic, Shape};
-use crate::certificate::{Certificate, Entry, InputEntry, OutputEntry, Part, RangeEntry, rust_type};
+use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, rust_type};
 use crate::generate::{GenerateError, Generated, TOOL, sha256};
 use crate::options::{CShift, Options};
 use crate::render::{Renderer, c_type, helpers, steps};
@@ -104,16 +104,7 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients) -> Entr
         degree,
         segments: routine.shape.segments(),
         unit: unit.clone(),
-        input: routine
-            .program
-            .arguments
-            .iter()
-            .map(|a| InputEntry {
-                name: a.name.clone(),
-                ty: rust_type(a.ty).into(),
-                meaning: a.meaning.clone(),
-            })
-            .collect(),
+        input: inputs(&routine.program),
         output: OutputEntry {
             ty: rust_type(routine.program.output_type()).into(),
             lsb: routine.unit_per_count,

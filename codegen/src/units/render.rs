@@ -11,7 +11,7 @@ use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
 use super::structure::{Design, Fitted};
 use super::{Generated, Unit, UnitsError, Wanted};
 use crate::certificate::{
-    Certificate, Entry, InputEntry, OutputEntry, Part, RangeEntry, result_meaning, rust_type,
+    Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, result_meaning, rust_type,
 };
 use crate::generate::{GenerateError, TOOL, sha256};
 use crate::options::{CShift, Options};
@@ -211,13 +211,7 @@ fn entry(design: &Design, name: &str) -> Entry {
         degree: design.degree,
         segments: 1,
         unit: quantity.bound_unit.clone(),
-        input: (design.program.arguments.iter())
-            .map(|a| InputEntry {
-                name: a.name.clone(),
-                ty: rust_type(a.ty).into(),
-                meaning: a.meaning.clone(),
-            })
-            .collect(),
+        input: inputs(&design.program),
         output: OutputEntry {
             ty: rust_type(design.program.output_type()).into(),
             lsb,

@@ -55,13 +55,16 @@ impl Search<'_> {
     /// What stands beside the terms.
     pub(super) fn beside(&self, terms: &[Term]) -> Arc<Beside> {
         let key = key(terms);
-        let mut kept = self.kept.sets.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, beside)) = kept.iter().find(|(k, _)| *k == key) {
-            return Arc::clone(beside);
+        let sets = || self.kept.sets.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = sets().iter().find(|(k, _)| *k == key).map(|(_, beside)| Arc::clone(beside));
+        if let Some(beside) = known {
+            return beside;
         }
+        // Not under the lock: a thread that waits for others within may be lent to work that asks for the same.
         let (basis, residual) = self.fit(terms);
         let found = self.survey_beside(&basis, &residual);
         let beside = Arc::new(Beside { basis, residual, found, refined: Mutex::default() });
+        let mut kept = sets();
         if kept.len() == MOST_KEPT {
             kept.pop_front();
         }
