@@ -50,11 +50,8 @@ pub fn rivals(
             let mut sum = 0.0;
             let mut width = 0;
             for candidate in candidates {
-                let columns: Vec<Vec<f64>> = candidate
-                    .columns
-                    .clone()
-                    .map(|k| search.noise.whiten(search.dictionary.raw.get(k)))
-                    .collect();
+                let columns: Vec<Vec<f64>> =
+                    candidate.columns.iter().map(|column| search.whitener.whiten(column)).collect();
                 width = columns.len();
                 let explained = explained(&columns, whole, residual);
                 sum += (0.5 * explained).min(600.0).exp();

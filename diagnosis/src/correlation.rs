@@ -68,14 +68,26 @@ impl Correlation {
 
     /// Makes values of this correlation white, of the same variance.
     pub fn whiten(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
-        let mut out: Vec<f64> = values.collect();
-        if self.time > 0.0 {
-            // Backward, so that every row still finds its predecessor as it was.
-            for i in (1..out.len()).rev() {
-                out[i] = (out[i] - self.factors[i] * out[i - 1]) / self.fresh[i];
-            }
+        let values: Vec<f64> = values.collect();
+        if self.time == 0.0 {
+            return values;
+        }
+        let mut out = values.clone();
+        let earlier = values.iter().zip(&self.factors[1..]).zip(&self.fresh[1..]);
+        for (later, ((v, phi), fresh)) in out[1..].iter_mut().zip(earlier) {
+            *later = (*later - phi * v) / fresh;
         }
         out
+    }
+
+    /// What makes values white whose rows have these standard deviations.
+    pub fn whitener(&self, sigma: &[f64]) -> Whitener {
+        let own: Vec<f64> = sigma.iter().zip(&self.fresh).map(|(s, fresh)| 1.0 / (s * fresh)).collect();
+        let earlier = match self.time > 0.0 {
+            true => (1..sigma.len()).map(|i| self.factors[i] / (sigma[i - 1] * self.fresh[i])).collect(),
+            false => Vec::new(),
+        };
+        Whitener { own, earlier }
     }
 
     /// Gives white values this correlation: the inverse of [`Correlation::whiten`].
@@ -190,7 +202,7 @@ impl Correlation {
                 .map(|place| {
                     let rss = dot(&place.residual, &place.residual);
                     place
-                        .explained_by(suspects, shape)
+                        .explained_by(suspects)
                         .iter()
                         .zip(suspects)
                         .map(|(explained, group)| {
@@ -207,15 +219,35 @@ impl Correlation {
                 .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
             let Some((_, k)) = best else { break };
             taken.push(k);
-            places.iter_mut().for_each(|place| place.take(&suspects[k], shape));
+            places.iter_mut().for_each(|place| place.take(&suspects[k]));
         }
         taken
     }
 }
 
+/// Makes noise white, of variance one: each row divided by its σ, less what it has of its predecessor.
+#[derive(Debug, Clone)]
+pub struct Whitener {
+    /// Weight of every row.
+    own: Vec<f64>,
+    /// Weight of the row before, from the second row on; empty where rows are uncorrelated.
+    earlier: Vec<f64>,
+}
+
+impl Whitener {
+    /// Makes `v` white.
+    pub fn whiten(&self, v: &[f64]) -> Vec<f64> {
+        let mut out: Vec<f64> = v.iter().zip(&self.own).map(|(x, a)| x * a).collect();
+        if let Some((_, later)) = out.split_first_mut() {
+            later.iter_mut().zip(v.iter().zip(&self.earlier)).for_each(|(o, (x, b))| *o -= b * x);
+        }
+        out
+    }
+}
+
 /// A recording seen with one correlation time.
 struct Place {
-    correlation: Correlation,
+    whitener: Whitener,
     basis: Basis,
     residual: Vec<f64>,
     constant: f64,
@@ -234,18 +266,14 @@ impl Place {
         let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
         basis.project_off(&mut residual);
         let constant = correlation.log_determinant() + log_determinant;
-        Place { correlation, basis, residual, constant }
-    }
-
-    fn white(&self, column: &[f64], shape: &[f64]) -> Vec<f64> {
-        self.correlation.whiten(column.iter().zip(shape).map(|(v, s)| v / s))
+        Place { whitener: correlation.whitener(shape), basis, residual, constant }
     }
 
     /// What each group of columns explains. Most are single columns w, of which (w·r)²/(w·w − ‖Qᵀw‖²) is what
     /// they explain of the residual r beside the basis Q: all of them in one product.
-    fn explained_by(&self, groups: &[Vec<Vec<f64>>], shape: &[f64]) -> Vec<f64> {
+    fn explained_by(&self, groups: &[Vec<Vec<f64>>]) -> Vec<f64> {
         let mut white = Columns::new(self.residual.len());
-        groups.iter().flatten().for_each(|column| white.push(&self.white(column, shape)));
+        groups.iter().flatten().for_each(|column| white.push(&self.whitener.whiten(column)));
         let mut beside = self.basis.columns.clone();
         beside.push(&self.residual);
         let (count, rank) = (white.count(), self.basis.rank());
@@ -286,10 +314,10 @@ impl Place {
     }
 
     /// Takes a group of columns out of the residual.
-    fn take(&mut self, group: &[Vec<f64>], shape: &[f64]) {
+    fn take(&mut self, group: &[Vec<f64>]) {
         for column in group {
             let rank = self.basis.rank();
-            let white = self.white(column, shape);
+            let white = self.whitener.whiten(column);
             if self.basis.add(&white) {
                 let q = self.basis.columns.get(rank);
                 let a = dot(q, &self.residual);

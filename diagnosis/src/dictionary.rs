@@ -2,13 +2,15 @@
 //! a grid), one per generic dependence, and one that only raises the order of the base polynomial. The
 //! dictionary holds them whitened, and projects them off whatever is already in the model.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::base::base_columns;
+use crate::correlation::Whitener;
 use crate::effects::{Effect, Place};
 use crate::generic;
 use crate::linear::{Basis, Columns, add_scaled, dot};
-use crate::noise::Noise;
 use crate::rows::Rows;
 
 /// What a family stands for.
@@ -40,8 +42,8 @@ pub struct Candidate {
     pub family: usize,
     /// Its shape parameters; for a generic family the number of the group.
     pub shape: Vec<f64>,
-    /// Its columns in the dictionary.
-    pub columns: std::ops::Range<usize>,
+    /// Its raw columns.
+    pub columns: Arc<Vec<Vec<f64>>>,
 }
 
 /// All families and candidates of a recording.
@@ -50,8 +52,6 @@ pub struct Dictionary {
     pub families: Vec<Family>,
     /// The candidates.
     pub candidates: Vec<Candidate>,
-    /// Raw columns.
-    pub raw: Columns,
 }
 
 /// Orders up to which the base polynomial may be raised beyond the one absorbed from the start.
@@ -135,8 +135,7 @@ pub struct Scratch {
 impl Dictionary {
     /// Builds the dictionary of the effects that the recording can show (`skip` names ids to leave out).
     pub fn new(rows: &Rows, catalogue: &[Box<dyn Effect>], order: usize, skip: &[String]) -> Dictionary {
-        let mut d =
-            Dictionary { families: Vec::new(), candidates: Vec::new(), raw: Columns::new(rows.len()) };
+        let mut d = Dictionary { families: Vec::new(), candidates: Vec::new() };
         let of_effect = |effect: &dyn Effect| -> Option<Vec<Group>> {
             if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id()) {
                 return None;
@@ -170,18 +169,21 @@ impl Dictionary {
         let family = self.families.len();
         let first = self.candidates.len();
         for (columns, shape) in groups {
-            let start = self.raw.count();
-            columns.iter().for_each(|c| self.raw.push(c));
-            self.candidates.push(Candidate { family, shape, columns: start..self.raw.count() });
+            self.candidates.push(Candidate { family, shape, columns: Arc::new(columns) });
         }
         self.families.push(Family { kind, candidates: first..self.candidates.len(), smallest_part });
     }
 
     /// Every candidate's whitened part outside `basis`, orthonormalised within the candidate.
-    pub fn project(&self, noise: &Noise, basis: &Basis) -> Projected {
-        let parts: Vec<Projected> =
-            self.candidates.par_chunks(TOGETHER).map(|some| self.project_some(some, noise, basis)).collect();
-        let mut all = Projected { columns: Columns::new(self.raw.rows), of: Vec::new(), parts: Vec::new() };
+    pub fn project(&self, whitener: &Whitener, basis: &Basis) -> Projected {
+        let parts: Vec<Projected> = self
+            .candidates
+            .par_chunks(TOGETHER)
+            .map(|some| self.project_some(some, whitener, basis))
+            .collect();
+        let mut all =
+            Projected { columns: Columns::new(basis.columns.rows), of: Vec::new(), parts: Vec::new() };
+        all.columns.reserve(parts.iter().map(|part| part.columns.count()).sum());
         for part in parts {
             let first = all.columns.count();
             all.columns.append(&part.columns);
@@ -191,40 +193,37 @@ impl Dictionary {
         all
     }
 
-    fn project_some(&self, candidates: &[Candidate], noise: &Noise, basis: &Basis) -> Projected {
-        let mut whitened = Columns::new(self.raw.rows);
-        for k in candidates.iter().flat_map(|c| c.columns.clone()) {
-            whitened.push(&noise.whiten(self.raw.get(k)));
-        }
-        let components = basis.columns.products(&whitened);
-        let rank = basis.rank();
-        let mut columns = Columns::new(whitened.rows);
+    fn project_some(&self, candidates: &[Candidate], whitener: &Whitener, basis: &Basis) -> Projected {
+        let mut columns = Columns::new(basis.columns.rows);
+        columns.reserve(candidates.iter().map(|c| c.columns.len()).sum());
+        candidates.iter().flat_map(|c| c.columns.iter()).for_each(|c| columns.push(&whitener.whiten(c)));
+        let length = |column: &[f64]| dot(column, column).sqrt();
+        let lengths: Vec<f64> = (0..columns.count()).map(|k| length(columns.get(k))).collect();
+        columns.project_off(&basis.columns);
         let mut parts = Vec::new();
         let mut of = Vec::with_capacity(candidates.len());
-        let mut next = 0;
+        // What is left of a column moves up to where the last one that was kept ends.
+        let (mut kept, mut next) = (0, 0);
         for candidate in candidates {
-            let first = columns.count();
+            let first = kept;
             for k in next..next + candidate.columns.len() {
-                let column = whitened.get(k);
-                let length = dot(column, column).sqrt();
-                let mut w = column.to_vec();
-                for j in 0..rank {
-                    add_scaled(&mut w, -components[k * rank + j], basis.columns.get(j));
+                let (earlier, column) = columns.split(k);
+                for q in earlier[first * column.len()..kept * column.len()].chunks_exact(column.len()) {
+                    let a = dot(q, column);
+                    add_scaled(column, -a, q);
                 }
-                for j in first..columns.count() {
-                    let a = dot(columns.get(j), &w);
-                    add_scaled(&mut w, -a, columns.get(j));
-                }
-                let left = dot(&w, &w).sqrt();
-                if left > self.families[candidate.family].smallest_part * length {
-                    w.iter_mut().for_each(|v| *v /= left);
-                    columns.push(&w);
-                    parts.push(left / length);
+                let left = length(column);
+                if left > self.families[candidate.family].smallest_part * lengths[k] {
+                    column.iter_mut().for_each(|v| *v /= left);
+                    parts.push(left / lengths[k]);
+                    columns.move_up(k, kept);
+                    kept += 1;
                 }
             }
             next += candidate.columns.len();
-            of.push(first..columns.count());
+            of.push(first..kept);
         }
+        columns.truncate(kept);
         Projected { columns, of, parts }
     }
 }

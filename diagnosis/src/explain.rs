@@ -70,7 +70,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         }
         now.relocate(&mut terms);
         let mut model = base.clone();
-        model.extend(terms.iter().flat_map(|t| t.columns.clone()));
+        model.extend(terms.iter().flat_map(|t| t.columns.iter().cloned()));
         let light = model.clone();
         let unexplained = terms.iter().any(|t| now.is_generic(t.family));
         if unexplained {

@@ -151,7 +151,7 @@ fn predict(explanation: &Explanation, before: &Model, after: &Model, held: &[boo
     let value = |terms: &[Term], lowest: usize, highest: usize| -> Vec<f64> {
         // Fewer rows never justify a higher order than all of them.
         let mut raw = base_columns(rows, choose_order(&inner, terms).max(lowest).min(highest));
-        raw.extend(terms.iter().flat_map(|t| t.columns.clone()));
+        raw.extend(terms.iter().flat_map(|t| t.columns.iter().cloned()));
         let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
         let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
         let mut sum = vec![0.0; rows.len()];
@@ -186,7 +186,7 @@ fn of_explainable(explanation: &Explanation, before: &Model, after: &Model) -> O
     let base = level(&base_columns(rows, before.order));
     let of = |wanted: &dyn Fn(&FittedTerm) -> bool| {
         let mut columns = base_columns(rows, after.order);
-        columns.extend(after.terms.iter().filter(|t| wanted(t)).flat_map(|t| t.term.columns.clone()));
+        columns.extend(after.terms.iter().filter(|t| wanted(t)).flat_map(|t| t.term.columns.iter().cloned()));
         level(&columns)
     };
     // What was located without a name is part of what can be explained, not of what the named effects explain.

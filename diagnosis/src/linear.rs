@@ -84,6 +84,36 @@ impl Columns {
         self.data.extend_from_slice(column);
     }
 
+    /// Makes room for so many further columns.
+    pub fn reserve(&mut self, further: usize) {
+        self.data.reserve_exact(further * self.rows);
+    }
+
+    /// The columns before column `k`, one after another, and column `k`, to be changed.
+    pub fn split(&mut self, k: usize) -> (&[f64], &mut [f64]) {
+        let (earlier, rest) = self.data.split_at_mut(k * self.rows);
+        (earlier, &mut rest[..self.rows])
+    }
+
+    /// Puts column `from` where column `to` is.
+    pub fn move_up(&mut self, from: usize, to: usize) {
+        self.data.copy_within(from * self.rows..(from + 1) * self.rows, to * self.rows);
+    }
+
+    /// Takes from every column its part in the span of an orthonormal `basis`.
+    pub fn project_off(&mut self, basis: &Columns) {
+        let components = basis.products(self);
+        let (m, n, k) = (basis.count(), self.count(), self.rows);
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut self.data, k, n),
+            Accum::Add,
+            MatRef::from_column_major_slice(&basis.data, k, m),
+            MatRef::from_column_major_slice(&components, m, n),
+            -1.0,
+            Par::Seq,
+        );
+    }
+
     /// Appends the columns of `other`.
     pub fn append(&mut self, other: &Columns) {
         self.data.extend_from_slice(&other.data);

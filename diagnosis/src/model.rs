@@ -1,6 +1,8 @@
 //! The augmented model: base polynomial and named effects, fitted jointly in the whitened metric, with
 //! intervals of every parameter that allow for the others and for the shape parameters.
 
+use std::sync::Arc;
+
 use crate::averaging::rivals;
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
@@ -69,7 +71,7 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     let n = rows.len();
     let mut basis = Basis::new(n);
     let all = base_columns(rows, highest);
-    for column in all.iter().take(lowest + 1).chain(terms.iter().flat_map(|t| &t.columns)) {
+    for column in all.iter().take(lowest + 1).chain(terms.iter().flat_map(|t| t.columns.iter())) {
         basis.add(&search.noise.whiten(column));
     }
     let mut residual = search.noise.whiten(&search.noise.clean);
@@ -115,7 +117,7 @@ pub fn fit(
     let base = base_columns(rows, order);
     let target = noise.whiten(&noise.clean);
     let solve = |terms: &[Term]| {
-        let raw = base.iter().chain(terms.iter().flat_map(|t| &t.columns));
+        let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter()));
         let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
         let solution = least_squares(&columns, &target);
         (columns, solution)
@@ -172,7 +174,7 @@ pub fn fit(
         let width = term.columns.len();
         let amplitudes = solution.coefficients[first..first + width].to_vec();
         let mut contribution = vec![0.0; rows.len()];
-        for (a, column) in amplitudes.iter().zip(&term.columns) {
+        for (a, column) in amplitudes.iter().zip(term.columns.iter()) {
             crate::linear::add_scaled(&mut contribution, *a, column);
         }
         let without: Vec<Vec<f64>> = columns
@@ -238,7 +240,7 @@ fn without_steps(
     wanted: impl Fn(&Term) -> bool,
 ) -> Vec<Vec<f64>> {
     let mut residual = rows.error.clone();
-    let raw = base.iter().chain(terms.iter().flat_map(|t| &t.columns));
+    let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter()));
     for (a, column) in coefficients.iter().zip(raw) {
         crate::linear::add_scaled(&mut residual, -a, column);
     }
@@ -252,7 +254,7 @@ fn without_steps(
                 return Vec::new();
             }
             let mut left = residual.clone();
-            for (a, column) in coefficients[at..].iter().zip(&term.columns) {
+            for (a, column) in coefficients[at..].iter().zip(term.columns.iter()) {
                 crate::linear::add_scaled(&mut left, *a, column);
             }
             left
@@ -281,7 +283,7 @@ fn place_steps(
         let row = crate::steps::beginning(left, noise, height, term.shape[0] as usize);
         if row as f64 != term.shape[0] {
             term.shape[0] = row as f64;
-            term.columns = catalogue[e].signature(rows, &term.shape);
+            term.columns = Arc::new(catalogue[e].signature(rows, &term.shape));
             moved = true;
         }
     }

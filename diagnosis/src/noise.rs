@@ -5,7 +5,7 @@
 //! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that forgets with the time constant τ,
 //! Rᵢⱼ = e^(−|tᵢ−tⱼ|/τ) (see [`crate::correlation`]).
 
-use crate::correlation::Correlation;
+use crate::correlation::{Correlation, Whitener};
 use crate::linear::{Basis, dot};
 use crate::rows::median;
 
@@ -41,7 +41,12 @@ impl Noise {
     /// Makes noise white: each row divided by its σ, less what it has of its predecessor, scaled to variance
     /// one.
     pub fn whiten(&self, v: &[f64]) -> Vec<f64> {
-        self.correlation.whiten(v.iter().zip(&self.sigma).map(|(x, s)| x / s))
+        self.whitener().whiten(v)
+    }
+
+    /// The same for many columns.
+    pub fn whitener(&self) -> Whitener {
+        self.correlation.whitener(&self.sigma)
     }
 }
 
@@ -94,11 +99,12 @@ pub fn estimate(
         clean,
         whitened_residual: residual,
     };
+    let whitener = unit.whitener();
     let mut whitened = Basis::new(n);
     for column in model {
-        whitened.add(&unit.whiten(column));
+        whitened.add(&whitener.whiten(column));
     }
-    let mut r = unit.whiten(&unit.clean);
+    let mut r = whitener.whiten(&unit.clean);
     whitened.project_off(&mut r);
     let freedom = (n - whitened.rank()).max(1) as f64;
     let scale = (dot(&r, &r) / freedom).sqrt().max(1e-300);

@@ -13,6 +13,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
+use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
 use crate::linear::{Basis, Columns, add_scaled, dot};
@@ -35,8 +36,8 @@ pub struct Term {
     pub family: usize,
     /// Its shape parameters.
     pub shape: Vec<f64>,
-    /// Its raw columns.
-    pub columns: Vec<Vec<f64>>,
+    /// Its raw columns: shared, since sets of terms are put together and taken apart all the time.
+    pub columns: Arc<Vec<Vec<f64>>>,
 }
 
 /// A candidate as it stands beside a model.
@@ -62,6 +63,8 @@ pub struct Search<'a> {
     pub dictionary: Arc<Dictionary>,
     /// The noise used for whitening.
     pub noise: Noise,
+    /// What makes it white.
+    pub whitener: Whitener,
     /// The calibration of the whole search.
     pub calibration: Calibration,
     /// Share of the false alarms per family.
@@ -96,7 +99,8 @@ impl<'a> Search<'a> {
             .iter()
             .map(|f| if matches!(f.kind, Kind::Generic(_)) { GENERIC_SHARE } else { 1.0 })
             .collect();
-        let projected = dictionary.project(&noise, &base);
+        let whitener = noise.whitener();
+        let projected = dictionary.project(&whitener, &base);
         // The order of the base is no mismatch: it takes no part in the alarm.
         let alarm: Vec<f64> = dictionary
             .families
@@ -122,6 +126,7 @@ impl<'a> Search<'a> {
             catalogue,
             dictionary,
             noise,
+            whitener,
             calibration,
             shares,
             prices,
@@ -148,6 +153,7 @@ impl<'a> Search<'a> {
             rows: whole.rows,
             catalogue: whole.catalogue,
             dictionary,
+            whitener: noise.whitener(),
             noise,
             calibration: whole.calibration.clone(),
             shares: whole.shares.clone(),
@@ -163,7 +169,7 @@ impl<'a> Search<'a> {
 
     /// The candidates beside the base.
     fn projected(&self) -> &Projected {
-        self.projected.get_or_init(|| self.dictionary.project(&self.noise, &self.base))
+        self.projected.get_or_init(|| self.dictionary.project(&self.whitener, &self.base))
     }
 
     /// Whether the term is a catalogued effect, and which.
@@ -182,8 +188,8 @@ impl<'a> Search<'a> {
     /// The base with the terms' columns, and the residual.
     pub fn fit(&self, terms: &[Term]) -> (Basis, Vec<f64>) {
         let mut basis = self.base.clone();
-        for column in terms.iter().flat_map(|t| &t.columns) {
-            basis.add(&self.noise.whiten(column));
+        for column in terms.iter().flat_map(|t| t.columns.iter()) {
+            basis.add(&self.whitener.whiten(column));
         }
         let mut residual = self.target.clone();
         for k in self.base.rank()..basis.rank() {
@@ -255,10 +261,12 @@ impl<'a> Search<'a> {
             }
             if let Some((m, c, s, rank)) = best {
                 let candidate = &self.dictionary.candidates[c];
-                let columns =
-                    candidate.columns.clone().map(|k| self.dictionary.raw.get(k).to_vec()).collect();
                 found.push(Found {
-                    term: Term { family: f, shape: candidate.shape.clone(), columns },
+                    term: Term {
+                        family: f,
+                        shape: candidate.shape.clone(),
+                        columns: Arc::clone(&candidate.columns),
+                    },
                     explained: s,
                     rank,
                     surprise: self.calibration.families[f].surprise(m),
@@ -295,10 +303,11 @@ fn handicap(term: &Term) -> f64 {
 /// The whitened base and the observations less it.
 fn base_and_target(rows: &Rows, order: usize, noise: &Noise) -> (Basis, Vec<f64>) {
     let mut base = Basis::new(rows.len());
+    let whitener = noise.whitener();
     for column in base_columns(rows, order) {
-        base.add(&noise.whiten(&column));
+        base.add(&whitener.whiten(&column));
     }
-    let mut target = noise.whiten(&noise.clean);
+    let mut target = whitener.whiten(&noise.clean);
     base.project_off(&mut target);
     (base, target)
 }

@@ -6,7 +6,7 @@
 
 use fitter::terms::{Operator, Play};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, play_from, reading};
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, plays_apart, reading};
 use crate::rows::Rows;
 
 /// Number of play elements between 0 and R.
@@ -68,15 +68,9 @@ impl Effect for Hysteresis {
         let (low, high) = rows.stroke();
         let largest = shape[0] * 0.5 * (high - low);
         let start = if shape[1] == FROM_ZERO { 0.0 } else { rows.theta.first().copied().unwrap_or(0.0) };
-        let mut sum = vec![0.0; rows.len()];
-        for k in 1..=ELEMENTS {
-            let r = largest * k as f64 / ELEMENTS as f64;
-            let p = play_from(&rows.theta, r, start);
-            for i in 0..sum.len() {
-                sum[i] += (rows.theta[i] - p[i]) / (largest * ELEMENTS as f64);
-            }
-        }
-        vec![sum]
+        let radii: [f64; ELEMENTS] = std::array::from_fn(|k| largest * (k + 1) as f64 / ELEMENTS as f64);
+        let scale = 1.0 / (largest * ELEMENTS as f64);
+        vec![plays_apart(&rows.theta, &radii, start).map(|sum| sum * scale).collect()]
     }
 
     fn plausible(&self, amplitudes: &[f64]) -> bool {

@@ -20,7 +20,7 @@ mod thermal_zero_drift;
 mod time_drift;
 mod warmup_drift;
 
-pub use operators::{low_pass, play, play_from};
+pub use operators::{low_pass, play, plays_apart};
 
 use fitter::terms::Operator;
 

@@ -4,18 +4,29 @@
 /// in the middle of the gap at the first row. Source: Brokate & Sprekels, "Hysteresis and Phase Transitions"
 /// (1996), section 2.1.
 pub fn play(x: &[f64], r: f64) -> Vec<f64> {
-    play_from(x, r, x.first().copied().unwrap_or(0.0))
-}
-
-/// The same from a given output before the first row.
-pub fn play_from(x: &[f64], r: f64, start: f64) -> Vec<f64> {
-    let mut p = start;
+    let mut p = x.first().copied().unwrap_or(0.0);
     x.iter()
         .map(|&x| {
             p = p.clamp(x - r, x + r);
             p
         })
         .collect()
+}
+
+/// Σ (x − play_r(x)) over the radii at every row, all elements starting from `start`: abreast, since each of them
+/// waits for its own last value.
+pub fn plays_apart<const N: usize>(x: &[f64], radii: &[f64; N], start: f64) -> impl Iterator<Item = f64> {
+    let mut p = [start; N];
+    x.iter().map(move |&x| {
+        let mut apart = [0.0; N];
+        for k in 0..N {
+            let (low, high) = (x - radii[k], x + radii[k]);
+            let above = if p[k] < low { low } else { p[k] };
+            p[k] = if above > high { high } else { above };
+            apart[k] = x - p[k];
+        }
+        apart.iter().sum()
+    })
 }
 
 /// First-order low pass, τ dz/dt = x − z, z(first row) = x(first row), with x linear between rows: exact for

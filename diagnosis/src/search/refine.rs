@@ -1,6 +1,8 @@
 //! The shape of a candidate: tried at one value, improved beside a model by a compass search, and improved
 //! again in turn beside the other terms.
 
+use std::sync::Arc;
+
 use super::{Found, Search, Term};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
@@ -29,7 +31,7 @@ impl Search<'_> {
         let columns = self.catalogue[e].signature(self.rows, shape);
         let mut own = Basis::new(self.rows.len());
         for column in &columns {
-            let mut w = self.noise.whiten(column);
+            let mut w = self.whitener.whiten(column);
             let length = dot(&w, &w).sqrt();
             basis.project_off(&mut w);
             if dot(&w, &w).sqrt() > self.dictionary.families[family].smallest_part * length {
@@ -43,7 +45,7 @@ impl Search<'_> {
         let explained = dot(&scores, &scores);
         let surprise = self.calibration.families[family].surprise(log_tail(explained, scores.len()));
         Some(Found {
-            term: Term { family, shape: shape.to_vec(), columns },
+            term: Term { family, shape: shape.to_vec(), columns: Arc::new(columns) },
             explained,
             rank: scores.len(),
             surprise,
@@ -148,7 +150,7 @@ impl Search<'_> {
         let Some(e) = self.effect(family) else { return found };
         let mut best = found;
         for _ in 0..4 {
-            let column = self.noise.whiten(&best.term.columns[0]);
+            let column = self.whitener.whiten(&best.term.columns[0]);
             let mut w = column.clone();
             basis.project_off(&mut w);
             let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
@@ -175,9 +177,9 @@ impl Search<'_> {
             }
             let mut columns = base_columns(self.rows, self.base_order);
             let first_column = columns.len() + terms[..index].iter().map(|t| t.columns.len()).sum::<usize>();
-            columns.extend(terms.iter().flat_map(|t| t.columns.clone()));
-            let white: Vec<Vec<f64>> = columns.iter().map(|c| self.noise.whiten(c)).collect();
-            let solution = least_squares(&white, &self.noise.whiten(&self.noise.clean));
+            columns.extend(terms.iter().flat_map(|t| t.columns.iter().cloned()));
+            let white: Vec<Vec<f64>> = columns.iter().map(|c| self.whitener.whiten(c)).collect();
+            let solution = least_squares(&white, &self.whitener.whiten(&self.noise.clean));
             let mut left = self.rows.error.clone();
             for (a, column) in solution.coefficients.iter().zip(&columns) {
                 add_scaled(&mut left, -a, column);
@@ -205,7 +207,7 @@ impl Search<'_> {
             if best.1 != here {
                 let shape = vec![best.1 as f64];
                 let columns = effect.signature(self.rows, &shape);
-                terms[index] = Term { family: terms[index].family, shape, columns };
+                terms[index] = Term { family: terms[index].family, shape, columns: Arc::new(columns) };
             }
         }
     }
