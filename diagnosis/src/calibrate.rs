@@ -5,12 +5,14 @@
 
 use std::sync::OnceLock;
 
+use pulp::Arch;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use statrs::function::{erf::erfc, gamma::gamma_ur};
 
-use crate::dictionary::{Dictionary, Projected};
+use crate::correlation::Correlation;
+use crate::dictionary::{Dictionary, Family, Kind, Projected};
 use crate::effects::Effect;
 use crate::linear::Columns;
 use crate::noise::Noise;
@@ -22,6 +24,8 @@ pub const FALSE_ALARMS: f64 = 0.004;
 pub const RESAMPLES: usize = 360;
 /// Resamples that are drawn from one stream of random numbers and projected together.
 const TOGETHER: usize = 90;
+/// Ranks of candidates, 0 among them, of which only the largest statistic needs its tail.
+const MOST_RANKS: usize = 8;
 /// Part of the resamples that the tails are fitted to.
 const TAIL: f64 = 0.2;
 /// Ranges of the angle from which residuals are drawn, as parts of the rows.
@@ -147,43 +151,52 @@ pub fn chi_squared_at(m: f64, d: usize) -> f64 {
     0.5 * (low + high)
 }
 
-/// Largest statistic of every family for one column of scores.
-pub fn family_maxima(
+/// Largest statistic of every family in each of the resamples: `products` holds every projected column's scores
+/// in all of them, one column after another, to be multiplied by the square root of the resample's scale.
+fn family_maxima(
     dictionary: &Dictionary,
     projected: &Projected,
     catalogue: &[Box<dyn Effect>],
-    scores: &[f64],
-    scale: f64,
-) -> Vec<f64> {
-    let mut best = vec![0.0; dictionary.families.len()];
-    for (f, family) in dictionary.families.iter().enumerate() {
+    products: &[f64],
+    scales: &[f64; TOGETHER],
+) -> Vec<[f64; TOGETHER]> {
+    let largest = |family: &Family| {
         // Candidates of one rank share one tail: only the largest needs it.
-        let mut by_rank: [f64; 8] = [0.0; 8];
+        let mut by_rank = [[0.0_f64; TOGETHER]; MOST_RANKS];
+        let mut best = [0.0_f64; TOGETHER];
         for c in family.candidates.clone() {
             let range = projected.of[c].clone();
             let rank = range.len();
-            if rank == 0 {
-                continue;
+            let mut sums = [0.0; TOGETHER];
+            for scores in products[range.start * TOGETHER..range.end * TOGETHER].chunks_exact(TOGETHER) {
+                sums.iter_mut().zip(scores).for_each(|(sum, v)| *sum += v * v);
             }
-            let values = &scores[range];
-            if let crate::dictionary::Kind::Effect(e) = family.kind
-                && rank == 1
-                && !catalogue[e].plausible(&values[..1])
-            {
-                continue;
+            if let (Kind::Effect(e), 1) = (&family.kind, rank) {
+                let possible = [-1.0, 1.0].map(|sign| catalogue[*e].plausible(&[sign]));
+                if possible != [true, true] {
+                    let scores = &products[range.start * TOGETHER..];
+                    let of_sign = |v: f64| possible[usize::from(v > 0.0)];
+                    sums.iter_mut()
+                        .zip(scores)
+                        .filter(|(_, v)| !of_sign(**v))
+                        .for_each(|(sum, _)| *sum = 0.0);
+                }
             }
-            let s = values.iter().map(|v| v * v).sum::<f64>() * scale;
-            if rank < 8 {
-                by_rank[rank] = by_rank[rank].max(s);
-            } else {
-                best[f] = f64::max(best[f], log_tail(s, rank));
+            match by_rank.get_mut(rank) {
+                Some(largest) => {
+                    largest.iter_mut().zip(sums).for_each(|(l, s)| *l = if s > *l { s } else { *l })
+                }
+                None => {
+                    (0..TOGETHER).for_each(|b| best[b] = best[b].max(log_tail(sums[b] * scales[b], rank)))
+                }
             }
         }
-        for (rank, s) in by_rank.iter().enumerate() {
-            best[f] = f64::max(best[f], log_tail(*s, rank));
+        for (rank, largest) in by_rank.iter().enumerate() {
+            (0..TOGETHER).for_each(|b| best[b] = best[b].max(log_tail(largest[b] * scales[b], rank)));
         }
-    }
-    best
+        best
+    };
+    Arch::new().dispatch(|| dictionary.families.iter().map(largest).collect())
 }
 
 /// Resamples the search. `residual_rank` is the rank of the base.
@@ -197,27 +210,29 @@ pub fn calibrate(
     generic: &[bool],
 ) -> Calibration {
     let neighbours = Neighbours::new(angles);
+    let correlations: Vec<(Correlation, f64)> =
+        noise.posterior.iter().map(|(time, weight)| (noise.correlation.with(*time), *weight)).collect();
     let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES / TOGETHER)
         .into_par_iter()
         .flat_map_iter(|group| {
             let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
             random.set_stream(group as u64);
             let mut resamples = Columns::new(projected.columns.rows);
-            let mut scales = Vec::with_capacity(TOGETHER);
-            for b in group * TOGETHER..(group + 1) * TOGETHER {
-                let part = ((b % RESAMPLES) as f64 + random.random::<f64>()) / RESAMPLES as f64;
-                let time = quantile(&noise.posterior, part);
-                resamples.push(&resample(noise, &neighbours, time, &mut random));
+            resamples.reserve(TOGETHER);
+            let mut scales = [0.0; TOGETHER];
+            for (k, scale) in scales.iter_mut().enumerate() {
+                let place = (group * TOGETHER + k) % RESAMPLES;
+                let part = (place as f64 + random.random::<f64>()) / RESAMPLES as f64;
+                let correlation = quantile(&correlations, part);
+                resamples.push(&resample(noise, &neighbours, correlation, &mut random));
                 // χ² of the level's freedom, by the Wilson–Hilferty cube.
                 let z = standard_normal(&mut random);
                 let v = 2.0 / (9.0 * noise.freedom);
-                scales.push(1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2));
+                *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
             }
-            let products = projected.columns.products(&resamples);
-            let k = projected.columns.count();
-            scales.into_iter().enumerate().map(move |(b, scale)| {
-                family_maxima(dictionary, projected, catalogue, &products[b * k..(b + 1) * k], scale)
-            })
+            let products = resamples.products(&projected.columns);
+            let maxima = family_maxima(dictionary, projected, catalogue, &products, &scales);
+            (0..TOGETHER).map(move |b| maxima.iter().map(|m| m[b]).collect())
         })
         .collect();
     let families: Vec<Tail> = (0..dictionary.families.len())
@@ -239,10 +254,15 @@ pub fn calibrate(
     Calibration { families, overall, threshold, remainder }
 }
 
-/// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given the
-/// correlation time `time`, whitened by the estimate. Drawn from all rows they would spread a variance that
+/// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given a
+/// correlation, whitened by the estimate. Drawn from all rows they would spread a variance that
 /// changes along the stroke, beyond what its model follows, evenly over it.
-fn resample(noise: &Noise, neighbours: &Neighbours, time: f64, random: &mut ChaCha8Rng) -> Vec<f64> {
+fn resample(
+    noise: &Noise,
+    neighbours: &Neighbours,
+    correlation: &Correlation,
+    random: &mut ChaCha8Rng,
+) -> Vec<f64> {
     let drawn: Vec<f64> = (0..noise.whitened_residual.len())
         .map(|i| {
             let bits = random.next_u64();
@@ -250,7 +270,7 @@ fn resample(noise: &Noise, neighbours: &Neighbours, time: f64, random: &mut ChaC
             if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] }
         })
         .collect();
-    let coloured = noise.correlation.with(time).colour(drawn.into_iter());
+    let coloured = correlation.colour(drawn.into_iter());
     noise.correlation.whiten(coloured.into_iter())
 }
 
@@ -280,15 +300,14 @@ impl Neighbours {
     }
 }
 
-fn quantile(posterior: &[(f64, f64)], part: f64) -> f64 {
+/// The correlation up to which `part` of the posterior lies.
+fn quantile(posterior: &[(Correlation, f64)], part: f64) -> &Correlation {
     let mut sum = 0.0;
-    for (value, weight) in posterior {
+    let reached = posterior.iter().find(|(_, weight)| {
         sum += weight;
-        if sum >= part {
-            return *value;
-        }
-    }
-    posterior.last().map_or(0.0, |p| p.0)
+        sum >= part
+    });
+    &reached.unwrap_or(&posterior[posterior.len() - 1]).0
 }
 
 /// A standard normal number (Box–Muller).
