@@ -199,7 +199,7 @@ fn family_maxima(
     Arch::new().dispatch(|| dictionary.families.iter().map(largest).collect())
 }
 
-/// Resamples the search. `residual_rank` is the rank of the base.
+/// Resamples the search.
 pub fn calibrate(
     dictionary: &Dictionary,
     projected: &Projected,

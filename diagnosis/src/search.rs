@@ -11,6 +11,8 @@ mod select;
 
 use std::sync::{Arc, OnceLock};
 
+use rayon::prelude::*;
+
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
 use crate::correlation::Whitener;
@@ -237,18 +239,17 @@ impl<'a> Search<'a> {
 
     /// The same beside the base grown by some columns, and the residual.
     fn survey_beside(&self, basis: &Basis, residual: &[f64]) -> Vec<Found> {
-        let mut found = Vec::new();
         let mut further = Columns::new(self.rows.len());
         (self.base.rank()..basis.rank()).for_each(|k| further.push(basis.columns.get(k)));
         let count = further.count();
         further.push(residual);
         let projected = self.projected();
         let products = projected.products(&further);
-        let mut scratch = Scratch::default();
-        for (f, family) in self.dictionary.families.iter().enumerate() {
+        let best_of = |scratch: &mut Scratch, f: usize| {
+            let family = &self.dictionary.families[f];
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
-                projected.scores(c, &products, count, family.smallest_part, &mut scratch);
+                projected.scores(c, &products, count, family.smallest_part, scratch);
                 let scores = &scratch.scores;
                 if scores.is_empty() || !self.possible(f, scores) {
                     continue;
@@ -259,21 +260,19 @@ impl<'a> Search<'a> {
                     best = Some((m, c, s, scores.len()));
                 }
             }
-            if let Some((m, c, s, rank)) = best {
+            best.map(|(m, c, explained, rank)| {
                 let candidate = &self.dictionary.candidates[c];
-                found.push(Found {
-                    term: Term {
-                        family: f,
-                        shape: candidate.shape.clone(),
-                        columns: Arc::clone(&candidate.columns),
-                    },
-                    explained: s,
+                let shape = candidate.shape.clone();
+                Found {
+                    term: Term { family: f, shape, columns: Arc::clone(&candidate.columns) },
+                    explained,
                     rank,
                     surprise: self.calibration.families[f].surprise(m),
-                });
-            }
-        }
-        found
+                }
+            })
+        };
+        let families = 0..self.dictionary.families.len();
+        families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
     }
 
     /// Whether scores of one sign can be this family's.

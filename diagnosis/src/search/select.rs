@@ -175,66 +175,25 @@ impl Search<'_> {
     /// Exchanges terms for better ones, drops those that do not pay, and tries two catalogued effects in
     /// place of a generic one.
     fn exchange(&self, terms: &mut Vec<Term>, named_only: bool) {
-        let wanted = |f: usize| !named_only || !self.is_generic(f);
         let mut merit = self.merit(terms);
         for _ in 0..4 {
-            let mut better: Option<(f64, Vec<Term>)> = None;
-            let mut consider = |candidate: Vec<Term>, merit_of: f64| {
-                if better.as_ref().is_none_or(|b| merit_of > b.0) {
-                    better = Some((merit_of, candidate));
-                }
-            };
-            for k in 0..terms.len() {
-                let mut without = terms.clone();
-                let removed = without.remove(k);
-                let merit_without = self.merit(&without);
-                if terms.len() > 1 {
-                    // The handicap is for comparisons with physics, not with nothing.
-                    let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
-                    consider(without.clone(), merit_without - lost);
-                }
-                let others = self.contenders(&without, |f| f != removed.family && wanted(f));
-                for other in others.iter().take(2) {
-                    let mut with = without.clone();
-                    with.push(other.term.clone());
-                    // Refining all terms together brings little: only a near contender is worth it.
-                    if self.merit(&with) > merit - NEAR {
-                        self.backfit(&mut with);
-                        let m = self.merit(&with);
-                        consider(with, m);
-                    }
-                }
-                if self.is_generic(removed.family) || terms.len() == 1 {
-                    let catalogued = others.iter().filter(|o| self.effect(o.term.family).is_some());
-                    for first in catalogued.take(3) {
-                        let mut with = without.clone();
-                        with.push(first.term.clone());
-                        let second = self.contenders(&with, |f| self.effect(f).is_some());
-                        if let Some(second) = second.into_iter().next() {
-                            with.push(second.term);
-                            if self.merit(&with) > merit - NEAR {
-                                self.backfit(&mut with);
-                                let m = self.merit(&with);
-                                consider(with, m);
-                            }
-                        }
-                    }
-                }
-            }
+            let singly =
+                (0..terms.len()).into_par_iter().flat_map(|k| self.without(terms, k, merit, named_only));
             // One explanation in the place of two.
             let few = if terms.len() <= MOST_FOR_PAIRS { terms.len() } else { 0 };
-            for k in 0..few {
-                for j in k + 1..few {
-                    let mut with: Vec<Term> = terms.clone();
-                    with.remove(j);
-                    with.remove(k);
-                    if let Some(one) = self.contenders(&with, wanted).into_iter().next() {
-                        with.push(one.term);
-                        let m = self.merit(&with);
-                        consider(with, m);
-                    }
-                }
-            }
+            let pairs: Vec<_> = (0..few).flat_map(|k| (k + 1..few).map(move |j| (k, j))).collect();
+            let for_pairs = pairs.par_iter().filter_map(|(k, j)| {
+                let mut with: Vec<Term> = terms.clone();
+                with.remove(*j);
+                with.remove(*k);
+                let one =
+                    self.contenders(&with, |f| !named_only || !self.is_generic(f)).into_iter().next()?;
+                with.push(one.term);
+                Some((self.merit(&with), with))
+            });
+            let sets: Vec<(f64, Vec<Term>)> = singly.chain(for_pairs).collect();
+            // Of equal sets the first.
+            let better = sets.into_iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
             match better {
                 Some((m, candidate)) if m > merit + EXCHANGE_MARGIN => {
                     *terms = candidate;
@@ -243,5 +202,45 @@ impl Search<'_> {
                 _ => return,
             }
         }
+    }
+
+    /// Sets that may take the place of `terms`, of this merit, without its term `k`, with their merits: fewer
+    /// terms, another one for it, or two catalogued ones.
+    fn without(&self, terms: &[Term], k: usize, merit: f64, named_only: bool) -> Vec<(f64, Vec<Term>)> {
+        let mut sets = Vec::new();
+        let mut without = terms.to_vec();
+        let removed = without.remove(k);
+        if terms.len() > 1 {
+            // The handicap is for comparisons with physics, not with nothing.
+            let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
+            sets.push((self.merit(&without) - lost, without.clone()));
+        }
+        // Refining all terms together brings little: only a near contender is worth it.
+        let consider = |mut with: Vec<Term>, sets: &mut Vec<(f64, Vec<Term>)>| {
+            if self.merit(&with) > merit - NEAR {
+                self.backfit(&mut with);
+                sets.push((self.merit(&with), with));
+            }
+        };
+        let wanted = |f: usize| f != removed.family && (!named_only || !self.is_generic(f));
+        let others = self.contenders(&without, wanted);
+        for other in others.iter().take(2) {
+            let mut with = without.clone();
+            with.push(other.term.clone());
+            consider(with, &mut sets);
+        }
+        if self.is_generic(removed.family) || terms.len() == 1 {
+            let catalogued = others.iter().filter(|o| self.effect(o.term.family).is_some());
+            for first in catalogued.take(3) {
+                let mut with = without.clone();
+                with.push(first.term.clone());
+                let second = self.contenders(&with, |f| self.effect(f).is_some());
+                if let Some(second) = second.into_iter().next() {
+                    with.push(second.term);
+                    consider(with, &mut sets);
+                }
+            }
+        }
+        sets
     }
 }
