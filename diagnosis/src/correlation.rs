@@ -256,13 +256,11 @@ struct Place {
 impl Place {
     fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
         let mut white = Columns::new(columns.rows);
-        let mut basis = Basis::new(columns.rows);
         for k in 0..columns.count() {
-            let column = correlation.whiten(columns.get(k).iter().copied());
-            basis.add(&column);
-            white.push(&column);
+            white.push(&correlation.whiten(columns.get(k).iter().copied()));
         }
-        let (_, log_determinant) = cholesky(&white.products(&white), columns.count());
+        let (factor, log_determinant) = cholesky(&white.products(&white), columns.count());
+        let basis = Basis { columns: white.orthonormal(&factor) };
         let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
         basis.project_off(&mut residual);
         let constant = correlation.log_determinant() + log_determinant;

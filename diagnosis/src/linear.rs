@@ -100,6 +100,20 @@ impl Columns {
         self.data.copy_within(from * self.rows..(from + 1) * self.rows, to * self.rows);
     }
 
+    /// The columns made orthonormal, given the Cholesky factor of their products.
+    pub fn orthonormal(mut self, factor: &[f64]) -> Columns {
+        let n = self.count();
+        for k in 0..n {
+            let row = &factor[k * n..=k * n + k];
+            let (earlier, column) = self.split(k);
+            for (q, l) in earlier.chunks_exact(column.len()).zip(row) {
+                add_scaled(column, -l, q);
+            }
+            column.iter_mut().for_each(|v| *v /= row[k]);
+        }
+        self
+    }
+
     /// Takes from every column its part in the span of an orthonormal `basis`.
     pub fn project_off(&mut self, basis: &Columns) {
         let components = basis.products(self);

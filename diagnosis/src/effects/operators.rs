@@ -33,14 +33,21 @@ pub fn plays_apart<const N: usize>(x: &[f64], radii: &[f64; N], start: f64) -> i
 /// unequal steps.
 pub fn low_pass(t_s: &[f64], x: &[f64], tau_s: f64) -> Vec<f64> {
     let mut z = x.first().copied().unwrap_or(0.0);
+    // Decay over a step, and the response to the ramp from x[i−1] to x[i]: most steps are as long as the one before.
+    let over = |h: f64| {
+        let a = h / tau_s;
+        let decay = (-a).exp();
+        (decay, if a > 1e-6 { 1.0 - (1.0 - decay) / a } else { 0.5 * a })
+    };
+    let mut last = (0.0, over(0.0));
     (0..x.len())
         .map(|i| {
             if i > 0 {
                 let h = (t_s[i] - t_s[i - 1]).max(0.0);
-                let a = h / tau_s;
-                let decay = (-a).exp();
-                // Response to the ramp from x[i−1] to x[i].
-                let ramp = if a > 1e-6 { 1.0 - (1.0 - decay) / a } else { 0.5 * a };
+                if h != last.0 {
+                    last = (h, over(h));
+                }
+                let (decay, ramp) = last.1;
                 z = z * decay + x[i - 1] * (1.0 - decay - ramp) + x[i] * ramp;
             }
             z

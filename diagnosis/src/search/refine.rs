@@ -10,6 +10,10 @@ use crate::linear::{Basis, add_scaled, dot, least_squares};
 
 /// Rows by which a step is moved at most to where the raw observations have it.
 const REACH: usize = 16;
+/// Precision of a shape, as a part of half the grid's spacing: where candidates are compared, of what they explain
+/// a few ten-thousandths are lost by the first, and where a set is refined.
+pub(super) const ROUGH: f64 = 2e-2;
+const FINE: f64 = 2e-3;
 /// Part of a step that is left once the top lies between its ends and was looked for there.
 const SHRUNK: f64 = 0.3;
 /// Largest loss of a row, in squares of its σ.
@@ -52,8 +56,9 @@ impl Search<'_> {
         })
     }
 
-    /// Improves the shape of a candidate beside a model by a compass search.
-    pub fn refine(&self, found: Found, basis: &Basis, residual: &[f64]) -> Found {
+    /// Improves the shape of a candidate beside a model by a compass search, down to steps that are `precision`
+    /// of the first ones.
+    pub(super) fn refine(&self, found: Found, basis: &Basis, residual: &[f64], precision: f64) -> Found {
         let family = found.term.family;
         let Some(e) = self.effect(family) else { return found };
         let effect = &self.catalogue[e];
@@ -66,7 +71,7 @@ impl Search<'_> {
             return best;
         }
         let mut steps = self.first_steps(family, &best.term.shape);
-        let least: Vec<f64> = steps.iter().map(|s| s * 2e-3).collect();
+        let least: Vec<f64> = steps.iter().map(|s| s * precision).collect();
         for _ in 0..200 {
             let mut improved = false;
             let mut active = false;
@@ -226,7 +231,7 @@ impl Search<'_> {
                 let Some(start) = self.try_shape(terms[k].family, &terms[k].shape, &basis, &residual) else {
                     continue;
                 };
-                let mut best = self.refine(start, &basis, &residual);
+                let mut best = self.refine(start, &basis, &residual, FINE);
                 let plain = best.term.shape.clone();
                 while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
                     let Some(richer) = self.try_shape(best.term.family, &shape, &basis, &residual) else {
@@ -240,7 +245,7 @@ impl Search<'_> {
                 }
                 // The shape hardly moves with its richness: once refined again at the end is enough.
                 if best.term.shape != plain {
-                    best = self.refine(best, &basis, &residual);
+                    best = self.refine(best, &basis, &residual, FINE);
                 }
                 terms[k] = best.term;
             }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::refine::ROUGH;
 use super::{Found, Search, Term, handicap};
 
 /// Most terms in a model.
@@ -42,7 +43,7 @@ impl Search<'_> {
             .into_par_iter()
             .map(|k| {
                 if promising.contains(&k) {
-                    beside.refined(found[k], |f| self.refine(f, &beside.basis, &beside.residual))
+                    beside.refined(found[k], |f| self.refine(f, &beside.basis, &beside.residual, ROUGH))
                 } else {
                     found[k].clone()
                 }
