@@ -206,21 +206,21 @@ impl Dictionary {
         let (mut kept, mut next) = (0, 0);
         for candidate in candidates {
             let first = kept;
-            for k in next..next + candidate.columns.len() {
-                let (earlier, column) = columns.split(k);
+            for _ in candidate.columns.iter() {
+                let (earlier, column) = columns.split(next);
                 for q in earlier[first * column.len()..kept * column.len()].chunks_exact(column.len()) {
                     let a = dot(q, column);
                     add_scaled(column, -a, q);
                 }
                 let left = length(column);
-                if left > self.families[candidate.family].smallest_part * lengths[k] {
+                if left > self.families[candidate.family].smallest_part * lengths[next] {
                     column.iter_mut().for_each(|v| *v /= left);
-                    parts.push(left / lengths[k]);
-                    columns.move_up(k, kept);
+                    parts.push(left / lengths[next]);
+                    columns.move_up(next, kept);
                     kept += 1;
                 }
+                next += 1;
             }
-            next += candidate.columns.len();
             of.push(first..kept);
         }
         columns.truncate(kept);
