@@ -2,9 +2,9 @@
 //! row, because a recording may be read fast in one pass, slowly in the next, and pause between them.
 //!
 //! τ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
-//! its whole posterior: a test that took the estimate for the truth would raise false alarms. A step or a
-//! seat that differs from pass to pass looks like slow noise; where it explains the recording far better than
-//! any correlation does, it is taken out first (`without_jumps`).
+//! its whole posterior: a test that took the estimate for the truth would raise false alarms. A step, a
+//! seat that differs from pass to pass or a sway looks like slow noise; where it explains the recording far better than
+//! any correlation does, it is taken out first (`mistaken`).
 
 use rayon::prelude::*;
 
@@ -20,15 +20,18 @@ const POINTS: usize = 41;
 const COARSE: usize = 5;
 /// Log likelihood below the best of the coarse grid at which a neighbourhood is not looked into.
 const HOPELESS: f64 = 12.0;
-/// Gain in −2 log likelihood, correlation times searched on either side, at which jumps are believed: one
+/// Gain in −2 log likelihood, correlation times searched on either side, at which such a thing is believed: one
 /// column among some hundred by chance once in some thousand recordings.
-const JUMP_GAIN: f64 = 18.0;
+const SLOW_GAIN: f64 = 18.0;
 /// The same for every further column of a group.
-const JUMP_GAIN_PER_COLUMN: f64 = 3.0;
+const SLOW_GAIN_PER_COLUMN: f64 = 3.0;
+/// Gain in −2 log likelihood of the best correlation over none, from which on something can have been taken for
+/// correlation: half the recordings without any gain 0.5, one in fifty 4.
+const CORRELATION_SEEN: f64 = 4.0;
 /// Part of a column's length that must be left beside the model for it to be looked at.
 const OWN_PART: f64 = 0.02;
-/// Most groups of jumps that are taken out.
-const MOST_JUMPS: usize = 3;
+/// Most groups that are taken out.
+const MOST_TAKEN: usize = 3;
 
 /// Correlation of every row with the one before, e^(−Δt/τ).
 #[derive(Debug, Clone)]
@@ -160,8 +163,8 @@ impl Correlation {
     }
 
     /// The groups of `suspects` (each a number of columns) that explain the observations so much better than
-    /// correlation alone can that they are no noise.
-    pub fn without_jumps(
+    /// correlation alone can that they are no noise. None where no correlation is seen: nothing is then taken for it.
+    pub fn mistaken(
         &self,
         clean: &[f64],
         model: &[Vec<f64>],
@@ -172,18 +175,20 @@ impl Correlation {
         let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
         let n = clean.len();
         let columns = orthonormal(model, shape);
-        // Per correlation time: basis, residual, and what does not depend on the jumps of −2 log likelihood
+        // Per correlation time: basis, residual, and what does not depend on the suspects of −2 log likelihood
         // of the observations' part outside the model.
         let mut places: Vec<Place> =
             times.into_par_iter().map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
         let freedom = (n - columns.count()).max(1) as f64;
         let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
+        let now = |place: &Place| deviance(place, dot(&place.residual, &place.residual));
+        let best = places.iter().map(now).fold(f64::INFINITY, f64::min);
+        if now(&places[0]) - best < CORRELATION_SEEN {
+            return Vec::new();
+        }
         let mut taken = Vec::new();
-        while taken.len() < MOST_JUMPS {
-            let before = places
-                .iter()
-                .map(|place| deviance(place, dot(&place.residual, &place.residual)))
-                .fold(f64::INFINITY, f64::min);
+        while taken.len() < MOST_TAKEN {
+            let before = places.iter().map(now).fold(f64::INFINITY, f64::min);
             // Gain of every group over what is asked of it, at the correlation time that suits it best.
             let gains: Vec<Vec<f64>> = places
                 .par_iter()
@@ -194,7 +199,7 @@ impl Correlation {
                         .iter()
                         .zip(suspects)
                         .map(|(explained, group)| {
-                            let asked = JUMP_GAIN + JUMP_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
+                            let asked = SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
                             before - deviance(place, rss - explained) - asked
                         })
                         .collect()
@@ -241,8 +246,9 @@ impl Place {
         self.correlation.whiten(column.iter().zip(shape).map(|(v, s)| v / s))
     }
 
-    /// What each group of columns explains. Most are single columns w, of which (w·r)²/(w·w − ‖Qᵀw‖²) is what
-    /// they explain of the residual r beside the basis Q: all of them in one product.
+    /// What each group of columns explains of the residual r beside the basis Q. Whitened columns wᵢ have there
+    /// the Gram matrix wᵢ·wⱼ − (Qᵀwᵢ)·(Qᵀwⱼ), and what they explain follows from its Cholesky factor: all the
+    /// products with Q at once, and nothing projected row by row.
     fn explained_by(&self, groups: &[Vec<Vec<f64>>], shape: &[f64]) -> Vec<f64> {
         let mut white = Columns::new(self.residual.len());
         groups.iter().flatten().for_each(|column| white.push(&self.white(column, shape)));
@@ -250,39 +256,36 @@ impl Place {
         beside.push(&self.residual);
         let (count, rank) = (white.count(), self.basis.rank());
         let products = white.products(&beside);
+        let gram = |i: usize, j: usize| -> f64 {
+            let inside: f64 = (0..rank).map(|b| products[b * count + i] * products[b * count + j]).sum();
+            dot(white.get(i), white.get(j)) - inside
+        };
         let mut first = 0;
         groups
             .iter()
             .map(|group| {
                 let own = first..first + group.len();
                 first = own.end;
-                if group.len() > 1 {
-                    return self.explained_jointly(own.map(|k| white.get(k)));
+                // Rows of the factor, each with its column and its part of the residual.
+                let mut factor: Vec<(usize, Vec<f64>, f64)> = Vec::with_capacity(group.len());
+                for k in own {
+                    let mut row: Vec<f64> = Vec::with_capacity(factor.len() + 1);
+                    for (column, above, _) in &factor {
+                        let value = gram(k, *column) - dot(&above[..row.len()], &row);
+                        row.push(value / above[row.len()]);
+                    }
+                    let left = gram(k, k) - dot(&row, &row);
+                    let length = dot(white.get(k), white.get(k));
+                    if left > OWN_PART * OWN_PART * length {
+                        let along: f64 = factor.iter().zip(&row).map(|((_, _, part), r)| part * r).sum();
+                        let part = (products[rank * count + k] - along) / left.sqrt();
+                        row.push(left.sqrt());
+                        factor.push((k, row, part));
+                    }
                 }
-                let k = own.start;
-                let whole = dot(white.get(k), white.get(k));
-                let left = whole - (0..rank).map(|b| products[b * count + k].powi(2)).sum::<f64>();
-                if left > OWN_PART * OWN_PART * whole {
-                    products[rank * count + k].powi(2) / left
-                } else {
-                    0.0
-                }
+                factor.iter().map(|(_, _, part)| part * part).sum()
             })
             .collect()
-    }
-
-    /// What whitened columns explain together.
-    fn explained_jointly<'c>(&self, white: impl Iterator<Item = &'c [f64]>) -> f64 {
-        let mut own = Basis::new(self.residual.len());
-        for column in white {
-            let mut w = column.to_vec();
-            let length = dot(&w, &w).sqrt();
-            self.basis.project_off(&mut w);
-            if dot(&w, &w).sqrt() > OWN_PART * length {
-                own.add(&w);
-            }
-        }
-        (0..own.rank()).map(|k| dot(own.columns.get(k), &self.residual).powi(2)).sum()
     }
 
     /// Takes a group of columns out of the residual.
@@ -387,9 +390,9 @@ mod tests {
         let suspects: Vec<_> = (4..n - 4).step_by(2).map(|k| vec![step(k)]).collect();
         for time in [0.0, 2.3] {
             let noise = none.with(time).colour(white(n, 9).into_iter());
-            assert!(none.without_jumps(&noise, &model, &shape, &suspects).is_empty());
+            assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
             let stepped: Vec<f64> = noise.iter().zip(step(100)).map(|(e, s)| e + 5.0 * s).collect();
-            let taken = none.without_jumps(&stepped, &model, &shape, &suspects);
+            let taken = none.mistaken(&stepped, &model, &shape, &suspects);
             let near = |k: &usize| (4 + 2 * k).abs_diff(100) <= 2;
             assert!(taken.iter().any(near), "{taken:?}");
         }

@@ -4,7 +4,7 @@
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
-use crate::generic::{jumps, saturated, scaled, times};
+use crate::generic::{saturated, scaled, slow_structure, times};
 use crate::linear::dot;
 use crate::noise::{Noise, estimate};
 use crate::rows::Rows;
@@ -19,6 +19,9 @@ pub fn first_order(rows: &Rows) -> usize {
 
 /// Change of the correlation that leaves the calibration as it is.
 const SAME_CORRELATION: f64 = 0.08;
+
+/// Part of what it stands for that a generic curve may leave: a tenth of its square.
+const MISFIT_OF_A_CURVE: f64 = 0.1;
 
 /// What was found.
 pub struct Explanation<'a> {
@@ -51,8 +54,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let order = first_order(rows);
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
-    let jumps = jumps(rows);
-    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &jumps);
+    let slow = slow_structure(rows);
+    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
     let search = Search::new(rows, catalogue, order, noise, skip);
     let alarm = strongest(&search);
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
@@ -77,7 +80,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &jumps);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &slow);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
         let again =
@@ -94,12 +97,29 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             break;
         }
     }
+    drop_what_a_curve_leaves(last.as_ref().unwrap_or(&search), &mut terms);
     // The noise about the saturated model has no part in whatever the names leave, and judges it.
     let named = !terms.is_empty() && terms.iter().all(|t| search.effect(t.family).is_some());
     if named && let Some(rest) = search.remainder(&terms) {
         terms.push(rest.term);
     }
     Explanation { search: last.unwrap_or(search), terms, alarm }
+}
+
+/// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name
+/// is believed only where it explains more than the curve's own misfit may amount to.
+fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
+    let own = |k: usize| {
+        let mut others = terms.clone();
+        others.remove(k);
+        search.explained(terms) - search.explained(&others)
+    };
+    let explained: Vec<f64> = (0..terms.len()).map(own).collect();
+    let is_name = |t: &Term| search.effect(t.family).is_some();
+    let unnamed = |(term, own): (&Term, &f64)| if is_name(term) { 0.0 } else { *own };
+    let curves: f64 = terms.iter().zip(&explained).map(unnamed).sum();
+    let mut own = explained.into_iter();
+    terms.retain(|t| own.next().is_some_and(|own| !is_name(t) || own >= MISFIT_OF_A_CURVE * curves));
 }
 
 /// The family with the smallest p-value beside the base alone.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Found, Search, Term, handicap};
+use super::{FURTHER_PRICE, Found, Search, Term, handicap};
 
 /// Most terms in a model.
 const MOST_TERMS: usize = 6;
@@ -189,9 +189,10 @@ impl Search<'_> {
                 let removed = without.remove(k);
                 let merit_without = self.merit(&without);
                 if terms.len() > 1 {
-                    // The handicap is for comparisons with physics, not with nothing.
+                    // The handicap and the price of being one of several are for comparisons with other
+                    // explanations, not with nothing.
                     let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
-                    consider(without.clone(), merit_without - lost);
+                    consider(without.clone(), merit_without - lost - FURTHER_PRICE);
                 }
                 let others = self.contenders(&without, |f| f != removed.family && wanted(f));
                 for other in others.iter().take(2) {
