@@ -30,6 +30,8 @@ const SLOW_GAIN_PER_COLUMN: f64 = 3.0;
 const CORRELATION_SEEN: f64 = 4.0;
 /// Part of a column's length that must be left beside the model for it to be looked at.
 const OWN_PART: f64 = 0.02;
+/// Part of the best gain that a group of fewer columns must reach to be taken instead.
+const NEARLY: f64 = 0.6;
 /// Most groups that are taken out.
 const MOST_TAKEN: usize = 3;
 
@@ -205,12 +207,18 @@ impl Correlation {
                         .collect()
                 })
                 .collect();
-            let best = (0..suspects.len())
+            let open: Vec<(usize, f64)> = (0..suspects.len())
                 .filter(|k| !taken.contains(k))
-                .map(|k| (gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max), k))
-                .filter(|(gain, _)| *gain > 0.0)
-                .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-            let Some((_, k)) = best else { break };
+                .map(|k| (k, gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max)))
+                .collect();
+            // The simplest of those that gain nearly as much as the best: offsets of all passes hold every step
+            // between two of them.
+            let enough = NEARLY * open.iter().map(|o| o.1).fold(0.0, f64::max);
+            let next = open
+                .into_iter()
+                .filter(|(_, gain)| *gain > 0.0 && *gain >= enough)
+                .min_by(|a, b| suspects[a.0].len().cmp(&suspects[b.0].len()).then(b.1.total_cmp(&a.1)));
+            let Some((k, _)) = next else { break };
             taken.push(k);
             places.iter_mut().for_each(|place| place.take(&suspects[k], shape));
         }

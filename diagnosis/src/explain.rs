@@ -9,6 +9,7 @@ use crate::linear::dot;
 use crate::noise::{Noise, estimate};
 use crate::rows::Rows;
 use crate::search::{Found, Search, Term};
+use crate::verdict::ALTERNATIVE_MARGIN;
 
 /// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
 /// straight line for a sensor that reports the angle itself (its polynomial must extrapolate).
@@ -22,6 +23,9 @@ const SAME_CORRELATION: f64 = 0.08;
 
 /// Part of what it stands for that a generic curve may leave: a tenth of its square.
 const MISFIT_OF_A_CURVE: f64 = 0.1;
+
+/// Other effects that would do as well, from which on a name beside a curve says nothing.
+const ANY_WILL_DO: usize = 5;
 
 /// What was found.
 pub struct Explanation<'a> {
@@ -107,19 +111,32 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name
-/// is believed only where it explains more than the curve's own misfit may amount to.
+/// is believed only where it explains more than the curve's own misfit may amount to, and where not any effect
+/// would do as well.
 fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
-    let own = |k: usize| {
+    let is_name = |t: &Term| search.effect(t.family).is_some();
+    if terms.iter().all(is_name) {
+        return;
+    }
+    let whole = search.explained(terms);
+    let others = |k: usize| {
         let mut others = terms.clone();
         others.remove(k);
-        search.explained(terms) - search.explained(&others)
+        others
     };
-    let explained: Vec<f64> = (0..terms.len()).map(own).collect();
-    let is_name = |t: &Term| search.effect(t.family).is_some();
-    let unnamed = |(term, own): (&Term, &f64)| if is_name(term) { 0.0 } else { *own };
-    let curves: f64 = terms.iter().zip(&explained).map(unnamed).sum();
-    let mut own = explained.into_iter();
-    terms.retain(|t| own.next().is_some_and(|own| !is_name(t) || own >= MISFIT_OF_A_CURVE * curves));
+    let own: Vec<f64> = (0..terms.len()).map(|k| whole - search.explained(&others(k))).collect();
+    let curves: f64 = terms.iter().zip(&own).filter(|(t, _)| !is_name(t)).map(|(_, own)| own).sum();
+    let mut kept = (0..terms.len())
+        .map(|k| {
+            let family = terms[k].family;
+            let rival = |f: usize| f != family && search.effect(f).is_some();
+            let as_good = |found: &Found| found.explained > own[k] - ALTERNATIVE_MARGIN;
+            let rivals = || search.contenders(&others(k), rival).into_iter().filter(as_good).count();
+            !is_name(&terms[k]) || own[k] >= MISFIT_OF_A_CURVE * curves && rivals() < ANY_WILL_DO
+        })
+        .collect::<Vec<bool>>()
+        .into_iter();
+    terms.retain(|_| kept.next() == Some(true));
 }
 
 /// The family with the smallest p-value beside the base alone.

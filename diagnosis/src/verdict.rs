@@ -13,7 +13,7 @@ use crate::search::{SHAPE_PRICE, Term};
 
 /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
 /// between two explanations that are equally good in truth the difference seldom exceeds it.
-const ALTERNATIVE_MARGIN: f64 = 7.0;
+pub const ALTERNATIVE_MARGIN: f64 = 7.0;
 /// What a thermometer's noise takes from an explanation, in its share of the thermometer's variance, allowing for
 /// what it adds to another; and the largest such part.
 const BLUR: f64 = 4.0;
@@ -154,7 +154,13 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Mod
         push_location(&mut locations, location);
     }
     let next_experiment = experiment::next(rows, &effects, &locations, verdict);
-    Said { verdict, locations, effects, unidentifiable: unidentifiable(rows, catalogue, model), next_experiment }
+    Said {
+        verdict,
+        locations,
+        effects,
+        unidentifiable: unidentifiable(rows, catalogue, model),
+        next_experiment,
+    }
 }
 
 fn push_location(locations: &mut Vec<Location>, location: Location) {

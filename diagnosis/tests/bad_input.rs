@@ -73,7 +73,11 @@ fn a_thermometer_of_noise_alone_is_no_alternative_to_anything() {
     let json = diagnosed(6, |row, cells| {
         with_step(row, cells);
         // Scattered evenly over ±0.05 K from row to row.
-        cells[6] = format!("{:.3}", 25.0 + 0.1 * (((row * row * row * 7919 + row * row * 13 + row * 31) % 1009) as f64 / 1009.0 - 0.5));
+        cells[6] = format!(
+            "{:.3}",
+            25.0 + 0.1
+                * (((row * row * row * 7919 + row * row * 13 + row * 31) % 1009) as f64 / 1009.0 - 0.5)
+        );
     });
     sentence(&json, &["temperature_c", "noise alone"]);
     sentence(&json, &["not testable: thermal_zero_drift, thermal_gain_drift, thermal_lag"]);
