@@ -114,8 +114,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
 /// is believed only where it explains more than the curve's own misfit may amount to, and where not any effect
 /// would do as well.
 fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
-    let is_name = |t: &Term| search.effect(t.family).is_some();
-    if terms.iter().all(is_name) {
+    let is_curve = |t: &Term| search.is_generic(t.family);
+    if !terms.iter().any(is_curve) {
         return;
     }
     let whole = search.explained(terms);
@@ -125,14 +125,14 @@ fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
         others
     };
     let own: Vec<f64> = (0..terms.len()).map(|k| whole - search.explained(&others(k))).collect();
-    let curves: f64 = terms.iter().zip(&own).filter(|(t, _)| !is_name(t)).map(|(_, own)| own).sum();
+    let curves: f64 = terms.iter().zip(&own).filter(|(t, _)| is_curve(t)).map(|(_, own)| own).sum();
     let mut kept = (0..terms.len())
         .map(|k| {
             let family = terms[k].family;
             let rival = |f: usize| f != family && search.effect(f).is_some();
             let as_good = |found: &Found| found.explained > own[k] - ALTERNATIVE_MARGIN;
             let rivals = || search.contenders(&others(k), rival).into_iter().filter(as_good).count();
-            !is_name(&terms[k]) || own[k] >= MISFIT_OF_A_CURVE * curves && rivals() < ANY_WILL_DO
+            search.effect(family).is_none() || own[k] >= MISFIT_OF_A_CURVE * curves && rivals() < ANY_WILL_DO
         })
         .collect::<Vec<bool>>()
         .into_iter();
