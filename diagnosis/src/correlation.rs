@@ -2,13 +2,14 @@
 //! row, because a recording may be read fast in one pass, slowly in the next, and pause between them.
 //!
 //! τ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
-//! its whole posterior: a test that took the estimate for the truth would raise false alarms. A step or a
-//! seat that differs from pass to pass looks like slow noise; where it explains the recording far better than
-//! any correlation does, it is taken out first (`without_jumps`).
+//! its whole posterior: a test that took the estimate for the truth would raise false alarms. What looks like
+//! slow noise and is none is taken out first ([`Correlation::mistaken`]).
+
+mod mistaken;
 
 use rayon::prelude::*;
 
-use crate::linear::{Basis, Columns, add_scaled, cholesky, dot, quadratic_form};
+use crate::linear::{Basis, Columns, cholesky, quadratic_form};
 use crate::rows::median;
 
 /// Prior probability that readings are uncorrelated.
@@ -20,16 +21,6 @@ const POINTS: usize = 41;
 const COARSE: usize = 5;
 /// Log likelihood below the best of the coarse grid at which a neighbourhood is not looked into.
 const HOPELESS: f64 = 12.0;
-/// Gain in −2 log likelihood, correlation times searched on either side, at which jumps are believed: one
-/// column among some hundred by chance once in some thousand recordings.
-const JUMP_GAIN: f64 = 18.0;
-/// The same for every further column of a group.
-const JUMP_GAIN_PER_COLUMN: f64 = 3.0;
-/// Part of a column's length that must be left beside the model for it to be looked at.
-const OWN_PART: f64 = 0.02;
-/// Most groups of jumps that are taken out.
-const MOST_JUMPS: usize = 3;
-
 /// Correlation of every row with the one before, e^(−Δt/τ).
 #[derive(Debug, Clone)]
 pub struct Correlation {
@@ -170,59 +161,6 @@ impl Correlation {
             posterior.iter().filter(|(t, _)| *t > 0.0).map(|(t, w)| w * (-1.0 / t).exp()).sum();
         self.with(if typical > 1e-4 { -1.0 / typical.ln() } else { 0.0 })
     }
-
-    /// The groups of `suspects` (each a number of columns) that explain the observations so much better than
-    /// correlation alone can that they are no noise.
-    pub fn without_jumps(
-        &self,
-        clean: &[f64],
-        model: &[Vec<f64>],
-        shape: &[f64],
-        suspects: &[Vec<Vec<f64>>],
-    ) -> Vec<usize> {
-        let grid = self.grid();
-        let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
-        let n = clean.len();
-        let columns = orthonormal(model, shape);
-        // Per correlation time: basis, residual, and what does not depend on the jumps of −2 log likelihood
-        // of the observations' part outside the model.
-        let mut places: Vec<Place> =
-            times.into_par_iter().map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
-        let freedom = (n - columns.count()).max(1) as f64;
-        let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
-        let mut taken = Vec::new();
-        while taken.len() < MOST_JUMPS {
-            let before = places
-                .iter()
-                .map(|place| deviance(place, dot(&place.residual, &place.residual)))
-                .fold(f64::INFINITY, f64::min);
-            // Gain of every group over what is asked of it, at the correlation time that suits it best.
-            let gains: Vec<Vec<f64>> = places
-                .par_iter()
-                .map(|place| {
-                    let rss = dot(&place.residual, &place.residual);
-                    place
-                        .explained_by(suspects)
-                        .iter()
-                        .zip(suspects)
-                        .map(|(explained, group)| {
-                            let asked = JUMP_GAIN + JUMP_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
-                            before - deviance(place, rss - explained) - asked
-                        })
-                        .collect()
-                })
-                .collect();
-            let best = (0..suspects.len())
-                .filter(|k| !taken.contains(k))
-                .map(|k| (gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max), k))
-                .filter(|(gain, _)| *gain > 0.0)
-                .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-            let Some((_, k)) = best else { break };
-            taken.push(k);
-            places.iter_mut().for_each(|place| place.take(&suspects[k]));
-        }
-        taken
-    }
 }
 
 /// Makes noise white, of variance one: each row divided by its σ, less what it has of its predecessor.
@@ -242,86 +180,6 @@ impl Whitener {
             later.iter_mut().zip(v.iter().zip(&self.earlier)).for_each(|(o, (x, b))| *o -= b * x);
         }
         out
-    }
-}
-
-/// A recording seen with one correlation time.
-struct Place {
-    whitener: Whitener,
-    basis: Basis,
-    residual: Vec<f64>,
-    constant: f64,
-}
-
-impl Place {
-    fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
-        let mut white = Columns::new(columns.rows);
-        for k in 0..columns.count() {
-            white.push(&correlation.whiten(columns.get(k).iter().copied()));
-        }
-        let (factor, log_determinant) = cholesky(&white.products(&white), columns.count());
-        let basis = Basis { columns: white.orthonormal(&factor) };
-        let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
-        basis.project_off(&mut residual);
-        let constant = correlation.log_determinant() + log_determinant;
-        Place { whitener: correlation.whitener(shape), basis, residual, constant }
-    }
-
-    /// What each group of columns explains. Most are single columns w, of which (w·r)²/(w·w − ‖Qᵀw‖²) is what
-    /// they explain of the residual r beside the basis Q: all of them in one product.
-    fn explained_by(&self, groups: &[Vec<Vec<f64>>]) -> Vec<f64> {
-        let mut white = Columns::new(self.residual.len());
-        groups.iter().flatten().for_each(|column| white.push(&self.whitener.whiten(column)));
-        let mut beside = self.basis.columns.clone();
-        beside.push(&self.residual);
-        let (count, rank) = (white.count(), self.basis.rank());
-        let products = white.products(&beside);
-        let mut first = 0;
-        groups
-            .iter()
-            .map(|group| {
-                let own = first..first + group.len();
-                first = own.end;
-                if group.len() > 1 {
-                    return self.explained_jointly(own.map(|k| white.get(k)));
-                }
-                let k = own.start;
-                let whole = dot(white.get(k), white.get(k));
-                let left = whole - (0..rank).map(|b| products[b * count + k].powi(2)).sum::<f64>();
-                if left > OWN_PART * OWN_PART * whole {
-                    products[rank * count + k].powi(2) / left
-                } else {
-                    0.0
-                }
-            })
-            .collect()
-    }
-
-    /// What whitened columns explain together.
-    fn explained_jointly<'c>(&self, white: impl Iterator<Item = &'c [f64]>) -> f64 {
-        let mut own = Basis::new(self.residual.len());
-        for column in white {
-            let mut w = column.to_vec();
-            let length = dot(&w, &w).sqrt();
-            self.basis.project_off(&mut w);
-            if dot(&w, &w).sqrt() > OWN_PART * length {
-                own.add(&w);
-            }
-        }
-        (0..own.rank()).map(|k| dot(own.columns.get(k), &self.residual).powi(2)).sum()
-    }
-
-    /// Takes a group of columns out of the residual.
-    fn take(&mut self, group: &[Vec<f64>]) {
-        for column in group {
-            let rank = self.basis.rank();
-            let white = self.whitener.whiten(column);
-            if self.basis.add(&white) {
-                let q = self.basis.columns.get(rank);
-                let a = dot(q, &self.residual);
-                add_scaled(&mut self.residual, -a, q);
-            }
-        }
     }
 }
 
@@ -354,14 +212,14 @@ fn restricted(columns: &Columns, observed: &[f64], correlation: &Correlation) ->
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     use super::Correlation;
 
     /// Normal deviates by the sum of twelve uniform ones.
-    fn white(n: usize, seed: u64) -> Vec<f64> {
+    pub fn white(n: usize, seed: u64) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         (0..n).map(|_| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0).collect()
     }
@@ -400,24 +258,6 @@ mod tests {
             assert!((0.5 * 35.0..2.2 * 35.0).contains(&found), "{found}");
             let uncorrelated = none.posterior(&white(840, seed), &model, &shape);
             assert!(none.mean(&uncorrelated).typical() < 0.15);
-        }
-    }
-
-    #[test]
-    fn a_step_is_not_taken_for_correlation() {
-        let n = 210;
-        let none = Correlation::none(&(0..n).map(|i| 3.0 * i as f64).collect::<Vec<f64>>());
-        let model = vec![vec![1.0; n]];
-        let shape = vec![1.0; n];
-        let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-        let suspects: Vec<_> = (4..n - 4).step_by(2).map(|k| vec![step(k)]).collect();
-        for time in [0.0, 2.3] {
-            let noise = none.with(time).colour(white(n, 9).into_iter());
-            assert!(none.without_jumps(&noise, &model, &shape, &suspects).is_empty());
-            let stepped: Vec<f64> = noise.iter().zip(step(100)).map(|(e, s)| e + 5.0 * s).collect();
-            let taken = none.without_jumps(&stepped, &model, &shape, &suspects);
-            let near = |k: &usize| (4 + 2 * k).abs_diff(100) <= 2;
-            assert!(taken.iter().any(near), "{taken:?}");
         }
     }
 }

@@ -156,7 +156,7 @@ pub fn diagnose(
     let mut unidentifiable = said.unidentifiable;
     if fit.after.held_out_rms.is_none() {
         unidentifiable.push(format!(
-            "too short to hold anything out ({} readings in {} passes): the improvement is shown on the fitted rows only",
+            "too short to hold anything out ({} readings, passes: {}): the improvement is shown on the fitted rows only",
             full.len(),
             full.passes().len()
         ));

@@ -66,6 +66,10 @@ pub const SMALLEST_PART: f64 = 0.02;
 /// reading noise alone is left is no more than any other column of noise; below this it is rounding.
 pub const SMALLEST_PART_MEASURED: f64 = 1e-5;
 
+fn smallest_part(measured: bool) -> f64 {
+    if measured { SMALLEST_PART_MEASURED } else { SMALLEST_PART }
+}
+
 /// Candidates that are projected together.
 const TOGETHER: usize = 128;
 
@@ -148,12 +152,11 @@ impl Dictionary {
         );
         for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
             let Some(groups) = groups else { continue };
-            let part = if effect.measured() { SMALLEST_PART_MEASURED } else { SMALLEST_PART };
-            d.add(Kind::Effect(index), groups, part);
+            d.add(Kind::Effect(index), groups, smallest_part(effect.measured()));
         }
         for family in generic {
             let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
-            d.add(Kind::Generic(family.place), groups, SMALLEST_PART);
+            d.add(Kind::Generic(family.place), groups, smallest_part(family.measured));
         }
         let highest = highest_order(rows);
         if highest > order {

@@ -4,11 +4,12 @@
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
-use crate::generic::{jumps, saturated, scaled, times};
+use crate::generic::{saturated, scaled, slow_structure, times};
 use crate::linear::dot;
 use crate::noise::{Noise, estimate};
 use crate::rows::Rows;
 use crate::search::{Found, Search, Term};
+use crate::verdict::ALTERNATIVE_MARGIN;
 
 /// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
 /// straight line for a sensor that reports the angle itself (its polynomial must extrapolate).
@@ -19,6 +20,12 @@ pub fn first_order(rows: &Rows) -> usize {
 
 /// Change of the correlation that leaves the calibration as it is.
 const SAME_CORRELATION: f64 = 0.08;
+
+/// Part of what it stands for that a generic curve may leave: a tenth of its square.
+const MISFIT_OF_A_CURVE: f64 = 0.1;
+
+/// Other effects that would do as well, from which on a name beside a curve says nothing.
+const ANY_WILL_DO: usize = 5;
 
 /// What was found.
 pub struct Explanation<'a> {
@@ -51,8 +58,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let order = first_order(rows);
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
-    let jumps = jumps(rows);
-    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &jumps);
+    let slow = slow_structure(rows);
+    let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
     let search = Search::new(rows, catalogue, order, noise, skip);
     let alarm = strongest(&search);
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
@@ -77,7 +84,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));
         }
-        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &jumps);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &slow);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
         let again =
@@ -94,12 +101,42 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
             break;
         }
     }
+    drop_what_a_curve_leaves(last.as_ref().unwrap_or(&search), &mut terms);
     // The noise about the saturated model has no part in whatever the names leave, and judges it.
     let named = !terms.is_empty() && terms.iter().all(|t| search.effect(t.family).is_some());
     if named && let Some(rest) = search.remainder(&terms) {
         terms.push(rest.term);
     }
     Explanation { search: last.unwrap_or(search), terms, alarm }
+}
+
+/// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name
+/// is believed only where it explains more than the curve's own misfit may amount to, and where not any effect
+/// would do as well.
+fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
+    let is_curve = |t: &Term| search.is_generic(t.family);
+    if !terms.iter().any(is_curve) {
+        return;
+    }
+    let whole = search.explained(terms);
+    let others = |k: usize| {
+        let mut others = terms.clone();
+        others.remove(k);
+        others
+    };
+    let own: Vec<f64> = (0..terms.len()).map(|k| whole - search.explained(&others(k))).collect();
+    let curves: f64 = terms.iter().zip(&own).filter(|(t, _)| is_curve(t)).map(|(_, own)| own).sum();
+    let mut kept = (0..terms.len())
+        .map(|k| {
+            let family = terms[k].family;
+            let rival = |f: usize| f != family && search.effect(f).is_some();
+            let as_good = |found: &Found| found.explained > own[k] - ALTERNATIVE_MARGIN;
+            let rivals = || search.contenders(&others(k), rival).into_iter().filter(as_good).count();
+            search.effect(family).is_none() || own[k] >= MISFIT_OF_A_CURVE * curves && rivals() < ANY_WILL_DO
+        })
+        .collect::<Vec<bool>>()
+        .into_iter();
+    terms.retain(|_| kept.next() == Some(true));
 }
 
 /// The family with the smallest p-value beside the base alone.

@@ -12,6 +12,8 @@ pub struct Generic {
     pub place: Place,
     /// Groups of columns; the family's statistic is the largest over its groups.
     pub groups: Vec<Vec<Vec<f64>>>,
+    /// Whether its columns are a measurement of their own: whatever a model leaves of them is then real.
+    pub measured: bool,
 }
 
 /// An observable scaled to −1 … 1, with its name.
@@ -78,7 +80,8 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     let t = scaled(&rows.t_s);
     let observables = observables(rows);
     let mut out = Vec::new();
-    let mut add = |place: Place, groups: Vec<Vec<Vec<f64>>>| out.push(Generic { place, groups });
+    let mut add =
+        |place: Place, groups: Vec<Vec<Vec<f64>>>| out.push(Generic { place, groups, measured: false });
 
     // In products an observable that is all but a function of the angle (the coil's current) counts with what
     // it has of its own: otherwise it would stand in for the angle.
@@ -124,13 +127,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
     // Time.
     let curve = legendre(&t, 6);
     add(Place::on("t_s"), vec![curve[1..=2].to_vec(), curve[1..=4].to_vec(), curve[1..=6].to_vec()]);
-    let waves = (2..=48)
-        .map(|k| {
-            let turn = std::f64::consts::FRAC_PI_2 * k as f64;
-            vec![t.iter().map(|t| (turn * t).sin()).collect(), t.iter().map(|t| (turn * t).cos()).collect()]
-        })
-        .collect();
-    add(Place::on("t_s"), waves);
+    add(Place::on("t_s"), (2..=48).map(|k| wave(&t, k)).collect());
     let breaks: Vec<f64> = (1..24).map(|k| -1.0 + k as f64 / 12.0).collect();
     add(
         Place::on("t_s"),
@@ -160,25 +157,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             Place::product("direction", "angle_deg"),
             vec![vec![times(d, &x)], vec![d.clone(), times(d, &x), times(d, &x2)]],
         );
-        let memory = [0.1, 0.3, 0.6].map(|r| {
-            let p = play(&x, r);
-            x.iter().zip(&p).map(|(x, p)| x - p).collect::<Vec<f64>>()
-        });
-        let mut groups = vec![memory.to_vec()];
-        for length in [0.1, 0.18, 0.3, 0.42, 0.6] {
-            groups.push(vec![since_turning(rows, &x, length, false)]);
-            groups.push(vec![since_turning(rows, &x, length, true)]);
-        }
-        for length in [0.03, 0.1, 0.25, 0.6] {
-            groups.push(vec![following_direction(rows, &x, length)]);
-        }
-        let turning = remembered_turning(&x, 0.02);
-        for length in [0.2, 0.4, 0.8] {
-            let trace = |(x, m): (&f64, &f64)| m * (-(x - m).abs() / length).exp();
-            groups.push(vec![x.iter().zip(&turning).map(trace).collect()]);
-        }
-        groups.push(vec![turning]);
-        add(Place::on("history"), groups);
+        add(Place::on("history"), histories(rows, &x));
     }
     let duration = rows.duration_s();
     let slow = [0.004, 0.012, 0.04, 0.12].iter().map(|part| vec![low_pass(&rows.t_s, &x, part * duration)]);
@@ -202,7 +181,40 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         let goes = |name: &str| timely.contains(&name);
         out.retain(|g| !goes(&g.place.variable) && !g.place.times.as_deref().is_some_and(goes));
     }
+    for family in out.iter_mut().filter(|g| g.place.times.is_none()) {
+        family.measured = observables.iter().any(|o| o.name == family.place.variable);
+    }
     out
+}
+
+/// A wave of so many half periods over a time that runs from −1 to 1, of any phase.
+fn wave(t: &[f64], half_periods: usize) -> Vec<Vec<f64>> {
+    let turn = std::f64::consts::FRAC_PI_2 * half_periods as f64;
+    vec![t.iter().map(|t| (turn * t).sin()).collect(), t.iter().map(|t| (turn * t).cos()).collect()]
+}
+
+/// What the history of the scaled angle `x` may leave: loops, what dies away from a turning point, states that
+/// follow the direction, and what remains of an extreme.
+fn histories(rows: &Rows, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
+    let memory = [0.1, 0.3, 0.6].map(|r| {
+        let p = play(x, r);
+        x.iter().zip(&p).map(|(x, p)| x - p).collect::<Vec<f64>>()
+    });
+    let mut groups = vec![memory.to_vec()];
+    for length in [0.1, 0.18, 0.3, 0.42, 0.6] {
+        groups.push(vec![since_turning(rows, x, length, false)]);
+        groups.push(vec![since_turning(rows, x, length, true)]);
+    }
+    for length in [0.03, 0.1, 0.25, 0.6] {
+        groups.push(vec![following_direction(rows, x, length)]);
+    }
+    let turning = remembered_turning(x, 0.02);
+    for length in [0.2, 0.4, 0.8] {
+        let trace = |(x, m): (&f64, &f64)| m * (-(x - m).abs() / length).exp();
+        groups.push(vec![x.iter().zip(&turning).map(trace).collect()]);
+    }
+    groups.push(vec![turning]);
+    groups
 }
 
 /// Most ripples over the stroke.
@@ -351,9 +363,13 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
 /// Rows at which a jump is looked for, at most.
 const MOST_JUMPS: usize = 100;
 
-/// What slow noise is taken for where it is left in: a step at any row, offsets of the passes, and of passes
-/// of either direction. Empty for a single move, where a step cannot be told from the error's own shape.
-pub fn jumps(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
+/// Half periods over the recording of the waves in time that are looked for.
+const WAVES: std::ops::RangeInclusive<usize> = 4..=40;
+
+/// What is taken for noise that remembers where it is left in: a step at any row, offsets of the passes, waves in
+/// time, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told
+/// from the error's own shape.
+pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
     let n = rows.len();
     if rows.single_move() || n < 24 {
         return Vec::new();
@@ -367,6 +383,11 @@ pub fn jumps(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
     if passes.len() > 2 && passes.len() <= 40 && passes.len() * 5 <= n {
         let mark = |p: i64| rows.pass.iter().map(|q| if *q == p { 1.0 } else { 0.0 }).collect();
         out.push(passes[1..].iter().map(|p| mark(*p)).collect());
+    }
+    let t = scaled(&rows.t_s);
+    out.extend(WAVES.map(|k| wave(&t, k)));
+    if rows.both_directions() {
+        out.extend(histories(rows, &rows.scaled_reading()));
     }
     out
 }

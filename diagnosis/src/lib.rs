@@ -13,6 +13,7 @@ pub mod calibrate;
 pub mod cli;
 mod cli_dynamic;
 pub mod condense;
+pub mod content;
 pub mod correlation;
 pub mod diagnosis;
 pub mod dictionary;

@@ -52,8 +52,8 @@ impl Noise {
 
 /// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
 /// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
-/// `jumps` are groups of columns that slow noise would be taken for if they were left in; they are looked for
-/// beside the model, and beside `light`, the least model, because a model that follows slow changes closely
+/// `slow` are groups of columns that would be taken for noise that remembers if they were left in; they are looked
+/// for beside the model, and beside `light`, the least model, because a model that follows slow changes closely
 /// hides a jump nearly as well as correlation does.
 pub fn estimate(
     y: &[f64],
@@ -61,21 +61,21 @@ pub fn estimate(
     model: &[Vec<f64>],
     light: &[Vec<f64>],
     covariates: &[Vec<f64>],
-    jumps: &[Vec<Vec<f64>>],
+    slow: &[Vec<Vec<f64>>],
 ) -> Noise {
     let n = y.len();
     let mut shape = vec![1.0; n];
     let (mut basis, mut clean) = robust_fit(y, model, &shape);
     let correlation = Correlation::none(t_s);
     let mut model = model.to_vec();
-    let mut taken = correlation.without_jumps(&clean, &model, &shape, jumps);
+    let mut taken = correlation.mistaken(&clean, &model, &shape, slow);
     if light.len() < model.len() {
-        taken.extend(correlation.without_jumps(&clean, light, &shape, jumps));
+        taken.extend(correlation.mistaken(&clean, light, &shape, slow));
         taken.sort_unstable();
         taken.dedup();
     }
     if !taken.is_empty() {
-        model.extend(taken.iter().flat_map(|k| jumps[*k].clone()));
+        model.extend(taken.iter().flat_map(|k| slow[*k].clone()));
         (basis, clean) = robust_fit(y, &model, &shape);
     }
     let model = &model;

@@ -6,6 +6,7 @@ use fitter::recording::{Note, Readings};
 use fitter::{Mirror, Recording};
 use thiserror::Error;
 
+use crate::content::is_noise_alone;
 use crate::rows::{Column, Rows, mean, range};
 
 /// Why a recording cannot be diagnosed at all.
@@ -154,6 +155,14 @@ pub fn observe(
         extra,
         not_testable,
     };
+    if rows.temperature_c.as_ref().is_some_and(|t| is_noise_alone(t, &rows.scaled_reading())) {
+        rows.temperature_c = None;
+        rows.not_testable.push(
+            "temperature_c: noise alone, nothing slow and nothing that goes with the angle; nothing that depends \
+             on it can be tested"
+                .into(),
+        );
+    }
     note_columns(recording, &mut rows);
     note_time(recording, &mut rows);
     if rows.single_move() {

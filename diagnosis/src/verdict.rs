@@ -13,7 +13,11 @@ use crate::search::{SHAPE_PRICE, Term};
 
 /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
 /// between two explanations that are equally good in truth the difference seldom exceeds it.
-const ALTERNATIVE_MARGIN: f64 = 7.0;
+pub const ALTERNATIVE_MARGIN: f64 = 7.0;
+/// What a thermometer's noise takes from an explanation, in its share of the thermometer's variance, allowing for
+/// what it adds to another; and the largest such part.
+const BLUR: f64 = 4.0;
+const MOST_BLURRED: f64 = 0.5;
 /// Part of a contribution's largest deviation above which a row belongs to its range.
 const RANGE_PART: f64 = 0.25;
 
@@ -150,7 +154,13 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Mod
         push_location(&mut locations, location);
     }
     let next_experiment = experiment::next(rows, &effects, &locations, verdict);
-    Said { verdict, locations, effects, unidentifiable: unidentifiable(rows, model), next_experiment }
+    Said {
+        verdict,
+        locations,
+        effects,
+        unidentifiable: unidentifiable(rows, catalogue, model),
+        next_experiment,
+    }
 }
 
 fn push_location(locations: &mut Vec<Location>, location: Location) {
@@ -186,7 +196,8 @@ fn alternatives(
     with.push(term.clone());
     let best = search.explained(&with) - search.explained(&others);
     // A thermometer's own noise blurs every explanation that goes by the temperature: by that part of it.
-    let blurred = 4.0 * search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
+    let rough = search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
+    let blurred = (BLUR * rough).min(MOST_BLURRED).max(rough.min(1.0));
     let is_thermal = |f: usize| {
         search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
     };
@@ -262,7 +273,7 @@ fn narrow(contribution: &[f64], middle: f64) -> bool {
 }
 
 /// What no recording of this kind, and what not this one, determines.
-fn unidentifiable(rows: &Rows, model: &Model) -> Vec<String> {
+fn unidentifiable(rows: &Rows, catalogue: &[Box<dyn Effect>], model: &Model) -> Vec<String> {
     let mut out = Vec::new();
     if rows.pair {
         out.push("probe distance error and a1: only a1 - Δd/d is determined".to_string());
@@ -278,6 +289,16 @@ fn unidentifiable(rows: &Rows, model: &Model) -> Vec<String> {
         );
     }
     out.extend(rows.not_testable.iter().cloned());
+    // Effects that this recording cannot show, together where the reason is the same.
+    let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
+    for effect in catalogue {
+        let Err(reason) = effect.testable(rows) else { continue };
+        match reasons.iter_mut().find(|(known, _)| *known == reason) {
+            Some((_, ids)) => ids.push(effect.id()),
+            None => reasons.push((reason, vec![effect.id()])),
+        }
+    }
+    out.extend(reasons.iter().map(|(reason, ids)| format!("not testable: {} ({reason})", ids.join(", "))));
     for term in &model.terms {
         for (reading, ci) in &term.parameters {
             if reading.value != 0.0 && ci[0] < 0.0 && ci[1] > 0.0 {

@@ -44,6 +44,7 @@ fn blanks_leave_out_what_needs_the_column_and_nothing_else() {
     });
     let said = sentence(&json, &["temperature_c", "blank"]);
     assert!(said.contains("2 of 186 rows"), "{said}");
+    sentence(&json, &["not testable: thermal_zero_drift, thermal_gain_drift, thermal_lag"]);
     assert_eq!(names(&json), ["mount_step"]);
 }
 
@@ -65,6 +66,24 @@ fn a_temperature_of_all_zeros_is_no_temperature() {
     });
     sentence(&json, &["temperature_c", "all zero"]);
     assert_eq!(names(&json), ["mount_step"]);
+}
+
+#[test]
+fn a_thermometer_of_noise_alone_is_no_alternative_to_anything() {
+    let json = diagnosed(6, |row, cells| {
+        with_step(row, cells);
+        // Scattered evenly over ±0.05 K from row to row.
+        cells[6] = format!(
+            "{:.3}",
+            25.0 + 0.1
+                * (((row * row * row * 7919 + row * row * 13 + row * 31) % 1009) as f64 / 1009.0 - 0.5)
+        );
+    });
+    sentence(&json, &["temperature_c", "noise alone"]);
+    sentence(&json, &["not testable: thermal_zero_drift, thermal_gain_drift, thermal_lag"]);
+    assert_eq!(names(&json), ["mount_step"]);
+    let alternatives = json["effects"][0]["alternatives"].as_array().expect("alternatives");
+    assert!(alternatives.iter().all(|a| !a.as_str().is_some_and(|a| a.starts_with("thermal"))));
 }
 
 #[test]

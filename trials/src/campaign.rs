@@ -8,6 +8,8 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 
+use crate::answer::Answer;
+use crate::benchmark;
 use crate::draw::Trial;
 use crate::fresh::{self, Twice};
 use crate::plan;
@@ -162,6 +164,17 @@ impl Campaign {
                 Err(reason) => eprintln!("{stem}: the coefficients were refused: {reason}"),
             }
         }
-        Ok(Case { truth: trial.truth, answer, fresh, without })
+        let named = |answer: Option<&Answer>| {
+            let ids = answer?.ids();
+            if ids.is_empty() { None } else { trial.left_by(&ids) }
+        };
+        let left_by_names = [
+            if trial.truth.group == Group::Outside { named(answer.as_ref()) } else { None },
+            named(without.as_ref().and_then(Option::as_ref)),
+        ];
+        let faint = matches!(trial.truth.group, Group::Weak | Group::Strong | Group::Step)
+            && trial.truth.least_rho() < benchmark::FAINT;
+        let benchmark = if faint { trial.benchmark() } else { None };
+        Ok(Case { truth: trial.truth, answer, fresh, without, left_by_names, benchmark })
     }
 }

@@ -6,6 +6,7 @@ use rand_chacha::rand_core::SeedableRng;
 use twin::effects::{Scope, catalogue};
 use twin::{Device, Injected, Protocol, Reading, calculated_angle_rad, contributions, noise_covariance};
 
+use crate::benchmark::{self, Told};
 use crate::formulas::Columns;
 use crate::matched::Metric;
 use crate::plan::{Assignment, circumstances};
@@ -78,6 +79,23 @@ impl Trial {
         let rows = twin::record_with_truth(&self.device, &self.protocol, self.seed, &feedback);
         let truths: Vec<_> = rows.into_iter().map(|(_, truth)| truth).collect();
         noise_covariance(&truths, &self.protocol.noise)
+    }
+
+    /// Whether a detector that is told the noise and the formulas finds something in the recording.
+    pub fn benchmark(&self) -> Option<bool> {
+        let log = twin::record_with_truth(&self.device, &self.protocol, self.seed, &feedback(&self.device));
+        let (readings, truths): (Vec<Reading>, Vec<_>) = log.into_iter().unzip();
+        let columns = Columns::new(&readings, self.distance_mm());
+        let told = Told { truths: &truths, noise: &self.protocol.noise, distance_mm: self.distance_mm() };
+        benchmark::detects(&columns, &told, self.fresh_seed)
+    }
+
+    /// ρ of what the named effects, whatever their parameters, leave of everything that is concealed.
+    pub fn left_by(&self, ids: &[&str]) -> Option<f64> {
+        let columns = Columns::new(&self.record(), self.distance_mm());
+        let metric = Metric::new(&columns, &self.covariance(), self.distance_mm())?;
+        let added = contributions(&self.device, &self.protocol, self.seed, &feedback(&self.device));
+        Some(metric.left_by(&columns, &added, ids))
     }
 
     /// Distance of the probes in millimetres.

@@ -150,7 +150,7 @@ fn case(
             Err(reason) => eprintln!("{stem}: the coefficients were refused: {reason}"),
         }
     }
-    Ok(Case { truth, answer, fresh: compared, without: None })
+    Ok(Case { truth, answer, fresh: compared, without: None, left_by_names: [None; 2], benchmark: None })
 }
 
 fn truth(file: &str, opened: &Opened, seen: &[Reading]) -> Truth {

@@ -5,6 +5,7 @@
 //! [`plan`].
 
 pub mod answer;
+pub mod benchmark;
 pub mod campaign;
 pub mod cli;
 pub mod curve;

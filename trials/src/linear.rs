@@ -78,6 +78,16 @@ impl Basis {
         }
     }
 
+    /// Number of columns.
+    pub fn rank(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// The squared length of the part of `target` that lies in the space.
+    pub fn square_of(&self, target: &[f64]) -> f64 {
+        self.columns.iter().map(|unit| dot(unit, target).powi(2)).sum()
+    }
+
     /// What the space does not hold of `column`. Twice is enough (Kahan, Parlett).
     pub fn residual(&self, column: &[f64]) -> Vec<f64> {
         let mut rest = column.to_vec();
@@ -103,7 +113,7 @@ impl Basis {
             }
         }
         debug_assert_eq!(before, self.columns.len());
-        wider.columns.iter().map(|unit| dot(unit, target).powi(2)).sum()
+        wider.square_of(target)
     }
 }
 

@@ -117,6 +117,32 @@ impl Metric {
         Some(Imitation { id: "the others".to_owned(), rho_left })
     }
 
+    /// ρ of what effects of the table, whatever their parameters, leave of all contributions together.
+    pub fn left_by(&self, columns: &Columns, contributions: &[Vec<f64>], ids: &[&str]) -> f64 {
+        let mut sum = vec![0.0; columns.rows()];
+        for contribution in contributions {
+            sum.iter_mut().zip(contribution).for_each(|(s, c)| *s += c);
+        }
+        let target = self.base.residual(&self.whitener.whiten(&sum));
+        let whole = dot(&target, &target);
+        // One after the other, either way round, each to what those before it left, then all together.
+        let in_order = |ids: &mut dyn Iterator<Item = &&str>| {
+            let mut basis = self.base.clone();
+            let mut shaped = Vec::new();
+            for formula in ids.filter_map(|id| formulas::find(id)) {
+                let rest = basis.residual(&target);
+                let (best, _) = formulas::best_shape_of_all(formula, columns, &self.whitener, &basis, &rest);
+                best.white(columns, &self.whitener).iter().for_each(|column| basis.push(column));
+                shaped.push(best);
+            }
+            let shaped = formulas::refine_jointly(shaped, columns, &self.whitener, &self.base, &target);
+            let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| s.white(columns, &self.whitener)).collect();
+            self.base.explained(&wide, &target)
+        };
+        let explained = in_order(&mut ids.iter()).max(in_order(&mut ids.iter().rev()));
+        (whole - explained).max(0.0).sqrt()
+    }
+
     /// ρ of what the formula of the contribution's own id leaves of it.
     pub fn left_by_own_formula(&self, columns: &Columns, contribution: &[f64], id: &str) -> f64 {
         let z = self.base.residual(&self.whitener.whiten(contribution));

@@ -1,5 +1,6 @@
 //! Exact limits for proportions, and what an ideal detector achieves.
 
+use rand::RngExt;
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::beta::beta_reg;
 
@@ -49,6 +50,12 @@ pub fn phi(x: f64) -> f64 {
 /// The inverse of Φ.
 pub fn quantile(p: f64) -> f64 {
     Normal::standard().inverse_cdf(p)
+}
+
+/// A standard normal deviate (Box, Muller 1958).
+pub fn standard_normal(generator: &mut impl RngExt) -> f64 {
+    let radius = (-2.0 * generator.random::<f64>().max(1e-300).ln()).sqrt();
+    radius * (std::f64::consts::TAU * generator.random::<f64>()).cos()
 }
 
 /// Probability that a matched filter, told the effect's shape and the noise, but not the sign, detects an

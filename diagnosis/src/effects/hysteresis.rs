@@ -12,6 +12,9 @@ use crate::rows::Rows;
 /// Number of play elements between 0 and R.
 const ELEMENTS: usize = 12;
 
+/// Least R, as a part of half the stroke.
+const LEAST_RADIUS: f64 = 0.25;
+
 /// Values of the second shape parameter: where the elements are before the first row.
 const AT_EASE: f64 = 0.0;
 const FROM_ZERO: f64 = 1.0;
@@ -53,13 +56,14 @@ impl Effect for Hysteresis {
     }
 
     fn starts(&self, _rows: &Rows) -> Vec<Vec<f64>> {
-        [0.2, 0.5, 1.0, 2.0].iter().flat_map(|part| [vec![*part, AT_EASE], vec![*part, FROM_ZERO]]).collect()
+        [0.3, 0.6, 1.0, 2.0].iter().flat_map(|part| [vec![*part, AT_EASE], vec![*part, FROM_ZERO]]).collect()
     }
 
     fn ranges(&self, _rows: &Rows) -> Vec<Range> {
-        // R as a part of half the stroke; beyond the whole stroke the elements never yield.
+        // R as a part of half the stroke; beyond the whole stroke the elements never yield, and where all of them
+        // yield within a quarter of a half it is not distributed over the stroke: that is a backlash.
         vec![
-            Range { low: 0.1, high: 2.0, logarithmic: true, whole: false },
+            Range { low: LEAST_RADIUS, high: 2.0, logarithmic: true, whole: false },
             Range { low: AT_EASE, high: FROM_ZERO, logarithmic: false, whole: true },
         ]
     }

@@ -19,8 +19,11 @@ impl Shaped {
     }
 }
 
+/// Places of the grid from which [`best_shape_of_all`] climbs.
+const STARTS: usize = 8;
+
 /// The nonlinear parameters at which `formula` explains most of the squared norm of `target` (whitened and
-/// orthogonal to `basis`), and how much that is.
+/// orthogonal to `basis`), and how much that is: from the best place of the grid.
 pub fn best_shape(
     formula: &'static Formula,
     columns: &Columns,
@@ -28,19 +31,39 @@ pub fn best_shape(
     basis: &Basis,
     target: &[f64],
 ) -> (Shaped, f64) {
+    best_from(formula, columns, whitener, basis, target, 1)
+}
+
+/// The same from several of the best places: a wide bump beside a polynomial has more than one summit.
+pub fn best_shape_of_all(
+    formula: &'static Formula,
+    columns: &Columns,
+    whitener: &Whitener,
+    basis: &Basis,
+    target: &[f64],
+) -> (Shaped, f64) {
+    best_from(formula, columns, whitener, basis, target, STARTS)
+}
+
+fn best_from(
+    formula: &'static Formula,
+    columns: &Columns,
+    whitener: &Whitener,
+    basis: &Basis,
+    target: &[f64],
+    starts: usize,
+) -> (Shaped, f64) {
     let grid = (formula.grid)(columns);
     let value = |shape: &[f64]| {
         let shaped = Shaped { formula, shape: shape.to_vec() };
         basis.explained(&shaped.white(columns, whitener), target)
     };
-    let mut best = (Vec::new(), f64::NEG_INFINITY);
-    for place in grid.places {
-        let explained = value(&place);
-        if explained > best.1 {
-            best = (place, explained);
-        }
-    }
-    let (shape, explained) = climb(best.0, best.1, &grid.spacing, &value);
+    let mut tried: Vec<(Vec<f64>, f64)> = grid.places.iter().map(|p| (p.clone(), value(p))).collect();
+    tried.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let climbed =
+        tried.into_iter().take(starts).map(|(place, first)| climb(place, first, &grid.spacing, &value));
+    let (shape, explained) =
+        climbed.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Vec::new(), f64::NEG_INFINITY));
     (Shaped { formula, shape }, explained)
 }
 

@@ -4,9 +4,10 @@ use serde::Serialize;
 
 use super::{Case, Figure, Misses, Share};
 use crate::answer::Answer;
+use crate::benchmark;
 use crate::curve::{self, Curve};
 use crate::plan::FAMILIES;
-use crate::statistics::{lower_limit, upper_limit};
+use crate::statistics::{lower_limit, quantile, upper_limit};
 use crate::truth::Group;
 
 /// Nulls of one noise family that it takes to show the figure.
@@ -27,7 +28,7 @@ pub(super) fn figures(
     cases: &[Case],
     figures: &mut Vec<Figure>,
     misses: &mut Misses,
-) -> (Vec<FalseAlarms>, Option<Curve>) {
+) -> (Vec<FalseAlarms>, Option<Curve>, Option<Curve>) {
     let mut families = Vec::new();
     let mut all = Share::default();
     for (family, _) in FAMILIES {
@@ -84,5 +85,40 @@ pub(super) fn figures(
         }),
         passed: curve.as_ref().map(|c| c.shift <= 0.7),
     });
-    (families, curve)
+    let benchmark = benchmark_figures(cases, false_alarm, figures);
+    (families, curve, benchmark)
+}
+
+/// The detector that is told the noise and the formulas, and the answers to the same trials beside it.
+fn benchmark_figures(cases: &[Case], false_alarm: f64, figures: &mut Vec<Figure>) -> Option<Curve> {
+    let shown: Vec<(&Case, bool)> = cases.iter().filter_map(|c| Some((c, c.benchmark?))).collect();
+    let points = |hit: &dyn Fn(&Case, bool) -> bool| -> Vec<curve::Point> {
+        shown.iter().map(|(c, found)| (c.truth.least_rho(), hit(c, *found))).collect()
+    };
+    let told = curve::fit(&points(&|_, found| found), benchmark::FALSE_ALARMS);
+    let ours = curve::fit(&points(&|c, _| c.said(Answer::detects)), false_alarm.min(0.5));
+    let mut tell = |figure: &str, measured: Option<String>| {
+        figures.push(Figure {
+            figure: figure.to_owned(),
+            wanted: "–".to_owned(),
+            measured: measured.unwrap_or_else(|| "not determined".to_owned()),
+            passed: None,
+        });
+    };
+    tell(
+        "the same shift of a detector that is told the noise and searches the table alone",
+        told.as_ref().map(|c| format!("{:.2} (half at ρ {:.2}, width {:.2})", c.shift, c.half, c.width)),
+    );
+    tell(
+        "shift of the answers from that detector, on the same trials",
+        told.as_ref().zip(ours.as_ref()).map(|(told, ours)| {
+            let ninety = |c: &Curve| c.half + quantile(0.9) * c.width;
+            format!(
+                "{:.2} at one half, {:.2} at nine tenths",
+                ours.half - told.half,
+                ninety(ours) - ninety(told)
+            )
+        }),
+    );
+    told
 }

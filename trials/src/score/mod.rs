@@ -32,6 +32,11 @@ pub struct Case {
     pub fresh: Option<Fresh>,
     /// What is said when the effect is left out of the catalogue, where that was asked.
     pub without: Option<Option<Answer>>,
+    /// ρ of what the names that are given instead leave of the concealed physics, where it has no name: for what
+    /// is outside the table, and for what is left out of it.
+    pub left_by_names: [Option<f64>; 2],
+    /// Whether a detector that is told the noise and the formulas finds something, where that was asked.
+    pub benchmark: Option<bool>,
 }
 
 impl Case {
@@ -174,6 +179,8 @@ pub struct Score {
     pub false_alarms: Vec<FalseAlarms>,
     /// Detection against strength.
     pub curve: Option<Curve>,
+    /// The same trials seen by a detector that is told the noise and the formulas.
+    pub benchmark: Option<Curve>,
     /// Names given to single effects of ρ ≥ 8.
     pub confusion: Confusion,
     /// Answers to physics outside the table.
@@ -194,14 +201,26 @@ pub struct Score {
 pub fn score(cases: &[Case]) -> Score {
     let mut misses = Misses::default();
     let mut figures = Vec::new();
-    let (false_alarms, curve) = detection::figures(cases, &mut figures, &mut misses);
+    let (false_alarms, curve, benchmark) = detection::figures(cases, &mut figures, &mut misses);
     let confusion = names::figures(cases, &mut figures, &mut misses);
     let (outside, without) = outside::figures(cases, &mut figures, &mut misses);
     let coverage = coverage::figures(cases, &mut figures);
     let worth = worth::figures(cases, &mut figures, &mut misses);
     let misses = misses.0;
     let breakdown = breakdown::breakdown(cases);
-    Score { figures, false_alarms, curve, confusion, outside, without, coverage, worth, breakdown, misses }
+    Score {
+        figures,
+        false_alarms,
+        curve,
+        benchmark,
+        confusion,
+        outside,
+        without,
+        coverage,
+        worth,
+        breakdown,
+        misses,
+    }
 }
 
 #[cfg(test)]

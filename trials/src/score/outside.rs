@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{Case, Figure, Misses, Share};
 use crate::answer::{Answer, Verdict};
-use crate::truth::Group;
+use crate::truth::{CAN_TELL, Group};
 
 /// ρ of what the closest effect of the table leaves, from which on structure beside it must be seen: that
 /// from which on an effect must be detected.
@@ -28,6 +28,8 @@ pub struct OutsideRow {
     pub named: u64,
     /// Verdict `consistent`, or refused.
     pub missed: u64,
+    /// Of all of these, names of effects that leave less than ρ 4.1 of it: no recording like it can tell them apart.
+    pub alike: u64,
     /// Trials of ρ ≥ 8 that an effect of the table imitates; not counted above.
     pub imitated: u64,
 }
@@ -60,6 +62,11 @@ pub(super) fn figures(
         measured: wrong.to_string(),
         passed: wrong.value().map(|value| value <= 0.02),
     });
+    let mut told = Share::default();
+    let named = |c: &Case| c.said(|a| a.verdict == Verdict::Explained);
+    let alike = |left: Option<f64>| left.is_some_and(|left| left < CAN_TELL);
+    outside().filter(|c| left(c)).for_each(|c| told.count(named(c) && !alike(c.left_by_names[0])));
+    figures.push(Figure::told("a wrong name alone that leaves ρ ≥ 4.1 of it", told));
     let mut all = Share::default();
     outside().for_each(|c| all.count(c.said(|a| right(c, a))));
     figures.push(Figure::told("outside the table, those that an effect of it imitates included", all));
@@ -69,26 +76,32 @@ pub(super) fn figures(
     // What is a limiting case of another effect has a name without its own.
     let known =
         |c: &Case| crate::formulas::find(&c.truth.effects[0].id).is_some_and(|f| f.limit_of.is_some());
-    let mut share = Share::default();
+    let (mut share, mut apart) = (Share::default(), Share::default());
     for (case, answer) in asked.iter().filter(|(c, _)| left(c) && !known(c)) {
         let hit = answer.as_ref().is_some_and(|a| a.verdict == Verdict::Unexplained);
         share.count(hit);
+        if hit || !alike(case.left_by_names[1]) {
+            apart.count(hit);
+        }
         if !hit {
             let said = answer.as_ref().map_or_else(|| "refused".to_owned(), Answer::sentence);
-            misses.add("left out of the catalogue", case, said);
+            let leaves = |left: f64| format!("{said}; of it these leave ρ {left:.1}");
+            misses.add("left out of the catalogue", case, case.left_by_names[1].map_or(said.clone(), leaves));
         }
     }
     if !asked.is_empty() {
         figures.push(Figure::told("left out of the catalogue, ρ ≥ 8: unexplained", share));
+        figures.push(Figure::told("the same where other effects do not leave less than ρ 4.1 of it", apart));
     }
-    let outside_rows = rows(outside().map(|c| (c, &c.answer, !left(c))));
-    let without_rows = rows(asked.iter().map(|&(c, a)| (c, a, !left(c) || known(c))));
+    let outside_rows = rows(outside().map(|c| (c, &c.answer, !left(c), alike(c.left_by_names[0]))));
+    let without_rows =
+        rows(asked.iter().map(|&(c, a)| (c, a, !left(c) || known(c), alike(c.left_by_names[1]))));
     (outside_rows, without_rows)
 }
 
-fn rows<'a>(answers: impl Iterator<Item = (&'a Case, &'a Option<Answer>, bool)>) -> Vec<OutsideRow> {
+fn rows<'a>(answers: impl Iterator<Item = (&'a Case, &'a Option<Answer>, bool, bool)>) -> Vec<OutsideRow> {
     let mut rows: BTreeMap<&str, OutsideRow> = BTreeMap::new();
-    for (case, answer, imitated) in answers {
+    for (case, answer, imitated, alike) in answers {
         let id = case.truth.effects[0].id.as_str();
         let row = rows.entry(id).or_insert_with(|| OutsideRow { id: id.to_owned(), ..OutsideRow::default() });
         if imitated {
@@ -96,6 +109,7 @@ fn rows<'a>(answers: impl Iterator<Item = (&'a Case, &'a Option<Answer>, bool)>)
             continue;
         }
         row.of += 1;
+        row.alike += u64::from(alike);
         match answer.as_ref().map(|a| a.verdict) {
             Some(Verdict::Unexplained) => row.unexplained += 1,
             Some(Verdict::PartlyExplained) => row.partly += 1,

@@ -51,7 +51,14 @@ fn case(group: Group, effects: &[(&str, f64)], answer: Answer) -> Case {
         effects,
         fresh_is_fair: true,
     };
-    Case { truth, answer: Some(answer), fresh: None, without: None }
+    Case {
+        truth,
+        answer: Some(answer),
+        fresh: None,
+        without: None,
+        left_by_names: [None; 2],
+        benchmark: None,
+    }
 }
 
 /// One case of nearly every kind.

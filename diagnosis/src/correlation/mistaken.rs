@@ -1,0 +1,217 @@
+//! What looks like noise that remembers and is none: a step, a seat that differs from pass to pass, a sway, the
+//! trace of an earlier move. Left in, it would be taken for correlation, and the noise would then hide it.
+
+use rayon::prelude::*;
+
+use super::{COARSE, Correlation, Whitener, orthonormal};
+use crate::linear::{Basis, Columns, add_scaled, cholesky, dot};
+
+/// Gain in −2 log likelihood, correlation times searched on either side, at which structure is believed: one
+/// column among some hundred by chance once in some thousand recordings.
+const SLOW_GAIN: f64 = 18.0;
+/// The same for every further column of a group.
+const SLOW_GAIN_PER_COLUMN: f64 = 3.0;
+/// Gain in −2 log likelihood of the best correlation over none, from which on something can have been taken for
+/// correlation: by chance in one recording of forty.
+const CORRELATION_SEEN: f64 = 4.0;
+/// Part of a column's length that must be left beside the model for it to be looked at.
+const OWN_PART: f64 = 0.02;
+/// Part of the best gain that a group of fewer columns must reach to be taken instead.
+const NEARLY: f64 = 0.6;
+/// Most groups that are taken out.
+const MOST_TAKEN: usize = 3;
+
+impl Correlation {
+    /// The groups of `suspects` (each a number of columns) that explain the observations so much better than
+    /// correlation alone can that they are no noise. None where no correlation is seen: nothing is then taken
+    /// for it.
+    pub fn mistaken(
+        &self,
+        clean: &[f64],
+        model: &[Vec<f64>],
+        shape: &[f64],
+        suspects: &[Vec<Vec<f64>>],
+    ) -> Vec<usize> {
+        let grid = self.grid();
+        let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
+        let n = clean.len();
+        let columns = orthonormal(model, shape);
+        // Per correlation time: basis, residual, and what does not depend on the suspects of −2 log likelihood
+        // of the observations' part outside the model.
+        let mut places: Vec<Place> =
+            times.into_par_iter().map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
+        let freedom = (n - columns.count()).max(1) as f64;
+        let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
+        let now = |place: &Place| deviance(place, dot(&place.residual, &place.residual));
+        let best = places.iter().map(now).fold(f64::INFINITY, f64::min);
+        if now(&places[0]) - best < CORRELATION_SEEN {
+            return Vec::new();
+        }
+        let mut taken = Vec::new();
+        while taken.len() < MOST_TAKEN {
+            let before = places.iter().map(now).fold(f64::INFINITY, f64::min);
+            // Gain of every group over what is asked of it, at the correlation time that suits it best.
+            let gains: Vec<Vec<f64>> = places
+                .par_iter()
+                .map(|place| {
+                    let rss = dot(&place.residual, &place.residual);
+                    place
+                        .explained_by(suspects)
+                        .iter()
+                        .zip(suspects)
+                        .map(|(explained, group)| {
+                            let asked = SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
+                            before - deviance(place, rss - explained) - asked
+                        })
+                        .collect()
+                })
+                .collect();
+            let open: Vec<(usize, f64)> = (0..suspects.len())
+                .filter(|k| !taken.contains(k))
+                .map(|k| (k, gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max)))
+                .collect();
+            // The simplest of those that gain nearly as much as the best: offsets of all passes hold every step
+            // between two of them.
+            let enough = NEARLY * open.iter().map(|o| o.1).fold(0.0, f64::max);
+            let next = open
+                .into_iter()
+                .filter(|(_, gain)| *gain > 0.0 && *gain >= enough)
+                .min_by(|a, b| suspects[a.0].len().cmp(&suspects[b.0].len()).then(b.1.total_cmp(&a.1)));
+            let Some((k, _)) = next else { break };
+            taken.push(k);
+            places.iter_mut().for_each(|place| place.take(&suspects[k]));
+        }
+        taken
+    }
+}
+
+/// A recording seen with one correlation time.
+struct Place {
+    whitener: Whitener,
+    basis: Basis,
+    residual: Vec<f64>,
+    constant: f64,
+}
+
+impl Place {
+    fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
+        let mut white = Columns::new(columns.rows);
+        for k in 0..columns.count() {
+            white.push(&correlation.whiten(columns.get(k).iter().copied()));
+        }
+        let (factor, log_determinant) = cholesky(&white.products(&white), columns.count());
+        let basis = Basis { columns: white.orthonormal(&factor) };
+        let mut residual = correlation.whiten(clean.iter().zip(shape).map(|(v, s)| v / s));
+        basis.project_off(&mut residual);
+        let constant = correlation.log_determinant() + log_determinant;
+        Place { whitener: correlation.whitener(shape), basis, residual, constant }
+    }
+
+    /// What each group of columns explains of the residual r beside the basis Q. Whitened columns wᵢ have there
+    /// the Gram matrix wᵢ·wⱼ − (Qᵀwᵢ)·(Qᵀwⱼ), and what they explain follows from its Cholesky factor: all the
+    /// products with Q at once, and nothing projected row by row.
+    fn explained_by(&self, groups: &[Vec<Vec<f64>>]) -> Vec<f64> {
+        let mut white = Columns::new(self.residual.len());
+        groups.iter().flatten().for_each(|column| white.push(&self.whitener.whiten(column)));
+        let mut beside = self.basis.columns.clone();
+        beside.push(&self.residual);
+        let (count, rank) = (white.count(), self.basis.rank());
+        let products = white.products(&beside);
+        let gram = |i: usize, j: usize| -> f64 {
+            let inside: f64 = (0..rank).map(|b| products[b * count + i] * products[b * count + j]).sum();
+            dot(white.get(i), white.get(j)) - inside
+        };
+        let mut first = 0;
+        groups
+            .iter()
+            .map(|group| {
+                let own = first..first + group.len();
+                first = own.end;
+                // Rows of the factor, each with its column and its part of the residual.
+                let mut factor: Vec<(usize, Vec<f64>, f64)> = Vec::with_capacity(group.len());
+                for k in own {
+                    let mut row: Vec<f64> = Vec::with_capacity(factor.len() + 1);
+                    for (column, above, _) in &factor {
+                        let value = gram(k, *column) - dot(&above[..row.len()], &row);
+                        row.push(value / above[row.len()]);
+                    }
+                    let left = gram(k, k) - dot(&row, &row);
+                    let length = dot(white.get(k), white.get(k));
+                    if left > OWN_PART * OWN_PART * length {
+                        let along: f64 = factor.iter().zip(&row).map(|((_, _, part), r)| part * r).sum();
+                        let part = (products[rank * count + k] - along) / left.sqrt();
+                        row.push(left.sqrt());
+                        factor.push((k, row, part));
+                    }
+                }
+                factor.iter().map(|(_, _, part)| part * part).sum()
+            })
+            .collect()
+    }
+
+    /// Takes a group of columns out of the residual.
+    fn take(&mut self, group: &[Vec<f64>]) {
+        for column in group {
+            let rank = self.basis.rank();
+            let white = self.whitener.whiten(column);
+            if self.basis.add(&white) {
+                let q = self.basis.columns.get(rank);
+                let a = dot(q, &self.residual);
+                add_scaled(&mut self.residual, -a, q);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::white;
+    use super::Correlation;
+
+    #[test]
+    fn a_step_is_not_taken_for_correlation() {
+        let n = 210;
+        let none = Correlation::none(&(0..n).map(|i| 3.0 * i as f64).collect::<Vec<f64>>());
+        let model = vec![vec![1.0; n]];
+        let shape = vec![1.0; n];
+        let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        let suspects: Vec<_> = (4..n - 4).step_by(2).map(|k| vec![step(k)]).collect();
+        for time in [0.0, 2.3] {
+            let noise = none.with(time).colour(white(n, 9).into_iter());
+            assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
+            let stepped: Vec<f64> = noise.iter().zip(step(100)).map(|(e, s)| e + 5.0 * s).collect();
+            let taken = none.mistaken(&stepped, &model, &shape, &suspects);
+            let near = |k: &usize| (4 + 2 * k).abs_diff(100) <= 2;
+            assert!(taken.iter().any(near), "{taken:?}");
+        }
+    }
+
+    #[test]
+    fn a_sway_is_no_correlation_and_a_step_between_passes_no_offset_of_them() {
+        let n = 210;
+        let none = Correlation::none(&(0..n).map(|i| 3.0 * i as f64).collect::<Vec<f64>>());
+        let (model, shape) = (vec![vec![1.0; n]], vec![1.0; n]);
+        let wave = |periods: f64| {
+            let phase = move |i: usize| std::f64::consts::TAU * periods * i as f64 / n as f64;
+            vec![
+                (0..n).map(|i| phase(i).sin()).collect(),
+                (0..n).map(|i| phase(i).cos()).collect::<Vec<f64>>(),
+            ]
+        };
+        let mut suspects: Vec<_> = (4..40).map(|k| wave(0.5 * f64::from(k))).collect();
+        let step: Vec<f64> = (0..n).map(|i| if i >= 120 { 1.0 } else { 0.0 }).collect();
+        let pass = |p: usize| (0..n).map(|i| if i / 30 == p { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
+        suspects.push(vec![step.clone()]);
+        suspects.push((1..7).map(pass).collect());
+        let noise = none.with(1.0).colour(white(n, 11).into_iter());
+        let with = |what: &[f64], size: f64| -> Vec<f64> {
+            noise.iter().zip(what).map(|(e, w)| e + size * w).collect()
+        };
+        assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
+        // Nine periods are the fifteenth of the waves.
+        let swayed = none.mistaken(&with(&wave(9.0)[0], 1.5), &model, &shape, &suspects);
+        assert_eq!(swayed.first(), Some(&14));
+        let stepped = none.mistaken(&with(&step, 3.0), &model, &shape, &suspects);
+        assert_eq!(stepped.first(), Some(&36));
+    }
+}
