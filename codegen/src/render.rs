@@ -44,6 +44,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("units/provenance.txt", include_str!("../../templates/units/provenance.txt.jinja")),
     ("units/lib.rs", include_str!("../../templates/units/lib.rs.jinja")),
     ("units/header.h", include_str!("../../templates/units/header.h.jinja")),
+    ("units/run.rs", include_str!("../../templates/units/run.rs.jinja")),
+    ("units/run.c", include_str!("../../templates/units/run.c.jinja")),
     ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
     ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
     ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
@@ -352,6 +354,7 @@ pub(crate) fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
             Op::Shifted { a, by, b, add } => {
                 context! { kind => "shifted", a => operand(a), by, b => operand(b), add => *add as u32 }
             }
+            Op::Around { a, turn } => context! { kind => "around", a => operand(a), turn },
             Op::Entry { index: row, column } => {
                 let first = !program.steps[..index].iter().any(|s| matches!(s.op, Op::Entry { .. }));
                 context! { kind => "entry", index => operand(row), column, first }
@@ -392,9 +395,12 @@ pub(crate) fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
     }
     for step in &program.steps {
         let helper = match &step.op {
+            // Of counts, in place.
+            Op::Clamp { .. } if step.ty == Type::U32 => continue,
             Op::Clamp { a, .. } if matches!(type_of(program, a), Type::I32 | Type::U16) => "limit_i32",
             Op::Clamp { .. } => "limit_i64",
             Op::ClampF32 { .. } => "limit_f32",
+            Op::Around { .. } => "around",
             Op::MulAddHigh { .. } => "mul_high",
             Op::MulAddSplit { .. } => "mul_split",
             Op::MulAddShort { .. } => "mul_short",

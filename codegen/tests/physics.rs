@@ -361,6 +361,57 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    /// The range that every word of the state is proved to keep, 64 bits or 32, is kept: from any state in it, its corners
+    /// before all, whatever comes. The beginning reads only what its signature names.
+    #[test]
+    fn a_state_in_its_range_stays_there(
+        terms in any_terms(),
+        period_s in 0.01..2.0f64,
+        places in prop::collection::vec(prop::collection::vec(prop_oneof![Just(0.0), Just(1.0), 0.0..1.0f64], 12), 40),
+        words in prop::collection::vec((prop_oneof![Just(i32::MIN), Just(i32::MAX), any::<i32>()], prop_oneof![Just(0u16), Just(u16::MAX), any::<u16>()]), 40),
+    ) {
+        let mut coefficients = paper();
+        coefficients.terms = terms.clone();
+        let further = terms.iter().any(|t| t.operator.observables().contains(&"temperature_c"));
+        let mut options = Options { period_s: Some(period_s), bound: Some(1e3), degree: Some(9), ..options() };
+        if !further {
+            options.further.clear();
+        }
+        let routine = routine::design(&coefficients, &options, &options.routines[0]).unwrap();
+        let program = &routine.design.program;
+        let arguments = |(s, t): (i32, u16)| {
+            let mut all = vec![Word::Int(s.into())];
+            all.extend(further.then_some(Word::Int(t.into())));
+            all
+        };
+        let inside = |state: &[i64]| {
+            program.state.iter().zip(state).all(|(w, v)| (w.range.0..=w.range.1).contains(v))
+        };
+        for (place, word) in places.iter().zip(&words) {
+            let mut state: Vec<i64> = (program.state.iter().zip(place))
+                .map(|(w, at)| {
+                    let (from, to) = (i128::from(w.range.0), i128::from(w.range.1));
+                    (from + ((to - from) as f64 * at) as i128).clamp(from, to) as i64
+                })
+                .collect();
+            for _ in 0..3 {
+                update(program, &mut state, &arguments(*word)).unwrap();
+                prop_assert!(inside(&state), "{word:?} leads to {state:?}");
+            }
+            prop_assert!(inside(&start(program, &arguments(*word)).unwrap()));
+            let reads_further = program.start_steps().iter().any(|i| {
+                matches!(program.steps[*i].op, Op::Input { index: 1 })
+            });
+            if further && !reads_further {
+                let other = start(program, &arguments((word.0, !word.1))).unwrap();
+                prop_assert_eq!(start(program, &arguments(*word)).unwrap(), other);
+            }
+        }
+    }
+}
+
 /// The results of a routine that has no further input.
 fn alone(routine: &Routine, words: &[(i32, u16)]) -> Vec<i32> {
     let program = &routine.design.program;

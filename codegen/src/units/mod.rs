@@ -14,6 +14,7 @@ pub mod earlier;
 pub mod page;
 pub mod render;
 pub mod structure;
+pub mod verify;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,9 @@ pub struct Generated {
 /// What else can be asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
-    /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude.
+    /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude, and the
+    /// routine's bound what is proved of the unit that is furthest: a later unit may be so much worse. The bound is
+    /// never above the one that is asked for.
     pub margin: f64,
     /// Address of the page in flash, for the Intel HEX files.
     pub address: u32,

@@ -185,7 +185,7 @@ fn summary<'a>(design: &'a Design, units: &'a [Unit]) -> Summary<'a> {
     }
 }
 
-/// What the certificate says of the routine: the bound of the unit that is furthest.
+/// What the certificate says of the routine: the bound of the unit that is furthest, and the margin of later ones.
 fn entry(design: &Design, name: &str) -> Entry {
     let quantity = &design.quantity;
     let lsb = design.unit.to_f64();
@@ -203,6 +203,12 @@ fn entry(design: &Design, name: &str) -> Entry {
         part("rounding of the input to the routine's variable", largest(&|f| f.input)),
         part("rounding of the operations, for any coefficients in their ranges", design.rounding),
     ];
+    let mut parts = parts;
+    let sum = parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up());
+    let left = quantity.in_bound_unit(design.total) - sum;
+    if left > 0.0 {
+        parts.push(part("margin for later units", left / quantity.bound_units_per_unit));
+    }
     let sum = parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up());
     Entry {
         routine: name.into(),
