@@ -130,7 +130,7 @@ pub struct ExploreArguments {
 }
 
 /// Arguments of `codegen verify`.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct CheckArguments {
     /// Sweep every representable input, not only a part of them.
     #[arg(long)]
