@@ -177,8 +177,8 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     }
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "--check" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra" | "--objects"
-            | "--mutants" => {}
+            "--check" | "--sweep" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra"
+            | "--objects" | "--mutants" => {}
             how_much if HOW_MUCH.contains(&how_much) => {}
             "--out" => {
                 arguments.next();

@@ -359,7 +359,8 @@ fn matches(pattern: &str, name: &str) -> bool {
 pub fn generate(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Generated, UnitsError> {
     match &wanted.earlier {
         Some(earlier) => {
-            render::pages(earlier::design(units, options, wanted, earlier)?, units, options, wanted)
+            let design = earlier::design(units, options, wanted, earlier)?;
+            Ok(render::pages(design, units, options, wanted))
         }
         None => render::files(structure::design(units, options, wanted)?, units, options, wanted),
     }

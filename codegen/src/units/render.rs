@@ -89,19 +89,11 @@ fn of_pages(design: &Design, units: &[Unit], wanted: &Wanted) -> BTreeMap<PathBu
 }
 
 /// The pages alone, for a routine that is there already.
-///
-/// # Errors
-/// None so far; as [`files`].
-pub fn pages(
-    design: Design,
-    units: &[Unit],
-    options: &Options,
-    wanted: &Wanted,
-) -> Result<Generated, UnitsError> {
+pub fn pages(design: Design, units: &[Unit], options: &Options, wanted: &Wanted) -> Generated {
     let name = options.name.clone().unwrap_or_else(|| design.quantity.default_name.clone());
     let files = of_pages(&design, units, wanted);
     let certificate = certificate(units, &files, &name, entry(&design, &name), options);
-    Ok(Generated { name, files, certificate, design })
+    Generated { name, files, certificate, design }
 }
 
 /// All files.

@@ -41,3 +41,49 @@ impl Coefficients {
         self.joint_covariance = rows.map(|(_, row)| kept(row)).collect();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coefficients::parse;
+    use crate::error_model::{ErrorModel, Sensor};
+    use crate::terms::{Operator, Product, Scope, Term};
+
+    /// A polynomial of two coefficients and a drift, with a joint covariance.
+    fn file() -> Coefficients {
+        let sensor = Sensor::Direct { unit: "mm".into(), revolution: None };
+        let model = ErrorModel { sensor, centre: 0.0, coefficients: vec![0.1, 0.2] };
+        let mut file = Coefficients::of_model(&model, -1.0, 1.0, "by hand");
+        file.terms.push(Term {
+            effect: "thermal_zero_drift".into(),
+            scope: Scope::Device,
+            operator: Operator::Product(Product::of("temperature_c", 22.0)),
+            coefficients: vec![0.3],
+            covariance: vec![vec![5.0]],
+        });
+        file.joint_covariance = vec![vec![1.0, 0.5, -0.2], vec![0.5, 2.0, 0.1], vec![-0.2, 0.1, 5.0]];
+        file
+    }
+
+    #[test]
+    fn what_is_stated_jointly_comes_before_the_parts() {
+        let mut file = file();
+        let read = parse("a.json", &file.to_sealed_json()).unwrap();
+        assert_eq!(read.covariance_of_all(), Some(file.joint_covariance.clone()));
+        file.keep_in_covariance(|k| k != 1);
+        assert_eq!(file.joint_covariance, vec![vec![1.0, -0.2], vec![-0.2, 5.0]]);
+        // Of a polynomial without a covariance of its own nothing is known.
+        file.joint_covariance.clear();
+        assert_eq!(file.covariance_of_all(), None);
+    }
+
+    #[test]
+    fn another_size_is_refused() {
+        let mut file = file();
+        file.joint_covariance.pop();
+        let error = parse("a.json", &file.to_json()).unwrap_err().to_string();
+        assert!(error.contains("`joint_covariance` is not 3 by 3"), "{error}");
+        file.joint_covariance.push(vec![0.0, 0.0]);
+        assert!(parse("a.json", &file.to_json()).is_err());
+    }
+}
