@@ -336,7 +336,11 @@ def main():
     else:
         print("skipped: the Silverbox comparison needs ARCSMITH_RECORDINGS", file=sys.stderr)
         lines += ["Left out in this run: the recordings were not there."]
-    (ROOT / "docs/benchmarks.md").write_text("\n".join(lines) + "\n")
+    page = ROOT / "docs/benchmarks.md"
+    # What `benches/new_user.py` wrote stays.
+    begin = "<!-- new_user.py -->"
+    kept = begin + page.read_text().split(begin, 1)[1] if page.exists() and begin in page.read_text() else ""
+    page.write_text("\n".join(lines) + "\n" + ("\n" + kept if kept else ""))
     print("\n".join(lines))
 
 

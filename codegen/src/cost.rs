@@ -174,6 +174,8 @@ impl Core {
                     }
                 }
                 Op::Bits { .. } => w.bits,
+                // A constant, and twice a comparison and a conditional sum.
+                Op::Around { .. } => w.constant + w.clamp,
                 Op::Shifted { add, .. } => {
                     let constant = if *add == 0 { 0.0 } else { w.constant + w.subtract };
                     w.shift + w.subtract + constant

@@ -3,6 +3,7 @@
 use crate::bound::{Bound, Overflows};
 use crate::exact::Interval;
 use crate::output::{Output, OutputError};
+use crate::physics::Ledger;
 use crate::program::{Program, Stage};
 
 /// A routine as designed: program, bound, and what its output word stands for.
@@ -24,6 +25,8 @@ pub struct Design {
     pub sum_bits: i64,
     /// Fractional bits of the output, where it is a power-of-two fraction.
     pub fraction_bits: Option<i64>,
+    /// What is known of the steps of further physics, where there are any.
+    pub ledger: Option<Ledger>,
 }
 
 /// Why there is no design.

@@ -1,47 +1,94 @@
 //! How well the model itself is known: its 95 % band, from the covariance of what was fitted. This is an estimate
 //! of statistics, not a proof, and stands apart from the bound: the bound says how near the routine is to the
 //! model, the band how near the model is to the device.
+//!
+//! The band at a reading is 1.96·√(vᵀCv), v being what the coefficients of polynomial and terms are multiplied by
+//! there and C their joint covariance. What is stated is its largest value over the range, the boxes of the further
+//! inputs, and whatever a memory can hold.
 
 use fitter::coefficients::Coefficients;
-use fitter::terms::{Factor, Operator, Term};
+use fitter::terms::{Operator, Side, Term};
 
-use crate::physics::Physics;
+use crate::physics::{Physics, by_time};
 use crate::quantity::Quantity;
 
 /// Two-sided 95 % of a normal distribution.
 const NORMAL_95: f64 = 1.959_964;
-/// Readings at which the band is evaluated.
+/// Readings at which the band is evaluated, and values of each further input.
 const POINTS: u32 = 401;
+const OF_AN_INPUT: u32 = 5;
+/// Combinations of what memories hold that are tried; where there are more, each counts by itself.
+const MOST_COMBINATIONS: u32 = 256;
 
-/// The largest half-width of the 95 % band over the range and the boxes, in the bound's unit; none where some
-/// covariance is not known. Polynomial and terms are taken as independent of each other, for the file has no
-/// covariance between them, and each term at its largest.
+/// The largest half-width of the 95 % band over the range and the boxes, in the bound's unit; none where the
+/// covariance is not known.
 pub fn band(
     coefficients: &Coefficients,
     physics: &Physics,
     quantity: &Quantity,
     range: (f64, f64),
 ) -> Option<f64> {
-    let covariance = &coefficients.identification.as_ref()?.covariance;
-    let mut of_terms = 0.0;
-    for term in &physics.terms {
-        of_terms += variance(term, coefficients, physics, range)?;
-    }
-    if covariance.len() != coefficients.base.coefficients.len() {
-        return None;
-    }
-    let of_base = |reading: f64| {
-        let x = reading - coefficients.base.centre;
-        let mut powers = vec![1.0; covariance.len()];
-        for k in 1..powers.len() {
-            powers[k] = powers[k - 1] * x;
+    let all = coefficients.covariance_of_all()?;
+    let size = coefficients.base.coefficients.len();
+    // What is left out of the routine is left out of its band.
+    let mut kept: Vec<usize> = (0..size).collect();
+    let mut terms: Vec<&Term> = Vec::new();
+    let mut first = size;
+    for term in &coefficients.terms {
+        if physics.terms.contains(term) {
+            kept.extend(first..first + term.coefficients.len());
+            terms.push(term);
         }
-        let gain = coefficients.sensor.gain(reading) * quantity.bound_units_per_unit;
-        gain * gain * quadratic(covariance, &powers)
-    };
+        first += term.coefficients.len();
+    }
+    let covariance: Vec<Vec<f64>> = kept.iter().map(|i| kept.iter().map(|j| all[*i][*j]).collect()).collect();
+    let model = Model { coefficients, physics, terms, per_unit: quantity.bound_units_per_unit, range };
     let at = |i: u32| range.0 + (range.1 - range.0) * f64::from(i) / f64::from(POINTS - 1);
-    let largest = (0..POINTS).map(|i| of_base(at(i))).fold(0.0, f64::max);
-    Some(NORMAL_95 * (largest + of_terms).sqrt())
+    let points = model.inputs();
+    let largest = (0..POINTS)
+        .flat_map(|i| points.iter().map(move |inputs| (at(i), inputs)))
+        .map(|(reading, inputs)| worst(&covariance, &model.columns(reading, inputs)))
+        .fold(0.0, f64::max);
+    Some(NORMAL_95 * model.gain_of_harmonics() * largest)
+}
+
+/// What a coefficient is multiplied by.
+#[derive(Clone, Copy)]
+enum Column {
+    /// A number that reading and inputs give.
+    Known(f64),
+    /// Anything between two ends, by what came before.
+    Between(f64, f64),
+}
+
+/// The largest standard deviation, whatever the memories hold: it is convex in them, so the ends are enough.
+fn worst(covariance: &[Vec<f64>], columns: &[Column]) -> f64 {
+    let open: Vec<usize> =
+        (0..columns.len()).filter(|k| matches!(columns[*k], Column::Between(..))).collect();
+    let value = |k: usize, upper: bool| match columns[k] {
+        Column::Known(v) => v,
+        Column::Between(low, high) => {
+            if upper {
+                high
+            } else {
+                low
+            }
+        }
+    };
+    let combinations = 1u32.checked_shl(open.len() as u32).filter(|n| (1..=MOST_COMBINATIONS).contains(n));
+    if let Some(n) = combinations {
+        let combined = |bits: u32| {
+            let upper = |k: usize| open.iter().position(|o| *o == k).is_some_and(|i| bits >> i & 1 == 1);
+            let v: Vec<f64> = (0..columns.len()).map(|k| value(k, upper(k))).collect();
+            quadratic(covariance, &v).sqrt()
+        };
+        return (0..n).map(combined).fold(0.0, f64::max);
+    }
+    // A sum's deviation is at most the sum of its parts' deviations.
+    let known: Vec<f64> = columns.iter().map(|c| if let Column::Known(v) = c { *v } else { 0.0 }).collect();
+    let of_one =
+        |k: &usize| value(*k, true).abs().max(value(*k, false).abs()) * covariance[*k][*k].max(0.0).sqrt();
+    quadratic(covariance, &known).sqrt() + open.iter().map(of_one).sum::<f64>()
 }
 
 fn quadratic(covariance: &[Vec<f64>], v: &[f64]) -> f64 {
@@ -49,47 +96,144 @@ fn quadratic(covariance: &[Vec<f64>], v: &[f64]) -> f64 {
     covariance.iter().zip(v).map(|(r, x)| x * row(r)).sum::<f64>().max(0.0)
 }
 
-/// The largest variance that a term's coefficients give it.
-fn variance(
-    term: &Term,
-    coefficients: &Coefficients,
-    physics: &Physics,
-    (from, to): (f64, f64),
-) -> Option<f64> {
-    if term.covariance.len() != term.coefficients.len() {
-        return None;
+/// What the band is of.
+struct Model<'a> {
+    coefficients: &'a Coefficients,
+    physics: &'a Physics,
+    terms: Vec<&'a Term>,
+    /// The bound's unit per unit of the polynomial's error.
+    per_unit: f64,
+    range: (f64, f64),
+}
+
+impl Model<'_> {
+    /// Values of the further inputs all over their boxes.
+    fn inputs(&self) -> Vec<Vec<f64>> {
+        let mut points = vec![Vec::new()];
+        for input in &self.physics.further {
+            let at =
+                |i: u32| input.from + (input.to - input.from) * f64::from(i) / f64::from(OF_AN_INPUT - 1);
+            let longer = |point: &Vec<f64>, i: u32| point.iter().copied().chain([at(i)]).collect();
+            points = points.iter().flat_map(|p| (0..OF_AN_INPUT).map(move |i| longer(p, i))).collect();
+        }
+        points
     }
-    // The ends between which an observable lies: each rises with what it is a function of.
-    let ends = |name: &str| match physics.further.iter().find(|g| g.observable == name) {
-        Some(input) => [input.from, input.to],
-        None => [from, to].map(|reading| {
-            let angle = coefficients.sensor.calculated(reading);
-            match name {
-                "angle_deg" => angle.to_degrees(),
-                "angle_arcsec" => angle * fitter::units::ARCSEC_PER_RAD,
-                _ => reading,
+
+    /// An observable where the reading is this and the further inputs are these.
+    fn observed(&self, name: &str, reading: f64, inputs: &[f64]) -> f64 {
+        let further = self.physics.further.iter().zip(inputs).find(|(g, _)| g.observable == name);
+        if let Some((_, value)) = further {
+            return *value;
+        }
+        let angle = self.coefficients.sensor.calculated(reading);
+        match name {
+            "angle_deg" => angle.to_degrees(),
+            "angle_arcsec" => angle * fitter::units::ARCSEC_PER_RAD,
+            _ => reading,
+        }
+    }
+
+    /// The ends between which an observable lies: each rises with what it is a function of.
+    fn ends(&self, name: &str) -> [f64; 2] {
+        let [low, high] = [0, 1].map(|end| {
+            let inputs: Vec<f64> =
+                self.physics.further.iter().map(|g| if end == 0 { g.from } else { g.to }).collect();
+            self.observed(name, if end == 0 { self.range.0 } else { self.range.1 }, &inputs)
+        });
+        [low, high]
+    }
+
+    /// What each coefficient is multiplied by, in the bound's unit.
+    fn columns(&self, reading: f64, inputs: &[f64]) -> Vec<Column> {
+        let sensor = &self.coefficients.sensor;
+        let x = reading - self.coefficients.base.centre;
+        let mut power = sensor.gain(reading) * self.per_unit;
+        let mut columns = Vec::new();
+        for _ in &self.coefficients.base.coefficients {
+            columns.push(Column::Known(power));
+            power *= x;
+        }
+        // Coefficients of terms are in the unit of statistics, as the bound is.
+        for term in &self.terms {
+            self.of_term(term, reading, inputs, &mut columns);
+        }
+        columns
+    }
+
+    fn of_term(&self, term: &Term, reading: f64, inputs: &[f64], into: &mut Vec<Column>) {
+        let observed = |name: &str| self.observed(name, reading, inputs);
+        match &term.operator {
+            Operator::Product(product) => {
+                let factors = product.factors.iter();
+                let value = factors.map(|f| (observed(&f.observable) - f.mean).powi(i32::from(f.power)));
+                into.push(Column::Known(value.product()));
             }
-        }),
-    };
-    let farthest = |name: &str, mean: f64| ends(name).iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
-    let columns: Vec<f64> = match &term.operator {
-        Operator::Product(product) => {
-            let factor = |f: &Factor| farthest(&f.observable, f.mean).powi(i32::from(f.power));
-            vec![product.factors.iter().map(factor).product()]
+            Operator::Play(play) => {
+                into.extend(play.elements.iter().map(|e| Column::Between(-e.half_width, e.half_width)));
+            }
+            Operator::Lag(lag) => {
+                let [low, high] = self.ends(&lag.observable).map(|v| v - lag.mean);
+                into.push(Column::Between(low, high));
+            }
+            // Across the whole range from one call to the next.
+            Operator::Rate(rate) => {
+                let [low, high] = self.ends(&rate.observable);
+                let most = (high - low).abs() / self.physics.period_s;
+                into.push(Column::Between(-most, most));
+            }
+            Operator::Hinge(hinge) => {
+                let beyond = observed(&hinge.observable) - hinge.threshold;
+                into.push(Column::Known(if hinge.side == Side::Above { beyond } else { -beyond }.max(0.0)));
+            }
+            Operator::Gaussian(gaussian) => {
+                let z = (observed(&gaussian.observable) - gaussian.centre) / gaussian.width;
+                into.push(Column::Known((-0.5 * z * z).exp()));
+            }
+            Operator::Exponential(e) if by_time(e, &self.physics.further) => {
+                into.push(Column::Between(0.0, 1.0));
+            }
+            Operator::Exponential(e) => {
+                let since = (observed(&e.observable) - e.start).max(0.0);
+                into.push(Column::Known(-(-since / e.scale).exp_m1()));
+            }
+            Operator::Step(step) => {
+                into.push(Column::Known(f64::from(u8::from(observed(&step.observable) >= step.at))));
+            }
+            Operator::Periodic(periodic) => {
+                let truth = self.coefficients.error_model().corrected(reading) * self.per_unit;
+                into.extend(periodic.columns_at(truth).into_iter().map(Column::Known));
+            }
         }
-        Operator::Play(play) => play.elements.iter().map(|e| e.half_width).collect(),
-        Operator::Lag(lag) => vec![farthest(&lag.observable, lag.mean)],
-        Operator::Hinge(hinge) => vec![farthest(&hinge.observable, hinge.threshold)],
-        // Across the whole range from one call to the next.
-        Operator::Rate(rate) => {
-            let [low, high] = ends(&rate.observable);
-            vec![(high - low).abs() / physics.period_s]
-        }
-        // Cosine and sine, bumps, steps and saturating terms stay within 1.
-        Operator::Periodic(_) | Operator::Gaussian(_) | Operator::Exponential(_) | Operator::Step(_) => {
-            vec![1.0; term.coefficients.len()]
-        }
-    };
-    let sized: Vec<Vec<f64>> = term.covariance.iter().map(|r| r.iter().map(|c| c.abs()).collect()).collect();
-    Some(quadratic(&sized, &columns))
+    }
+
+    /// How much an error of the model is enlarged where the result is a solution with harmonics of itself.
+    fn gain_of_harmonics(&self) -> f64 {
+        let steepest = self.terms.iter().map(|t| match &t.operator {
+            Operator::Periodic(periodic) => periodic.steepest(&t.coefficients),
+            _ => 0.0,
+        });
+        1.0 / (1.0 - steepest.sum::<f64>()).max(f64::MIN_POSITIVE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two coefficients that are known only together: their sum is known well, each by itself badly.
+    #[test]
+    fn what_is_fitted_jointly_is_known_jointly() {
+        let covariance = vec![vec![4.0, -3.9], vec![-3.9, 4.0]];
+        let sum = worst(&covariance, &[Column::Known(1.0), Column::Known(1.0)]);
+        assert!((sum - 0.2f64.sqrt()).abs() < 1e-12, "{sum}");
+        // A memory that can take either sign takes the worse.
+        let free = worst(&covariance, &[Column::Known(1.0), Column::Between(-1.0, 1.0)]);
+        assert!((free - 15.8f64.sqrt()).abs() < 1e-12, "{free}");
+        // Too many to be combined: the sum of the deviations, which is more than any combination's.
+        let n = 12;
+        let unit: Vec<Vec<f64>> =
+            (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+        let many = worst(&unit, &vec![Column::Between(-1.0, 1.0); n]);
+        assert!((many - n as f64).abs() < 1e-12, "{many}");
+    }
 }

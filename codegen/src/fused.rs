@@ -51,7 +51,17 @@ pub fn design(
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = grid.fraction_bits(format, output);
         let sum_bits = grid.bits[0];
-        Ok(Design { program, bound, degree, segments: 1, minimax, unit, sum_bits, fraction_bits })
+        Ok(Design {
+            program,
+            bound,
+            degree,
+            segments: 1,
+            minimax,
+            unit,
+            sum_bits,
+            fraction_bits,
+            ledger: None,
+        })
     };
     if let Format::F32 { .. } = format {
         return build(Grid::float(&best), true);

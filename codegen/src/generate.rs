@@ -138,12 +138,7 @@ pub fn generate(
         let function = format!("{name}_{}", routine.options.suffix());
         let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
         let view = renderer.view(routine, &entry, &quantity, options)?;
-        // The script proves functions of one variable.
-        let script = match routine.physics.is_empty() {
-            true => gappa::script(&renderer, routine, &function, &provenance)?,
-            false => None,
-        };
-        if let Some(script) = script {
+        if let Some(script) = gappa::script(&renderer, routine, &function, &provenance)? {
             files.insert(PathBuf::from(format!("gappa/{function}.g")), script);
         }
         described.push((entry, view));

@@ -147,6 +147,13 @@ fn run(program: &Program, state: &[i64], arguments: &[Word], which: &[usize]) ->
                 let sum = (int(*a) << by) + int(*b) + i128::from(*add);
                 narrow(index, step.ty, i128::from(sum as u32))?
             }
+            Op::Around { a, turn } => {
+                let (sum, turn) = (i64::from(int(*a) as u32 as i32), i64::from(*turn));
+                if !(-turn..2 * turn).contains(&sum) {
+                    return Err(Overflow { step: index, value: sum.into(), ty: step.ty });
+                }
+                Word::Int(sum.rem_euclid(turn))
+            }
             Op::Entry { index: row, column } => {
                 let row = usize::try_from(int(*row)).unwrap_or(usize::MAX);
                 let entry = program.table.get(row).and_then(|r| r.get(*column));

@@ -77,6 +77,8 @@ pub enum Op {
     Bits { a: Operand, from: u32, bits: u32 },
     /// a·2^by + b + add modulo 2³².
     Shifted { a: Operand, by: u32, b: Operand, add: i64 },
+    /// A sum modulo 2³², taken as a signed number of −turn to 2·turn, modulo the turn: in 0…turn − 1.
+    Around { a: Operand, turn: u32 },
     /// Entry `column` of row `index` of the table.
     Entry { index: Operand, column: usize },
     /// c + a·b in 64 bits, exactly; b a constant.
@@ -127,6 +129,7 @@ impl Op {
             | Op::Index { a, .. }
             | Op::Wrap { a, .. }
             | Op::Bits { a, .. }
+            | Op::Around { a, .. }
             | Op::Phase { a, .. }
             | Op::High { a, .. }
             | Op::Truncate { a }
@@ -263,8 +266,8 @@ impl Program {
         self.needed(self.state.iter().map(|word| word.next).chain(results))
     }
 
-    /// The steps that lead to some operands.
-    fn needed(&self, wanted: impl Iterator<Item = Operand>) -> Vec<usize> {
+    /// The steps that lead to some operands, in their order.
+    pub fn needed(&self, wanted: impl Iterator<Item = Operand>) -> Vec<usize> {
         let mut needed = vec![false; self.steps.len()];
         let mark = |needed: &mut Vec<bool>, operand: Operand| {
             if let Operand::Step(i) = operand {

@@ -11,30 +11,15 @@ use codegen::generate::{GenerateError, Generated, generate};
 use codegen::options::Options;
 use codegen::turn::{Encoder, TurnError, verify};
 use fitter::coefficients::Coefficients;
-use fitter::error_model::{ErrorModel, Sensor};
-use fitter::terms::{Operator, Periodic, Scope, Term};
-use fitter::turn::Turn;
 use proptest::prelude::*;
 
-/// An encoder that reports `unit`, with a zero and the amplitudes of cosine and sine of each harmonic.
-fn encoder(unit: &str, revolution: f64, zero: f64, waves: &[f64]) -> Coefficients {
-    let sensor = Sensor::Direct { unit: unit.into(), revolution: Some(revolution) };
-    let model = ErrorModel { sensor, centre: 0.5 * revolution, coefficients: vec![zero] };
-    let mut file = Coefficients::of_model(&model, 0.0, revolution, "by hand");
-    file.turn = Some(Turn::single(revolution));
-    file.terms.push(Term {
-        effect: "periodic_error".into(),
-        scope: Scope::Device,
-        operator: Operator::Periodic(Periodic::of(revolution, (waves.len() / 2) as u16)),
-        coefficients: waves.to_vec(),
-        covariance: Vec::new(),
-    });
-    file
-}
+#[path = "../src/turn/fixtures.rs"]
+mod fixtures;
+use fixtures::encoder;
 
 /// Eccentric by 0.4°, with smaller harmonics.
 fn usual() -> Coefficients {
-    encoder("deg", 360.0, 137.3, &[0.3, 0.25, -0.1, 0.05, 0.0, 0.0, 0.02, -0.03])
+    encoder(360.0, 137.3, &[0.3, 0.25, -0.1, 0.05, 0.0, 0.0, 0.02, -0.03])
 }
 
 fn options(encoder: Encoder) -> Options {
@@ -42,15 +27,16 @@ fn options(encoder: Encoder) -> Options {
 }
 
 /// The largest distance of the results of all counts from the fitter's solution, in counts of the result.
-fn worst(file: &Coefficients, results: &[u32], input: u32, output: u32) -> f64 {
+fn worst(file: &Coefficients, results: &[u32], counts: u32, result_counts: u32) -> f64 {
     let revolution = file.turn.as_ref().unwrap().revolution;
-    let counts = 2f64.powi(output as i32);
-    (0..1u32 << input)
+    let turn = f64::from(result_counts);
+    (0..counts)
         .map(|count| {
-            let reading = f64::from(count) * revolution / 2f64.powi(input as i32);
-            let exact = fitter::turn::corrected(file, reading).unwrap() / revolution * counts;
+            let reading = f64::from(count) * revolution / f64::from(counts);
+            let exact = fitter::turn::corrected(file, reading).unwrap() / revolution * turn;
+            assert!(results[count as usize] < result_counts);
             let off = f64::from(results[count as usize]) - exact;
-            (off - counts * (off / counts).round()).abs()
+            (off - turn * (off / turn).round()).abs()
         })
         .fold(0.0, f64::max)
 }
@@ -63,10 +49,10 @@ fn swept(generated: &Generated, file: &Coefficients, options: &Options) -> verif
 }
 
 /// Compiles the C with a program that prints the result of every count.
-fn compiled(generated: &Generated, bits: u32) -> Vec<u32> {
+fn compiled(generated: &Generated, counts: u32) -> Vec<u32> {
     let folder = tempfile::tempdir().unwrap();
     let mut all: BTreeMap<PathBuf, String> = generated.files.clone();
-    let main = "#include <stdio.h>\n#include \"corrected_counts.h\"\nint main(void) { for (uint32_t c = 0; c < (1u << BITS); ++c) \
+    let main = "#include <stdio.h>\n#include \"corrected_counts.h\"\nint main(void) { for (uint32_t c = 0; c < COUNTS; ++c) \
                 { printf(\"%lu\\n\", (unsigned long)corrected_counts(c)); } return 0; }\n";
     all.insert("c/main.c".into(), main.into());
     files::write(folder.path(), &all).unwrap();
@@ -81,7 +67,7 @@ fn compiled(generated: &Generated, bits: u32) -> Vec<u32> {
             "-fsanitize=undefined",
             "-fno-sanitize-recover=all",
         ])
-        .args([&format!("-DBITS={bits}"), "main.c", "corrected_counts.c", "-o", "sweep"])
+        .args([&format!("-DCOUNTS={counts}u"), "main.c", "corrected_counts.c", "-o", "sweep"])
         .current_dir(&c)
         .output()
         .unwrap();
@@ -103,15 +89,16 @@ fn every_count_is_within_the_bound() {
         (16, None, Core::CortexM0, None),
         (18, None, Core::CortexM4f, Some(4096)),
     ] {
-        let wanted = Encoder { bits: Some(bits), output_bits, core: Some(core), flash_bytes };
+        let wanted =
+            Encoder { bits: Some(bits), output_bits, core: Some(core), flash_bytes, ..Encoder::default() };
         let options = options(wanted);
         let generated = generate(&file, "", &options).unwrap();
         let entry = &generated.certificate.routines[0];
         let output = output_bits.unwrap_or(bits);
         let lsb = 360.0 / 2f64.powi(output as i32);
         assert!(entry.bound <= 0.55 * lsb, "{bits} bits: {} of {lsb}", entry.bound);
-        let results = compiled(&generated, bits);
-        let found = worst(&file, &results, bits, output) * lsb;
+        let results = compiled(&generated, 1 << bits);
+        let found = worst(&file, &results, 1 << bits, 1 << output) * lsb;
         assert!(found <= entry.bound * (1.0 + 1e-9), "{bits} bits: {found} > {}", entry.bound);
         // Nothing is given away: the bound is what the worst count has.
         assert!(found >= entry.bound * (1.0 - 1e-6), "{bits} bits: {found} < {}", entry.bound);
@@ -120,6 +107,55 @@ fn every_count_is_within_the_bound() {
         assert_eq!(report.sweeps.len(), 2);
         assert!(report.sweeps.iter().all(|s| s.words >= 1 << bits));
     }
+}
+
+/// Turns that are no power of two: line encoders, tenths of a degree, a few counts more than a power. The sum wraps at
+/// both ends, for the zero lies close to one of them.
+#[test]
+fn turns_of_any_number_of_counts() {
+    for (counts, finer, zero, core, flash_bytes) in [
+        (4000, 0, 1.7, Core::CortexM4f, None),
+        (4000, 2, 3998.2, Core::CortexM0, Some(100_000)),
+        (10_000, 0, -2.3, Core::CortexM4f, None),
+        (3600, 1, 1800.4, Core::CortexM0, None),
+        (3600, 0, 0.1, Core::CortexM3, Some(100_000)),
+        (16_385, 0, 8000.0, Core::CortexM4f, None),
+        (257, 3, 0.0, Core::CortexM0, None),
+        (100_000, 0, 99_999.6, Core::CortexM4f, Some(8192)),
+    ] {
+        let turn = f64::from(counts);
+        let waves = [0.0011, 0.0007, -0.0003, 0.0002, 0.0, 0.0001].map(|w| w * turn);
+        let file = encoder(turn, zero, &waves);
+        let words = codegen::turn::shape::Words { counts, finer };
+        let wanted = Encoder {
+            output_bits: Some(words.output()),
+            core: Some(core),
+            flash_bytes,
+            ..Encoder::default()
+        };
+        let options = options(wanted);
+        let generated = generate(&file, "", &options).unwrap_or_else(|e| panic!("{counts}: {e}"));
+        let entry = &generated.certificate.routines[0];
+        let lsb = 0.5f64.powi(finer as i32);
+        assert!(entry.bound <= 0.55 * lsb, "{counts}: {} of {lsb}", entry.bound);
+        let results = compiled(&generated, counts);
+        let found = worst(&file, &results, counts, counts << finer) * lsb;
+        assert!(found <= entry.bound * (1.0 + 1e-9), "{counts}: {found} > {}", entry.bound);
+        assert!(found >= entry.bound * (1.0 - 1e-6), "{counts}: {found} < {}", entry.bound);
+        // Round the whole turn and over its end, one step of the result after the other.
+        let turned: Vec<u32> = (0..counts).map(|c| results[c as usize]).collect();
+        assert!(turned.windows(2).any(|w| w[1] < w[0]) || zero.rem_euclid(turn) < 10.0, "it wraps somewhere");
+        let report = swept(&generated, &file, &options);
+        assert!(report.holds(), "{}", report.text());
+        // Words beyond the turn are given as well.
+        assert!(report.sweeps.iter().all(|s| s.words > counts.into()));
+    }
+    // The number of counts may also be said, where the recording is in another unit.
+    let options = options(Encoder { counts: Some(4000), ..Encoder::default() });
+    let generated = generate(&usual(), "", &options).unwrap();
+    let results = compiled(&generated, 4000);
+    let found = worst(&usual(), &results, 4000, 4000) * 360.0 / 4000.0;
+    assert!(found <= generated.certificate.routines[0].bound * (1.0 + 1e-9));
 }
 
 /// A damaged table, and a damaged certificate, are found.
@@ -160,9 +196,15 @@ fn what_cannot_be_generated_is_said() {
     assert!(matches!(error(&usual(), coarse, None), TurnError::OutputBits { .. }));
     let small = Encoder { flash_bytes: Some(40), ..bits(14) };
     assert!(matches!(error(&usual(), small, None), TurnError::Nothing { .. }));
-    let lines = encoder("counts", 10_000.0, 3.0, &[20.0, 0.0]);
-    assert!(matches!(error(&lines, none, None), TurnError::Counts { .. }));
-    let counts = encoder("counts", 16384.0, 3.0, &[20.0, 0.0]);
+    for turn in [10_000.5, 100.0, 300_000.0] {
+        let lines = encoder(turn, 3.0, &[0.001 * turn, 0.0]);
+        assert!(matches!(error(&lines, none, None), TurnError::Counts { .. }));
+    }
+    let other = Encoder { counts: Some(4000), ..none };
+    let lines = encoder(10_000.0, 3.0, &[20.0, 0.0]);
+    assert!(matches!(error(&lines, other, None), TurnError::Contradiction { .. }));
+    assert!(matches!(error(&usual(), Encoder { bits: Some(12), ..other }, None), TurnError::BitsAndCounts));
+    let counts = encoder(16384.0, 3.0, &[20.0, 0.0]);
     assert!(matches!(error(&counts, bits(12), None), TurnError::Contradiction { .. }));
 }
 
@@ -180,8 +222,8 @@ proptest! {
     ) {
         let counts = 2f64.powi(bits as i32);
         let waves: Vec<f64> = waves[..waves.len() / 2 * 2].iter().map(|w| w * counts).collect();
-        let file = encoder("counts", counts, zero, &waves);
-        let wanted = Encoder { bits: None, output_bits: Some(bits + finer), core: Some(core), flash_bytes: Some(1 << 16) };
+        let file = encoder(counts, zero, &waves);
+        let wanted = Encoder { output_bits: Some(bits + finer), core: Some(core), flash_bytes: Some(1 << 16), ..Encoder::default() };
         let lsb = 0.5f64.powi(finer as i32);
         let generated = generate(&file, "", &Options { bound: Some(bound * lsb), ..options(wanted) }).unwrap();
         let entry = &generated.certificate.routines[0];
@@ -192,7 +234,7 @@ proptest! {
                 codegen::interpret::interpret(&routine.program, &word).unwrap().word.bits() as u32
             })
             .collect();
-        let found = worst(&file, &results, bits, bits + finer) * lsb;
+        let found = worst(&file, &results, 1 << bits, 1 << (bits + finer)) * lsb;
         prop_assert!(entry.bound <= bound * lsb);
         prop_assert!(found <= entry.bound * (1.0 + 1e-9), "{found} > {}", entry.bound);
     }

@@ -1,14 +1,13 @@
 //! Routines for many units: random coefficients and damaged pages through the compiled C and Rust alike.
 
-use std::io::Write;
-use std::path::Path;
-use std::process::{Command, Stdio};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use codegen::files;
 use codegen::format::Format;
 use codegen::options::{Ends, Method, Options};
 use codegen::units::page::{Page, crc32};
-use codegen::units::{Generated, Unit, UnitsError, Wanted, earlier, generate, render};
+use codegen::units::{Generated, Unit, UnitsError, Wanted, earlier, generate, render, verify};
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::units::ARCSEC_PER_RAD;
@@ -45,70 +44,35 @@ fn options() -> Options {
     Options { routines, bound: Some(0.005), ..Options::default() }
 }
 
-/// The generated files with both programs, compiled.
+/// The generated files with the programs of `codegen verify`, compiled.
 struct Compiled {
-    folder: TempDir,
+    _folder: TempDir,
+    programs: Vec<(&'static str, PathBuf)>,
 }
 
 impl Compiled {
     fn new(generated: &Generated) -> Self {
         let folder = tempfile::tempdir().unwrap();
         files::write(folder.path(), &generated.files).unwrap();
-        let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pages");
-        let c = folder.path().join("c");
-        std::fs::create_dir(folder.path().join("run")).unwrap();
-        std::fs::copy(here.join("run.rs"), folder.path().join("run/run.rs")).unwrap();
-        let run = |command: &mut Command| {
-            let out = command.output().unwrap();
-            assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-        };
-        run(Command::new("cc")
-            .args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined"])
-            .args(["-fno-sanitize-recover=all", "corrected_angle.c", "-I."])
-            .arg(here.join("run.c"))
-            .args(["-o", "../run-c"])
-            .current_dir(&c));
-        run(Command::new("rustc")
-            .args(["--edition", "2021", "-O", "-C", "overflow-checks=on", "run/run.rs", "-o", "run-rust"])
-            .current_dir(folder.path()));
-        Compiled { folder }
-    }
-
-    fn run(&self, program: &str, input: &[u8]) -> Vec<i32> {
-        let mut child = Command::new(self.folder.path().join(program))
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut stdin = child.stdin.take().unwrap();
-        let input = input.to_vec();
-        let writer = std::thread::spawn(move || stdin.write_all(&input).unwrap());
-        let out = child.wait_with_output().unwrap();
-        writer.join().unwrap();
-        assert!(out.status.success(), "{program}: {}", out.status);
-        out.stdout.chunks_exact(4).map(|b| i32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+        let build = folder.path().join("run");
+        std::fs::create_dir(&build).unwrap();
+        let design = &generated.design;
+        let programs = verify::compile(folder.path(), &generated.name, design, true, &build).unwrap();
+        Compiled { _folder: folder, programs }
     }
 
     /// Status and results of pages with words, the same in both languages.
     fn both(&self, pages: &[(Vec<u8>, Vec<i32>)]) -> Vec<(i32, Vec<i32>)> {
-        let mut input = Vec::new();
-        for (page, words) in pages {
-            input.extend((page.len() as u32).to_le_bytes());
-            input.extend(page);
-            input.extend((words.len() as u32).to_le_bytes());
-            words.iter().for_each(|w| input.extend(w.to_le_bytes()));
-        }
-        let (c, rust) = (self.run("run-c", &input), self.run("run-rust", &input));
-        assert_eq!(c, rust);
-        let mut rest = c.into_iter();
-        pages
-            .iter()
-            .map(|(_, words)| {
-                let status = rest.next().unwrap();
-                let count = if status == 0 { words.len() } else { 0 };
-                (status, rest.by_ref().take(count).collect())
-            })
-            .collect()
+        let readings: Vec<Vec<Vec<u32>>> =
+            pages.iter().map(|(_, words)| words.iter().map(|w| vec![*w as u32]).collect()).collect();
+        let given: Vec<verify::Given> =
+            pages.iter().zip(&readings).map(|((page, _), readings)| (&page[..], &readings[..])).collect();
+        let found: Vec<_> = self.programs.iter().map(|(_, p)| verify::run(p, &given).unwrap()).collect();
+        assert_eq!(found[0], found[1]);
+        let signed = |(status, results): &(i32, Vec<u32>)| {
+            (*status, results.iter().map(|word| *word as i32).collect())
+        };
+        found[0].iter().map(signed).collect()
     }
 }
 
@@ -171,7 +135,9 @@ fn every_unit_is_within_its_bound_and_the_loader_refuses_damage() {
     let last = word(&good, 6 + design.degree) as i32;
     let beyond = design.program.page[design.degree].to as i32 + 1;
     assert!(last < beyond);
-    let most = (0..units.len()).map(|i| word(&pages[i].0, 4)).max().unwrap();
+    // The routine's bound, which has a margin beyond the units'.
+    let most = (256.0 * (design.total / lsb).next_up()).ceil() as u32;
+    assert!((0..units.len()).all(|i| word(&pages[i].0, 4) <= most));
     for (bytes, expected) in [
         (good[..good.len() - 1].to_vec(), 1),
         (Vec::new(), 1),
@@ -266,6 +232,78 @@ fn later_units_share_an_earlier_routine() {
     assert!(matches!(error, UnitsError::OtherStructure { .. }), "{error}");
     std::fs::write(folder.path().join("units.json"), "{}").unwrap();
     assert!(matches!(earlier::read(&folder.path().join("units.json")), Err(UnitsError::Earlier { .. })));
+}
+
+/// A unit somewhat further from its model than the worst of the first ones is served by the same routine, within the
+/// margin and the bound that was asked for; one far worse is refused.
+#[test]
+fn a_later_unit_may_be_a_little_worse() {
+    let options = options();
+    let first = vec![unit("a", &[1.0, 1.0, 1.0, 1.0]), unit("b", &[0.9, 1.0, 0.9, 0.95])];
+    let generated = generate(&first, &options, &Wanted::default()).unwrap();
+    let worst = generated.design.fitted.iter().map(|f| f.total).fold(0.0, f64::max);
+    let asked = options.bound.unwrap() / ARCSEC_PER_RAD;
+    assert!(generated.design.total <= asked * (1.0 + 1e-12));
+    assert!(generated.design.total >= worst * 1.2, "{:e} {worst:e}", generated.design.total);
+    let folder = tempfile::tempdir().unwrap();
+    files::write(folder.path(), &generated.files).unwrap();
+    let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
+    let wanted = Wanted { earlier: Some(earlier), ..Wanted::default() };
+    let later = generate(&[unit("c", &[1.1, 1.0, 1.1, 1.1])], &options, &wanted).unwrap();
+    assert!(later.design.fitted[0].total > worst, "{:e} {worst:e}", later.design.fitted[0].total);
+    files::write(folder.path(), &later.files).unwrap();
+    let units = [unit("c", &[1.1, 1.0, 1.1, 1.1])];
+    let report = verify::verify(folder.path(), &later, &units, &options, &wanted, true).unwrap();
+    assert!(report.holds() && report.sweeps.len() == 2, "{}", report.text());
+    // Without a margin it would not have been served.
+    let none = Wanted { margin: 0.0, ..Wanted::default() };
+    let tight = generate(&first, &options, &none).unwrap();
+    files::write(folder.path(), &tight.files).unwrap();
+    let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
+    assert!(generate(&units, &options, &Wanted { earlier: Some(earlier), ..none }).is_err());
+}
+
+/// `codegen verify --units`: what is generated holds; a damaged page, table of limits or certificate does not.
+#[test]
+fn what_was_damaged_is_found() {
+    let units = three();
+    let generated = generate(&units, &options(), &Wanted::default()).unwrap();
+    let check = |damage: &dyn Fn(&Path)| {
+        let folder = tempfile::tempdir().unwrap();
+        files::write(folder.path(), &generated.files).unwrap();
+        damage(folder.path());
+        verify::verify(folder.path(), &generated, &units, &options(), &Wanted::default(), false).unwrap()
+    };
+    let good = check(&|_| {});
+    assert!(good.holds() && good.sweeps.len() == 6 && good.damaged > 500, "{}", good.text());
+    // A page with a coefficient that is another, its CRC right.
+    let page = check(&|folder| {
+        let path = folder.join("pages/b.bin");
+        let bytes = std::fs::read(&path).unwrap();
+        let other = word(&bytes, 8).wrapping_add(4000);
+        std::fs::write(&path, sealed(bytes, 8, other)).unwrap();
+    });
+    assert!(!page.holds() && !page.certificate.is_empty(), "{}", page.text());
+    assert!(page.sweeps.iter().all(|s| (s.unit == "b") == (s.different > 0)), "{}", page.text());
+    assert!(page.sweeps.iter().any(|s| s.unit == "b" && s.worst > s.bound), "{}", page.text());
+    // A loader in C that takes what has another CRC.
+    let loader = check(&|folder| {
+        let path = folder.join("c/corrected_angle.c");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let line = text.lines().find(|l| l.contains("crc") && l.contains("!=")).unwrap();
+        std::fs::write(&path, text.replacen(line, &line.replace("!=", "=="), 1)).unwrap();
+    });
+    assert!(!loader.holds() && !loader.taken.is_empty(), "{}", loader.text());
+    // A certificate that promises more.
+    let certificate = check(&|folder| {
+        let path = folder.join("certificate.json");
+        let text = std::fs::read_to_string(&path).unwrap();
+        let mut value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let bound = value["routines"][0]["bound"].as_f64().unwrap();
+        value["routines"][0]["bound"] = (0.5 * bound).into();
+        std::fs::write(&path, value.to_string()).unwrap();
+    });
+    assert!(!certificate.holds() && certificate.sweeps.iter().all(|s| s.different == 0));
 }
 
 #[test]

@@ -27,23 +27,9 @@ pub fn coefficients(
     let (centre, half) = rows.reading_scale();
     let per = mirror.sensor.per_internal();
     let scale = 1.0 / crate::rows::mean(&rows.weight) / per;
-    // Legendre series in x = (reading − centre)/half to powers of (reading − centre).
-    let mut powers: Vec<f64> = monomials(&model.base).iter().map(|c| c * scale).collect();
-    for (k, power) in powers.iter_mut().enumerate() {
-        *power /= half.powi(k as i32);
-    }
-    let mut alpha0 = 0.0;
-    if let fitter::error_model::Sensor::EddyCurrentPair { probe_distance_mm: d, .. } = &mirror.sensor {
-        // The error is zero at calculated angle 0 (Eq. 7): α₀ in radians, a constant angle, is
-        // α₀ (s² + d²)/d in the bracket of Eq. 6.
-        alpha0 = -powers[0] / d;
-        while powers.len() < 3 {
-            powers.push(0.0);
-        }
-        powers[0] += alpha0 * d;
-        powers[2] += alpha0 / d;
-        alpha0 *= per;
-    }
+    let (powers, alpha0) = powers_and_zero(&model.base, half, scale, mirror);
+    let alpha0 = alpha0 * per;
+    let width_of_base = powers.len();
     let error_model = ErrorModel { sensor: mirror.sensor.clone(), centre, coefficients: powers };
     let (from, to) = range(&rows.reading);
     let mut file = Coefficients::of_model(&error_model, from, to, command);
@@ -51,7 +37,19 @@ pub fn coefficients(
     file.recording =
         Provenance { file: recording.file.clone(), sha256: recording.sha256.clone(), rows: 0, passes: 0 };
     describe(&mut file, rows);
+    // The file's coefficients are linear in what was fitted: by columns, for the covariance.
+    let fitted = model.base.len() + model.terms.iter().map(|t| t.amplitudes.len()).sum::<usize>();
+    let mut linear = vec![vec![0.0; fitted]; width_of_base];
+    for k in 0..model.base.len() {
+        let mut unit = vec![0.0; model.base.len()];
+        unit[k] = 1.0;
+        let column = powers_and_zero(&unit, half, scale, mirror).0;
+        linear.iter_mut().zip(column).for_each(|(row, value)| row[k] = value);
+    }
+    let mut first = model.base.len();
     for term in &model.terms {
+        let begin = first;
+        first += term.amplitudes.len();
         let Some(e) = term.effect else { continue };
         let effect = &catalogue[e];
         let handed = effect.operator(&with_zero(rows, alpha0), &term.term.shape);
@@ -73,6 +71,11 @@ pub fn coefficients(
                     .collect()
             })
             .collect();
+        for row in &handed.map {
+            let mut whole = vec![0.0; fitted];
+            whole[begin..first].copy_from_slice(&row[..width]);
+            linear.push(whole);
+        }
         let scope = if effect.runtime_correctable() { Scope::Device } else { Scope::Recording };
         file.terms.push(Term {
             effect: effect.id().into(),
@@ -82,8 +85,43 @@ pub fn coefficients(
             covariance,
         });
     }
+    file.joint_covariance = propagated(&linear, &model.covariance);
     file.observed = observed(recording, mirror, &file.terms);
     file
+}
+
+/// The polynomial of Eq. 5 from the Legendre series of the base, and α₀ in internal units: both linear in the series.
+fn powers_and_zero(series: &[f64], half: f64, scale: f64, mirror: &Mirror) -> (Vec<f64>, f64) {
+    // Legendre series in x = (reading − centre)/half to powers of (reading − centre).
+    let mut powers: Vec<f64> = monomials(series).iter().map(|c| c * scale).collect();
+    for (k, power) in powers.iter_mut().enumerate() {
+        *power /= half.powi(k as i32);
+    }
+    let fitter::error_model::Sensor::EddyCurrentPair { probe_distance_mm: d, .. } = &mirror.sensor else {
+        return (powers, 0.0);
+    };
+    // The error is zero at calculated angle 0 (Eq. 7): α₀ in radians, a constant angle, is
+    // α₀ (s² + d²)/d in the bracket of Eq. 6.
+    let alpha0 = -powers[0] / d;
+    while powers.len() < 3 {
+        powers.push(0.0);
+    }
+    powers[0] += alpha0 * d;
+    powers[2] += alpha0 / d;
+    (powers, alpha0)
+}
+
+/// L C Lᵀ of a square C, given by rows.
+fn propagated(linear: &[Vec<f64>], covariance: &[f64]) -> Vec<Vec<f64>> {
+    let n = linear.first().map_or(0, Vec::len);
+    let right: Vec<Vec<f64>> = linear
+        .iter()
+        .map(|row| (0..n).map(|i| (0..n).map(|k| covariance[i * n + k] * row[k]).sum()).collect())
+        .collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum();
+    // Both halves from one, so that the matrix is symmetric to the last digit.
+    let entry = |i: usize, j: usize| dot(&linear[i.max(j)], &right[i.min(j)]);
+    (0..linear.len()).map(|i| (0..linear.len()).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// What the recording covers of the observables that the terms read beside the reading, with the margin that the

@@ -49,6 +49,8 @@ pub struct Model {
     pub base_value: Vec<f64>,
     /// The terms.
     pub terms: Vec<FittedTerm>,
+    /// Covariance of `base` and after it of all terms' amplitudes, by rows.
+    pub covariance: Vec<f64>,
 }
 
 impl Model {
@@ -228,7 +230,9 @@ pub fn fit(
     for (a, column) in coefficients.iter().zip(&base) {
         crate::linear::add_scaled(&mut base_value, *a, column);
     }
-    Model { order, base: coefficients, base_value, terms: fitted }
+    // `first` columns are the base's and the amplitudes'; what follows them are tangents.
+    let covariance = (0..first * first).map(|k| with_tangents.inverse[k / first * p + k % first]).collect();
+    Model { order, base: coefficients, base_value, terms: fitted, covariance }
 }
 
 /// What the observations as they were read leave without each term for which `wanted` holds; empty for others.

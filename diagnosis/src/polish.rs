@@ -23,7 +23,11 @@ const MOST_ROWS: usize = 100_000;
 
 /// Keeps the `most` strongest harmonics of every periodic term.
 pub fn keep_strongest(file: &mut Coefficients, most: usize) {
+    let mut first = file.base.coefficients.len();
+    let mut gone: Vec<usize> = Vec::new();
     for term in &mut file.terms {
+        let begin = first;
+        first += term.coefficients.len();
         let Operator::Periodic(periodic) = &mut term.operator else { continue };
         let size = |k: usize| term.coefficients[2 * k].hypot(term.coefficients[2 * k + 1]);
         let mut order: Vec<usize> = (0..periodic.harmonics.len()).collect();
@@ -34,8 +38,10 @@ pub fn keep_strongest(file: &mut Coefficients, most: usize) {
         periodic.harmonics = order.iter().map(|k| periodic.harmonics[*k]).collect();
         term.covariance =
             columns.iter().map(|a| columns.iter().map(|b| term.covariance[*a][*b]).collect()).collect();
+        gone.extend((0..term.coefficients.len()).filter(|k| !columns.contains(k)).map(|k| begin + k));
         term.coefficients = columns.iter().map(|k| term.coefficients[*k]).collect();
     }
+    file.keep_in_covariance(|k| !gone.contains(&k));
 }
 
 /// Fits base and harmonics of a direct sensor to the corrected reading, where a steep periodic error is all that

@@ -45,12 +45,11 @@ pub const fn corrected_angle_q31(s_q31: i32) -> i32 {
 }
 /// `value` limited to `lo`…`hi`.
 const fn limit(value: i32, lo: i32, hi: i32) -> i32 {
-    if value < lo {
-        lo
-    } else if value > hi {
+    let above = if value < lo { lo } else { value };
+    if above > hi {
         hi
     } else {
-        value
+        above
     }
 }
 

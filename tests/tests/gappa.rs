@@ -6,6 +6,8 @@ use arcsmith_tests::toolchain::available;
 use codegen::format::Format;
 use codegen::gappa;
 use codegen::options::{Method, Options, OutOfRange, RoutineOptions};
+use codegen::output::Output;
+use codegen::physics::Further;
 use codegen::render::Renderer;
 use codegen::routine;
 use codegen::source::Source;
@@ -58,5 +60,93 @@ fn every_format_and_table_is_proved_by_gappa() {
         let tight = folder.path().join("tight.g");
         std::fs::write(&tight, format!("{before}<= {} }}{after}", 0.9 * bound)).unwrap();
         assert_ne!(run_gappa(&tight, CONTROL_SECONDS).unwrap(), Some(Ok(())), "{wanted:?}");
+    }
+}
+
+/// With terms of further physics: the whole combination is proved, and neither a goal below it nor a script in which a
+/// single product, sum, coefficient or given distance is another.
+#[test]
+fn terms_of_further_physics_are_proved_by_gappa() {
+    if !available("gappa", "proofs by Gappa; apt-get install gappa") {
+        return;
+    }
+    let renderer = Renderer::new().unwrap();
+    let path =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../codegen/tests/terms.coefficients.json");
+    let coefficients = fitter::coefficients::read(&path).unwrap();
+    let without = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
+    let plays = without(&[
+        "thermal_lag",
+        "read_lag",
+        "warmup_drift",
+        "periodic_error",
+        "local_defect",
+        "sensor_clipping",
+    ]);
+    let shapes = without(&["hysteresis", "thermal_lag", "read_lag", "warmup_drift", "periodic_error"]);
+    let times = without(&["hysteresis", "local_defect", "sensor_clipping", "periodic_error"]);
+    let repeats = without(&[
+        "hysteresis",
+        "thermal_lag",
+        "read_lag",
+        "warmup_drift",
+        "local_defect",
+        "sensor_clipping",
+    ]);
+    let q31 = RoutineOptions::of(Format::Q31);
+    for (what, leave_out, wanted) in [
+        ("plays", &plays, q31.clone()),
+        ("plays, from halves", &plays, RoutineOptions::of(Format::Q31Split)),
+        ("plays, in nanoradians", &plays, RoutineOptions { output: Output::Nano, ..q31.clone() }),
+        (
+            "plays, beside a table",
+            &plays,
+            RoutineOptions { method: Method::Piecewise { degree: 2, segments_log2: 5 }, ..q31.clone() },
+        ),
+        ("bumps and thresholds", &shapes, q31.clone()),
+        ("what needs the time", &times, q31.clone()),
+        ("what repeats", &repeats, q31),
+    ] {
+        let options = Options {
+            routines: vec![wanted.clone()],
+            bound: Some(f64::MAX),
+            degree: (wanted.method == Method::Fused).then_some(9),
+            without: leave_out.clone(),
+            keep: if std::ptr::eq(leave_out, &times) { without(&["warmup_drift"]) } else { Vec::new() },
+            further: vec![Further::parse("temperature_c=15..35:counts:12:0.01:400").unwrap()],
+            period_s: Some(0.01),
+            ..Options::default()
+        };
+        let routine =
+            routine::design(&coefficients, &options, &wanted).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let text = gappa::script(&renderer, &routine, "routine", "").unwrap();
+        let text = text.unwrap_or_else(|| panic!("{what}: no script"));
+        let folder = tempfile::tempdir().unwrap();
+        let proved = |text: &str, seconds: u64| {
+            let script = folder.path().join("routine.g");
+            std::fs::write(&script, text).unwrap();
+            run_gappa(&script, seconds).unwrap() == Some(Ok(()))
+        };
+        let started = Instant::now();
+        assert!(proved(&text, SECONDS), "{what}:\n{text}");
+        println!("{what}: {:.2} s", started.elapsed().as_secs_f64());
+
+        let (before, claim) = text.rsplit_once("<= ").unwrap();
+        let after = claim.split_once('}').unwrap().1;
+        let tight = format!("{before}<= {} }}{after}", 0.9 * routine.design.bound.rounding);
+        assert!(!proved(&tight, CONTROL_SECONDS), "{what}: nine tenths");
+        // Only what the routine computes is changed, or what is given of a word: never both.
+        let damage = |of: &dyn Fn(&str) -> bool, to: &dyn Fn(&str) -> String| {
+            let line = text.lines().filter(|line| of(line)).last().unwrap_or_else(|| panic!("{what}"));
+            text.replacen(line, &to(line), 1)
+        };
+        let product =
+            damage(&|l| l.starts_with("r_") && l.contains("floor"), &|l| l.replacen(" + ", " + 300 + ", 1));
+        assert!(!proved(&product, CONTROL_SECONDS), "{what}: a sum that is another");
+        let given = damage(&|l| l.trim_start().starts_with("g_") && l.contains(" in ["), &|l| {
+            let (name, rest) = l.split_once(" in [").unwrap();
+            format!("{name} in [-0x1p12, 0x1p12]{}", rest.split_once(']').unwrap().1)
+        });
+        assert!(!proved(&given, CONTROL_SECONDS), "{what}: a word further from exact");
     }
 }

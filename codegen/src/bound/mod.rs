@@ -40,7 +40,7 @@ pub struct Bound {
     pub output: f64,
     /// Whatever the terms of further physics add ([`crate::physics`]).
     pub terms: f64,
-    /// The largest `evaluation` + `output` on any piece, in output words.
+    /// The largest `evaluation` + `output` on any piece, and what the words of the terms are off, in output words.
     pub rounding: f64,
     /// Smallest and largest output word (float: value), over every argument, valid or not.
     pub output_range: (f64, f64),

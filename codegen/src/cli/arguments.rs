@@ -76,6 +76,9 @@ pub struct Arguments {
     /// Width of the converter's word, for counts [default: 16]; of an encoder's word, 10 to 18.
     #[arg(long)]
     pub(super) bits: Option<u32>,
+    /// Counts of an encoder's turn, where they are no power of two: 4000 for example.
+    #[arg(long, value_name = "N", conflicts_with = "bits")]
+    pub(super) counts: Option<u32>,
     /// Bits of an encoder's corrected word [default: as many as its own].
     #[arg(long)]
     pub(super) output_bits: Option<u32>,
@@ -127,7 +130,7 @@ pub struct ExploreArguments {
 }
 
 /// Arguments of `codegen verify`.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct CheckArguments {
     /// Sweep every representable input, not only a part of them.
     #[arg(long)]

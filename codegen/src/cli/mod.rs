@@ -58,7 +58,14 @@ pub enum Command {
     ///
     /// The exit code is 1 where the folder is stale; nothing is written.
     #[command(after_help = CHECK)]
-    Check(Arguments),
+    Check {
+        /// How the files were generated.
+        #[command(flatten)]
+        arguments: Arguments,
+        /// Also verify the certificate, and sweep the compiled Rust and C: what `verify` does without further options.
+        #[arg(long)]
+        sweep: bool,
+    },
     /// List the routines that no other beats in bound, instructions and flash, for every core
     #[command(after_help = EXPLORE)]
     Explore(ExploreArguments),
@@ -80,7 +87,7 @@ pub enum Command {
 const CHECK: &str = "\
 Examples:
   codegen check
-  codegen check --coefficients coefficients.json --out firmware/angle";
+  codegen check --coefficients coefficients.json --out firmware/angle --sweep";
 
 const EXPLORE: &str = "\
 Examples:
@@ -109,7 +116,8 @@ pub fn main() -> ExitCode {
 /// Anything that is wrong with the input, in a sentence; nothing is written then.
 pub fn run(command: &Command) -> Result<ExitCode> {
     match command {
-        Command::Check(arguments) => check(arguments),
+        Command::Check { arguments, sweep: false } => check(arguments),
+        Command::Check { arguments, sweep: true } => verify(arguments, &CheckArguments::default()),
         Command::Explore(arguments) => explore::explore(arguments),
         Command::Verify { arguments, checks } => verify(arguments, checks),
     }
@@ -181,10 +189,7 @@ fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) ->
 
 fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
     if !arguments.units.is_empty() {
-        return Err(miette!(
-            "`codegen verify` sweeps routines with coefficients of their own; `codegen check --units` compares the files \
-             and pages of many units, and each unit's bound is proved anew with it"
-        ));
+        return units::verify(arguments, checks);
     }
     let (coefficients, sha256) = load(arguments)?;
     if coefficients.whole_turn() {

@@ -51,6 +51,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         command: recorded_command(std::env::args().skip(1)),
         encoder: Encoder {
             bits: arguments.bits,
+            counts: arguments.counts,
             output_bits: arguments.output_bits,
             core: arguments.target.map(CoreName::core),
             flash_bytes: arguments.flash_bytes,
@@ -86,9 +87,11 @@ pub(super) fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Optio
 
 /// Options that belong to encoders only.
 pub(super) fn no_encoder(arguments: &Arguments) -> Result<()> {
-    if arguments.output_bits.is_some() {
+    let of_encoders =
+        [("--output-bits", arguments.output_bits.is_some()), ("--counts", arguments.counts.is_some())];
+    if let Some((option, _)) = of_encoders.into_iter().find(|(_, given)| *given) {
         return Err(miette!(
-            "--output-bits belongs to an encoder, whose coefficients hold on a whole turn: leave it out"
+            "{option} belongs to an encoder, whose coefficients hold on a whole turn: leave it out"
         ));
     }
     if arguments.flash_bytes.is_some() && arguments.target.is_none() {
@@ -174,8 +177,8 @@ fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
     }
     while let Some(word) = arguments.next() {
         match word.as_str() {
-            "--check" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra" | "--objects"
-            | "--mutants" => {}
+            "--check" | "--sweep" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra"
+            | "--objects" | "--mutants" => {}
             how_much if HOW_MUCH.contains(&how_much) => {}
             "--out" => {
                 arguments.next();

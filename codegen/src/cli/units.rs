@@ -2,27 +2,41 @@
 
 use std::process::ExitCode;
 
-use fitter::cli::common::{FIGURE, line, summarise};
+use fitter::cli::common::{FIGURE, line, say, summarise};
 use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
-use super::arguments::Arguments;
+use super::arguments::{Arguments, CheckArguments};
 use super::names::OutOfRangeName;
 use super::{options, progress};
 use crate::files;
 use crate::format::Format;
+use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
-use crate::units::{self, Generated, UnitsError, Wanted};
+use crate::units::{self, Generated, Unit, UnitsError, Wanted, verify};
+
+/// What was generated, of what.
+struct Prepared {
+    generated: Generated,
+    units: Vec<Unit>,
+    options: Options,
+    wanted: Wanted,
+}
 
 /// Generates the files.
 pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.generated)
+}
+
+fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
     let a = arguments;
     let beside = [
         ("--target", a.target.is_some()),
         ("--flash-bytes", a.flash_bytes.is_some()),
         ("--table", a.table.is_some()),
         ("--output-bits", a.output_bits.is_some()),
+        ("--counts", a.counts.is_some()),
         ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
         ("--further", !a.further.is_empty()),
         ("--period-s", a.period_s.is_some()),
@@ -48,7 +62,35 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
     bar.set_message("approximating and bounding");
     let generated = units::generate(&units, &options, &wanted).map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
-    Ok(generated)
+    Ok(Prepared { generated, units, options, wanted })
+}
+
+/// Sweeps every unit's page through the compiled files.
+pub(super) fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    // `--exhaustive` would take minutes for every unit; what it asks for is proved.
+    let others = [
+        ("--exhaustive", checks.exhaustive),
+        ("--gappa", checks.gappa),
+        ("--frama-c", checks.frama_c),
+        ("--misra", checks.misra),
+        ("--objects", checks.objects),
+        ("--mutants", checks.mutants),
+    ];
+    if let Some((option, _)) = others.into_iter().find(|(_, given)| *given) {
+        return Err(miette!("{}", UnitsError::Option { option }));
+    }
+    let Prepared { generated, units, options, wanted } = prepare_all(arguments)?;
+    let bar = progress(arguments);
+    bar.set_message("sweeping every unit");
+    let report = verify::verify(&arguments.out, &generated, &units, &options, &wanted, checks.sanitize)
+        .map_err(|e| miette!("{e}"))?;
+    bar.finish_and_clear();
+    if arguments.common.json {
+        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
+    } else if !arguments.common.quiet || !report.holds() {
+        say(report.text().trim_end());
+    }
+    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 fn wanted(arguments: &Arguments) -> Result<Wanted> {

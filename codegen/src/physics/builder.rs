@@ -1,6 +1,9 @@
 //! Appends integer steps to a program and keeps account of them: the words that a step can give, and how far
 //! they can be from what exact arithmetic on exact inputs would give.
 
+use std::collections::BTreeMap;
+
+use super::ledger::{Known, Taken};
 use crate::bound::Overflows;
 use crate::exact::Interval;
 use crate::format::Format;
@@ -40,9 +43,16 @@ pub(super) struct Builder {
     pub program: Program,
     /// The format of its products.
     pub format: Format,
+    /// What is known of every step that was appended.
+    pub known: BTreeMap<usize, Known>,
 }
 
 impl Builder {
+    /// Continues a program whose products are of this format.
+    pub fn new(program: Program, format: Format) -> Builder {
+        Builder { program, format, known: BTreeMap::new() }
+    }
+
     /// Appends an argument; it can be any word of its type.
     pub fn argument(&mut self, argument: Argument) -> Tracked {
         let index = self.program.arguments.len();
@@ -81,7 +91,32 @@ impl Builder {
     ) -> Result<Tracked, Overflows> {
         self.fits(name, &range)?;
         let operand = self.program.push(Stage::Evaluation, name, Type::I32, op, note);
-        Ok(Tracked { operand, range, error: error.upper() })
+        let word = Tracked { operand, range, error: error.upper() };
+        self.known.insert(self.program.output(), Known { result: (&word).into(), reads: Vec::new() });
+        Ok(word)
+    }
+
+    /// Appends a step whose words and error follow from what it reads.
+    fn computed(
+        &mut self,
+        name: &str,
+        op: Op,
+        (range, error): (Interval, Interval),
+        reads: &[&Tracked],
+        note: &str,
+    ) -> Result<Tracked, Overflows> {
+        let word = self.push(name, op, range, error, note)?;
+        if let Some(known) = self.known.get_mut(&self.program.output()) {
+            known.reads = reads.iter().map(|read| Taken::from(*read)).collect();
+        }
+        Ok(word)
+    }
+
+    /// Takes what is known of the last step as given, not as following from what it reads.
+    pub fn known_otherwise(&mut self) {
+        if let Some(known) = self.known.get_mut(&self.program.output()) {
+            known.reads.clear();
+        }
     }
 
     /// c + a·b·2^(shift − 32), the product rounded downward before the shift to the left.
@@ -106,23 +141,23 @@ impl Builder {
         let op = self.format.mul_add(a.operand, b.operand, shift, c.operand);
         let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
         let range = if product.inside(&word) { &product + &c.range } else { product };
-        self.push(name, op, range, error, note)
+        self.computed(name, op, (range, error), &[a, b, c], note)
     }
 
     pub fn add(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
         let op = Op::Add { a: a.operand, b: b.operand };
-        self.push(name, op, &a.range + &b.range, &a.error + &b.error, note)
+        self.computed(name, op, (&a.range + &b.range, &a.error + &b.error), &[a, b], note)
     }
 
     pub fn sub(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
         let op = Op::Sub { a: a.operand, b: b.operand };
-        self.push(name, op, &a.range - &b.range, &a.error + &b.error, note)
+        self.computed(name, op, (&a.range - &b.range, &a.error + &b.error), &[a, b], note)
     }
 
     pub fn shift_left(&mut self, name: &str, a: &Tracked, by: u32, note: &str) -> Result<Tracked, Overflows> {
         let up = i64::from(by);
         let op = Op::ShiftLeft { a: a.operand, by };
-        self.push(name, op, a.range.mul_pow2(up), a.error.mul_pow2(up), note)
+        self.computed(name, op, (a.range.mul_pow2(up), a.error.mul_pow2(up)), &[a], note)
     }
 
     /// a limited to lo…hi, where exact arithmetic limits to within `mismatch` of that.

@@ -8,6 +8,8 @@ use crate::exact::{Interval, Polynomial, exp_minus};
 
 /// Terms of the series: what is left out is below 2⁻⁸⁰.
 const TERMS: i64 = 25;
+/// More squarings of squares than Gappa follows: then their account is taken as given there.
+const MOST_SQUARINGS: i64 = 2;
 /// A word of the result, and of the variable, is so many bits of 1.
 pub(super) const BITS: i64 = 30;
 
@@ -39,6 +41,9 @@ pub(super) fn exp_minus_of(
     let zero = Tracked::constant(&Interval::zero());
     for _ in 0..squarings {
         power = b.mul_add(name, (&power, &power), (32 - BITS) as u32, &zero, "")?;
+    }
+    if squarings > MOST_SQUARINGS {
+        b.known_otherwise();
     }
     // The function itself stays within 0…1.
     let reach = one.mul_pow2(BITS).hull(&Interval::zero());

@@ -5,6 +5,7 @@ use fitter::terms::Operator;
 
 use super::builder::{Builder, Tracked};
 use super::further::Given;
+use super::ledger::Ledger;
 use super::observed::Observed;
 use super::selection::by_time;
 use super::shape::Variable;
@@ -59,7 +60,7 @@ impl Physics {
             negligible: quarter,
             gain: Interval::from_int(1),
         };
-        let mut b = Builder { program: design.program.clone(), format };
+        let mut b = Builder::new(design.program.clone(), format);
         b.program.steps.truncate(at);
         self.subtract(&mut b, &mut sum, model, plan)?;
         wide_first(&mut b.program);
@@ -72,6 +73,7 @@ impl Physics {
         let gain = sum.gain.to_f64_up();
 
         let mut program = b.program;
+        let ledger = Ledger { steps: b.known, sum: sum.word.operand, error: sum.word.error.clone() };
         let rest = finish(&mut program, &design.program, at, &sum.word)?;
         let mut bound = design.bound.clone();
         // Where the terms enlarge what the function is off, that is listed with them.
@@ -82,12 +84,15 @@ impl Physics {
             let largest = (&sum.word.range.magnitude() * &unit).log2_floor().unwrap_or(-100);
             bound.output = bound.output.max(Interval::from_int(1).mul_pow2(largest - 24).to_f64_up());
         }
+        let further = &Interval::from_f64(bound.output - design.bound.output) + &(&sum.word.error * &unit);
+        bound.rounding =
+            (&Interval::from_f64(bound.rounding) + &further.magnitude().div(&design.unit)).to_f64_up();
         let sum_of = [bound.approximation, bound.input, bound.evaluation, bound.output, bound.terms];
         bound.total = sum_of.iter().fold(0.0, |sum: f64, part| (sum + part).next_up());
         let words = (&sum.word.range * &unit).div(&design.unit);
         bound.output_range = (words.to_f64_down(), words.to_f64_up());
         debug_assert!(rest <= program.steps.len());
-        Ok(Design { program, bound, ..design })
+        Ok(Design { program, bound, ledger: Some(ledger), ..design })
     }
 
     /// Appends the steps of all terms.

@@ -15,6 +15,7 @@ mod further;
 mod gaussian;
 mod hinge;
 mod lag;
+mod ledger;
 mod observed;
 mod periodic;
 mod play;
@@ -32,6 +33,8 @@ use fitter::terms::{Operator, Term};
 
 pub use error::PhysicsError;
 pub use further::{Further, FurtherEncoding};
+pub use ledger::{Known, Ledger, Taken};
+pub(crate) use selection::by_time;
 
 /// The terms of a coefficients file as a routine has them.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -55,9 +55,16 @@ impl<'a> Observed<'a> {
         }
     }
 
-    /// The bits with which the largest of it, in magnitude, is a word of 2^29…2^30.
+    /// The bits with which the largest of it, in magnitude, is a word of 2^29…2^30; fewer where a polynomial of the
+    /// reading has a larger coefficient than half a word holds, because the range is far from filling the variable's.
     pub fn bits(&self) -> i64 {
-        29 - self.range().magnitude().log2_floor().unwrap_or(0)
+        let mut largest = self.range().magnitude();
+        if let Observed::Reading(_, shape) = self {
+            for c in shape.polynomial.coefficients().iter().skip(1) {
+                largest = largest.hull(&c.magnitude().mul_pow2(-1)).magnitude();
+            }
+        }
+        29 - largest.log2_floor().unwrap_or(0)
     }
 
     /// Appends the steps to the word of observable·2^bits, within `tolerance` words where the format allows.

@@ -128,7 +128,7 @@ fn left_out(term: &Term, options: &Options, beyond: bool) -> Option<String> {
 }
 
 /// Whether a saturating exponential is one of the time since the routine began, which it counts itself.
-pub(super) fn by_time(exponential: &Exponential, further: &[Further]) -> bool {
+pub(crate) fn by_time(exponential: &Exponential, further: &[Further]) -> bool {
     exponential.observable == TIME && !further.iter().any(|f| f.observable == TIME)
 }
 

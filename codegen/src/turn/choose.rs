@@ -49,12 +49,12 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
     let words = wanted.words(coefficients)?;
     let truth = Truth::new(coefficients)?;
     let revolution = coefficients.turn.as_ref().map_or(1.0, |turn| turn.revolution);
-    let unit_per_count = revolution / 2f64.powi(words.output as i32);
+    let unit_per_count = revolution / f64::from(words.result_counts());
     let unit = coefficients.sensor.error_unit().to_string();
     let bound = options.bound.unwrap_or(USUAL_BOUND * unit_per_count);
     let in_counts = bound / unit_per_count;
     if !(in_counts.is_finite() && in_counts > 0.5) {
-        let (half, output) = (0.5 * unit_per_count, words.output);
+        let (half, output) = (0.5 * unit_per_count, words.output());
         return Err(TurnError::Bound { wanted: bound, half, unit, output });
     }
     let core = wanted.core.unwrap_or(Core::CortexM4f);
@@ -121,8 +121,8 @@ fn cost(program: &Program, shape: Shape, filling: &Filling, core: Core) -> Cost 
 /// The cost before the constants are known: of a table of every count, with entries of a byte.
 fn rough_cost(shape: Shape, words: Words, core: Core) -> Cost {
     let (rows, columns) = match shape {
-        Shape::PerCount => (words.counts() as usize, 1),
-        Shape::Segments { degree, segments_log2, .. } => (1 << segments_log2, degree + 1),
+        Shape::PerCount => (words.counts as usize, 1),
+        Shape::Segments { degree, .. } => (shape.segments(words), degree + 1),
     };
     let filling = Filling {
         // Constants that no operation can leave out.

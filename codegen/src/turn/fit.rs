@@ -22,18 +22,22 @@ pub struct Targets<'a> {
 impl<'a> Targets<'a> {
     /// Solves for every count; `zero` takes off the middle of what is needed.
     pub fn new(truth: &'a Truth, words: Words) -> Self {
-        let exact: Vec<Enclosed> = (0..words.counts())
+        let exact: Vec<Enclosed> = (0..words.counts)
             .into_par_iter()
-            .map(|count| truth.at(u64::from(count) << (64 - words.input)))
+            .map(|count| {
+                let found = truth.at(words.reading(count));
+                let missed = if words.whole() { 0.0 } else { truth.gain() };
+                Enclosed { radius: (found.radius + missed).next_up(), ..found }
+            })
             .collect();
         let mut targets = Targets { truth, words, zero: 0, rest: Vec::new(), exact };
         let rest: Vec<f64> = (targets.exact.iter().zip(0..))
-            .map(|(exact, count)| targets.moved(exact.word, count << (64 - words.input)))
+            .map(|(exact, count)| targets.moved(exact.word, words.reading(count)))
             .collect();
         let (least, most) = ends(&rest);
         // What the mount adds, and what the harmonics have as their middle.
         let middle = (0.5 * (least + most)).round();
-        let constant = -(truth.zero() as i64 as f64) / 2f64.powi(64 - words.output as i32);
+        let constant = words.in_counts(-(truth.zero() as i64 as f64));
         let whole = (constant + middle).round();
         targets.zero = whole as i64;
         targets.rest = rest.iter().map(|r| r + (constant - whole)).collect();
@@ -42,19 +46,19 @@ impl<'a> Targets<'a> {
 
     /// The correction at a place between counts, less the constant, in counts of the result.
     fn at(&self, count: f64) -> f64 {
-        let reading = (count * 2f64.powi(64 - self.words.input as i32)) as i128 as u64;
+        let reading = (count * (2f64.powi(64) / f64::from(self.words.counts))) as i128 as u64;
         self.moved(self.truth.at(reading).word, reading)
     }
 
     /// From a reading to its position, less the constant, in counts of the result.
     fn moved(&self, found: u64, reading: u64) -> f64 {
         let moved = found.wrapping_sub(reading).wrapping_add(self.truth.zero()) as i64;
-        moved as f64 / 2f64.powi(64 - self.words.output as i32)
+        self.words.in_counts(moved as f64)
     }
 
     /// The rest at a place between counts.
     fn rest_at(&self, count: f64) -> f64 {
-        let constant = -(self.truth.zero() as i64 as f64) / 2f64.powi(64 - self.words.output as i32);
+        let constant = self.words.in_counts(-(self.truth.zero() as i64 as f64));
         self.at(count) + (constant - self.zero as f64)
     }
 }
@@ -71,9 +75,7 @@ fn ends(values: &[f64]) -> (f64, f64) {
 pub fn fill(shape: Shape, targets: &Targets) -> Result<(Filling, f64), TurnError> {
     match shape {
         Shape::PerCount => Ok((per_count(targets), 0.0)),
-        Shape::Segments { degree, segments_log2, arithmetic } => {
-            segments(shape, targets, degree, segments_log2, arithmetic)
-        }
+        Shape::Segments { degree, arithmetic, .. } => segments(shape, targets, degree, arithmetic),
     }
 }
 
@@ -86,14 +88,13 @@ fn segments(
     shape: Shape,
     targets: &Targets,
     degree: usize,
-    segments_log2: u32,
     arithmetic: Arithmetic,
 ) -> Result<(Filling, f64), TurnError> {
     let words = targets.words;
     let place_bits = shape.place_bits(words);
     let size = 1usize << place_bits;
     // Coefficients in counts of the result, of the place's powers: u from 0, or v = u/size − ½.
-    let raw: Vec<Vec<f64>> = (0..1usize << segments_log2)
+    let raw: Vec<Vec<f64>> = (0..shape.segments(words))
         .map(|segment| {
             let start = (segment * size) as f64;
             match arithmetic {
@@ -107,7 +108,7 @@ fn segments(
         })
         .collect();
     let (fraction, shifts) = match arithmetic {
-        Arithmetic::Long => (32 - words.output, Vec::new()),
+        Arithmetic::Long => (words.most_fraction(), Vec::new()),
         Arithmetic::Short => short_formats(&raw, words, degree, size).ok_or(TurnError::Large)?,
     };
     let mut largest = 0.0f64;
@@ -129,7 +130,9 @@ fn segments(
             };
             wanted(u) - y as f64
         };
-        let (least, most) = ends(&(0..size).map(|u| distance(&row, u)).collect::<Vec<_>>());
+        // The last segment may reach beyond the last count.
+        let counts = size.min(targets.rest.len() - segment * size);
+        let (least, most) = ends(&(0..counts).map(|u| distance(&row, u)).collect::<Vec<_>>());
         row[0] = (0.5 * (least + most)).round() as i64;
         largest = largest.max((most - row[0] as f64).abs()).max((least - row[0] as f64).abs());
         table.push(row);
@@ -173,7 +176,7 @@ fn short_formats(raw: &[Vec<f64>], words: Words, degree: usize, size: usize) -> 
         let ends = |row: &Vec<f64>| row[k].abs().max(at(row, size as f64)).max(at(row, 0.5 * size as f64));
         raw.iter().map(ends).fold(0.0, f64::max)
     };
-    let fraction = room(reach(0)).min(32 - words.output as i32);
+    let fraction = room(reach(0)).min(words.most_fraction() as i32);
     if fraction < 1 {
         return None;
     }

@@ -28,9 +28,13 @@ use shape::Words;
 /// What is wanted of the routine of an encoder.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Encoder {
-    /// Bits of its word, 10 to 18; none: the sensor's unit is counts, and its revolution says so.
+    /// Bits of its word, 10 to 18, every word being a count; none: see `counts`.
     pub bits: Option<u32>,
-    /// Bits of the corrected word, as many or up to 6 more; none: as many.
+    /// Counts of its turn, where they are no power of two; none, and no `bits`: the sensor's unit is counts, and its
+    /// revolution says so.
+    pub counts: Option<u32>,
+    /// Bits of the corrected word, as many as the encoder's or up to 6 more, each of which makes it twice as fine; none:
+    /// as many.
     pub output_bits: Option<u32>,
     /// The core whose instructions count; none: Cortex-M4F.
     pub core: Option<Core>,
@@ -48,6 +52,11 @@ pub const USUAL_BOUND: f64 = 0.55;
 /// Bits that an encoder's word may have.
 pub const BITS: std::ops::RangeInclusive<u32> = 10..=18;
 
+/// Counts that a turn may have, where they are no power of two.
+pub const FEWEST_COUNTS: u32 = 256;
+/// See [`FEWEST_COUNTS`].
+pub const MOST_COUNTS: u32 = 1 << *BITS.end();
+
 /// Why there is no routine for an encoder.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TurnError {
@@ -55,7 +64,10 @@ pub enum TurnError {
     #[error("these coefficients are not of a whole turn")]
     NotATurn,
     /// The width is not known.
-    #[error("the sensor's unit is {unit}: say how many bits the encoder's word has, for example --bits 14")]
+    #[error(
+        "the sensor's unit is {unit}: say how many bits the encoder's word has, for example --bits 14, or how many \
+         counts its turn has, for example --counts 4000"
+    )]
     UnknownBits {
         /// The sensor's unit.
         unit: String,
@@ -66,23 +78,29 @@ pub enum TurnError {
         /// Asked for.
         bits: u32,
     },
-    /// Counts that are no power of two.
+    /// Counts that no routine is made for.
     #[error(
-        "a turn of {counts} counts is not a power of two: the routine wraps round with its word, from 1024 (10 bits) \
-         to 262144 counts (18 bits); scale the counts before it, or correct with `fitter apply`"
+        "a turn of {counts} counts: give whole counts from {FEWEST_COUNTS} to {MOST_COUNTS}, or correct with `fitter apply`"
     )]
     Counts {
         /// The revolution in counts.
         counts: f64,
     },
     /// Bits and revolution contradict each other.
-    #[error("--bits {bits} are {} counts to the turn, and the recording's revolution is {revolution}: leave --bits out", 1u64 << bits)]
+    #[error(
+        "{counts} counts to the turn are asked for, and the recording's revolution is {revolution}: leave {option} out"
+    )]
     Contradiction {
         /// Asked for.
-        bits: u32,
+        counts: u64,
+        /// By which option.
+        option: &'static str,
         /// The sensor's revolution in counts.
         revolution: f64,
     },
+    /// Two widths.
+    #[error("--bits and --counts both say how many counts a turn has: give one of them")]
+    BitsAndCounts,
     /// A result coarser than the reading, or finer than is of use.
     #[error("a corrected word of {output} bits for an encoder of {input}: give {input} to {}", input + MOST_FINER)]
     OutputBits {
@@ -172,29 +190,31 @@ impl Encoder {
             Sensor::Direct { unit, revolution: Some(revolution) } => (unit, *revolution),
             _ => return Err(TurnError::NotATurn),
         };
-        let in_counts = unit == "counts" || unit == "count";
-        let input = match (self.bits, in_counts) {
-            (Some(bits), true) if bits < 64 && (1u64 << bits) as f64 != revolution => {
-                return Err(TurnError::Contradiction { bits, revolution });
-            }
-            (Some(bits), _) => bits,
-            (None, true) => {
-                let bits = revolution.log2().round().clamp(0.0, 63.0) as u32;
-                if (1u64 << bits) as f64 != revolution {
-                    return Err(TurnError::Counts { counts: revolution });
-                }
-                bits
-            }
-            (None, false) => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+        let wanted = match (self.bits, self.counts) {
+            (Some(_), Some(_)) => return Err(TurnError::BitsAndCounts),
+            (Some(bits), None) if BITS.contains(&bits) => Some((1 << bits, "--bits")),
+            (Some(bits), None) => return Err(TurnError::Bits { bits }),
+            (None, counts) => counts.map(|counts| (counts, "--counts")),
         };
-        if !BITS.contains(&input) {
-            return Err(TurnError::Bits { bits: input });
+        let in_counts = unit == "counts" || unit == "count";
+        let counts = match wanted {
+            Some((counts, option)) if in_counts && f64::from(counts) != revolution => {
+                return Err(TurnError::Contradiction { counts: counts.into(), option, revolution });
+            }
+            Some((counts, _)) => f64::from(counts),
+            None if in_counts => revolution,
+            None => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+        };
+        let allowed = f64::from(FEWEST_COUNTS)..=f64::from(MOST_COUNTS);
+        if counts.fract() != 0.0 || !allowed.contains(&counts) {
+            return Err(TurnError::Counts { counts });
         }
-        let output = self.output_bits.unwrap_or(input);
+        let words = Words { counts: counts as u32, finer: 0 };
+        let (input, output) = (words.input(), self.output_bits.unwrap_or(words.input()));
         if !(input..=input + MOST_FINER).contains(&output) {
             return Err(TurnError::OutputBits { input, output });
         }
-        Ok(Words { input, output })
+        Ok(Words { finer: output - input, ..words })
     }
 }
 

@@ -41,8 +41,11 @@ pub fn prove(program: &Program, words: Words, exact: &[Enclosed]) -> Result<Proo
 
 /// How far a result is from the exact one, round the turn, in counts of the result: rounded up.
 pub fn distance(result: u32, exact: &Enclosed, words: Words) -> f64 {
-    let off = (u64::from(result) << (64 - words.output)).wrapping_sub(exact.word) as i64;
-    // A word of 64 bits is rounded once, the sum once.
-    let words_off = ((off.unsigned_abs() as f64).next_up() + exact.radius).next_up();
-    words_off / 2f64.powi(64 - words.output as i32)
+    let turn = u128::from(words.result_counts());
+    let off = (((u128::from(result) << 64) / turn) as u64).wrapping_sub(exact.word) as i64;
+    // A word of 64 bits is rounded once, the sum once; the division by the turn loses less than a word.
+    let lost = if words.whole() { 0.0 } else { 1.0 };
+    let words_off = ((off.unsigned_abs() as f64).next_up() + (exact.radius + lost).next_up()).next_up();
+    let counts = words.in_counts(words_off);
+    if words.whole() { counts } else { counts.next_up().next_up() }
 }

@@ -102,7 +102,7 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients) -> Entr
         language: String::new(),
         format,
         degree,
-        segments: routine.shape.segments(),
+        segments: routine.shape.segments(words),
         unit: unit.clone(),
         input: inputs(&routine.program),
         output: OutputEntry {
@@ -115,17 +115,17 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients) -> Entr
             variable: "count".into(),
             unit: "counts".into(),
             from: 0.0,
-            to: f64::from(words.counts() - 1),
+            to: f64::from(words.counts - 1),
             recorded: None,
         },
-        out_of_range: "modulo".into(),
+        out_of_range: if words.whole() { "modulo" } else { "clamp" }.into(),
         bound,
         parts: vec![
             part("rounding of the result to whole counts", rounding),
             part("interpolation, its coefficients and operations", bound - rounding),
         ],
         minimax: 0.0,
-        input_resolution: routine.unit_per_count * f64::from(1u32 << (words.output - words.input)),
+        input_resolution: routine.unit_per_count * f64::from(1u32 << words.finer),
         estimated_band_95: band(coefficients),
         file: String::new(),
         file_sha256: String::new(),
@@ -185,14 +185,16 @@ fn contract(
         .map(|part| format!("{} {unit}   ({:.3} LSB)  {}", text::rounded_up(part.value), part.lsb, part.what))
         .collect();
     let context = context! {
-        counts => words.counts(),
+        counts => words.counts,
+        last => words.counts - 1,
+        whole => words.whole(),
         zero_text => format!("{:?}", coefficients.base.coefficients.first().copied().unwrap_or(0.0)),
         unit, waves, left_out, directions, parts,
-        input_bits => words.input,
-        output_bits => words.output,
+        input_bits => words.input(),
+        output_bits => words.output(),
         output_type => &*entry.output.ty,
-        largest => (1u64 << words.output) - 1,
-        result_counts => 1u64 << words.output,
+        largest => words.result_counts() - 1,
+        result_counts => words.result_counts(),
         method => method(routine),
         instructions => format!("{:.0}", routine.cost.instructions),
         core => routine.core.name(),
@@ -213,11 +215,11 @@ pub fn method(routine: &TurnRoutine) -> String {
         Shape::Segments { degree, segments_log2: 0, .. } => {
             format!("one polynomial of degree {degree} for the whole turn")
         }
-        Shape::Segments { degree, segments_log2, arithmetic } => {
+        Shape::Segments { degree, arithmetic, .. } => {
             let bits = if arithmetic == Arithmetic::Short { 16 } else { 32 };
             format!(
                 "a table of {} polynomials of degree {degree}, {bits}-bit coefficients, {bytes} bytes",
-                1u32 << segments_log2
+                routine.shape.segments(routine.words)
             )
         }
     }
@@ -273,8 +275,10 @@ fn source(
         output_type => rust_type(program.output_type()),
         c_input_type => c_type(program.steps[0].ty),
         c_output_type => c_type(program.output_type()),
-        input_bits => routine.words.input,
-        result_counts => 1u64 << routine.words.output,
+        input_bits => routine.words.input(),
+        last => routine.words.counts - 1,
+        whole => routine.words.whole(),
+        result_counts => routine.words.result_counts(),
         bound_counts => text::rounded_up(entry.bound / routine.unit_per_count),
         arithmetic_shift => options.c_shift == CShift::Arithmetic,
         helpers => turn_helpers(routine, options),

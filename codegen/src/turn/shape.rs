@@ -1,24 +1,57 @@
 //! The ways to write the correction of a count, as programs: a table of every count, or polynomials of the place
 //! within a segment, the segments being 2ᵏ to the turn.
 //!
-//! All of them add the correction to the count and keep the result modulo 2^bits: the wrap needs no case of its
-//! own. Corrections are words of 2^−fraction of a count of the result.
+//! All of them add the correction to the count and keep the result modulo the turn. Where that is a power of two the
+//! wrap needs no case of its own; of another number of counts the reading is limited to the last of them, and the sum
+//! brought back by a turn where it lies beyond either end. Corrections are words of 2^−fraction of a count of the
+//! result.
 
 use crate::program::{Argument, Op, Operand, Program, Stage, Type};
 
 /// Widths of the counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Words {
-    /// Bits of the encoder's word.
-    pub input: u32,
-    /// Bits of the corrected word, at least as many.
-    pub output: u32,
+    /// Counts of a turn, at least [`super::FEWEST_COUNTS`].
+    pub counts: u32,
+    /// How much finer the result is, as a power of two.
+    pub finer: u32,
 }
 
 impl Words {
-    /// Counts of a turn.
-    pub fn counts(&self) -> u32 {
-        1 << self.input
+    /// Bits of the encoder's word.
+    pub fn input(&self) -> u32 {
+        self.counts.next_power_of_two().trailing_zeros()
+    }
+
+    /// Bits of the corrected word.
+    pub fn output(&self) -> u32 {
+        self.input() + self.finer
+    }
+
+    /// Counts of a turn of the result.
+    pub fn result_counts(&self) -> u32 {
+        self.counts << self.finer
+    }
+
+    /// Whether every word of so many bits is a count, so that a word wraps round as the turn does.
+    pub fn whole(&self) -> bool {
+        self.counts.is_power_of_two()
+    }
+
+    /// The reading of a count, the turn being 2⁶⁴: below the exact one by less than 1 where the turn is no power of two.
+    pub fn reading(&self, count: u32) -> u64 {
+        ((u128::from(count) << 64) / u128::from(self.counts)) as u64
+    }
+
+    /// What is counted in words of which the turn has 2⁶⁴, in counts of the result.
+    pub fn in_counts(&self, words: f64) -> f64 {
+        words * f64::from(self.result_counts()) / 2f64.powi(64)
+    }
+
+    /// The most fractional bits of a correction: of a turn that is no power of two the sum is a signed word of up to
+    /// two turns.
+    pub(super) fn most_fraction(&self) -> u32 {
+        32 - self.output() - if self.whole() { 0 } else { 2 }
     }
 
     /// The type of a word of so many bits.
@@ -75,10 +108,10 @@ impl Shape {
         for degree in 3..=LARGEST_DEGREE {
             push(degree, 0, Arithmetic::Long);
         }
-        for segments_log2 in 1..words.input {
+        for segments_log2 in 1..words.input() {
             for degree in 1..=3 {
                 push(degree, segments_log2, Arithmetic::Long);
-                let place = words.input - segments_log2;
+                let place = words.input() - segments_log2;
                 if place <= MOST_PLACE_BITS {
                     push(degree, segments_log2, Arithmetic::Short);
                 }
@@ -87,11 +120,11 @@ impl Shape {
         all
     }
 
-    /// Number of polynomials; of a table of every count 1.
-    pub fn segments(&self) -> usize {
+    /// Number of polynomials; of a table of every count 1. The last one's segment may reach beyond the turn.
+    pub fn segments(&self, words: Words) -> usize {
         match self {
             Shape::PerCount => 1,
-            Shape::Segments { segments_log2, .. } => 1 << segments_log2,
+            Shape::Segments { .. } => words.counts.div_ceil(1 << self.place_bits(words)) as usize,
         }
     }
 
@@ -99,7 +132,7 @@ impl Shape {
     pub(super) fn place_bits(&self, words: Words) -> u32 {
         match self {
             Shape::PerCount => 0,
-            Shape::Segments { segments_log2, .. } => words.input - segments_log2,
+            Shape::Segments { segments_log2, .. } => words.input() - segments_log2,
         }
     }
 
@@ -108,32 +141,44 @@ impl Shape {
         let mut p = Program {
             arguments: vec![Argument {
                 name: "count".into(),
-                ty: Words::ty(words.input),
-                meaning: format!("the encoder's word, {} counts to the turn", words.counts()),
+                ty: Words::ty(words.input()),
+                meaning: format!("the encoder's word, {} counts to the turn", words.counts),
             }],
-            valid: (0.0, f64::from(words.counts() - 1)),
+            valid: (0.0, f64::from(words.counts - 1)),
             table: filling.table.clone(),
             ..Program::default()
         };
-        let count = p.push(Stage::Input, "count", Words::ty(words.input), Op::Input { index: 0 }, "");
+        let mut count = p.push(Stage::Input, "count", Words::ty(words.input()), Op::Input { index: 0 }, "");
+        if !words.whole() {
+            let last = Op::Clamp { a: count, lo: 0, hi: i64::from(words.counts - 1) };
+            count = p.push(Stage::Input, "limited", Type::U32, last, "to the last count");
+        }
         let correction = match *self {
             Shape::PerCount => {
-                let index = Op::Bits { a: count, from: 0, bits: words.input };
-                let index = p.push(Stage::Evaluation, "index", Type::U32, index, "");
+                let index = if words.whole() {
+                    let index = Op::Bits { a: count, from: 0, bits: words.input() };
+                    p.push(Stage::Evaluation, "index", Type::U32, index, "")
+                } else {
+                    count
+                };
                 p.push(Stage::Evaluation, "correction", Type::I32, Op::Entry { index, column: 0 }, "")
             }
             Shape::Segments { degree, segments_log2, arithmetic } => {
                 polynomial(&mut p, count, words, filling, degree, segments_log2, arithmetic)
             }
         };
-        let by = words.output - words.input + filling.fraction;
+        let by = words.finer + filling.fraction;
         // Half a count of the result, for the rounding to nearest.
         let half = if filling.fraction > 0 { 1i64 << (filling.fraction - 1) } else { 0 };
         let add = (filling.zero << filling.fraction) + half;
         let sum = Op::Shifted { a: count, by, b: correction, add: add.rem_euclid(1 << 32) };
-        let sum = p.push(Stage::Output, "sum", Type::U32, sum, "modulo 2³²");
-        let result = Op::Bits { a: sum, from: filling.fraction, bits: words.output };
-        p.push(Stage::Output, "corrected", Words::ty(words.output), result, "");
+        let mut sum = p.push(Stage::Output, "sum", Type::U32, sum, "modulo 2³²");
+        if !words.whole() {
+            let turn = Op::Around { a: sum, turn: words.result_counts() << filling.fraction };
+            sum = p.push(Stage::Output, "within", Type::U32, turn, "modulo the turn");
+        }
+        let result = Op::Bits { a: sum, from: filling.fraction, bits: words.output() };
+        p.push(Stage::Output, "corrected", Words::ty(words.output()), result, "");
         p
     }
 }
@@ -152,7 +197,7 @@ fn polynomial(
     segments_log2: u32,
     arithmetic: Arithmetic,
 ) -> Operand {
-    let place_bits = words.input - segments_log2;
+    let place_bits = words.input() - segments_log2;
     let stage = Stage::Evaluation;
     let segment = (segments_log2 > 0).then(|| {
         let bits = Op::Bits { a: count, from: place_bits, bits: segments_log2 };

@@ -124,6 +124,11 @@ impl Truth {
         Enclosed { word, radius }
     }
 
+    /// How far a position moves at most when the reading moves by 1.
+    pub fn gain(&self) -> f64 {
+        1.0 / (1.0 - self.steepest) * (1.0 + 1e-12)
+    }
+
     /// How far the zero is from the reference's, in words: c.
     pub fn zero(&self) -> u64 {
         self.zero

@@ -90,8 +90,10 @@ pub fn verify(
     options: &Options,
 ) -> Result<TurnReport, TurnVerifyError> {
     let certificate = belonging::read_certificate(folder)?;
-    let mut report =
-        TurnReport { certificate: belonging::check(folder, &certificate, generated), sweeps: Vec::new() };
+    let mut report = TurnReport {
+        certificate: belonging::check(folder, &certificate, &generated.certificate, &generated.files),
+        sweeps: Vec::new(),
+    };
     let routine = choose::choose(coefficients, options)?;
     let truth = Truth::new(coefficients)?;
     let exact = Targets::new(&truth, routine.words).exact;
@@ -121,7 +123,7 @@ pub fn verify(
 
 /// The last word that is swept: of 16 bits all there are, otherwise a turn beyond the encoder's.
 fn last(routine: &TurnRoutine) -> u32 {
-    if routine.words.input <= 16 { u16::MAX.into() } else { 2 * routine.words.counts() - 1 }
+    if routine.words.input() <= 16 { u16::MAX.into() } else { 2 * routine.words.counts - 1 }
 }
 
 fn by_program(routine: &TurnRoutine, word: u32) -> u32 {

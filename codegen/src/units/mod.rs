@@ -14,6 +14,7 @@ pub mod earlier;
 pub mod page;
 pub mod render;
 pub mod structure;
+pub mod verify;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -55,7 +56,9 @@ pub struct Generated {
 /// What else can be asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
-    /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude.
+    /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude, and the
+    /// routine's bound what is proved of the unit that is furthest: a later unit may be so much worse. The bound is
+    /// never above the one that is asked for.
     pub margin: f64,
     /// Address of the page in flash, for the Intel HEX files.
     pub address: u32,
@@ -356,7 +359,8 @@ fn matches(pattern: &str, name: &str) -> bool {
 pub fn generate(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Generated, UnitsError> {
     match &wanted.earlier {
         Some(earlier) => {
-            render::pages(earlier::design(units, options, wanted, earlier)?, units, options, wanted)
+            let design = earlier::design(units, options, wanted, earlier)?;
+            Ok(render::pages(design, units, options, wanted))
         }
         None => render::files(structure::design(units, options, wanted)?, units, options, wanted),
     }

@@ -89,19 +89,11 @@ fn of_pages(design: &Design, units: &[Unit], wanted: &Wanted) -> BTreeMap<PathBu
 }
 
 /// The pages alone, for a routine that is there already.
-///
-/// # Errors
-/// None so far; as [`files`].
-pub fn pages(
-    design: Design,
-    units: &[Unit],
-    options: &Options,
-    wanted: &Wanted,
-) -> Result<Generated, UnitsError> {
+pub fn pages(design: Design, units: &[Unit], options: &Options, wanted: &Wanted) -> Generated {
     let name = options.name.clone().unwrap_or_else(|| design.quantity.default_name.clone());
     let files = of_pages(&design, units, wanted);
     let certificate = certificate(units, &files, &name, entry(&design, &name), options);
-    Ok(Generated { name, files, certificate, design })
+    Generated { name, files, certificate, design }
 }
 
 /// All files.
@@ -185,7 +177,7 @@ fn summary<'a>(design: &'a Design, units: &'a [Unit]) -> Summary<'a> {
     }
 }
 
-/// What the certificate says of the routine: the bound of the unit that is furthest.
+/// What the certificate says of the routine: the bound of the unit that is furthest, and the margin of later ones.
 fn entry(design: &Design, name: &str) -> Entry {
     let quantity = &design.quantity;
     let lsb = design.unit.to_f64();
@@ -203,6 +195,12 @@ fn entry(design: &Design, name: &str) -> Entry {
         part("rounding of the input to the routine's variable", largest(&|f| f.input)),
         part("rounding of the operations, for any coefficients in their ranges", design.rounding),
     ];
+    let mut parts = parts;
+    let sum = parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up());
+    let left = quantity.in_bound_unit(design.total) - sum;
+    if left > 0.0 {
+        parts.push(part("margin for later units", left / quantity.bound_units_per_unit));
+    }
     let sum = parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up());
     Entry {
         routine: name.into(),

@@ -50,7 +50,7 @@ pub struct Design {
     pub unit: Interval,
     /// Smallest and largest reading.
     pub range: (f64, f64),
-    /// The bound of all units, in the result's unit.
+    /// The bound of all units and of later ones, in the result's unit: what is proved of the furthest, and the margin.
     pub total: f64,
     /// Rounding for any coefficients inside their ranges, in the result's unit.
     pub rounding: f64,
@@ -82,6 +82,7 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
         None => 1..=LARGEST_DEGREE,
     };
     let mut best: Option<(f64, usize, usize)> = None;
+    let mut without_margin: Option<Design> = None;
     let mut largest = 1;
     for degree in degrees {
         largest = degree;
@@ -99,7 +100,11 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
         if reached > target {
             continue;
         }
+        if without_margin.is_some() && reached * (1.0 + wanted.margin) > target {
+            continue;
+        }
         let rounding = shared.rounding(&program, degree, bits)?;
+        let most = (total * (1.0 + wanted.margin)).min(target / quantity.bound_units_per_unit);
         let mut design = Design {
             program,
             plan: plan.clone(),
@@ -108,13 +113,20 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
             bits,
             unit,
             range,
-            total,
+            total: most.max(total),
             rounding,
             fitted,
-            quantity,
+            quantity: quantity.clone(),
             structure: 0,
         };
         design.structure = structure(&design, &sensor);
+        // A degree more, where that leaves later units their margin within the bound that is asked for.
+        if reached * (1.0 + wanted.margin) <= target || options.degree.is_some() {
+            return Ok(design);
+        }
+        without_margin.get_or_insert(design);
+    }
+    if let Some(design) = without_margin {
         return Ok(design);
     }
     let (reachable, _, worst) = best.unwrap_or((f64::INFINITY, 0, 0));

@@ -1,11 +1,12 @@
 //! Whether certificate and code belong together: the files against the hashes in the certificate, and the
 //! certificate against one that is computed anew from the same coefficients and options.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use crate::certificate::{Certificate, Entry};
 use crate::files;
-use crate::generate::{Generated, sha256};
+use crate::generate::sha256;
 
 use super::VerifyError;
 
@@ -29,10 +30,14 @@ pub fn read_certificate(folder: &Path) -> Result<Certificate, VerifyError> {
     Ok(certificate)
 }
 
-/// What is wrong with `certificate` in `folder`, given what was computed anew; empty where nothing is.
-pub fn check(folder: &Path, certificate: &Certificate, anew: &Generated) -> Vec<String> {
+/// What is wrong with `certificate` in `folder`, given certificate and files as computed anew; empty where nothing is.
+pub fn check<T: AsRef<[u8]>>(
+    folder: &Path,
+    certificate: &Certificate,
+    expected: &Certificate,
+    files: &BTreeMap<PathBuf, T>,
+) -> Vec<String> {
     let mut wrong = edited_files(folder, certificate);
-    let expected = &anew.certificate;
     let mut differs = |what: &str, found: &str, expected: &str| {
         if found != expected {
             wrong.push(format!("certificate.json: {what} is {found}, computed anew it is {expected}"));
@@ -58,7 +63,7 @@ pub fn check(folder: &Path, certificate: &Certificate, anew: &Generated) -> Vec<
             ));
         }
     }
-    for (file, difference) in files::compare(folder, &anew.files) {
+    for (file, difference) in files::compare(folder, files) {
         if file != Path::new("certificate.json") {
             wrong.push(format!("{} {difference}", file.display()));
         }

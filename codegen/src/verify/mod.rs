@@ -122,8 +122,10 @@ pub fn verify(
     bar: &ProgressBar,
 ) -> Result<Report, VerifyError> {
     let certificate = belonging::read_certificate(folder)?;
-    let mut report =
-        Report { certificate: belonging::check(folder, &certificate, generated), ..Report::default() };
+    let mut report = Report {
+        certificate: belonging::check(folder, &certificate, &generated.certificate, &generated.files),
+        ..Report::default()
+    };
     let folder = absolute(folder)?;
     let build =
         tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })?;

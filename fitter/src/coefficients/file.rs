@@ -145,12 +145,19 @@ fn contradiction(file: &Coefficients) -> Option<String> {
             return Some(format!("`covariance` is not {n} by {n}"));
         }
     }
+    let (joint, n) = (&file.joint_covariance, file.count_of_all());
+    if !joint.is_empty() && (joint.len() != n || joint.iter().any(|row| row.len() != n)) {
+        return Some(format!(
+            "`joint_covariance` is not {n} by {n}: the polynomial's coefficients and all terms'"
+        ));
+    }
     if let Some(reason) = file.turn.as_ref().and_then(Turn::contradiction) {
         return Some(reason);
     }
     finite("`base.coefficients`", &base.coefficients)
         .or_else(|| finite("`base.extrapolation`", &[base.extrapolation.constant, base.extrapolation.slope]))
         .or_else(|| file.terms.iter().find_map(Term::contradiction))
+        .or_else(|| joint.iter().find_map(|row| finite("`joint_covariance`", row)))
         .or_else(|| finite("`base.centre`", &[base.centre]))
         .or_else(|| finite("`valid_range`", &[range.from, range.to]))
 }

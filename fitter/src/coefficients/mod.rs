@@ -3,6 +3,7 @@
 //! Versioned; numbers survive a round trip exactly; a newer or damaged file is refused in a sentence.
 
 mod file;
+mod joint;
 
 use std::collections::BTreeMap;
 
@@ -51,6 +52,10 @@ pub struct Coefficients {
     /// What further effects add to the error of the base model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terms: Vec<Term>,
+    /// Covariance of [`Base::coefficients`] and, after them, of the coefficients of all `terms` in their order, row by
+    /// row: of what was fitted jointly. Empty where it is not known. See [`Coefficients::covariance_of_all`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joint_covariance: Vec<Vec<f64>>,
     /// What the recording covers of every observable that a term reads beside the reading: its smallest and largest
     /// value. A term is not known beyond.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -278,6 +283,7 @@ impl Coefficients {
             order_selection: None,
             statistics: None,
             terms: Vec::new(),
+            joint_covariance: Vec::new(),
             observed: BTreeMap::new(),
             turn: None,
             sha256: None,
@@ -295,6 +301,7 @@ impl Coefficients {
         self.base.order = coefficients.len().saturating_sub(1);
         self.base.extrapolation = extrapolation(&coefficients, self.base.centre, from, to);
         self.base.coefficients = coefficients;
+        self.joint_covariance.clear();
     }
 
     /// The error at a reading as in [`ErrorModel::error`], outside the valid range by the extrapolation.

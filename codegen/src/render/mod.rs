@@ -1,6 +1,8 @@
 //! From a routine to source text. All target-language text stands in `templates/`; here the program is only
 //! laid out as data for them. No arithmetic is decided.
 
+mod steps;
+
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
@@ -8,10 +10,13 @@ use serde::Serialize;
 
 use crate::certificate::{Entry, result_meaning, rust_type};
 use crate::options::{CShift, Options, OutOfRange};
-use crate::program::{Op, Operand, Program, Step, Type};
+use crate::program::{Op, Program, Type};
 use crate::quantity::Quantity;
 use crate::routine::Routine;
 use crate::text;
+
+use steps::operand;
+pub(crate) use steps::{helpers, steps};
 
 /// A template could not be rendered: a defect of the template, never of the user's input.
 #[derive(Debug, thiserror::Error)]
@@ -26,45 +31,47 @@ pub struct RenderError {
 
 /// The templates, compiled in.
 const TEMPLATES: &[(&str, &str)] = &[
-    ("provenance.txt", include_str!("../../templates/provenance.txt.jinja")),
-    ("contract.txt", include_str!("../../templates/contract.txt.jinja")),
-    ("rust/Cargo.toml", include_str!("../../templates/rust/Cargo.toml.jinja")),
-    ("rust/lib.rs", include_str!("../../templates/rust/lib.rs.jinja")),
-    ("rust/routine.rs", include_str!("../../templates/rust/routine.rs.jinja")),
-    ("rust/module.rs", include_str!("../../templates/rust/module.rs.jinja")),
-    ("c/header.h", include_str!("../../templates/c/header.h.jinja")),
-    ("c/source.c", include_str!("../../templates/c/source.c.jinja")),
-    ("turn/contract.txt", include_str!("../../templates/turn/contract.txt.jinja")),
-    ("turn/routine.rs", include_str!("../../templates/turn/routine.rs.jinja")),
-    ("turn/header.h", include_str!("../../templates/turn/header.h.jinja")),
-    ("turn/source.c", include_str!("../../templates/turn/source.c.jinja")),
-    ("turn/sweep.rs", include_str!("../../templates/turn/sweep.rs.jinja")),
-    ("turn/sweep.c", include_str!("../../templates/turn/sweep.c.jinja")),
-    ("units/contract.txt", include_str!("../../templates/units/contract.txt.jinja")),
-    ("units/provenance.txt", include_str!("../../templates/units/provenance.txt.jinja")),
-    ("units/lib.rs", include_str!("../../templates/units/lib.rs.jinja")),
-    ("units/header.h", include_str!("../../templates/units/header.h.jinja")),
-    ("gappa/routine.g", include_str!("../../templates/gappa/routine.g.jinja")),
-    ("verify/eva.c", include_str!("../../templates/verify/eva.c.jinja")),
-    ("verify/shift_right.c", include_str!("../../templates/verify/shift_right.c.jinja")),
-    ("verify/symbols.rs", include_str!("../../templates/verify/symbols.rs.jinja")),
-    ("verify/sequence.rs", include_str!("../../templates/verify/sequence.rs.jinja")),
-    ("verify/sequence.c", include_str!("../../templates/verify/sequence.c.jinja")),
-    ("verify/sweep.rs", include_str!("../../templates/verify/sweep.rs.jinja")),
-    ("verify/sweep.c", include_str!("../../templates/verify/sweep.c.jinja")),
+    ("provenance.txt", include_str!("../../../templates/provenance.txt.jinja")),
+    ("contract.txt", include_str!("../../../templates/contract.txt.jinja")),
+    ("rust/Cargo.toml", include_str!("../../../templates/rust/Cargo.toml.jinja")),
+    ("rust/lib.rs", include_str!("../../../templates/rust/lib.rs.jinja")),
+    ("rust/routine.rs", include_str!("../../../templates/rust/routine.rs.jinja")),
+    ("rust/module.rs", include_str!("../../../templates/rust/module.rs.jinja")),
+    ("c/header.h", include_str!("../../../templates/c/header.h.jinja")),
+    ("c/source.c", include_str!("../../../templates/c/source.c.jinja")),
+    ("turn/contract.txt", include_str!("../../../templates/turn/contract.txt.jinja")),
+    ("turn/routine.rs", include_str!("../../../templates/turn/routine.rs.jinja")),
+    ("turn/header.h", include_str!("../../../templates/turn/header.h.jinja")),
+    ("turn/source.c", include_str!("../../../templates/turn/source.c.jinja")),
+    ("turn/sweep.rs", include_str!("../../../templates/turn/sweep.rs.jinja")),
+    ("turn/sweep.c", include_str!("../../../templates/turn/sweep.c.jinja")),
+    ("units/contract.txt", include_str!("../../../templates/units/contract.txt.jinja")),
+    ("units/provenance.txt", include_str!("../../../templates/units/provenance.txt.jinja")),
+    ("units/lib.rs", include_str!("../../../templates/units/lib.rs.jinja")),
+    ("units/header.h", include_str!("../../../templates/units/header.h.jinja")),
+    ("units/run.rs", include_str!("../../../templates/units/run.rs.jinja")),
+    ("units/run.c", include_str!("../../../templates/units/run.c.jinja")),
+    ("gappa/routine.g", include_str!("../../../templates/gappa/routine.g.jinja")),
+    ("verify/eva.c", include_str!("../../../templates/verify/eva.c.jinja")),
+    ("verify/shift_right.c", include_str!("../../../templates/verify/shift_right.c.jinja")),
+    ("verify/symbols.rs", include_str!("../../../templates/verify/symbols.rs.jinja")),
+    ("verify/sequence.rs", include_str!("../../../templates/verify/sequence.rs.jinja")),
+    ("verify/sequence.c", include_str!("../../../templates/verify/sequence.c.jinja")),
+    ("verify/sweep.rs", include_str!("../../../templates/verify/sweep.rs.jinja")),
+    ("verify/sweep.c", include_str!("../../../templates/verify/sweep.c.jinja")),
 ];
 
 /// Templates of routines for many units: expressions and helper functions are those of every other routine, so that
 /// their text stands in one place. (A template cannot import macros from one that prints as well.)
 fn with_the_routines_own_parts() -> [(&'static str, String); 2] {
-    let c = include_str!("../../templates/c/source.c.jinja");
+    let c = include_str!("../../../templates/c/source.c.jinja");
     let head = c.split("{% for routine in routines %}").next().unwrap_or_default();
-    let rust = include_str!("../../templates/rust/routine.rs.jinja");
+    let rust = include_str!("../../../templates/rust/routine.rs.jinja");
     let last = "{%- endmacro -%}\n";
     let macros = rust.rfind(last).map_or("", |at| &rust[..at + last.len()]);
     let functions = rust.find("{%- for helper in routine.helpers").map_or("", |at| &rust[at..]);
-    let units_c = include_str!("../../templates/units/source.c.jinja");
-    let units_rust = include_str!("../../templates/units/routine.rs.jinja");
+    let units_c = include_str!("../../../templates/units/source.c.jinja");
+    let units_rust = include_str!("../../../templates/units/routine.rs.jinja");
     [
         ("units/source.c", format!("{head}{units_c}")),
         ("units/routine.rs", format!("{macros}{units_rust}{functions}")),
@@ -219,7 +226,7 @@ impl Renderer {
                 .state
                 .iter()
                 .map(|w| {
-                    let (start, next) = (self::operand(program, &w.start), self::operand(program, &w.next));
+                    let (start, next) = (operand(program, &w.start), operand(program, &w.next));
                     context! { name => &*w.name, type => rust_type(w.ty), c_type => c_type(w.ty), meaning => &*w.meaning, start, next }
                 })
                 .collect(),
@@ -276,158 +283,6 @@ pub fn c_type(ty: Type) -> &'static str {
 /// A C constant; −2³¹ has no literal of type `int`.
 fn c_int(value: i64) -> String {
     if value == i64::from(i32::MIN) { "INT32_MIN".into() } else { value.to_string() }
-}
-
-fn operand(program: &Program, operand: &Operand) -> Value {
-    match operand {
-        Operand::Step(i) => context! { kind => "step", name => &*program.steps[*i].name },
-        Operand::Int(value) => context! { kind => "int", value },
-        Operand::Float(value) => context! {
-            kind => "float",
-            decimal => text::float_decimal(*value),
-            magnitude_decimal => text::float_decimal(value.abs()),
-            hex => text::float_hex(*value),
-            negative => value.is_sign_negative(),
-            magnitude_hex => text::float_hex(value.abs()),
-        },
-    }
-}
-
-fn type_of(program: &Program, operand: &Operand) -> Type {
-    match operand {
-        Operand::Step(i) => program.steps[*i].ty,
-        Operand::Int(_) => Type::I32,
-        Operand::Float(_) => Type::F32,
-    }
-}
-
-pub(crate) fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
-    let assigned = |name: &str, before: usize| {
-        which.iter().filter(|&&i| i < before && program.steps[i].name == name).count()
-    };
-    let laid_out = which.iter().map(|&index| {
-        let step = &program.steps[index];
-        let operand = |o: &Operand| operand(program, o);
-        let op = match &step.op {
-            Op::Input { .. } => context! { kind => "input" },
-            Op::State { index } => context! { kind => "state", word => &*program.state[*index].name },
-            Op::Word { index } => context! { kind => "word", index },
-            Op::Add { a, b } => context! { kind => "add", a => operand(a), b => operand(b) },
-            Op::MulAddWide { a, b, c } => {
-                context! { kind => "mul_add_wide", a => operand(a), b => operand(b), c => operand(c) }
-            }
-            Op::High { a, by } => context! { kind => "high", a => operand(a), by },
-            Op::Phase { a, factor, by } => context! { kind => "phase", a => operand(a), factor, by },
-            Op::Sub { a, b } => context! {
-                kind => "sub", a => operand(a), b => operand(b), cast => type_of(program, a) != step.ty,
-            },
-            Op::Clamp { a, lo, hi } => {
-                let from = type_of(program, a);
-                let wide = if matches!(from, Type::I32 | Type::U16) { "i32" } else { "i64" };
-                context! { kind => "clamp", a => operand(a), lo, hi, wide, cast => from != Type::I32 }
-            }
-            Op::ClampF32 { a, lo, hi } => context! {
-                kind => "clamp_f32", a => operand(a),
-                lo => text::float_decimal(*lo), hi => text::float_decimal(*hi),
-                lo_hex => text::float_hex(*lo), hi_hex => text::float_hex(*hi),
-            },
-            Op::ShiftLeft { a, by } => {
-                context! { kind => "shift_left", a => operand(a), by, factor => 1u64 << by }
-            }
-            Op::ShiftRight { a, add, by } => context! {
-                kind => "shift_right", a => operand(a), add, by,
-                },
-            Op::Index { a, add, by } => {
-                context! { kind => "index", a => operand(a), add => *add as u32, by, first => add >> by }
-            }
-            // Modulo 2³² it is one whether the sum or the product by 2^by comes first.
-            Op::Wrap { a, add, by } => {
-                let add = (*add as u32) << by;
-                context! { kind => "wrap", a => operand(a), add, signed => add as i32, by }
-            }
-            Op::Bits { a, from, bits } => {
-                let mask = ((1u64 << bits) - 1) as u32;
-                context! { kind => "bits", a => operand(a), from, bits, mask }
-            }
-            Op::Shifted { a, by, b, add } => {
-                context! { kind => "shifted", a => operand(a), by, b => operand(b), add => *add as u32 }
-            }
-            Op::Entry { index: row, column } => {
-                let first = !program.steps[..index].iter().any(|s| matches!(s.op, Op::Entry { .. }));
-                context! { kind => "entry", index => operand(row), column, first }
-            }
-            Op::Truncate { a } => context! { kind => "truncate", a => operand(a) },
-            Op::ToF32 { a } => context! { kind => "to_f32", a => operand(a) },
-            Op::MulF32 { a, b } => context! { kind => "mul_f32", a => operand(a), b => operand(b) },
-            Op::MulAddShort { a, b, by, c } => context! {
-                kind => "mul_add_short", a => operand(a), b => operand(b), by, c => operand(c),
-            },
-            Op::MulAddHigh { a, b, shift, c } | Op::MulAddSplit { a, b, shift, c } => context! {
-                kind => "mul_add", helper => product_helper(&step.op), a => operand(a), b => operand(b), shift,
-                factor => 1u64 << shift, c => operand(c),
-            },
-            Op::MulAddF32 { a, b, c, fused } => context! {
-                kind => "mul_add_f32", a => operand(a), b => operand(b), c => operand(c), fused,
-            },
-        };
-        context! {
-            name => &*step.name,
-            type => rust_type(step.ty),
-            c_type => c_type(step.ty),
-            note => &*step.note,
-            reassigned => assigned(&step.name, index) > 0,
-            last => index == program.output(),
-            constant => assigned(&step.name, program.steps.len()) == 1,
-            op,
-        }
-    });
-    laid_out.collect()
-}
-
-/// The helper functions that the steps call, in the order in which they are defined.
-pub(crate) fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
-    let mut helpers = Vec::new();
-    if program.steps.iter().any(|s| s.ty == Type::F32) {
-        helpers.push("float_guard");
-    }
-    for step in &program.steps {
-        let helper = match &step.op {
-            Op::Clamp { a, .. } if matches!(type_of(program, a), Type::I32 | Type::U16) => "limit_i32",
-            Op::Clamp { .. } => "limit_i64",
-            Op::ClampF32 { .. } => "limit_f32",
-            Op::MulAddHigh { .. } => "mul_high",
-            Op::MulAddSplit { .. } => "mul_split",
-            Op::MulAddShort { .. } => "mul_short",
-            Op::High { .. } => "high_word",
-            Op::Wrap { .. } => "to_signed",
-            Op::Phase { .. } => {
-                // It rests on the other, which comes first.
-                if !helpers.contains(&"to_signed") {
-                    helpers.push("to_signed");
-                }
-                "phase_of"
-            }
-            _ => continue,
-        };
-        if !helpers.contains(&helper) {
-            helpers.push(helper);
-        }
-    }
-    let shifts =
-        |op: &Op| matches!(op, Op::MulAddSplit { .. } | Op::MulAddShort { .. } | Op::ShiftRight { .. });
-    let signed_index = |s: &Step| matches!(s.op, Op::Index { .. }) && s.ty == Type::I32;
-    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op) || signed_index(s)) {
-        helpers.insert(0, "shift_right");
-    }
-    helpers
-}
-
-/// The function that takes the high part of a product.
-fn product_helper(op: &Op) -> &'static str {
-    match op {
-        Op::MulAddSplit { .. } => "mul_split",
-        _ => "mul_high",
-    }
 }
 
 /// How the routine tells that a reading was inside the range.

@@ -1,0 +1,220 @@
+//! The operations of a program as the script has them: what each reads, and what that is without rounding.
+
+use std::collections::BTreeMap;
+
+use minijinja::{Value, context};
+
+use crate::exact::Interval;
+use crate::physics::{Ledger, Taken};
+use crate::program::{Op, Operand, Program};
+use crate::text;
+
+/// The parts of a script.
+pub(super) struct Steps {
+    /// Words and distances of which only the range is known.
+    pub variables: Vec<Value>,
+    /// Operations in their order.
+    pub computed: Vec<Value>,
+    /// Numbers that stand between a step and one that reads it: by how much what is read is further from exact.
+    pub bridges: Vec<Value>,
+    /// Words known to lie in a narrower range than intervals show.
+    pub narrower: Vec<Value>,
+    /// The last result.
+    pub result: Value,
+}
+
+/// A number as the routine has it and as it would be without rounding.
+struct Number {
+    r: String,
+    e: String,
+    /// How far the second can be from the first, as the ledger counts it.
+    error: Interval,
+    known: Option<Interval>,
+}
+
+impl Number {
+    fn exactly(r: String) -> Number {
+        Number { e: r.clone(), r, error: Interval::zero(), known: None }
+    }
+}
+
+/// Name of a table's word: the place in a segment, a coefficient.
+pub(super) fn of_segment(program: &Program, i: usize) -> String {
+    format!("{}_", program.steps[i].name)
+}
+
+/// The steps that lead to the result; `None` where one has no counterpart.
+pub(super) fn of(program: &Program, ledger: Option<&Ledger>) -> Option<Steps> {
+    let nothing = Steps {
+        variables: Vec::new(),
+        computed: Vec::new(),
+        bridges: Vec::new(),
+        narrower: Vec::new(),
+        result: Value::UNDEFINED,
+    };
+    let mut writer = Writer { program, ledger, numbers: BTreeMap::new(), steps: nothing };
+    let result = Operand::Step(program.output());
+    let first = program.variable + 1;
+    for i in needed(program, ledger, result).into_iter().filter(|i| *i >= first) {
+        writer.append(i)?;
+    }
+    let goal = writer.read(program.steps.len(), 0, result)?;
+    writer.steps.result = goal;
+    Some(writer.steps)
+}
+
+/// The steps that lead to the result, where what is known of a word otherwise needs none.
+fn needed(program: &Program, ledger: Option<&Ledger>, result: Operand) -> Vec<usize> {
+    let Some(ledger) = ledger else { return program.needed([result].into_iter()) };
+    let mut cut = program.clone();
+    for (i, known) in &ledger.steps {
+        if known.reads.is_empty() {
+            // Stands for any operation without operands.
+            cut.steps[*i].op = Op::Input { index: 0 };
+        }
+    }
+    cut.needed([result].into_iter())
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    ledger: Option<&'a Ledger>,
+    numbers: BTreeMap<usize, Number>,
+    steps: Steps,
+}
+
+impl Writer<'_> {
+    /// What the ledger says of operand `k` of a step: of the result's own steps only what the whole sum is off.
+    fn taken(&self, i: usize, k: usize, operand: Operand) -> Option<Taken> {
+        let ledger = self.ledger?;
+        match ledger.steps.get(&i) {
+            Some(known) => known.reads.get(k).cloned(),
+            None if operand == ledger.sum => {
+                let range = ledger.range_of_sum()?;
+                Some(Taken { range, error: ledger.error.clone() })
+            }
+            None => None,
+        }
+    }
+
+    /// Operand `k` of step `i`.
+    fn read(&mut self, i: usize, k: usize, operand: Operand) -> Option<Value> {
+        let fresh;
+        let number = match operand {
+            Operand::Step(s) if s == self.program.variable => {
+                fresh = Number::exactly("x_".into());
+                &fresh
+            }
+            Operand::Step(s) => self.numbers.get(&s)?,
+            Operand::Int(v) => {
+                fresh = Number::exactly(v.to_string());
+                &fresh
+            }
+            Operand::Float(v) => {
+                fresh = Number::exactly(text::float_hex(v));
+                &fresh
+            }
+        };
+        let (r, mut e) = (number.r.clone(), number.e.clone());
+        if let Some(taken) = self.taken(i, k, operand) {
+            let further = if number.error.certainly_le(&taken.error) {
+                &taken.error - &number.error
+            } else {
+                e.clone_from(&r);
+                taken.error.clone()
+            };
+            let narrower = number.known.as_ref().is_some_and(|k| taken.range.inside(k) && taken.range != *k);
+            if narrower {
+                self.steps.narrower.push(in_range(&r, &taken.range));
+            }
+            if further != Interval::zero() {
+                let (name, gap) = (format!("u_{i}_{k}"), format!("g_{i}_{k}"));
+                self.steps.variables.push(in_range(&gap, &further.symmetric()));
+                let off = if e == r { Value::from(()) } else { Value::from(e.as_str()) };
+                self.steps.bridges.push(context! { i, name => &*name, r => &*r, e => &*e, off, gap });
+                e = name;
+            }
+        }
+        Some(context! { exact => r == e, r, e })
+    }
+
+    fn append(&mut self, i: usize) -> Option<()> {
+        let known = self.ledger.and_then(|l| l.steps.get(&i));
+        if let Some(known) = known.filter(|k| k.reads.is_empty()) {
+            let r = format!("f_{i}");
+            // The integers inside.
+            let known = known.result.range.clone();
+            let ends = (known.lower().ceil_to_i64()?, known.upper().floor_to_i64()?);
+            self.steps.variables.push(context! {
+                name => &*r, from => ends.0.to_string(), to => ends.1.to_string(), integer => true,
+            });
+            let known = Some(known);
+            self.numbers.insert(i, Number { known, ..Number::exactly(r) });
+            return Some(());
+        }
+        let (error, range) = known
+            .map_or((Interval::zero(), None), |k| (k.result.error.clone(), Some(k.result.range.clone())));
+        let op = &self.program.steps[i].op;
+        let number = match op {
+            Op::Index { .. } => return Some(()),
+            Op::Wrap { .. } | Op::Entry { .. } => Number::exactly(of_segment(self.program, i)),
+            _ => {
+                // A truncation's mean is part of the polynomial, and not of the terms.
+                let (step, rounds) = self.one(i, op, if known.is_some() { 0.0 } else { 0.5 })?;
+                self.steps.computed.push(step);
+                let r = format!("r_{i}");
+                let e = if rounds { format!("e_{i}") } else { r.clone() };
+                Number { r, e, error, known: range }
+            }
+        };
+        self.numbers.insert(i, number);
+        Some(())
+    }
+
+    /// The operation for the template, and whether its result is off.
+    fn one(&mut self, i: usize, op: &Op, mean: f64) -> Option<(Value, bool)> {
+        let operands = op.operands();
+        let mut read = Vec::new();
+        for (k, operand) in operands.into_iter().enumerate() {
+            read.push(self.read(i, k, operand)?);
+        }
+        let exact = read.iter().all(|o| o.get_attr("exact").is_ok_and(|v| v.is_true()));
+        let mut read = read.into_iter();
+        let none = || Value::from(());
+        let (a, b, c) = (
+            read.next().unwrap_or_else(none),
+            read.next().unwrap_or_else(none),
+            read.next().unwrap_or_else(none),
+        );
+        let split = 3.0 * mean;
+        // Strict templates want every name: what an operation has not is nothing.
+        let of = |kind: &str, exact: bool, factor: u64, by: u32, scale: String, more: &str| {
+            let fused = more == "fused";
+            (
+                context! { i, kind, a => a.clone(), b => b.clone(), c => c.clone(), mean, split, exact, factor, by, scale, fused, sign => more },
+                !exact,
+            )
+        };
+        let high =
+            |kind: &str, shift: u32| of(kind, false, 1 << shift, 32, format!(" * 1b-{}", 32 - shift), "");
+        let plain = |kind: &str, more: &str| of(kind, false, 1, 0, String::new(), more);
+        Some(match op {
+            Op::MulAddHigh { shift, .. } => high("mul_add_high", *shift),
+            Op::MulAddSplit { shift, .. } => high("mul_add_split", *shift),
+            Op::MulAddShort { by, .. } => of("mul_add_high", false, 1, *by, format!(" * 1b-{by}"), ""),
+            Op::MulAddF32 { fused, .. } => plain("mul_add_f32", if *fused { "fused" } else { "" }),
+            Op::MulF32 { .. } => plain("mul_f32", ""),
+            Op::ToF32 { .. } => plain("to_f32", ""),
+            Op::Add { .. } => of("sum", exact, 1, 0, String::new(), "+"),
+            Op::Sub { .. } => of("sum", exact, 1, 0, String::new(), "-"),
+            Op::ShiftLeft { by, .. } => of("shift_left", exact, 1 << by, 0, String::new(), ""),
+            _ => return None,
+        })
+    }
+}
+
+/// A name and the floats around a range.
+fn in_range(name: &str, range: &Interval) -> Value {
+    let (from, to) = (text::double_hex(range.to_f64_down()), text::double_hex(range.to_f64_up()));
+    context! { name, from, to, integer => false }
+}

@@ -1,0 +1,371 @@
+//! The check from outside: the files against a new generation, every unit's page through the compiled loader and
+//! routine in Rust and C, held against that unit's own function, and damaged pages, which both must refuse.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use minijinja::{Value, context};
+use serde::Serialize;
+
+use super::page::{HEAD_WORDS, Page};
+use super::render::page;
+use super::structure::{Design, prepare};
+use super::{Generated, Unit, UnitsError, Wanted};
+use crate::bound::Bound;
+use crate::certificate::rust_type;
+use crate::files;
+use crate::interpret::{Word, interpret};
+use crate::options::Options;
+use crate::physics::Physics;
+use crate::program::Program;
+use crate::reference::Reference;
+use crate::render::{Renderer, c_type};
+use crate::routine::Routine;
+use crate::text::camel_case;
+use crate::verify::compile::Tool;
+use crate::verify::domain::{Coverage, Domain};
+use crate::verify::yardstick::Yardstick;
+use crate::verify::{VerifyError, belonging};
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnitsReport {
+    /// What is wrong with certificate and files; empty where nothing is.
+    pub certificate: Vec<String>,
+    /// Every unit in every language.
+    pub sweeps: Vec<UnitSweep>,
+    /// Damaged pages that a loader took.
+    pub taken: Vec<String>,
+    /// How many damaged pages were tried in each language.
+    pub damaged: u64,
+}
+
+/// One unit's page through one language.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnitSweep {
+    /// The unit.
+    pub unit: String,
+    /// `rust` or `c`.
+    pub language: String,
+    /// Readings that were given, those beyond the range among them.
+    pub readings: u64,
+    /// Readings of which the result is not the proved program's; all where the loader refuses the page.
+    pub different: u64,
+    /// The largest distance from the unit's own function, in the bound's unit, what the reference may be off included.
+    pub worst: f64,
+    /// What was proved for the unit.
+    pub bound: f64,
+}
+
+impl UnitsReport {
+    /// Whether everything holds.
+    pub fn holds(&self) -> bool {
+        let good = |s: &UnitSweep| s.different == 0 && s.worst <= s.bound;
+        self.certificate.is_empty() && self.taken.is_empty() && self.sweeps.iter().all(good)
+    }
+
+    /// The report as text.
+    pub fn text(&self) -> String {
+        let mut lines: Vec<String> = self.certificate.iter().map(|what| format!("REFUSED {what}")).collect();
+        if lines.is_empty() {
+            lines.push("certificate, pages and files: as generated anew".into());
+        }
+        for s in &self.sweeps {
+            lines.push(format!(
+                "{:<16} {:<5} {} readings: {} differ from the proved program, {:.3e} from the unit's function at most, \
+                 proved {:.3e}",
+                s.unit, s.language, s.readings, s.different, s.worst, s.bound
+            ));
+        }
+        lines.push(format!("{} damaged pages, {} taken", self.damaged, self.taken.len()));
+        lines.extend(self.taken.iter().map(|what| format!("TAKEN {what}")));
+        lines.push(if self.holds() { "verified" } else { "DOES NOT HOLD" }.into());
+        lines.join("\n") + "\n"
+    }
+}
+
+/// A check could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum UnitsVerifyError {
+    /// The units.
+    #[error(transparent)]
+    Units(#[from] UnitsError),
+    /// Files or compilers.
+    #[error(transparent)]
+    Verify(#[from] VerifyError),
+}
+
+/// Checks the files in `folder`; `sanitize` has the C watched for undefined behaviour.
+///
+/// # Errors
+/// [`UnitsVerifyError`] where a check cannot be made.
+pub fn verify(
+    folder: &Path,
+    generated: &Generated,
+    units: &[Unit],
+    options: &Options,
+    wanted: &Wanted,
+    sanitize: bool,
+) -> Result<UnitsReport, UnitsVerifyError> {
+    let design = &generated.design;
+    let certificate = match &wanted.earlier {
+        // The certificate is that of the first units; only pages are added.
+        Some(_) => (files::compare(folder, &generated.files).into_iter())
+            .map(|(file, difference)| format!("{} {difference}", file.display()))
+            .collect(),
+        None => {
+            let stated = belonging::read_certificate(folder)?;
+            belonging::check(folder, &stated, &generated.certificate, &generated.files)
+        }
+    };
+    let folder = std::path::absolute(folder)
+        .map_err(|cause| VerifyError::Write { path: folder.to_path_buf(), cause })?;
+    let build =
+        tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })?;
+    let programs = compile(&folder, &generated.name, design, sanitize, build.path())?;
+    let references = prepare(units, options, Some(design.range))?.references;
+
+    let mut report = UnitsReport { certificate, sweeps: Vec::new(), taken: Vec::new(), damaged: 0 };
+    for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&references) {
+        let routine = of_unit(design, &fitted.words, fitted.total, reference);
+        let program = &routine.design.program;
+        let yardstick = Yardstick::of(&routine);
+        let domain = Domain::of(program);
+        let indices = indices(&domain.interpreted(program));
+        let given: Vec<Vec<u32>> = indices.iter().map(|i| domain.words(program, *i)).collect();
+        let expected: Vec<Option<i64>> = (indices.iter())
+            .map(|i| interpret(program, &domain.arguments(program, *i)).ok().map(|out| out.word.bits()))
+            .collect();
+        let bytes = written(&folder, unit, || page(design, unit, fitted).bytes());
+        for (language, program_of) in &programs {
+            let found = run(program_of, &[(&bytes, &given)])?;
+            let (status, results) = found.into_iter().next().unwrap_or((-1, Vec::new()));
+            let mut sweep = UnitSweep {
+                unit: unit.name.clone(),
+                language: (*language).into(),
+                readings: given.len() as u64,
+                different: 0,
+                worst: 0.0,
+                bound: design.quantity.in_bound_unit(fitted.total),
+            };
+            if status != 0 || results.len() != given.len() {
+                sweep.different = sweep.readings;
+            }
+            let mut worst = 0.0f64;
+            for ((index, bits), expected) in indices.iter().zip(&results).zip(&expected) {
+                let same = expected.is_some_and(|e| e as u32 == *bits);
+                sweep.different += u64::from(!same);
+                let value = result(program, *bits);
+                let reading = reading(&domain.arguments(program, *index));
+                worst = worst.max((value - yardstick.at(reading)).abs());
+            }
+            let lsb = design.unit.to_f64();
+            sweep.worst = design.quantity.in_bound_unit((worst - yardstick.error).max(0.0) * lsb);
+            report.sweeps.push(sweep);
+        }
+    }
+    let Some((unit, fitted)) = units.iter().zip(&design.fitted).next() else { return Ok(report) };
+    let good = page(design, unit, fitted);
+    let damaged = damaged(design, &good);
+    report.damaged = damaged.len() as u64;
+    let pages: Vec<Given<'_>> = damaged.iter().map(|(_, bytes)| (&bytes[..], &[][..])).collect();
+    for (language, program) in &programs {
+        for ((what, _), (status, _)) in damaged.iter().zip(run(program, &pages)?) {
+            if status == 0 {
+                report.taken.push(format!("{what}, by the loader in {language}"));
+            }
+        }
+    }
+    Ok(report)
+}
+
+/// The page as it lies in the folder; as it would be generated where it is missing, which the comparison has said.
+fn written(folder: &Path, unit: &Unit, otherwise: impl Fn() -> Vec<u8>) -> Vec<u8> {
+    std::fs::read(folder.join(format!("pages/{}.bin", unit.name))).unwrap_or_else(|_| otherwise())
+}
+
+/// A unit's routine, as if its coefficients were its own.
+fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) -> Routine {
+    let mut program: Program = design.program.clone();
+    for (range, word) in program.page.iter_mut().zip(words) {
+        (range.from, range.to) = (*word, *word);
+    }
+    let bound = Bound {
+        total,
+        approximation: 0.0,
+        input: 0.0,
+        evaluation: 0.0,
+        output: 0.0,
+        terms: 0.0,
+        rounding: 0.0,
+        output_range: (0.0, 0.0),
+    };
+    Routine {
+        options: design.options.clone(),
+        design: crate::design::Design {
+            program,
+            bound,
+            degree: design.degree,
+            segments: 1,
+            minimax: 0.0,
+            unit: design.unit.clone(),
+            sum_bits: design.bits,
+            fraction_bits: None,
+            ledger: None,
+        },
+        plan: design.plan.clone(),
+        reference: reference.clone(),
+        range: design.range,
+        physics: Physics::default(),
+        line: false,
+    }
+}
+
+fn indices(coverage: &Coverage) -> Vec<u64> {
+    let of = |s: &crate::verify::domain::Sweep| {
+        let (first, stride) = (s.first, s.stride);
+        (0..s.count).map(move |i| first + i * stride)
+    };
+    coverage.sweeps.iter().flat_map(of).collect()
+}
+
+/// The reading in its own words, as the routine forms it.
+fn reading(arguments: &[Word]) -> f64 {
+    match arguments {
+        [Word::Int(x1), Word::Int(x2)] => (x2 - x1) as f64,
+        [Word::Float(x1), Word::Float(x2)] => f64::from(x2 - x1),
+        [Word::Int(s), ..] => *s as f64,
+        [Word::Float(s), ..] => f64::from(*s),
+        [] => 0.0,
+    }
+}
+
+/// A result as a number of output words.
+fn result(program: &Program, bits: u32) -> f64 {
+    match program.output_type() {
+        crate::program::Type::F32 => f64::from(f32::from_bits(bits)),
+        _ => f64::from(bits as i32),
+    }
+}
+
+/// Pages that no loader may take: every bit turned over, and what a CRC does not tell.
+fn damaged(design: &Design, good: &Page) -> Vec<(String, Vec<u8>)> {
+    let bytes = good.bytes();
+    let mut all: Vec<(String, Vec<u8>)> = (0..8 * bytes.len())
+        .map(|bit| {
+            let mut turned = bytes.clone();
+            turned[bit / 8] ^= 1 << (bit % 8);
+            (format!("a page with bit {bit} turned over"), turned)
+        })
+        .collect();
+    all.push(("a page that is cut short".into(), bytes[..bytes.len() - 1].to_vec()));
+    all.push(("an erased page".into(), vec![0xff; bytes.len()]));
+    let mut other = good.clone();
+    other.structure ^= 1;
+    all.push(("a page of another routine".into(), other.bytes()));
+    let mut coarse = good.clone();
+    coarse.proved = u32::MAX;
+    all.push(("a page whose bound is above the routine's".into(), coarse.bytes()));
+    for (k, range) in design.program.page.iter().enumerate() {
+        for (end, word) in [("below", range.from - 1), ("above", range.to + 1)] {
+            let Ok(word) = i32::try_from(word) else { continue };
+            let mut outside = good.clone();
+            outside.coefficients[k] = word;
+            let at = 4 * (HEAD_WORDS + k);
+            let what =
+                format!("a page whose coefficient {} (at byte {at}) is one word {end} its range", range.name);
+            all.push((what, outside.bytes()));
+        }
+    }
+    all
+}
+
+/// Compiles the programs that read pages and words around the files in `folder`, into `build`: in Rust, and in C.
+///
+/// # Errors
+/// [`VerifyError`] where a compiler is missing or refuses the files.
+pub fn compile(
+    folder: &Path,
+    name: &str,
+    design: &Design,
+    sanitize: bool,
+    build: &Path,
+) -> Result<Vec<(&'static str, PathBuf)>, VerifyError> {
+    let renderer = Renderer::new()?;
+    let arguments: Vec<Value> = (design.program.arguments.iter())
+        .map(|a| context! { name => &*a.name, type => rust_type(a.ty), c_type => c_type(a.ty) })
+        .collect();
+    let context = || {
+        context! {
+            name, arguments => arguments.clone(), upper => name.to_uppercase(), type_name => camel_case(name),
+            c_output_type => c_type(design.program.output_type()),
+            module => folder.join(format!("src/{name}.rs")).display().to_string(),
+        }
+    };
+    for (template, file) in [("units/run.rs", "run.rs"), ("units/run.c", "run.c")] {
+        let path = build.join(file);
+        std::fs::write(&path, renderer.render(template, context())?)
+            .map_err(|cause| VerifyError::Write { path, cause })?;
+    }
+    let [rust, c] = ["run-rust", "run-c"].map(|program| build.join(program));
+    let program = rust.display().to_string();
+    Tool::rustc()
+        .run(&["--edition", "2021", "-O", "-C", "overflow-checks=on", "run.rs", "-o", &program], build)?;
+    let (source, include, program) = (
+        folder.join(format!("c/{name}.c")).display().to_string(),
+        format!("-I{}", folder.join("c").display()),
+        c.display().to_string(),
+    );
+    let mut flags = vec!["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"];
+    if sanitize {
+        flags.extend(["-fsanitize=undefined", "-fno-sanitize-recover=all"]);
+    }
+    flags.extend([include.as_str(), "run.c", source.as_str(), "-o", program.as_str()]);
+    Tool::cc().run(&flags, build)?;
+    Ok(vec![("rust", rust), ("c", c)])
+}
+
+/// A page and readings, as words of each argument.
+pub type Given<'a> = (&'a [u8], &'a [Vec<u32>]);
+
+/// The loader's status of every page, and the results of its readings.
+///
+/// # Errors
+/// [`VerifyError`] where the program cannot be run, or ends with an error.
+pub fn run(program: &Path, pages: &[Given<'_>]) -> Result<Vec<(i32, Vec<u32>)>, VerifyError> {
+    let mut input = Vec::new();
+    for (page, readings) in pages {
+        input.extend((page.len() as u32).to_le_bytes());
+        input.extend(*page);
+        input.extend((readings.len() as u32).to_le_bytes());
+        readings.iter().flatten().for_each(|w| input.extend(w.to_le_bytes()));
+    }
+    let failed = |cause| VerifyError::Run { program: program.display().to_string(), cause };
+    let mut child = Command::new(program)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(failed)?;
+    let writer = child.stdin.take().map(|mut stdin| {
+        // A program that ends early closes the pipe; its exit code tells.
+        std::thread::spawn(move || drop(stdin.write_all(&input)))
+    });
+    let out = child.wait_with_output().map_err(failed)?;
+    if let Some(writer) = writer {
+        drop(writer.join());
+    }
+    if !out.status.success() {
+        let message = format!("{}: {}", out.status, String::from_utf8_lossy(&out.stderr).trim());
+        return Err(VerifyError::Refused { program: program.display().to_string(), message });
+    }
+    let mut words =
+        out.stdout.chunks_exact(4).map(|bytes| u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+    let of_page = |(_, readings): &Given<'_>| {
+        let status = words.next().map_or(-1, |status| status as i32);
+        let count = if status == 0 { readings.len() } else { 0 };
+        (status, words.by_ref().take(count).collect())
+    };
+    Ok(pages.iter().map(of_page).collect())
+}
