@@ -29,6 +29,7 @@ pub mod start;
 pub mod structure;
 pub mod turns;
 pub mod verdict;
+mod way;
 
 pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;

@@ -92,7 +92,7 @@ impl<'a> Search<'a> {
     pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
         let candidates = self.candidates(present);
         let whitening = self.whitening(present);
-        let screened = screen(present, &candidates, self.data, &whitening);
+        let [screened, mut plain] = screen(present, &candidates, self.data, [&whitening, &[]]);
         let mut best: Vec<Screened> = Vec::new();
         for effect in &self.catalogue {
             let own = screened.iter().filter(|s| candidates[s.candidate].effect.id() == effect.id());
@@ -132,7 +132,6 @@ impl<'a> Search<'a> {
         if !whitening.is_empty() {
             // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
             // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
-            let mut plain = screen(present, &candidates, self.data, &[]);
             plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
             let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id()).collect();
             let most = best.len() + REFITTED_PLAINLY;
