@@ -58,8 +58,8 @@ pub struct Data<'a> {
     /// Duration of the longest run, s.
     pub duration_s: f64,
     signals: [Vec<Signal>; 3],
-    /// For every run the extremes of the drive before it.
-    before: Vec<Vec<f64>>,
+    /// For every run the extremes of the drive before it, in each way of running between the samples.
+    before: [Vec<Vec<f64>>; 3],
     /// For every run rows in which the drive ran as it did just before it.
     leads: Vec<Range<usize>>,
 }
@@ -83,6 +83,12 @@ impl<'a> Data<'a> {
             };
             recording.runs.iter().zip(&leads).map(of).collect()
         });
+        let before = HOLDS.map(|hold| {
+            let of = |run: &Range<usize>| {
+                extremes(&Signal::new(&drive[first_period(recording, run)], 0, recording.step_s, hold))
+            };
+            recording.runs.iter().map(of).collect()
+        });
         Data {
             step_s: recording.step_s,
             runs: recording.runs.clone(),
@@ -94,7 +100,7 @@ impl<'a> Data<'a> {
             starts_s: vec![0.0; recording.runs.len()],
             duration_s: recording.runs.iter().map(|r| r.len()).max().unwrap_or(1) as f64 * recording.step_s,
             signals,
-            before: recording.runs.iter().map(|run| history(recording, run)).collect(),
+            before,
             leads,
         }
     }
@@ -123,7 +129,7 @@ impl<'a> Data<'a> {
             starts_s: Vec::new(),
             duration_s: self.duration_s,
             signals: [Vec::new(), Vec::new(), Vec::new()],
-            before: Vec::new(),
+            before: [Vec::new(), Vec::new(), Vec::new()],
             leads: Vec::new(),
         };
         let whole = rows >= total;
@@ -136,8 +142,14 @@ impl<'a> Data<'a> {
                 let start = i * length + if count > 1 { free * i / (count - 1) } else { 0 };
                 data.runs.push(run.start + start..run.start + start + length);
                 data.starts_s.push(self.starts_s[k] + start as f64 * self.step_s);
-                let passed = self.before[k].iter().chain(&self.drive[run.start..run.start + start]);
-                data.before.push(extremes(passed.copied()));
+                for ((own, all), signals) in data.before.iter_mut().zip(&self.before).zip(&self.signals) {
+                    let mut turns = Turns::new();
+                    all[k].iter().for_each(|u| {
+                        turns.to(*u);
+                    });
+                    signals[k].pass(0..start, &mut turns);
+                    own.push(turns.inputs().collect());
+                }
                 let lead = match start {
                     0 => self.leads[k].clone(),
                     _ => run.start + start.saturating_sub(MOST_LEAD)..run.start + start,
@@ -169,7 +181,7 @@ impl<'a> Data<'a> {
             rows: self.runs[run].len(),
             start_s: self.starts_s[run],
             bound: self.bound,
-            before: &self.before[run],
+            before: &self.before[k][run],
             lead: &self.position[self.leads[run].clone()],
         }
     }
@@ -193,12 +205,6 @@ impl<'a> Data<'a> {
     }
 }
 
-/// What a hysteresis remembers at the start of a run: nothing, or the period before it where the excitation
-/// is in its steady state.
-fn history(recording: &DynamicRecording, run: &Range<usize>) -> Vec<f64> {
-    extremes(first_period(recording, run).map(|k| recording.drives[0][k]))
-}
-
 /// Rows in which the drive ran as just before a run: the end of the period where the excitation is in its
 /// steady state, else none.
 fn lead(recording: &DynamicRecording, run: &Range<usize>) -> Range<usize> {
@@ -212,12 +218,10 @@ fn first_period(recording: &DynamicRecording, run: &Range<usize>) -> Range<usize
     run.start..run.start + recording.period.as_ref().map_or(0, same)
 }
 
-/// The extremes that are left of a way.
-fn extremes(inputs: impl Iterator<Item = f64>) -> Vec<f64> {
+/// The extremes that are left of a whole signal.
+fn extremes(signal: &Signal) -> Vec<f64> {
     let mut turns = Turns::<f64>::new();
-    inputs.for_each(|u| {
-        turns.to(u);
-    });
+    signal.pass(0..signal.intervals(), &mut turns);
     turns.inputs().collect()
 }
 

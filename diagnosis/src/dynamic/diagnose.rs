@@ -127,7 +127,7 @@ pub fn diagnose(
     };
     let left = families(&small);
     let left = verdict::significant(&left);
-    let said = match verdict::verdict(&before, &found, &left) {
+    let said = match verdict::verdict(&before, &found, &left, repeated(recording)) {
         // What its own past predicts so well is a motion, and no noise.
         Verdict::Consistent if noise.innovation < PREDICTED * found.rms(ALL) => Verdict::Unexplained,
         said => said,

@@ -313,6 +313,36 @@ where
         self.model.terms.iter().map(|t| t.effect).zip(&self.theta.terms).map(one).sum()
     }
 
+    /// The part of a step after which a mechanism that is held breaks loose, and in which direction; none where it
+    /// is still held at the end.
+    fn loose<const Z: usize, const Q: usize>(
+        &self,
+        state: &State<T, Z, Q>,
+        span: &Span<T>,
+        pull: T,
+        holds: f64,
+    ) -> Option<(T, f64)> {
+        let end = self.acceleration(state, &span.to, 0.0);
+        let way = end.value().signum();
+        // What is missing in this direction, at the beginning, at the end and in between.
+        let missing = |pull: T| T::from_f64(holds) - pull * way;
+        let (first, last) = (missing(pull), missing(end));
+        if last.value() >= 0.0 {
+            return None;
+        }
+        let mut part = first / (first - last);
+        let there = missing(self.acceleration(state, &span.at(part), 0.0));
+        let better = if there.value() > 0.0 {
+            part + (T::from_f64(1.0) - part) * (there / (there - last))
+        } else {
+            part * (first / (first - there))
+        };
+        if better.value() > 0.0 && better.value() < 1.0 {
+            part = better;
+        }
+        Some((part, way))
+    }
+
     /// One step with dry friction: it is divided where the velocity passes zero.
     pub fn step_with_friction<const Z: usize, const Q: usize>(
         &self,
@@ -328,15 +358,25 @@ where
         let mut span = *span;
         for event in 0..=MOST_EVENTS {
             if *direction == 0.0 {
-                let pull = self.acceleration(&state, &span.from, 0.0).value();
-                if pull.abs() <= holds {
+                let pull = self.acceleration(&state, &span.from, 0.0);
+                if pull.value().abs() <= holds {
                     // It creeps at most, while its further states go on.
-                    let mut to = self.step(&state, left, &span, 0.0);
-                    to.p = state.p + left * self.creep(&state, &span.middle);
-                    to.v = zero;
-                    return to;
+                    let stuck = |time: T, span: &Span<T>| {
+                        let mut to = self.step(&state, time, span, 0.0);
+                        to.p = state.p + time * self.creep(&state, &span.middle);
+                        to.v = zero;
+                        to
+                    };
+                    let Some((part, loose)) = self.loose(&state, &span, pull, holds) else {
+                        return stuck(left, &span);
+                    };
+                    state = stuck(left * part, &span.up_to(part));
+                    span = span.rest(part);
+                    left = left * (one - part);
+                    *direction = loose;
+                } else {
+                    *direction = pull.value().signum();
                 }
-                *direction = pull.signum();
             }
             let to = self.step(&state, left, &span, *direction);
             if to.v.value() * *direction >= 0.0 || event == MOST_EVENTS {

@@ -20,6 +20,9 @@ const GAIN_PER_PARAMETER: f64 = 6.0;
 /// Part of the residual's variance that an effect has to explain: below it the figures of the proof do not
 /// change, and the integrator of whoever simulated the plant would be found.
 const LEAST_PART: f64 = 0.003;
+/// How often over an effect that acts seldom has to gain where it was fitted what others have to: the rows that
+/// choose say little of it.
+const SELDOM: f64 = 2.0;
 /// Effects that are refitted in full in every round.
 const REFITTED: usize = 8;
 /// Further effects that are refitted for what they explain before whitening.
@@ -211,12 +214,32 @@ impl<'a> Search<'a> {
         let least = LEAST_GAIN + GAIN_PER_PARAMETER * further;
         let part = |folds| LEAST_PART * self.data.count(folds) as f64;
         let enough = |gain: &dyn Fn([bool; FOLDS]) -> f64| {
-            gain(FIT_ROWS) > least.max(part(FIT_ROWS))
-                && gain(CHOOSE_ROWS) > (0.25 * least).max(part(CHOOSE_ROWS))
+            let (fitted, chosen) = (gain(FIT_ROWS), gain(CHOOSE_ROWS));
+            let plenty = fitted > least.max(part(FIT_ROWS));
+            let there = (0.25 * least).max(part(CHOOSE_ROWS));
+            let seldom = || {
+                let due = self.due(before, after);
+                due < there && chosen > due - 4.0 * due.sqrt()
+            };
+            plenty && (chosen > there || (fitted > SELDOM * least && seldom()))
         };
         // Noise that is alike in samples that follow counts for less than its rows.
         enough(&|folds| gain(before, after, folds))
             && self.white_gain(before, after).is_none_or(|gains| enough(&|folds| gains(folds)))
+    }
+
+    /// What a model gains over another on the rows that choose if it is right, give or take twice the root of it
+    /// (one standard deviation): what acts seldom, as a limit that the drive reaches twice, may not act there at all.
+    fn due(&self, before: &Fitted, after: &Fitted) -> f64 {
+        let (Ok(old), Ok(new)) = (before.positions(self.data), after.positions(self.data)) else {
+            return f64::INFINITY;
+        };
+        let rows = self.data.runs.iter().flat_map(|run| run.clone());
+        let apart: f64 = rows
+            .filter(|k| self.data.fold[*k] as usize == CHOOSE)
+            .map(|k| (old[k] - new[k]).powi(2))
+            .sum();
+        after.rows[CHOOSE] as f64 * (apart / after.costs[CHOOSE].max(f64::MIN_POSITIVE)).ln_1p()
     }
 
     /// What a model gains over another, as [`gain`], after both residuals have passed the filter that whitens

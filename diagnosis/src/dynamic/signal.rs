@@ -2,7 +2,9 @@
 
 use fitter::plant::Hold;
 
+use super::machine::Span;
 use super::number::Number;
+use super::turns::Turns;
 
 /// The drive of one run as a function of time: on every interval a cubic a + b s + c s² + d s³ of the part
 /// s of the interval that has passed. It may begin before the run's first row.
@@ -42,6 +44,19 @@ impl Signal {
         let lead = lead.min(start);
         let cubics = self.cubics[start - lead..self.lead + range.end].to_vec();
         Signal { cubics, lead, step_s: self.step_s }
+    }
+
+    /// Intervals from the first row on.
+    pub fn intervals(&self) -> usize {
+        self.cubics.len() - self.lead
+    }
+
+    /// Shows a hysteresis the drive along some intervals.
+    pub fn pass(&self, intervals: std::ops::Range<usize>, turns: &mut Turns<f64>) {
+        for cubic in &self.cubics[self.lead + intervals.start..self.lead + intervals.end] {
+            let at = |r: f64| along(*cubic, r, 0.0)[0];
+            Span { from: at(0.0), middle: at(0.5), to: at(1.0) }.remembered(0.0, turns);
+        }
     }
 
     /// Interval `k` of the run; before the start and after the end the drive stands still.
