@@ -87,7 +87,8 @@ where
 {
     let theta = seeded::<N>(model);
     let lanes = STATE + model.free();
-    let mut grams = filters.map(|_| Grams { products: Vec::with_capacity(data.runs.len()), rows: [0; FOLDS] });
+    let mut grams =
+        filters.map(|_| Grams { products: Vec::with_capacity(data.runs.len()), rows: [0; FOLDS] });
     let kept = filters.iter().map(|f| f.len()).max().unwrap_or(0);
     for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
         let course = data.course(number, model.hold);

@@ -174,7 +174,13 @@ where
 
     /// Velocity, acceleration and rates of the further states.
     #[inline]
-    fn rates<const Z: usize, const Q: usize>(&self, state: &State<T, Z, Q>, drive: &T, direction: f64, rates: &mut State<T, Z, Q>) {
+    fn rates<const Z: usize, const Q: usize>(
+        &self,
+        state: &State<T, Z, Q>,
+        drive: &T,
+        direction: f64,
+        rates: &mut State<T, Z, Q>,
+    ) {
         let [damping, stiffness, gain] = &self.theta.nominal;
         rates.p = state.v;
         rates.v = *gain * *drive - *damping * state.v - *stiffness * state.p;
@@ -280,7 +286,12 @@ where
     }
 
     /// Acceleration; in the direction 0 that without dry friction.
-    fn acceleration<const Z: usize, const Q: usize>(&self, state: &State<T, Z, Q>, drive: &T, direction: f64) -> T {
+    fn acceleration<const Z: usize, const Q: usize>(
+        &self,
+        state: &State<T, Z, Q>,
+        drive: &T,
+        direction: f64,
+    ) -> T {
         let mut rates = State::zero();
         self.rates(state, drive, direction, &mut rates);
         rates.v

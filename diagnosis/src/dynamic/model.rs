@@ -145,9 +145,8 @@ impl Model {
     /// Number of states that the effects add to position and velocity, and of those of effects that are only
     /// probed.
     pub fn extra(&self) -> (usize, usize) {
-        let of = |probe: bool| {
-            self.terms.iter().filter(|t| t.probe == probe).map(|t| t.effect.states()).sum()
-        };
+        let of =
+            |probe: bool| self.terms.iter().filter(|t| t.probe == probe).map(|t| t.effect.states()).sum();
         (of(false), of(true))
     }
 

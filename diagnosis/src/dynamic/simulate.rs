@@ -85,7 +85,8 @@ fn run<T: Number, const Z: usize, const Q: usize>(
 where
     dyn DynamicEffect: Physics<T>,
 {
-    let lead = ((model.memory_s() / course.step_s).min(course.lead.len() as f64) as usize).min(course.lead.len());
+    let lead =
+        ((model.memory_s() / course.step_s).min(course.lead.len() as f64) as usize).min(course.lead.len());
     // Rounded up, so that a parameter that changes a little does not change it.
     let lead = if lead == 0 { 0 } else { lead.next_power_of_two().min(course.lead.len()) };
     let lead = if lead < 2 * SLOPE_ROWS { 0 } else { lead };
@@ -127,7 +128,11 @@ where
 }
 
 /// The cubic with the positions and velocities at both ends of a step.
-fn between<T: Number, const Z: usize, const Q: usize>(from: &State<T, Z, Q>, to: &State<T, Z, Q>, time: f64) -> [T; 4] {
+fn between<T: Number, const Z: usize, const Q: usize>(
+    from: &State<T, Z, Q>,
+    to: &State<T, Z, Q>,
+    time: f64,
+) -> [T; 4] {
     let (rise, v, w) = (to.p - from.p, from.v * time, to.v * time);
     [from.p, v, rise * 3.0 - v * 2.0 - w, v + w - rise * 2.0]
 }
@@ -190,6 +195,10 @@ where
             *state = next;
         }
         let p = state.p.value();
-        if p.is_nan() || p.abs() > self.course.bound { Err(Unstable((k + 1).max(0) as usize)) } else { Ok(()) }
+        if p.is_nan() || p.abs() > self.course.bound {
+            Err(Unstable((k + 1).max(0) as usize))
+        } else {
+            Ok(())
+        }
     }
 }

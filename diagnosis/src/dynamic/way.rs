@@ -97,9 +97,9 @@ where
     /// What does not remember.
     #[inline]
     fn shape(&self, drive: T) -> T {
-        self.shaping.iter().fold(drive, |w, k| {
-            Physics::<T>::drive(self.model.terms[*k].effect, &self.theta.terms[*k], w)
-        })
+        self.shaping
+            .iter()
+            .fold(drive, |w, k| Physics::<T>::drive(self.model.terms[*k].effect, &self.theta.terms[*k], w))
     }
 
     /// The same along a stretch: exact where the drive stands, else the cubic through four points.
@@ -154,8 +154,15 @@ mod tests {
     fn a_delayed_jump_has_its_moments() {
         let drive = [0.0, 0.0, 1.0, 1.0, 1.0];
         let signal = Signal::new(&drive, 0, 1e-3, Hold::ZeroOrder);
-        let course =
-            Course { signal: &signal, step_s: 1e-3, rows: 5, start_s: 0.0, bound: 1.0, before: &[], lead: &[] };
+        let course = Course {
+            signal: &signal,
+            step_s: 1e-3,
+            rows: 5,
+            start_s: 0.0,
+            bound: 1.0,
+            before: &[],
+            lead: &[],
+        };
         let delay = Term::new(effect("transport_delay").unwrap(), vec![0.3e-3]);
         let model = Model::nominal([1.0, 1.0, 1.0], Hold::ZeroOrder).with(delay);
         let theta = Theta::plain(&model);
