@@ -97,7 +97,7 @@ where
         // The last few residuals, the newest at `newest`.
         let mut past = vec![(0.0, [0.0; N]); kept.max(1)];
         let mut newest = 0;
-        simulate(model, &theta, &course, start, |k, y: Dual<N>| {
+        simulate(model, &theta, &course, start, &mut |k, y: Dual<N>| {
             let row = run.start + k;
             let fold = data.fold[row] as usize;
             let now = (data.position[row] - y.value, y.slopes);

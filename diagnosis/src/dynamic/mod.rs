@@ -24,6 +24,7 @@ pub mod screen;
 pub mod search;
 pub mod signal;
 pub mod simulate;
+pub mod span;
 pub mod spectrum;
 pub mod start;
 pub mod structure;

@@ -2,8 +2,8 @@
 
 use fitter::plant::Hold;
 
-use super::machine::Span;
 use super::number::Number;
+use super::span::Span;
 use super::turns::Turns;
 
 /// The drive of one run as a function of time: on every interval a cubic a + b s + c s² + d s³ of the part

@@ -47,6 +47,17 @@ pub struct Course<'a> {
     pub lead: &'a [f64],
 }
 
+impl Course<'_> {
+    /// The last positions before the first row, over a time as long as a model remembers or as far as they are known.
+    fn lead_for(&self, memory_s: f64) -> &[f64] {
+        let known = self.lead.len();
+        let wanted = (memory_s / self.step_s).min(known as f64) as usize;
+        // Rounded up, so that a parameter that changes a little does not change it.
+        let rows = wanted.next_power_of_two().min(known);
+        if wanted == 0 || rows <= SLOPE_ROWS { &[] } else { &self.lead[known - rows..] }
+    }
+}
+
 /// Rows over which the velocity at the start of the lead is taken.
 const SLOPE_ROWS: usize = 8;
 
@@ -61,15 +72,14 @@ pub fn simulate<T: Number>(
     theta: &Theta<T>,
     course: &Course,
     start: [T; 2],
-    visit: impl FnMut(usize, T),
+    visit: &mut dyn FnMut(usize, T),
 ) -> Result<(), Unstable>
 where
     dyn DynamicEffect: Physics<T>,
 {
-    // Places for states that are not there would be copied in every step.
+    // Places for states that are not there would be copied in every step; every further kind is compiled apart.
     match model.extra() {
         (0, 0) => run::<T, 0, 0>(model, theta, course, start, visit),
-        (0, _) => run::<T, 0, MOST_PROBED>(model, theta, course, start, visit),
         (_, 0) => run::<T, MOST_EXTRA, 0>(model, theta, course, start, visit),
         _ => run::<T, MOST_EXTRA, MOST_PROBED>(model, theta, course, start, visit),
     }
@@ -80,31 +90,27 @@ fn run<T: Number, const Z: usize, const Q: usize>(
     theta: &Theta<T>,
     course: &Course,
     start: [T; 2],
-    mut visit: impl FnMut(usize, T),
+    visit: &mut dyn FnMut(usize, T),
 ) -> Result<(), Unstable>
 where
     dyn DynamicEffect: Physics<T>,
 {
-    let lead =
-        ((model.memory_s() / course.step_s).min(course.lead.len() as f64) as usize).min(course.lead.len());
-    // Rounded up, so that a parameter that changes a little does not change it.
-    let lead = if lead == 0 { 0 } else { lead.next_power_of_two().min(course.lead.len()) };
-    let lead = if lead < 2 * SLOPE_ROWS { 0 } else { lead };
+    let lead = course.lead_for(model.memory_s());
     let [p, v] = match lead {
-        0 => start,
-        rows => {
-            let y = &course.lead[course.lead.len() - rows..];
+        [] => start,
+        y => {
             let slope = (y[SLOPE_ROWS] - y[0]) / (SLOPE_ROWS as f64 * course.step_s);
             [y[0], slope].map(T::from_f64)
         }
     };
+    let first = -(lead.len() as isize);
     let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
-    let way = Way::new(model, theta, course, -(lead as isize));
+    let way = Way::new(model, theta, course, first);
     let mut motion = Motion::new(machine, way, course, &state);
-    for k in -(lead as isize)..0 {
-        motion.advance(&mut state, k, |_, _| {}).map_err(|_| Unstable(0))?;
+    for k in first..0 {
+        motion.advance(&mut state, k, |_, _| {})?;
     }
-    if lead > 0 {
+    if first < 0 {
         [state.p, state.v] = start;
         motion.turn(&state);
     }
@@ -115,8 +121,8 @@ where
     let read = |reading: &Option<(T, Lag<T>)>, p: T| reading.as_ref().map_or(p, |(_, lag)| lag.state);
     let offset = model.acting(Part::SensorOffset).fold(T::from_f64(0.0), |sum, k| sum + theta.terms[k][0]);
     visit(0, read(&reading, state.p) + offset);
+    let time = motion.step_s;
     for k in 0..course.rows - 1 {
-        let time = motion.step_s;
         motion.advance(&mut state, k as isize, |from, to| {
             if let Some((tau, lag)) = &mut reading {
                 lag.advance(between(from, to, time), T::from_f64(time), *tau);

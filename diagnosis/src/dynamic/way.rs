@@ -4,11 +4,11 @@
 
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::{Lag, moments};
-use super::machine::Span;
 use super::model::Model;
 use super::number::Number;
 use super::signal::{Piece, Signal};
 use super::simulate::{Course, Theta};
+use super::span::Span;
 use super::turns::Turns;
 
 /// A part of a step that is shorter changes nothing.
