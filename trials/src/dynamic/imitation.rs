@@ -1,6 +1,8 @@
 //! What an effect adds to a recording, and which other effect comes closest to it: the recording can tell the two
 //! only by what that leaves.
 
+use std::f64::consts::FRAC_PI_2;
+
 use fitter::plant::PlantEffect;
 use rand_chacha::ChaCha12Rng;
 use twin::dynamic::effects::{Specification, catalogue};
@@ -31,6 +33,8 @@ pub struct Scene<'a> {
     whitener: Whitener,
     /// What the changes of the plant's numbers take from the position, whitened.
     plant: Vec<Vec<f64>>,
+    /// How the plant swings after another beginning, whitened: nobody knows where it began.
+    beginnings: Vec<Vec<f64>>,
     /// `added`, whitened.
     white: Vec<Vec<f64>>,
 }
@@ -61,6 +65,7 @@ impl<'a> Scene<'a> {
             typical,
             whitener,
             plant: Vec::new(),
+            beginnings: Vec::new(),
             white: Vec::new(),
         };
         if effects.is_empty() {
@@ -71,6 +76,8 @@ impl<'a> Scene<'a> {
             parts[number] = CHANGES[number];
             scene.plant.push(scene.against(&changed(bench, parts))?);
         }
+        scene.beginnings =
+            [0.0, FRAC_PI_2].map(|phase| scene.whitener.whiten(&swing(bare, clean.len(), phase))).into();
         for index in 0..effects.len() {
             let without = positions(&bare.with_effects(scene.others(index)).ok()?, seed)?;
             scene.added.push(clean.iter().zip(without).map(|(a, b)| a - b).collect());
@@ -84,9 +91,9 @@ impl<'a> Scene<'a> {
         &self.white[index]
     }
 
-    /// What other numbers of the plant could take up.
+    /// What other numbers of the plant and another beginning could take up.
     pub fn nominal(&self) -> Basis {
-        basis(self.plant.iter())
+        basis(self.plant.iter().chain(&self.beginnings))
     }
 
     /// The same, and what the other effects could.
@@ -96,7 +103,7 @@ impl<'a> Scene<'a> {
 
     fn columns(&self, index: usize) -> impl Iterator<Item = &Vec<f64>> {
         let others = self.white.iter().enumerate().filter(move |(i, _)| *i != index);
-        self.plant.iter().chain(others.map(|(_, column)| column))
+        self.plant.iter().chain(&self.beginnings).chain(others.map(|(_, column)| column))
     }
 
     fn others(&self, index: usize) -> Vec<PlantEffect> {
@@ -180,6 +187,14 @@ impl<'a> Scene<'a> {
         }
         Some(least)
     }
+}
+
+/// The free swing of the plant over some rows.
+fn swing(bench: &Bench, rows: usize, phase: f64) -> Vec<f64> {
+    let half = 0.5 * bench.model.damping;
+    let omega = (bench.model.stiffness - half * half).max(0.0).sqrt();
+    let at = |row: usize| row as f64 * bench.sample_s;
+    (0..rows).map(|row| (-half * at(row)).exp() * (omega * at(row) + phase).cos()).collect()
 }
 
 /// A mechanism with the plant's numbers changed by parts of them.
