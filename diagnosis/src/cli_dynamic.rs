@@ -11,11 +11,13 @@ use rayon::prelude::*;
 use crate::cli::{Arguments, progress, put, stems, tell};
 use crate::dynamic::diagnose::Predicted;
 use crate::dynamic::linear::{self, diagnose_linear};
+use crate::dynamic::model::Term;
 use crate::dynamic::{self, DynamicOutcome, DynamicRecording, Options, OwnSimulation};
 
 /// Diagnoses dynamic recordings against the plant file.
 pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let file = PlantFile::read(plant).into_diagnostic()?;
+    let given = given(plant, &file)?;
     let stems = stems(&cli.recordings)?;
     known(&cli.without)?;
     if cli.simulated.is_some() && cli.recordings.len() > 1 {
@@ -30,7 +32,7 @@ pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
         cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
-    let options = Options { skip: cli.without.clone() };
+    let options = Options { skip: cli.without.clone(), given };
     let bar = progress(recordings.len(), common);
     let pool =
         rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
@@ -69,6 +71,22 @@ pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let outcomes: Vec<_> = outcomes.iter().map(|outcome| &outcome.diagnosis).collect();
     tell(&outcomes, &cli.out, common);
     Ok(())
+}
+
+/// The effects that the plant file gives; refuses ids that no effect has.
+fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
+    let name = path.display().to_string();
+    match file.plant.kind {
+        Kind::SecondOrder => {
+            let all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
+            file.check_effects(&name, &all).into_diagnostic()?;
+            dynamic::plant::given(&name, file).into_diagnostic()
+        }
+        Kind::Linear => {
+            file.check_effects(&name, &[linear::file::ID, linear::offset::ID]).into_diagnostic()?;
+            Ok(Vec::new())
+        }
+    }
 }
 
 /// Refuses ids that no effect has.

@@ -313,6 +313,30 @@ fn bad_input_is_refused_in_one_message() {
     let output = scene.diagnose(&recording, &[]);
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("drive_unit"));
+    scene.write(
+        "plant.toml",
+        &format!("{PLANT}\n[[effects]]\nid = \"coulomb_fricton\"\nforce_per_inertia = 1.0\n"),
+    );
+    let output = scene.diagnose(&recording, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("did you mean `coulomb_friction`?"));
+    assert!(!Path::new(&scene.path("out")).exists(), "something was written");
+}
+
+/// What the plant file gives is fitted with the plant, and not named again.
+#[test]
+fn an_effect_that_is_given_is_not_found() {
+    let scene = Scene::new();
+    let rows = made(6000, |x, _| -3e-4 * x * x * x);
+    let recording = scene.write("given.csv", &csv(&rows));
+    let cubic = "\n[[effects]]\nid = \"cubic_stiffness\"\ncoefficient = 1e-4\n";
+    scene.write("plant.toml", &format!("{PLANT}{cubic}"));
+    assert_eq!(scene.diagnose(&recording, &[]).status.code(), Some(0));
+    let diagnosis = scene.json("given");
+    assert_eq!(diagnosis["verdict"], "consistent", "{diagnosis}");
+    let written = scene.path("out/given.plant.toml");
+    let plant = fitter::plant::PlantFile::read(Path::new(&written)).expect("a plant");
+    assert_eq!(plant.effects[0].id, "cubic_stiffness");
 }
 
 fn folder(variable: &str) -> Option<PathBuf> {

@@ -205,6 +205,11 @@ pub enum PlantError {
         nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
     )]
     UnknownKey { file: String, key: String, expected: String, nearest: Option<String> },
+    #[error(
+        "{file}: unknown effect `{id}`, expected one of {expected}{}",
+        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
+    )]
+    UnknownEffect { file: String, id: String, expected: String, nearest: Option<String> },
     #[error("{file}: `{key}` is missing, expected {expected}; add it")]
     MissingKey { file: String, key: &'static str, expected: &'static str },
     #[error("{file}: `{key}` is {found}, expected {expected}; correct it")]
@@ -248,6 +253,22 @@ impl PlantFile {
         let plant: PlantFile = toml::from_str(text).map_err(syntax)?;
         plant.check(file)?;
         Ok(plant)
+    }
+
+    /// Refuses effects that are not among the `known` ones; `file` is the name that stands in the message.
+    ///
+    /// # Errors
+    /// [`PlantError::UnknownEffect`], with the nearest known one.
+    pub fn check_effects(&self, file: &str, known: &[&str]) -> Result<(), PlantError> {
+        match self.effects.iter().find(|effect| !known.contains(&effect.id.as_str())) {
+            None => Ok(()),
+            Some(effect) => Err(PlantError::UnknownEffect {
+                file: file.to_string(),
+                id: effect.id.clone(),
+                expected: known.join(", "),
+                nearest: nearest(&effect.id, known.iter().copied()).map(str::to_string),
+            }),
+        }
     }
 
     /// The file's text; [`PlantFile::parse`] gives the same plant back, to the last bit.

@@ -30,6 +30,8 @@ const BOUND: f64 = 30.0;
 
 /// Most windows into which a long recording is divided for the search.
 const WINDOWS: usize = 12;
+/// Most rows before a run through which states are brought that are not recorded.
+const MOST_LEAD: usize = 4096;
 /// Least rows of a window.
 const LEAST_WINDOW: usize = 400;
 /// Blocks of a window: as many kinds of rows in each as can be.
@@ -56,8 +58,10 @@ pub struct Data<'a> {
     /// Duration of the longest run, s.
     pub duration_s: f64,
     signals: [Vec<Signal>; 3],
-    /// For every run the extremes of the drive before it.
-    before: Vec<Vec<f64>>,
+    /// For every run the extremes of the drive before it, in each way of running between the samples.
+    before: [Vec<Vec<f64>>; 3],
+    /// For every run rows in which the drive ran as it did just before it.
+    leads: Vec<Range<usize>>,
 }
 
 /// The ways in which a drive may run between its samples.
@@ -71,8 +75,19 @@ impl<'a> Data<'a> {
         let length = rows.div_ceil(BLOCKS).max(1);
         let fold = (0..rows).map(|k| [FIT, CHOOSE, FIT, SCORE][(k / length) % 4] as u8).collect();
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let leads: Vec<Range<usize>> = recording.runs.iter().map(|run| lead(recording, run)).collect();
         let signals = HOLDS.map(|hold| {
-            recording.runs.iter().map(|r| Signal::new(&drive[r.clone()], recording.step_s, hold)).collect()
+            let of = |(run, lead): (&Range<usize>, &Range<usize>)| {
+                let samples = [&drive[lead.clone()], &drive[run.clone()]].concat();
+                Signal::new(&samples, lead.len(), recording.step_s, hold)
+            };
+            recording.runs.iter().zip(&leads).map(of).collect()
+        });
+        let before = HOLDS.map(|hold| {
+            let of = |run: &Range<usize>| {
+                extremes(&Signal::new(&drive[first_period(recording, run)], 0, recording.step_s, hold))
+            };
+            recording.runs.iter().map(of).collect()
         });
         Data {
             step_s: recording.step_s,
@@ -85,13 +100,14 @@ impl<'a> Data<'a> {
             starts_s: vec![0.0; recording.runs.len()],
             duration_s: recording.runs.iter().map(|r| r.len()).max().unwrap_or(1) as f64 * recording.step_s,
             signals,
-            before: recording.runs.iter().map(|run| history(recording, run)).collect(),
+            before,
+            leads,
         }
     }
 
-    /// The same axis as a part, from the start of its runs on, of a recording whose steady state it lost.
-    pub fn after_history_of(mut self, recording: &DynamicRecording) -> Data<'a> {
-        self.before = recording.runs.iter().map(|run| history(recording, run)).collect();
+    /// The same axis with only the first rows of every run.
+    pub fn head(mut self, rows: usize) -> Data<'a> {
+        self.runs.iter_mut().for_each(|run| run.end = run.end.min(run.start + rows));
         self
     }
 
@@ -113,7 +129,8 @@ impl<'a> Data<'a> {
             starts_s: Vec::new(),
             duration_s: self.duration_s,
             signals: [Vec::new(), Vec::new(), Vec::new()],
-            before: Vec::new(),
+            before: [Vec::new(), Vec::new(), Vec::new()],
+            leads: Vec::new(),
         };
         let whole = rows >= total;
         let mut windows = 0;
@@ -125,11 +142,22 @@ impl<'a> Data<'a> {
                 let start = i * length + if count > 1 { free * i / (count - 1) } else { 0 };
                 data.runs.push(run.start + start..run.start + start + length);
                 data.starts_s.push(self.starts_s[k] + start as f64 * self.step_s);
-                let passed = self.before[k].iter().chain(&self.drive[run.start..run.start + start]);
-                data.before.push(extremes(passed.copied()));
-                for (own, all) in data.signals.iter_mut().zip(&self.signals) {
-                    own.push(all[k].part(start..start + length));
+                for ((own, all), signals) in data.before.iter_mut().zip(&self.before).zip(&self.signals) {
+                    let mut turns = Turns::new();
+                    all[k].iter().for_each(|u| {
+                        turns.to(*u);
+                    });
+                    signals[k].pass(0..start, &mut turns);
+                    own.push(turns.inputs().collect());
                 }
+                let lead = match start {
+                    0 => self.leads[k].clone(),
+                    _ => run.start + start.saturating_sub(MOST_LEAD)..run.start + start,
+                };
+                for (own, all) in data.signals.iter_mut().zip(&self.signals) {
+                    own.push(all[k].part(start..start + length, lead.len()));
+                }
+                data.leads.push(lead);
                 if !whole {
                     let block = length.div_ceil(BLOCKS_OF_WINDOW).max(1);
                     for (j, fold) in
@@ -153,7 +181,8 @@ impl<'a> Data<'a> {
             rows: self.runs[run].len(),
             start_s: self.starts_s[run],
             bound: self.bound,
-            before: &self.before[run],
+            before: &self.before[k][run],
+            lead: &self.position[self.leads[run].clone()],
         }
     }
 
@@ -176,24 +205,23 @@ impl<'a> Data<'a> {
     }
 }
 
-/// What a hysteresis remembers at the start of a run: nothing, or the period before it where the excitation
-/// is in its steady state.
-fn history(recording: &DynamicRecording, run: &Range<usize>) -> Vec<f64> {
-    match &recording.period {
-        Some(period) => {
-            let first = run.clone().take_while(|k| period[*k] == period[run.start]);
-            extremes(first.map(|k| recording.drives[0][k]))
-        }
-        None => Vec::new(),
-    }
+/// Rows in which the drive ran as just before a run: the end of the period where the excitation is in its
+/// steady state, else none.
+fn lead(recording: &DynamicRecording, run: &Range<usize>) -> Range<usize> {
+    let period = first_period(recording, run);
+    period.start.max(period.end.saturating_sub(MOST_LEAD))..period.end
 }
 
-/// The extremes that are left of a way.
-fn extremes(inputs: impl Iterator<Item = f64>) -> Vec<f64> {
+/// Rows of the first period of a run; none where it is not in a steady state.
+fn first_period(recording: &DynamicRecording, run: &Range<usize>) -> Range<usize> {
+    let same = |period: &Vec<i64>| run.clone().take_while(|k| period[*k] == period[run.start]).count();
+    run.start..run.start + recording.period.as_ref().map_or(0, same)
+}
+
+/// The extremes that are left of a whole signal.
+fn extremes(signal: &Signal) -> Vec<f64> {
     let mut turns = Turns::<f64>::new();
-    inputs.for_each(|u| {
-        turns.to(u);
-    });
+    signal.pass(0..signal.intervals(), &mut turns);
     turns.inputs().collect()
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::data::{ALL, Data, SCORE};
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::fault::DynamicError;
-use super::model::Model;
+use super::model::{Model, Term};
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
@@ -33,10 +33,12 @@ const PREDICTED: f64 = 0.12;
 const START_ROWS: usize = 16_384;
 
 /// What a dynamic diagnosis is asked for.
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct Options {
     /// Ids of effects that are left out of the catalogue.
     pub skip: Vec<String>,
+    /// Effects that the nominal plant has: they are fitted with it, and not in question.
+    pub given: Vec<Term>,
 }
 
 /// Predictions row for row, one column per position.
@@ -98,7 +100,7 @@ pub fn diagnose(
     let data = Data::new(recording);
     let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
     let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
-    let seen = expected::nominal(recording, &data.windows(START_ROWS), simulated)?;
+    let seen = expected::nominal(recording, &data.windows(START_ROWS), simulated, &options.given)?;
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
     let given = seen.model.terms.len();
@@ -127,7 +129,7 @@ pub fn diagnose(
     };
     let left = families(&small);
     let left = verdict::significant(&left);
-    let said = match verdict::verdict(&before, &found, &left) {
+    let said = match verdict::verdict(&before, &found, &left, repeated(recording)) {
         // What its own past predicts so well is a motion, and no noise.
         Verdict::Consistent if noise.innovation < PREDICTED * found.rms(ALL) => Verdict::Unexplained,
         said => said,

@@ -50,7 +50,7 @@ pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<
     let mut out = vec![f64::NAN; data.position.len()];
     for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
         let out = &mut out[run.clone()];
-        simulate(model, &theta, &data.course(number, model.hold), *state, |k, y: f64| out[k] = y)?;
+        simulate(model, &theta, &data.course(number, model.hold), *state, &mut |k, y: f64| out[k] = y)?;
     }
     Ok(out)
 }

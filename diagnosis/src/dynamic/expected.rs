@@ -3,11 +3,13 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
-use super::data::{ALL, Data};
+use super::data::{ALL, Data, HOLDS};
 use super::diagnose::OwnSimulation;
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::fault::DynamicError;
+use super::model::Term;
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::search::Search;
@@ -16,7 +18,7 @@ use super::start;
 /// Part of a position's variance above which a nominal plant does not follow the drive at all.
 const LOST: f64 = 0.98;
 
-/// The nominal plant, identified from the recording, or from the user's simulation of it and then once
+/// The nominal plant with the effects `given`, identified from the recording, or from the user's simulation of it and then once
 /// more beside the recording.
 ///
 /// # Errors
@@ -26,10 +28,12 @@ pub fn nominal(
     recording: &DynamicRecording,
     data: &Data,
     simulated: Option<&OwnSimulation>,
+    given: &[Term],
 ) -> Result<Fitted, DynamicError> {
     let lost = |percent: f64| DynamicError::NoPlant { file: recording.file.clone(), percent };
     let best = match simulated {
-        None => start::nominal(data).into_iter().next(),
+        None if given.is_empty() => start::nominal(data).into_iter().next(),
+        None => with(given, data),
         Some(own) => {
             if own.positions.len() != recording.rows() {
                 return Err(DynamicError::Simulated {
@@ -48,6 +52,18 @@ pub fn nominal(
     let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
     let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
     if part > LOST { Err(lost(100.0 * part)) } else { Ok(best) }
+}
+
+/// The plant with known effects, in the best way of running between the samples.
+fn with(given: &[Term], data: &Data) -> Option<Fitted> {
+    let plain = start::nominal(data).into_iter().next()?;
+    let fits = HOLDS.par_iter().filter_map(|hold| {
+        let mut model = plain.model.clone();
+        model.hold = *hold;
+        model.terms.extend_from_slice(given);
+        fit(&model, &plain.states, data, ALL, PATIENCE)
+    });
+    fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))
 }
 
 /// The plant that a simulation states, with the effects of the catalogue that are in it: those the user knows.

@@ -28,12 +28,26 @@ pub struct Grams {
 /// # Errors
 /// [`Unstable`] where the simulation leaves every bound.
 pub fn grams(model: &Model, states: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
+    let [one] = grams_through(model, states, data, [whitening])?;
+    Ok(one)
+}
+
+/// The same through several filters, from one simulation.
+///
+/// # Errors
+/// [`Unstable`].
+pub fn grams_through<const F: usize>(
+    model: &Model,
+    states: &[[f64; 2]],
+    data: &Data,
+    filters: [&[f64]; F],
+) -> Result<[Grams; F], Unstable> {
     if model.free() + STATE <= 8 {
-        collect::<8>(model, states, data, whitening)
+        collect::<8, F>(model, states, data, filters)
     } else if model.free() + STATE <= 12 {
-        collect::<12>(model, states, data, whitening)
+        collect::<12, F>(model, states, data, filters)
     } else {
-        collect::<16>(model, states, data, whitening)
+        collect::<16, F>(model, states, data, filters)
     }
 }
 
@@ -62,54 +76,56 @@ fn seeded<const N: usize>(model: &Model) -> Theta<Dual<N>> {
     Theta { nominal, terms }
 }
 
-fn collect<const N: usize>(
+fn collect<const N: usize, const F: usize>(
     model: &Model,
     states: &[[f64; 2]],
     data: &Data,
-    whitening: &[f64],
-) -> Result<Grams, Unstable>
+    filters: [&[f64]; F],
+) -> Result<[Grams; F], Unstable>
 where
     dyn DynamicEffect: Physics<Dual<N>>,
 {
     let theta = seeded::<N>(model);
     let lanes = STATE + model.free();
-    let mut products = Vec::with_capacity(data.runs.len());
-    let mut rows = [0; FOLDS];
-    let order = whitening.len();
+    let mut grams =
+        filters.map(|_| Grams { products: Vec::with_capacity(data.runs.len()), rows: [0; FOLDS] });
+    let kept = filters.iter().map(|f| f.len()).max().unwrap_or(0);
     for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
         let course = data.course(number, model.hold);
-        let mut sums = [(); FOLDS].map(|()| Sums::<N>::new());
+        let mut sums = filters.map(|_| [(); FOLDS].map(|()| Sums::<N>::new()));
         let start = [Dual::variable(state[0], 0), Dual::variable(state[1], 1)];
         // The last few residuals, the newest at `newest`.
-        let mut past = vec![(0.0, [0.0; N]); order.max(1)];
+        let mut past = vec![(0.0, [0.0; N]); kept.max(1)];
         let mut newest = 0;
-        simulate(model, &theta, &course, start, |k, y: Dual<N>| {
+        simulate(model, &theta, &course, start, &mut |k, y: Dual<N>| {
             let row = run.start + k;
             let fold = data.fold[row] as usize;
             let now = (data.position[row] - y.value, y.slopes);
-            if order == 0 {
-                sums[fold].add(now.0, &now.1);
-                rows[fold] += 1;
-                return;
-            }
-            if k >= order {
+            for ((filter, sums), grams) in filters.iter().zip(&mut sums).zip(&mut grams) {
+                if k < filter.len() {
+                    continue;
+                }
                 let mut white = now;
-                for (j, c) in whitening.iter().enumerate() {
-                    let (r, s) = &past[(newest + order - j) % order];
+                for (j, c) in filter.iter().enumerate() {
+                    let (r, s) = &past[(newest + kept - j) % kept];
                     white.0 -= c * r;
                     for (a, b) in white.1.iter_mut().zip(s) {
                         *a -= c * b;
                     }
                 }
                 sums[fold].add(white.0, &white.1);
-                rows[fold] += 1;
+                grams.rows[fold] += 1;
             }
-            newest = (newest + 1) % order;
-            past[newest] = now;
+            if kept > 0 {
+                newest = (newest + 1) % kept;
+                past[newest] = now;
+            }
         })?;
-        products.push(sums.map(|s| s.symmetric(lanes)));
+        for (grams, sums) in grams.iter_mut().zip(sums) {
+            grams.products.push(sums.map(|s| s.symmetric(lanes)));
+        }
     }
-    Ok(Grams { products, rows })
+    Ok(grams)
 }
 
 /// Running sums of one kind of row.

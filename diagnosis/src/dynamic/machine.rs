@@ -1,71 +1,35 @@
 //! The equation of motion and one step of it: the classical fourth-order Runge–Kutta rule, divided where dry
 //! friction changes its direction.
 
-use super::effects::{DynamicEffect, Flow, MOST_STATES, Physics};
-use super::model::{MOST_EXTRA, Model};
+use std::ops::Mul;
+
+use super::effects::{DynamicEffect, Flow, Part, Physics};
+use super::model::{Model, Term};
 use super::number::Number;
 use super::simulate::Theta;
-use super::turns::Turns;
+use super::span::Span;
 
 /// Changes of direction within one step of the integrator that are followed; beyond them the motion is
 /// smaller than the step resolves.
 const MOST_EVENTS: usize = 4;
 
-/// Position, velocity and the effects' own states.
+/// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.
 #[derive(Clone, Copy)]
-pub struct State<T> {
+pub struct State<T, const Z: usize, const Q: usize> {
     /// Position.
     pub p: T,
     /// Velocity.
     pub v: T,
     /// States of the effects.
-    pub z: [T; MOST_EXTRA],
+    pub z: [T; Z],
+    /// States of what is probed: they follow the motion, and the motion does not follow them.
+    pub q: [f64; Q],
 }
 
-/// The drive at the beginning, middle and end of a step.
-#[derive(Clone, Copy)]
-pub struct Span<T> {
-    /// At the beginning.
-    pub from: T,
-    /// In the middle.
-    pub middle: T,
-    /// At the end.
-    pub to: T,
-}
-
-impl<T: Number> Span<T> {
-    /// The drive at a part of the step, on the parabola through the three.
-    fn at(&self, s: T) -> T {
-        let rise = self.to - self.from;
-        let bend = (self.from + self.to - self.middle * 2.0) * 2.0;
-        self.from + s * rise - s * (T::from_f64(1.0) - s) * bend
-    }
-
-    /// The part of it from `s` on.
-    fn rest(&self, s: T) -> Span<T> {
-        let half = (s + T::from_f64(1.0)) * 0.5;
-        Span { from: self.at(s), middle: self.at(half), to: self.to }
-    }
-
-    /// Middle and end after a hysteresis, which has to see where the drive turns round in between.
-    pub fn remembered(&self, coefficient: T, turns: &mut Turns<T>) -> (T, T) {
-        let (from, middle, to) = (self.from.value(), self.middle.value(), self.to.value());
-        let (rise, bend) = (to - from, 2.0 * (from + to - 2.0 * middle));
-        let vertex = 0.5 * (1.0 - rise / bend);
-        let turn = |inside: bool, turns: &mut Turns<T>| {
-            if inside {
-                turns.to(self.at(T::from_f64(vertex)));
-            }
-        };
-        turn(vertex > 0.0 && vertex < 0.5, turns);
-        let middle = self.middle + coefficient * turns.to(self.middle);
-        turn(vertex > 0.5 && vertex < 1.0, turns);
-        (middle, self.to + coefficient * turns.to(self.to))
-    }
-
-    /// The part of it up to `s`.
-    fn up_to(&self, s: T) -> Span<T> {
-        Span { from: self.from, middle: self.at(s * 0.5), to: self.at(s) }
+impl<T: Number, const Z: usize, const Q: usize> State<T, Z, Q> {
+    fn zero() -> State<T, Z, Q> {
+        let zero = T::from_f64(0.0);
+        State { p: zero, v: zero, z: [zero; Z], q: [0.0; Q] }
     }
 }
 
@@ -80,6 +44,19 @@ pub struct Probe {
     pub first: usize,
 }
 
+/// The amounts of a term that is probed, each with its direction.
+fn units<T: Number>(term: &Term, theta: &[T]) -> Vec<(usize, Vec<f64>)> {
+    let zeroed = (term.effect.parameters().iter().zip(&term.parameters))
+        .map(|(p, value)| if p.shape { *value } else { 0.0 });
+    let zeroed: Vec<f64> = zeroed.collect();
+    let unit = |(j, x): (usize, &T)| {
+        let mut parameters = zeroed.clone();
+        parameters[j] = 1.0;
+        x.direction().map(|lane| (lane, parameters))
+    };
+    theta.iter().enumerate().filter_map(unit).collect()
+}
+
 /// A model prepared for simulation with numbers of one kind.
 pub struct Machine<'a, T> {
     /// The model.
@@ -90,119 +67,174 @@ pub struct Machine<'a, T> {
     pub forces: Vec<(usize, usize)>,
     /// What is only probed.
     pub probes: Vec<Probe>,
-    /// Number of states of the effects.
-    pub extra: usize,
+    /// Number of states of the effects, and of what is probed.
+    pub extra: (usize, usize),
     /// Whether dry friction acts.
     pub friction: bool,
     /// Time at the start of the present step, s.
     pub time: f64,
 }
 
-impl<T: Number> Machine<'_, T>
+impl<'a, T: Number> Machine<'a, T>
 where
     dyn DynamicEffect: Physics<T>,
 {
-    /// Acceleration and rates of the further states.
+    /// A model at work, and its state with this position and velocity.
+    pub fn new<const Z: usize, const Q: usize>(
+        model: &'a Model,
+        theta: &'a Theta<T>,
+        [p, v]: [T; 2],
+    ) -> (Machine<'a, T>, State<T, Z, Q>) {
+        let (mut forces, mut probes, mut extra) = (Vec::new(), Vec::new(), (0, 0));
+        let mut state = State { p, v, ..State::zero() };
+        for k in model.acting(Part::Force) {
+            let effect = model.terms[k].effect;
+            let rest = effect.rest(p.value());
+            let rest = rest.iter().take(effect.states());
+            if model.terms[k].probe {
+                probes.push(Probe { effect, units: units(&model.terms[k], &theta.terms[k]), first: extra.1 });
+                state.q.iter_mut().skip(extra.1).zip(rest).for_each(|(q, rest)| *q = *rest);
+                extra.1 += effect.states();
+            } else {
+                forces.push((k, extra.0));
+                for (z, rest) in state.z.iter_mut().skip(extra.0).zip(rest) {
+                    // A state that starts with the position shares its derivatives.
+                    *z = if *rest == p.value() && *rest != 0.0 { p } else { T::from_f64(*rest) };
+                }
+                extra.0 += effect.states();
+            }
+        }
+        let friction = model.has_friction();
+        (Machine { model, theta, forces, probes, extra, friction, time: 0.0 }, state)
+    }
+
+    /// Velocity, acceleration and rates of the further states.
     #[inline]
-    fn rates(&self, state: &State<T>, drive: T, direction: f64) -> State<T> {
-        let [damping, stiffness, gain] = self.theta.nominal;
-        let zero = T::from_f64(0.0);
-        let mut rates = State { p: state.v, v: zero, z: [zero; MOST_EXTRA] };
-        let mut acceleration = gain * drive - damping * state.v - stiffness * state.p;
+    fn rates<const Z: usize, const Q: usize>(
+        &self,
+        state: &State<T, Z, Q>,
+        drive: &T,
+        direction: f64,
+        rates: &mut State<T, Z, Q>,
+    ) {
+        let [damping, stiffness, gain] = &self.theta.nominal;
+        rates.p = state.v;
+        rates.v = *gain * *drive - *damping * state.v - *stiffness * state.p;
         for &(k, first) in &self.forces {
             let effect = self.model.terms[k].effect;
             let last = first + effect.states();
             let mut flow = Flow {
                 drive,
-                position: state.p,
-                velocity: state.v,
+                position: &state.p,
+                velocity: &state.v,
                 gain,
                 direction,
                 time: self.time,
-                acceleration,
+                acceleration: &mut rates.v,
                 states: &state.z[first..last],
                 rates: &mut rates.z[first..last],
             };
             Physics::<T>::force(effect, &self.theta.terms[k], &mut flow);
-            acceleration = flow.acceleration;
         }
         for probe in &self.probes {
-            self.probe(probe, state, drive, direction, &mut acceleration, &mut rates.z);
+            self.probe(probe, state, drive, direction, rates);
         }
-        rates.v = acceleration;
-        rates
     }
 
     /// Adds a probe's forces per unit to the derivatives of the acceleration along its amounts.
-    fn probe(
+    fn probe<const Z: usize, const Q: usize>(
         &self,
         probe: &Probe,
-        state: &State<T>,
-        drive: T,
+        state: &State<T, Z, Q>,
+        drive: &T,
         direction: f64,
-        acceleration: &mut T,
-        z: &mut [T; MOST_EXTRA],
+        to: &mut State<T, Z, Q>,
     ) {
         let count = probe.effect.states();
-        let (mut own, mut rates) = ([0.0; MOST_STATES], [0.0; MOST_STATES]);
-        for (o, z) in own.iter_mut().zip(&state.z[probe.first..probe.first + count]) {
-            *o = z.value();
-        }
+        let own = probe.first..probe.first + count;
         let velocity = state.v.value();
         for (lane, parameters) in &probe.units {
+            let mut acceleration = 0.0;
             let mut flow = Flow {
-                drive: drive.value(),
-                position: state.p.value(),
-                velocity,
-                gain: self.theta.nominal[2].value(),
+                drive: &drive.value(),
+                position: &state.p.value(),
+                velocity: &velocity,
+                gain: &self.theta.nominal[2].value(),
                 direction: if self.friction { direction } else { velocity.signum() },
                 time: self.time,
-                acceleration: 0.0,
-                states: &own[..count],
-                rates: &mut rates[..count],
+                acceleration: &mut acceleration,
+                states: &state.q[own.clone()],
+                rates: &mut to.q[own.clone()],
             };
             Physics::<f64>::force(probe.effect, parameters, &mut flow);
-            acceleration.nudge(*lane, flow.acceleration);
-        }
-        for (z, rate) in z[probe.first..].iter_mut().zip(&rates[..count]) {
-            *z = T::from_f64(*rate);
+            to.v.nudge(*lane, acceleration);
         }
     }
 
-    fn moved(&self, state: &State<T>, h: T, rates: &State<T>) -> State<T> {
-        let mut to = *state;
-        to.p = to.p + h * rates.p;
-        to.v = to.v + h * rates.v;
-        for k in 0..self.extra {
-            to.z[k] = to.z[k] + h * rates.z[k];
+    /// A state moved along rates for a time.
+    #[inline]
+    fn move_to<H: Number, const Z: usize, const Q: usize>(
+        &self,
+        to: &mut State<T, Z, Q>,
+        from: &State<T, Z, Q>,
+        (time, seconds): (H, f64),
+        rates: &State<T, Z, Q>,
+    ) where
+        T: Mul<H, Output = T>,
+    {
+        to.p = from.p + rates.p * time;
+        to.v = from.v + rates.v * time;
+        for k in 0..self.extra.0.min(Z) {
+            to.z[k] = from.z[k] + rates.z[k] * time;
+        }
+        for k in 0..self.extra.1.min(Q) {
+            to.q[k] = from.q[k] + rates.q[k] * seconds;
+        }
+    }
+
+    /// One Runge–Kutta step of length `h`, which has derivatives only where an event ends it.
+    pub fn step<H: Number, const Z: usize, const Q: usize>(
+        &self,
+        state: &State<T, Z, Q>,
+        h: H,
+        span: &Span<T>,
+        direction: f64,
+    ) -> State<T, Z, Q>
+    where
+        T: Mul<H, Output = T>,
+    {
+        let (mut rates, mut there, mut to) = (State::zero(), State::zero(), State::zero());
+        self.rates(state, &span.from, direction, &mut rates);
+        let length = |part: f64| (h * part, h.value() * part);
+        self.move_to(&mut there, state, length(0.5), &rates);
+        self.move_to(&mut to, state, length(1.0 / 6.0), &rates);
+        for (drive, weight, next) in
+            [(&span.middle, 1.0 / 3.0, 0.5), (&span.middle, 1.0 / 3.0, 1.0), (&span.to, 1.0 / 6.0, 0.0)]
+        {
+            self.rates(&there, drive, direction, &mut rates);
+            let so_far = to;
+            self.move_to(&mut to, &so_far, length(weight), &rates);
+            if next > 0.0 {
+                self.move_to(&mut there, state, length(next), &rates);
+            }
         }
         to
     }
 
-    /// One Runge–Kutta step of length `h`.
-    pub fn step(&self, state: &State<T>, h: T, span: &Span<T>, direction: f64) -> State<T> {
-        let half = h * 0.5;
-        let k1 = self.rates(state, span.from, direction);
-        let k2 = self.rates(&self.moved(state, half, &k1), span.middle, direction);
-        let k3 = self.rates(&self.moved(state, half, &k2), span.middle, direction);
-        let k4 = self.rates(&self.moved(state, h, &k3), span.to, direction);
-        let sixth = h * (1.0 / 6.0);
-        let mut to = *state;
-        to.p = to.p + sixth * (k1.p + (k2.p + k3.p) * 2.0 + k4.p);
-        to.v = to.v + sixth * (k1.v + (k2.v + k3.v) * 2.0 + k4.v);
-        for k in 0..self.extra {
-            to.z[k] = to.z[k] + sixth * (k1.z[k] + (k2.z[k] + k3.z[k]) * 2.0 + k4.z[k]);
-        }
-        to
-    }
-
-    /// Acceleration without dry friction of a mechanism that stands still.
-    fn pull(&self, state: &State<T>, drive: T) -> f64 {
-        self.rates(state, drive, 0.0).v.value()
+    /// Acceleration; in the direction 0 that without dry friction.
+    fn acceleration<const Z: usize, const Q: usize>(
+        &self,
+        state: &State<T, Z, Q>,
+        drive: &T,
+        direction: f64,
+    ) -> T {
+        let mut rates = State::zero();
+        self.rates(state, drive, direction, &mut rates);
+        rates.v
     }
 
     /// Speed of a mechanism that dry friction holds: v = c artanh(force/holding force).
-    fn creep(&self, state: &State<T>, drive: T) -> T {
+    fn creep<const Z: usize, const Q: usize>(&self, state: &State<T, Z, Q>, drive: &T) -> T {
         let zero = T::from_f64(0.0);
         let friction = self.model.terms.iter().position(|t| !t.probe && t.effect.creep().is_some());
         let Some(k) = friction else { return zero };
@@ -215,7 +247,7 @@ where
             return zero;
         }
         let still = State { v: zero, ..*state };
-        let part = self.rates(&still, drive, 0.0).v / holds;
+        let part = self.acceleration(&still, drive, 0.0) / holds;
         // Close to the holding force it breaks loose rather than creeping ever faster.
         if part.value().abs() < 0.999 { creep * part.artanh() } else { creep * (3.8 * part.value().signum()) }
     }
@@ -228,30 +260,70 @@ where
         self.model.terms.iter().map(|t| t.effect).zip(&self.theta.terms).map(one).sum()
     }
 
-    /// One step with dry friction: it is divided where the velocity passes zero.
-    pub fn step_with_friction(
+    /// The part of a step after which a mechanism that is held breaks loose, and in which direction; none where it
+    /// is still held at the end.
+    fn loose<const Z: usize, const Q: usize>(
         &self,
-        mut state: State<T>,
+        state: &State<T, Z, Q>,
+        span: &Span<T>,
+        pull: T,
+        holds: f64,
+    ) -> Option<(T, f64)> {
+        let end = self.acceleration(state, &span.to, 0.0);
+        let way = end.value().signum();
+        // What is missing in this direction, at the beginning, at the end and in between.
+        let missing = |pull: T| T::from_f64(holds) - pull * way;
+        let (first, last) = (missing(pull), missing(end));
+        if last.value() >= 0.0 {
+            return None;
+        }
+        let mut part = first / (first - last);
+        let there = missing(self.acceleration(state, &span.at(part), 0.0));
+        let better = if there.value() > 0.0 {
+            part + (T::from_f64(1.0) - part) * (there / (there - last))
+        } else {
+            part * (first / (first - there))
+        };
+        if better.value() > 0.0 && better.value() < 1.0 {
+            part = better;
+        }
+        Some((part, way))
+    }
+
+    /// One step with dry friction: it is divided where the velocity passes zero.
+    pub fn step_with_friction<const Z: usize, const Q: usize>(
+        &self,
+        mut state: State<T, Z, Q>,
         h: f64,
         span: &Span<T>,
         direction: &mut f64,
         holds: f64,
-    ) -> State<T> {
+    ) -> State<T, Z, Q> {
         let zero = T::from_f64(0.0);
         let one = T::from_f64(1.0);
         let mut left = T::from_f64(h);
         let mut span = *span;
         for event in 0..=MOST_EVENTS {
             if *direction == 0.0 {
-                let pull = self.pull(&state, span.from);
-                if pull.abs() <= holds {
+                let pull = self.acceleration(&state, &span.from, 0.0);
+                if pull.value().abs() <= holds {
                     // It creeps at most, while its further states go on.
-                    let mut to = self.step(&state, left, &span, 0.0);
-                    to.p = state.p + left * self.creep(&state, span.middle);
-                    to.v = zero;
-                    return to;
+                    let stuck = |time: T, span: &Span<T>| {
+                        let mut to = self.step(&state, time, span, 0.0);
+                        to.p = state.p + time * self.creep(&state, &span.middle);
+                        to.v = zero;
+                        to
+                    };
+                    let Some((part, loose)) = self.loose(&state, &span, pull, holds) else {
+                        return stuck(left, &span);
+                    };
+                    state = stuck(left * part, &span.up_to(part));
+                    span = span.rest(part);
+                    left = left * (one - part);
+                    *direction = loose;
+                } else {
+                    *direction = pull.value().signum();
                 }
-                *direction = pull.signum();
             }
             let to = self.step(&state, left, &span, *direction);
             if to.v.value() * *direction >= 0.0 || event == MOST_EVENTS {
@@ -263,7 +335,7 @@ where
                 part = zero;
             }
             let mut there = self.step(&state, left * part, &span.up_to(part), *direction);
-            let slope = self.rates(&there, span.at(part), *direction).v;
+            let slope = self.acceleration(&there, &span.at(part), *direction);
             if slope.value() * *direction < 0.0 {
                 let corrected = part - there.v / (slope * left);
                 if corrected.value() > 0.0 && corrected.value() < 1.0 {

@@ -24,11 +24,13 @@ pub mod screen;
 pub mod search;
 pub mod signal;
 pub mod simulate;
+pub mod span;
 pub mod spectrum;
 pub mod start;
 pub mod structure;
 pub mod turns;
 pub mod verdict;
+mod way;
 
 pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;

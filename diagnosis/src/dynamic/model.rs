@@ -9,6 +9,8 @@ use super::effects::{DynamicEffect, MOST_STATES, Part};
 pub const MOST_TERMS: usize = 8;
 /// Most states of all effects in a model.
 pub const MOST_EXTRA: usize = 2 * MOST_STATES;
+/// Most states of all effects that are only probed.
+pub const MOST_PROBED: usize = 22;
 
 /// An effect with its parameters.
 #[derive(Clone)]
@@ -138,6 +140,20 @@ impl Model {
         }
         // As a float the cast is saturating.
         (substeps as usize).clamp(1, 32)
+    }
+
+    /// Number of states that the effects add to position and velocity, and of those of effects that are only
+    /// probed.
+    pub fn extra(&self) -> (usize, usize) {
+        let of =
+            |probe: bool| self.terms.iter().filter(|t| t.probe == probe).map(|t| t.effect.states()).sum();
+        (of(false), of(true))
+    }
+
+    /// Time after which none of these states depends on where it began, s.
+    pub fn memory_s(&self) -> f64 {
+        let with = self.terms.iter().filter(|t| t.effect.states() > 0);
+        with.map(|t| t.effect.memory_s(&t.parameters)).fold(0.0, f64::max)
     }
 
     /// Whether dry friction can hold the mechanism.

@@ -1,11 +1,10 @@
 //! A model to and from `plant.toml`.
 
-use fitter::plant::{Hold, Numbers, Plant, PlantEffect, PlantFile};
+use fitter::plant::{Numbers, Plant, PlantEffect, PlantFile};
 
 use super::effects::effect;
 use super::fault::DynamicError;
 use super::model::{Model, Term};
-use crate::dynamic::effects::DynamicEffect;
 
 /// The plant file of a model, with the units and the kind of `nominal`.
 pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
@@ -24,26 +23,20 @@ pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
     PlantFile { plant, state_space: None, effects: model.terms.iter().map(one).collect() }
 }
 
-/// The model that a plant file states in full; none where it is not identified yet.
+/// The effects that a plant file states.
 ///
 /// # Errors
 /// [`DynamicError::Effect`] where an effect is unknown or lacks a parameter.
-pub fn to_model(file: &str, plant: &PlantFile) -> Result<Option<Model>, DynamicError> {
-    let p = &plant.plant;
-    let gain = p.gain.as_ref().and_then(|g| g.get(0));
-    let (Some(damping), Some(stiffness), Some(gain)) = (p.damping, p.stiffness, gain) else {
-        return Ok(None);
-    };
-    let mut model = Model::nominal([damping, stiffness, gain], p.hold.unwrap_or(Hold::ZeroOrder));
-    for given in &plant.effects {
+pub fn given(file: &str, plant: &PlantFile) -> Result<Vec<Term>, DynamicError> {
+    let one = |given: &PlantEffect| {
         let wrong = |reason: String| DynamicError::Effect { file: file.into(), id: given.id.clone(), reason };
-        let known: &'static dyn DynamicEffect = effect(&given.id)
+        let known = effect(&given.id)
             .ok_or_else(|| wrong("is not in the catalogue; correct its id or leave it out".into()))?;
         let parameters = known.parameters_from(&|name| given.number(name)).ok_or_else(|| {
             let names: Vec<&str> = known.parameters().iter().map(|p| p.name).collect();
             wrong(format!("expected the parameters {}; add what is missing", names.join(", ")))
         })?;
-        model.terms.push(Term::new(known, parameters));
-    }
-    Ok(Some(model))
+        Ok(Term::new(known, parameters))
+    };
+    plant.effects.iter().map(one).collect()
 }

@@ -16,37 +16,10 @@ pub fn free_run(model: &Model, recording: &DynamicRecording) -> Option<Vec<f64>>
     for term in &mut fixed.terms {
         term.free.iter_mut().for_each(|f| *f = false);
     }
-    let head = head(recording);
-    let start = Data::new(&head).after_history_of(recording);
+    let rows = if recording.unscored() == 0 { STEADY_ROWS } else { recording.unscored() };
+    let start = Data::new(recording).head(rows);
     let states = fit(&fixed, &start.first_states(), &start, ALL, PATIENCE)?.states;
     positions(&fixed, &states, &Data::new(recording)).ok()
-}
-
-/// The recording with only the rows from which initial states are estimated.
-fn head(recording: &DynamicRecording) -> DynamicRecording {
-    let rows = if recording.unscored() == 0 { STEADY_ROWS } else { recording.unscored() };
-    let keep: Vec<usize> = recording.runs.iter().flat_map(|r| r.start..r.end.min(r.start + rows)).collect();
-    let pick = |column: &Vec<f64>| -> Vec<f64> { keep.iter().map(|k| column[*k]).collect() };
-    let mut start = 0;
-    let runs = recording
-        .runs
-        .iter()
-        .map(|r| {
-            let length = r.len().min(rows);
-            start += length;
-            start - length..start
-        })
-        .collect();
-    DynamicRecording {
-        t_s: pick(&recording.t_s),
-        drives: recording.drives.iter().map(pick).collect(),
-        positions: recording.positions.iter().map(pick).collect(),
-        runs,
-        period: None,
-        amplitude: None,
-        command: None,
-        ..recording.clone()
-    }
 }
 
 /// Root mean square of recorded less predicted over the scored rows that `wanted` selects.

@@ -9,8 +9,8 @@ use super::data::{CHOOSE, Data, FIT, FOLDS};
 use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Part};
 use super::estimate::Fitted;
-use super::gram::{Grams, MOST_FREE, STATE, grams};
-use super::model::{MOST_EXTRA, Model, Term};
+use super::gram::{Grams, MOST_FREE, STATE, grams_through};
+use super::model::{MOST_PROBED, Model, Term};
 
 /// A candidate: an effect at the parameters from which it starts.
 #[derive(Clone)]
@@ -48,55 +48,68 @@ pub struct Screened {
     pub held_out: f64,
 }
 
-/// Screens candidates beside a model; those that cannot be screened are left out.
-pub fn screen(present: &Fitted, candidates: &[Candidate], data: &Data, whitening: &[f64]) -> Vec<Screened> {
+/// Screens candidates beside a model, residual and sensitivities passed through each of the filters; those that
+/// cannot be screened are left out.
+pub fn screen<const F: usize>(
+    present: &Fitted,
+    candidates: &[Candidate],
+    data: &Data,
+    filters: [&[f64]; F],
+) -> [Vec<Screened>; F] {
     let base = present.model.free();
-    let states: usize = present.model.terms.iter().map(|t| t.effect.states()).sum();
     // Packs of candidates that fit into one simulation.
     let mut packs: Vec<Vec<usize>> = Vec::new();
     let (mut lanes, mut extra) = (usize::MAX, 0);
     for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| c.linear()) {
         let own = candidate.effect.parameters().iter().filter(|p| !p.shape).count();
         let needs = candidate.effect.states();
-        if base + own > MOST_FREE || states + needs > MOST_EXTRA {
+        if base + own > MOST_FREE {
             continue;
         }
-        let full = lanes == usize::MAX || lanes + own > MOST_FREE || extra + needs > MOST_EXTRA;
+        let full = lanes == usize::MAX || lanes + own > MOST_FREE || extra + needs > MOST_PROBED;
         match packs.last_mut() {
             Some(pack) if !full => pack.push(k),
             _ => {
                 packs.push(vec![k]);
-                (lanes, extra) = (base, states);
+                (lanes, extra) = (base, 0);
             }
         }
         lanes += own;
         extra += needs;
     }
-    packs.par_iter().flat_map_iter(|pack| screen_pack(present, candidates, pack, data, whitening)).collect()
+    let screened: Vec<[Vec<Screened>; F]> =
+        packs.par_iter().filter_map(|pack| screen_pack(present, candidates, pack, data, filters)).collect();
+    let mut all = filters.map(|_| Vec::new());
+    for pack in screened {
+        all.iter_mut().zip(pack).for_each(|(all, some)| all.extend(some));
+    }
+    all
 }
 
-fn screen_pack(
+fn screen_pack<const F: usize>(
     present: &Fitted,
     candidates: &[Candidate],
     pack: &[usize],
     data: &Data,
-    whitening: &[f64],
-) -> Vec<Screened> {
+    filters: [&[f64]; F],
+) -> Option<[Vec<Screened>; F]> {
     let base = present.model.free();
     let with = |members: &[usize]| -> Model {
         members.iter().fold(present.model.clone(), |model, k| model.with(candidates[*k].term()))
     };
-    let Ok(whole) = grams(&with(pack), &present.states, data, whitening) else { return Vec::new() };
-    let mut first = base;
-    pack.iter()
-        .map(|k| {
-            let own = candidates[*k].effect.parameters().iter().filter(|p| !p.shape).count();
-            let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
-            first += own;
-            let (gain, held_out) = gained(&whole, base, &lanes);
-            Screened { candidate: *k, gain, held_out }
-        })
-        .collect()
+    let through = grams_through(&with(pack), &present.states, data, filters).ok()?;
+    Some(through.map(|whole| {
+        let mut first = base;
+        pack.iter()
+            .map(|k| {
+                let own = candidates[*k].effect.parameters().iter().filter(|p| !p.shape).count();
+                let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
+                first += own;
+                let (gain, held_out) = gained(&whole, base, &lanes);
+                Screened { candidate: *k, gain, held_out }
+            })
+            .collect()
+    }))
 }
 
 /// −2 log likelihood that the directions of `lanes` gain over the first `base`: where they are fitted, and

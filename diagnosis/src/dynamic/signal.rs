@@ -3,20 +3,31 @@
 use fitter::plant::Hold;
 
 use super::number::Number;
+use super::span::Span;
+use super::turns::Turns;
 
 /// The drive of one run as a function of time: on every interval a cubic a + b s + c s² + d s³ of the part
-/// s of the interval that has passed.
+/// s of the interval that has passed. It may begin before the run's first row.
 #[derive(Debug, Clone)]
 pub struct Signal {
     cubics: Vec<[f64; 4]>,
-    /// Integral from the start to the beginning of every interval, in samples; where the drive is held.
-    sums: Option<Vec<f64>>,
+    /// Intervals before the first row.
+    lead: usize,
     step_s: f64,
 }
 
+/// A stretch on which the drive is one cubic.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece<T> {
+    /// Its coefficients along the stretch, from 0 to 1.
+    pub cubic: [T; 4],
+    /// Length, as a part of the step that was asked for.
+    pub part: T,
+}
+
 impl Signal {
-    /// The drive through `samples`, `step_s` apart.
-    pub fn new(samples: &[f64], step_s: f64, hold: Hold) -> Signal {
+    /// The drive through `samples`, `step_s` apart, of which the first `lead` come before the run.
+    pub fn new(samples: &[f64], lead: usize, step_s: f64, hold: Hold) -> Signal {
         let n = samples.len();
         let next = |k: usize| samples[(k + 1).min(n - 1)];
         let cubics: Vec<[f64; 4]> = match hold {
@@ -24,76 +35,76 @@ impl Signal {
             Hold::FirstOrder => (0..n).map(|k| [samples[k], next(k) - samples[k], 0.0, 0.0]).collect(),
             Hold::BandLimited => spline(samples),
         };
-        let sums = (hold == Hold::ZeroOrder).then(|| {
-            let mut sum = 0.0;
-            samples
-                .iter()
-                .map(|u| {
-                    let before = sum;
-                    sum += u;
-                    before
-                })
-                .collect()
-        });
-        Signal { cubics, sums, step_s }
+        Signal { cubics, lead, step_s }
     }
 
-    /// The part of it on some intervals.
-    pub fn part(&self, range: std::ops::Range<usize>) -> Signal {
-        let sums = self
-            .sums
-            .as_ref()
-            .map(|sums| sums[range.clone()].iter().map(|s| s - sums[range.start]).collect());
-        Signal { cubics: self.cubics[range].to_vec(), sums, step_s: self.step_s }
+    /// The part of it on some intervals of the run, with at most `lead` before them.
+    pub fn part(&self, range: std::ops::Range<usize>, lead: usize) -> Signal {
+        let start = self.lead + range.start;
+        let lead = lead.min(start);
+        let cubics = self.cubics[start - lead..self.lead + range.end].to_vec();
+        Signal { cubics, lead, step_s: self.step_s }
     }
 
-    /// Value at the part `s` of interval `k`.
+    /// Intervals from the first row on.
+    pub fn intervals(&self) -> usize {
+        self.cubics.len() - self.lead
+    }
+
+    /// Shows a hysteresis the drive along some intervals.
+    pub fn pass(&self, intervals: std::ops::Range<usize>, turns: &mut Turns<f64>) {
+        for cubic in &self.cubics[self.lead + intervals.start..self.lead + intervals.end] {
+            let at = |r: f64| along(*cubic, r, 0.0)[0];
+            Span { from: at(0.0), middle: at(0.5), to: at(1.0) }.remembered(0.0, turns);
+        }
+    }
+
+    /// Interval `k` of the run; before the start and after the end the drive stands still.
+    fn interval(&self, k: isize) -> [f64; 4] {
+        let last = self.cubics.len() as isize - 1;
+        let k = k + self.lead as isize;
+        match k {
+            _ if k < 0 => [self.cubics[0][0], 0.0, 0.0, 0.0],
+            _ if k >= last => [self.cubics[last as usize][0], 0.0, 0.0, 0.0],
+            _ => self.cubics[k as usize],
+        }
+    }
+
+    /// The drive on a part of interval `k`, from `s` on.
     #[inline]
-    pub fn at(&self, k: usize, s: f64) -> f64 {
-        let [a, b, c, d] = self.cubics[k];
-        a + s * (b + s * (c + s * d))
+    pub fn piece(&self, k: isize, s: f64, part: f64) -> [f64; 4] {
+        let cubic = self.cubics[(k + self.lead as isize) as usize];
+        if part == 1.0 { cubic } else { along(cubic, s, part) }
     }
 
-    /// Value and slope (per sample) at `x` samples from the start; before the start and after the end it
-    /// stands still.
-    fn anywhere(&self, x: f64) -> (f64, f64) {
-        let last = self.cubics.len() - 1;
-        if x <= 0.0 {
-            return (self.cubics[0][0], 0.0);
-        }
-        if x >= last as f64 {
-            return (self.cubics[last][0], 0.0);
-        }
-        let k = x as usize;
-        let s = x - k as f64;
-        let [a, b, c, d] = self.cubics[k];
-        (a + s * (b + s * (c + s * d)), b + s * (2.0 * c + s * 3.0 * d))
-    }
-
-    /// Integral from the start to `x`, in samples, of a drive that is held.
-    fn integral(&self, sums: &[f64], x: f64) -> f64 {
-        let last = self.cubics.len() - 1;
-        if x <= 0.0 {
-            return x * self.cubics[0][0];
-        }
-        let k = (x as usize).min(last);
-        sums[k] + (x - k as f64) * self.cubics[k][0]
-    }
-
-    /// The drive at the part `s` of interval `k`, `delay_s` earlier. A held drive jumps, and how a
-    /// simulation depends on where would be lost: it is averaged over `width`, a part of an interval.
-    pub fn delayed<T: Number>(&self, k: usize, s: f64, delay_s: T, width: f64) -> T {
-        let x = k as f64 + s - delay_s.value() / self.step_s;
-        let (value, slope) = match &self.sums {
-            None => self.anywhere(x),
-            Some(sums) => {
-                let half = 0.5 * width;
-                let mean = (self.integral(sums, x + half) - self.integral(sums, x - half)) / width;
-                (mean, (self.anywhere(x + half).0 - self.anywhere(x - half).0) / width)
-            }
+    /// The drive on the same part, `delay_s` earlier: what it runs through there, with what follows from the
+    /// delay's derivatives.
+    pub fn delayed<T: Number>(&self, k: isize, s: f64, part: f64, delay_s: T) -> [Option<Piece<T>>; 2] {
+        let from = T::from_f64(k as f64 + s) - delay_s * (1.0 / self.step_s);
+        let first = from.value().floor();
+        let into = from - T::from_f64(first);
+        let piece = |interval: f64, s: T, length: T| {
+            let cubic = self.interval(interval as isize).map(T::from_f64);
+            Piece { cubic: along(cubic, s, length), part: length * (1.0 / part) }
         };
-        delay_s.chain(value, -slope / self.step_s)
+        let left = T::from_f64(1.0) - into;
+        if left.value() >= part {
+            return [Some(piece(first, into, T::from_f64(part))), None];
+        }
+        let rest = T::from_f64(part) - left;
+        [Some(piece(first, into, left)), Some(piece(first + 1.0, T::from_f64(0.0), rest))]
     }
+}
+
+/// A cubic along a part of its way, from `s` on.
+fn along<T: Number>([a, b, c, d]: [T; 4], s: T, length: T) -> [T; 4] {
+    let square = length * length;
+    [
+        a + s * (b + s * (c + s * d)),
+        length * (b + s * (c * 2.0 + s * d * 3.0)),
+        square * (c + s * d * 3.0),
+        square * length * d,
+    ]
 }
 
 /// The natural cubic spline; what its ends are wrong by has died out after a few samples.
@@ -135,25 +146,37 @@ mod tests {
         (0..n).map(|k| (0.4 * k as f64).sin()).collect()
     }
 
+    fn at<T: Number>(cubic: [T; 4], r: f64) -> T {
+        along(cubic, T::from_f64(r), T::from_f64(1.0))[0]
+    }
+
     #[test]
     fn a_spline_follows_a_sine_between_its_samples() {
-        let signal = Signal::new(&sine(60), 1.0, Hold::BandLimited);
+        let signal = Signal::new(&sine(60), 0, 1.0, Hold::BandLimited);
         for k in 10..50 {
             let x = k as f64 + 0.5;
-            assert!((signal.at(k, 0.5) - (0.4 * x).sin()).abs() < 2e-4);
+            assert!((at(signal.piece(k, 0.25, 0.5), 0.5) - (0.4 * x).sin()).abs() < 2e-4);
         }
     }
 
     #[test]
     fn a_delay_shifts_and_knows_its_slope() {
         for hold in [Hold::ZeroOrder, Hold::FirstOrder, Hold::BandLimited] {
-            let signal = Signal::new(&sine(60), 0.5, hold);
-            let at = |delay: f64| signal.delayed(20, 0.25, delay, 0.25);
-            let slope = signal.delayed(20, 0.25, Dual::<1>::variable(0.31, 0), 0.25).slopes[0];
-            let quotient = (at(0.31 + 1e-6) - at(0.31 - 1e-6)) / 2e-6;
+            let signal = Signal::new(&sine(60), 7, 0.5, hold);
+            // The mean over a step, which is what moves the mechanism.
+            fn mean<T: Number>(signal: &Signal, delay: T) -> T {
+                let simpson = |p: Piece<T>| {
+                    p.part * (at(p.cubic, 0.0) + at(p.cubic, 0.5) * 4.0 + at(p.cubic, 1.0)) * (1.0 / 6.0)
+                };
+                let pieces = signal.delayed(20, 0.25, 0.5, delay).into_iter().flatten();
+                pieces.fold(T::from_f64(0.0), |sum, p| sum + simpson(p))
+            }
+            let slope = mean(&signal, Dual::<1>::variable(0.31, 0)).slopes[0];
+            let quotient = (mean(&signal, 0.31 + 1e-6) - mean(&signal, 0.31 - 1e-6)) / 2e-6;
             assert!((slope - quotient).abs() < 1e-5, "{hold:?}: {slope} {quotient}");
+            let whole = signal.delayed(20, 0.0, 1.0, 0.5)[0].unwrap();
+            assert!((whole.cubic[0] - sine(60)[7 + 19]).abs() < 1e-12);
+            assert!(signal.delayed(0, 0.0, 1.0, 20.0)[0].unwrap().cubic[0] == sine(60)[0]);
         }
-        let signal = Signal::new(&sine(60), 0.5, Hold::BandLimited);
-        assert!((signal.delayed(20, 0.0, 0.5, 0.25) - sine(60)[19]).abs() < 1e-12);
     }
 }

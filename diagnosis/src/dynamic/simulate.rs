@@ -4,11 +4,11 @@
 
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::Lag;
-use super::machine::{Machine, Probe, Span, State};
-use super::model::{MOST_EXTRA, Model};
+use super::machine::{Machine, State};
+use super::model::{MOST_EXTRA, MOST_PROBED, Model};
 use super::number::Number;
 use super::signal::Signal;
-use super::turns::Turns;
+use super::way::Way;
 
 /// The parameters of a model as numbers of one kind.
 pub struct Theta<T> {
@@ -43,10 +43,27 @@ pub struct Course<'a> {
     pub bound: f64,
     /// Extremes of the drive before the first row, as far as a hysteresis remembers them.
     pub before: &'a [f64],
+    /// Positions in the rows before the first one, as far as they are known.
+    pub lead: &'a [f64],
 }
 
+impl Course<'_> {
+    /// The last positions before the first row, over a time as long as a model remembers or as far as they are known.
+    fn lead_for(&self, memory_s: f64) -> &[f64] {
+        let known = self.lead.len();
+        let wanted = (memory_s / self.step_s).min(known as f64) as usize;
+        // Rounded up, so that a parameter that changes a little does not change it.
+        let rows = wanted.next_power_of_two().min(known);
+        if wanted == 0 || rows <= SLOPE_ROWS { &[] } else { &self.lead[known - rows..] }
+    }
+}
+
+/// Rows over which the velocity at the start of the lead is taken.
+const SLOPE_ROWS: usize = 8;
+
 /// Simulates one run: from the initial position and velocity along the drive; `visit` is given every
-/// sample's number and the position that is read out there.
+/// sample's number and the position that is read out there. The effects' own states begin at rest, or, where
+/// rows before the first one are known, as these leave them.
 ///
 /// # Errors
 /// [`Unstable`] as soon as the position leaves its bound or is not finite.
@@ -55,131 +72,139 @@ pub fn simulate<T: Number>(
     theta: &Theta<T>,
     course: &Course,
     start: [T; 2],
-    mut visit: impl FnMut(usize, T),
+    visit: &mut dyn FnMut(usize, T),
 ) -> Result<(), Unstable>
 where
     dyn DynamicEffect: Physics<T>,
 {
-    let Course { signal, step_s, rows, start_s, bound, .. } = *course;
-    let zero = T::from_f64(0.0);
-    let mut state = State { p: start[0], v: start[1], z: [zero; MOST_EXTRA] };
-    let (mut forces, mut probes) = (Vec::new(), Vec::new());
-    let mut extra = 0;
-    for k in model.acting(Part::Force) {
-        let effect = model.terms[k].effect;
-        for (i, rest) in effect.rest(start[0].value()).iter().take(effect.states()).enumerate() {
-            // A state that starts with the position shares its derivatives.
-            state.z[extra + i] =
-                if *rest == start[0].value() && *rest != 0.0 { start[0] } else { T::from_f64(*rest) };
-        }
-        if model.terms[k].probe {
-            let zeroed: Vec<f64> = (effect.parameters().iter().zip(&model.terms[k].parameters))
-                .map(|(p, value)| if p.shape { *value } else { 0.0 })
-                .collect();
-            let unit = |(j, x): (usize, &T)| {
-                let mut parameters = zeroed.clone();
-                parameters[j] = 1.0;
-                x.direction().map(|lane| (lane, parameters))
-            };
-            let units = theta.terms[k].iter().enumerate().filter_map(unit).collect();
-            probes.push(Probe { effect, units, first: extra });
-        } else {
-            forces.push((k, extra));
-        }
-        extra += effect.states();
+    // Places for states that are not there would be copied in every step; every further kind is compiled apart.
+    match model.extra() {
+        (0, 0) => run::<T, 0, 0>(model, theta, course, start, visit),
+        (_, 0) => run::<T, MOST_EXTRA, 0>(model, theta, course, start, visit),
+        _ => run::<T, MOST_EXTRA, MOST_PROBED>(model, theta, course, start, visit),
     }
-    let friction = model.has_friction();
-    let mut machine = Machine { model, theta, forces, probes, extra, friction, time: 0.0 };
-    let holds = machine.holds();
-    let mut direction = state.v.value().signum() * f64::from(state.v.value() != 0.0);
-    let substeps = model.substeps(step_s);
-    let part = 1.0 / substeps as f64;
-    let h = step_s * part;
-    let delays: Vec<usize> = model.acting(Part::Delay).collect();
-    // An offset comes before a saturation, whichever was found first.
-    let mut shaping: Vec<usize> = model.acting(Part::Drive).collect();
-    shaping.sort_by_key(|k| model.terms[*k].effect.id() == "drive_saturation");
-    let raw = |k: usize, s: f64| -> T {
-        let mut w = match delays.as_slice() {
-            [] => T::from_f64(signal.at(k, s)),
-            several => {
-                let delay = several.iter().fold(zero, |sum, d| sum + theta.terms[*d][0]);
-                signal.delayed(k, s, delay, 0.5 * part)
-            }
-        };
-        for &d in &shaping {
-            w = Physics::<T>::drive(model.terms[d].effect, &theta.terms[d], w);
+}
+
+fn run<T: Number, const Z: usize, const Q: usize>(
+    model: &Model,
+    theta: &Theta<T>,
+    course: &Course,
+    start: [T; 2],
+    visit: &mut dyn FnMut(usize, T),
+) -> Result<(), Unstable>
+where
+    dyn DynamicEffect: Physics<T>,
+{
+    let lead = course.lead_for(model.memory_s());
+    let [p, v] = match lead {
+        [] => start,
+        y => {
+            let slope = (y[SLOPE_ROWS] - y[0]) / (SLOPE_ROWS as f64 * course.step_s);
+            [y[0], slope].map(T::from_f64)
         }
-        w
     };
-    let first = raw(0, 0.0);
-    let mut lags: Vec<(usize, Lag<T>)> =
-        model.acting(Part::DriveLag).map(|k| (k, Lag::at_rest(first))).collect();
-    let shaped = |u: f64| -> T {
-        let mut w = T::from_f64(u);
-        for &d in &shaping {
-            w = Physics::<T>::drive(model.terms[d].effect, &theta.terms[d], w);
-        }
-        w
-    };
-    let mut memory: Option<(T, Turns<T>)> = model.acting(Part::DriveMemory).next().map(|k| {
-        let mut turns = Turns::new();
-        course.before.iter().for_each(|u| {
-            turns.to(shaped(*u));
-        });
-        (theta.terms[k][0], turns)
+    let first = -(lead.len() as isize);
+    let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
+    let way = Way::new(model, theta, course, first);
+    let mut motion = Motion::new(machine, way, course, &state);
+    for k in first..0 {
+        motion.advance(&mut state, k, |_, _| {})?;
+    }
+    if first < 0 {
+        [state.p, state.v] = start;
+        motion.turn(&state);
+    }
+    let mut reading: Option<(T, Lag<T>)> = model.acting(Part::SensorLag).next().map(|k| {
+        let tau = theta.terms[k][0];
+        (tau, Lag::behind(state.p, state.v, tau))
     });
-    let mut reading: Vec<(usize, Lag<T>)> =
-        model.acting(Part::SensorLag).map(|k| (k, Lag::at_rest(state.p))).collect();
-    let offset = model.acting(Part::SensorOffset).fold(zero, |sum, k| sum + theta.terms[k][0]);
-    visit(0, state.p + offset);
-    for k in 0..rows - 1 {
-        let mut from = raw(k, 0.0);
-        if !lags.is_empty() {
-            // Where the drive jumps the lag's output does not.
-            let mut input = from;
-            for (_, lag) in &mut lags {
-                lag.input = input;
-                input = lag.state;
+    let read = |reading: &Option<(T, Lag<T>)>, p: T| reading.as_ref().map_or(p, |(_, lag)| lag.state);
+    let offset = model.acting(Part::SensorOffset).fold(T::from_f64(0.0), |sum, k| sum + theta.terms[k][0]);
+    visit(0, read(&reading, state.p) + offset);
+    let time = motion.step_s;
+    for k in 0..course.rows - 1 {
+        motion.advance(&mut state, k as isize, |from, to| {
+            if let Some((tau, lag)) = &mut reading {
+                lag.advance(between(from, to, time), T::from_f64(time), *tau);
             }
-            from = input;
-        }
-        let mut unremembered = from;
-        if let Some((coefficient, turns)) = &mut memory {
-            from = from + *coefficient * turns.to(from);
-        }
-        for i in 0..substeps {
-            let s = i as f64 * part;
-            machine.time = start_s + (k as f64 + s) * step_s;
-            let (mut middle, mut to) = (raw(k, s + 0.5 * part), raw(k, s + part));
-            for (term, lag) in &mut lags {
-                let tau = theta.terms[*term][0];
-                middle = lag.advance(middle, 0.5 * h, tau);
-                to = lag.advance(to, 0.5 * h, tau);
-            }
-            if let Some((coefficient, turns)) = &mut memory {
-                let bare = Span { from: unremembered, middle, to };
-                unremembered = to;
-                (middle, to) = bare.remembered(*coefficient, turns);
-            }
-            let span = Span { from, middle, to };
-            state = if machine.friction {
-                machine.step_with_friction(state, h, &span, &mut direction, holds)
-            } else {
-                machine.step(&state, T::from_f64(h), &span, 0.0)
-            };
-            from = to;
-            let mut y = state.p;
-            for (term, lag) in &mut reading {
-                y = lag.advance(y, h, theta.terms[*term][0]);
-            }
-        }
-        let p = state.p.value();
-        if p.is_nan() || p.abs() > bound {
-            return Err(Unstable(k + 1));
-        }
-        let y = reading.last().map_or(state.p, |(_, lag)| lag.state);
-        visit(k + 1, y + offset);
+        })?;
+        visit(k + 1, read(&reading, state.p) + offset);
     }
     Ok(())
+}
+
+/// The cubic with the positions and velocities at both ends of a step.
+fn between<T: Number, const Z: usize, const Q: usize>(
+    from: &State<T, Z, Q>,
+    to: &State<T, Z, Q>,
+    time: f64,
+) -> [T; 4] {
+    let (rise, v, w) = (to.p - from.p, from.v * time, to.v * time);
+    [from.p, v, rise * 3.0 - v * 2.0 - w, v + w - rise * 2.0]
+}
+
+/// The mechanism on its way from sample to sample.
+struct Motion<'a, T> {
+    machine: Machine<'a, T>,
+    way: Way<'a, T>,
+    course: &'a Course<'a>,
+    /// Direction as dry friction sees it, and the force up to which that holds.
+    direction: f64,
+    holds: f64,
+    /// Steps of the integrator from one sample to the next, and their length in s.
+    substeps: usize,
+    step_s: f64,
+}
+
+impl<'a, T: Number> Motion<'a, T>
+where
+    dyn DynamicEffect: Physics<T>,
+{
+    fn new<const Z: usize, const Q: usize>(
+        machine: Machine<'a, T>,
+        way: Way<'a, T>,
+        course: &'a Course<'a>,
+        state: &State<T, Z, Q>,
+    ) -> Self {
+        let holds = machine.holds();
+        let substeps = machine.model.substeps(course.step_s);
+        let step_s = course.step_s / substeps as f64;
+        let mut motion = Motion { machine, way, course, direction: 0.0, holds, substeps, step_s };
+        motion.turn(state);
+        motion
+    }
+
+    /// Takes the direction from a state.
+    fn turn<const Z: usize, const Q: usize>(&mut self, state: &State<T, Z, Q>) {
+        let v = state.v.value();
+        self.direction = if v == 0.0 { 0.0 } else { v.signum() };
+    }
+
+    /// From sample `k` to the next; `along` is given the state before and after every step.
+    fn advance<const Z: usize, const Q: usize>(
+        &mut self,
+        state: &mut State<T, Z, Q>,
+        k: isize,
+        mut along: impl FnMut(&State<T, Z, Q>, &State<T, Z, Q>),
+    ) -> Result<(), Unstable> {
+        let part = 1.0 / self.substeps as f64;
+        for i in 0..self.substeps {
+            let s = i as f64 * part;
+            self.machine.time = self.course.start_s + (k as f64 + s) * self.course.step_s;
+            let span = self.way.span(k, s, part, self.step_s);
+            let next = if self.machine.friction {
+                self.machine.step_with_friction(*state, self.step_s, &span, &mut self.direction, self.holds)
+            } else {
+                self.machine.step(state, self.step_s, &span, 0.0)
+            };
+            along(state, &next);
+            *state = next;
+        }
+        let p = state.p.value();
+        if p.is_nan() || p.abs() > self.course.bound {
+            Err(Unstable((k + 1).max(0) as usize))
+        } else {
+            Ok(())
+        }
+    }
 }

@@ -58,9 +58,9 @@ static SHAPES: [[Shape; 6]; 8] = {
 impl<T: Number> Physics<T> for Shape {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let size = |k: usize| parameters[k].value();
-        let x = flow.position * (1.0 / size(1));
-        let v = flow.velocity * (1.0 / size(2));
-        let w = flow.drive * (1.0 / size(3));
+        let x = *flow.position * (1.0 / size(1));
+        let v = *flow.velocity * (1.0 / size(2));
+        let w = *flow.drive * (1.0 / size(3));
         let t = T::from_f64(2.0 * flow.time / size(6) - 1.0);
         // Rises at once and then stands: a smooth sign.
         let sign = |a: T, width: f64| a / (a.abs() + T::from_f64(width));
@@ -98,7 +98,7 @@ impl<T: Number> Physics<T> for Shape {
             (5, _) => t * t * w,
             (6, index) => {
                 let width = T::from_f64(size(1) * [0.03, 0.15, 0.5][index.min(2)]);
-                let (speed, z) = (flow.velocity, flow.states[0]);
+                let (speed, z) = (*flow.velocity, flow.states[0]);
                 flow.rates[0] = speed - (speed.abs() * z + speed * z.abs()) * 0.5 / width;
                 z / width
             }
@@ -108,7 +108,7 @@ impl<T: Number> Physics<T> for Shape {
                 flow.states[0]
             }
         };
-        flow.acceleration = flow.acceleration - parameters[0] * shape * size(4);
+        *flow.acceleration = *flow.acceleration - parameters[0] * shape * size(4);
     }
 }
 
@@ -178,10 +178,7 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
         .par_iter()
         .enumerate()
         .filter_map(|(family, (variable, times, shapes))| {
-            let states: usize = present.model.terms.iter().map(|t| t.effect.states()).sum();
-            let room = super::model::MOST_EXTRA - states;
             let count = (*shapes).min(MOST_FREE - base);
-            let count = if family >= 6 { count.min(room) } else { count };
             if count == 0 {
                 return None;
             }

@@ -28,6 +28,9 @@ const LEFT_GAIN_PER_SHAPE: f64 = 6.0;
 /// Structure that is left, as a part of what the effects explain, from which on they are not the physics
 /// but something like it: an effect with the right formula leaves nothing that is worth a hundredth.
 const MIMICRY: f64 = 0.02;
+/// A residual above so many times the noise is not noise: the deviation from some thousand rows, be they alike in
+/// ten that follow, is known to 3 %.
+const ABOVE: f64 = 1.1;
 
 /// Units of the plant.
 #[derive(Debug, Clone)]
@@ -49,17 +52,22 @@ pub fn significant(found: &[Structure]) -> Vec<&Structure> {
         .collect()
 }
 
-/// The verdict: whether effects were found, and how much of the mismatch they leave as structure.
-pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure]) -> Verdict {
+/// The verdict: whether effects were found, and how much of the mismatch they leave as structure. `floor` is the
+/// noise, where the recording itself shows it: what is above it is structure, whether a family has its shape or not.
+pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure], floor: Option<f64>) -> Verdict {
+    let rows: usize = found.rows.iter().sum();
+    let above = floor
+        .filter(|floor| found.rms(ALL) > ABOVE * floor)
+        .map_or(0.0, |floor| found.cost(ALL) - floor * floor * rows as f64);
+    let structure = left.first().map_or(0.0, |strongest| strongest.part * found.cost(ALL)).max(above);
     if found.model.terms.len() == nominal.model.terms.len() {
-        return if left.is_empty() { Verdict::Consistent } else { Verdict::Unexplained };
+        return if structure > 0.0 { Verdict::Unexplained } else { Verdict::Consistent };
     }
-    let Some(strongest) = left.first() else { return Verdict::Explained };
     let explained = nominal.cost(ALL) - found.cost(ALL);
-    if strongest.part * found.cost(ALL) > MIMICRY * explained {
-        Verdict::Unexplained
-    } else {
-        Verdict::PartlyExplained
+    match structure {
+        _ if structure > MIMICRY * explained => Verdict::Unexplained,
+        _ if structure > 0.0 => Verdict::PartlyExplained,
+        _ => Verdict::Explained,
     }
 }
 

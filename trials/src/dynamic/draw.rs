@@ -4,10 +4,11 @@ use fitter::plant::{Hold, PlantEffect};
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
-use twin::dynamic::effects::{Specification, catalogue, find};
-use twin::dynamic::{Bench, RunError, Series, Typical};
+use twin::dynamic::effects::{Specification, find};
+use twin::dynamic::{Series, Typical};
 
-use super::matched::{Basis, Whitener, norm, rms};
+use super::imitation::{Scene, positions};
+use super::matched::{norm, rms};
 use super::plan::{Assignment, circumstances};
 use super::truth::{Concealed, Group, Truth};
 
@@ -64,8 +65,9 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
         .filter_map(|(id, strength)| make(id, *strength, generator))
         .collect();
     let bench = drawn.bench.with_effects(effects.clone()).ok()?;
-    let clean = positions(&bench, seed).ok()?;
-    let concealed = conceal(&drawn.bench, &bench, seed, &effects, &clean, &typical, generator)?;
+    let clean = positions(&bench, seed)?;
+    let scene = Scene::new(&drawn.bench, &bench, seed, &effects, &clean, &typical)?;
+    let concealed = conceal(&scene, generator)?;
     let series = bench.record(seed).ok()?;
     let noise: Vec<f64> = series.positions[0].iter().zip(&clean).map(|(a, b)| a - b).collect();
     let truth = Truth {
@@ -80,7 +82,8 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
     Some(Trial { truth, series })
 }
 
-fn drawn_effect(
+/// An effect of a strength.
+pub(super) fn drawn_effect(
     specification: &Specification,
     strength: f64,
     typical: &Typical,
@@ -89,52 +92,12 @@ fn drawn_effect(
     PlantEffect::new(specification.id, &(specification.draw)(strength, typical, generator))
 }
 
-fn positions(bench: &Bench, seed: u64) -> Result<Vec<f64>, RunError> {
-    bench.record_noiseless(seed).map(|series| series.positions.into_iter().next().unwrap_or_default())
-}
-
 /// What each effect adds and how well it can be seen and told; none where one of them cannot be seen.
-fn conceal(
-    bare: &Bench,
-    bench: &Bench,
-    seed: u64,
-    effects: &[PlantEffect],
-    clean: &[f64],
-    typical: &Typical,
-    generator: &mut ChaCha12Rng,
-) -> Option<Vec<Concealed>> {
-    if effects.is_empty() {
-        return Some(Vec::new());
-    }
-    let whitener = Whitener::of(bench);
-    let against = |other: &Bench| -> Option<Vec<f64>> {
-        let other = positions(other, seed).ok()?;
-        Some(clean.iter().zip(other).map(|(a, b)| a - b).collect())
-    };
-    // What other numbers of the plant could take up.
-    let mut nominal = Basis::default();
-    for change in 0..3 {
-        let mut changed = bench.clone();
-        match change {
-            0 => changed.model.damping *= 1.002,
-            1 => changed.model.stiffness *= 1.001,
-            _ => changed.model.gains.iter_mut().for_each(|gain| *gain *= 1.001),
-        }
-        nominal.push(&whitener.whiten(&against(&changed)?));
-    }
-    let mut added = Vec::new();
-    for index in 0..effects.len() {
-        let mut others = effects.to_vec();
-        others.remove(index);
-        added.push(against(&bare.with_effects(others).ok()?)?);
-    }
-    let white: Vec<Vec<f64>> = added.iter().map(|column| whitener.whiten(column)).collect();
+fn conceal(scene: &Scene, generator: &mut ChaCha12Rng) -> Option<Vec<Concealed>> {
     let mut concealed = Vec::new();
-    for (index, effect) in effects.iter().enumerate() {
-        let mut basis = nominal.clone();
-        let alone = norm(&basis.residual(&white[index]));
-        white.iter().enumerate().filter(|(i, _)| *i != index).for_each(|(_, column)| basis.push(column));
-        let rest = basis.residual(&white[index]);
+    for (index, effect) in scene.effects.iter().enumerate() {
+        let alone = norm(&scene.nominal().residual(scene.white(index)));
+        let rest = scene.beside(index).residual(scene.white(index));
         let rho = norm(&rest);
         if rho < LEAST_RHO || rho < OWN * alone {
             return None;
@@ -143,53 +106,13 @@ fn conceal(
         concealed.push(Concealed {
             id: effect.id.clone(),
             parameters: parameters.collect(),
-            effect_rms: rms(&added[index]),
+            effect_rms: rms(&scene.added[index]),
             rho,
             depends_on: depends_on(&effect.id),
-            imitation: closest(bare, seed, effects, index, &basis, &rest, &whitener, typical, generator),
+            imitation: scene.closest(index, &rest, generator),
         });
     }
     Some(concealed)
-}
-
-/// Draws of the shape of an effect that is tried in place of another.
-const SHAPES: usize = 2;
-
-/// The effect of the table that comes closest to the one at `index`, in its place, and ρ of what it leaves.
-#[allow(clippy::too_many_arguments)]
-fn closest(
-    bare: &Bench,
-    seed: u64,
-    effects: &[PlantEffect],
-    index: usize,
-    basis: &Basis,
-    rest: &[f64],
-    whitener: &Whitener,
-    typical: &Typical,
-    generator: &mut ChaCha12Rng,
-) -> Option<(String, f64)> {
-    let mut others = effects.to_vec();
-    others.remove(index);
-    let without = positions(&bare.with_effects(others.clone()).ok()?, seed).ok()?;
-    let taken: Vec<&str> = effects.iter().map(|e| e.id.as_str()).collect();
-    catalogue::ALL
-        .iter()
-        .filter(|s| s.catalogued() && !taken.contains(&s.id))
-        .flat_map(|specification| {
-            // Only what has a shape beside its strength differs from draw to draw.
-            let shapes = if specification.parameters.len() > 1 { SHAPES } else { 1 };
-            (0..shapes).map(move |_| specification)
-        })
-        .filter_map(|specification| {
-            let mut tried = others.clone();
-            tried.push(drawn_effect(specification, 0.02, typical, generator));
-            let with = positions(&bare.with_effects(tried).ok()?, seed).ok()?;
-            let column: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
-            let mut wider = basis.clone();
-            wider.push(&whitener.whiten(&column));
-            Some((specification.id.to_owned(), norm(&wider.residual(rest))))
-        })
-        .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The variables of which any may rightly be located first.
@@ -208,6 +131,7 @@ fn hold_name(hold: Hold) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use twin::dynamic::effects::catalogue;
 
     fn trial(group: Group, number: usize) -> Trial {
         Trial::draw(&Assignment { group, number, seed: 40 + number as u64 }, "r.csv").unwrap()

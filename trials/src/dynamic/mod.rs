@@ -4,6 +4,7 @@ pub mod campaign;
 pub mod draw;
 pub mod examples;
 pub mod feedback;
+pub mod imitation;
 pub mod matched;
 pub mod plan;
 pub mod report;

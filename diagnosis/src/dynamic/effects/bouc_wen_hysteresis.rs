@@ -8,9 +8,9 @@ pub struct BoucWenHysteresis;
 
 impl<T: Number> Physics<T> for BoucWenHysteresis {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let (v, z) = (flow.velocity, flow.states[0]);
+        let (v, z) = (*flow.velocity, flow.states[0]);
         let yielding = (v.abs() * z + v * z.abs()) * 0.5;
-        flow.acceleration = flow.acceleration - parameters[0] * z;
+        *flow.acceleration = *flow.acceleration - parameters[0] * z;
         flow.rates[0] = v - yielding / parameters[1];
     }
 }

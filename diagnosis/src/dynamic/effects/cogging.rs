@@ -10,9 +10,9 @@ pub struct Cogging;
 
 impl<T: Number> Physics<T> for Cogging {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let angle = flow.position * TAU / parameters[2];
+        let angle = *flow.position * TAU / parameters[2];
         let cosine = (angle + T::from_f64(FRAC_PI_2)).sin();
-        flow.acceleration = flow.acceleration - parameters[0] * angle.sin() - parameters[1] * cosine;
+        *flow.acceleration = *flow.acceleration - parameters[0] * angle.sin() - parameters[1] * cosine;
     }
 }
 

@@ -10,7 +10,7 @@ pub struct CoulombFriction;
 
 impl<T: Number> Physics<T> for CoulombFriction {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        flow.acceleration = flow.acceleration - parameters[0] * flow.direction;
+        *flow.acceleration = *flow.acceleration - parameters[0] * flow.direction;
     }
 }
 

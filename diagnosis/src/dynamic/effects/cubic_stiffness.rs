@@ -8,8 +8,8 @@ pub struct CubicStiffness;
 
 impl<T: Number> Physics<T> for CubicStiffness {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let x = flow.position;
-        flow.acceleration = flow.acceleration - parameters[0] * x * x * x;
+        let x = *flow.position;
+        *flow.acceleration = *flow.acceleration - parameters[0] * x * x * x;
     }
 }
 

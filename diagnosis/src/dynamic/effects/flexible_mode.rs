@@ -11,9 +11,9 @@ pub struct FlexibleMode;
 impl<T: Number> Physics<T> for FlexibleMode {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let omega = parameters[0] * TAU;
-        let h = omega * omega * (flow.position - flow.states[0])
-            + omega * parameters[2] * (flow.velocity - flow.states[1]) * 2.0;
-        flow.acceleration = flow.acceleration - parameters[1] * h;
+        let h = omega * omega * (*flow.position - flow.states[0])
+            + omega * parameters[2] * (*flow.velocity - flow.states[1]) * 2.0;
+        *flow.acceleration = *flow.acceleration - parameters[1] * h;
         flow.rates[0] = flow.states[1];
         flow.rates[1] = h;
     }
@@ -61,6 +61,10 @@ impl DynamicEffect for FlexibleMode {
     }
     fn fastest(&self, parameters: &[f64]) -> f64 {
         parameters[0] * TAU * (1.0 + parameters[1].max(0.0)).sqrt()
+    }
+    fn memory_s(&self, parameters: &[f64]) -> f64 {
+        // To 3·10⁻⁴ of its swing.
+        8.0 / (parameters[0] * TAU * parameters[2])
     }
     fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
         parameters[1] > 0.0 && parameters[2] < 0.5 && parameters[0] < 0.5 / scale.step_s

@@ -28,20 +28,20 @@ pub const MOST_STATES: usize = 2;
 /// What a force sees of the mechanism, and what it changes.
 pub struct Flow<'a, T> {
     /// The drive that reaches the mechanism.
-    pub drive: T,
+    pub drive: &'a T,
     /// Position.
-    pub position: T,
+    pub position: &'a T,
     /// Velocity.
-    pub velocity: T,
+    pub velocity: &'a T,
     /// Gain of the nominal plant.
-    pub gain: T,
+    pub gain: &'a T,
     /// Direction of motion as dry friction sees it: −1, 0 (stuck) or 1; held over a step of the integrator,
     /// which ends where the velocity changes its sign.
     pub direction: f64,
     /// Time since the start of the run, s.
     pub time: f64,
     /// Acceleration, to which the effect adds.
-    pub acceleration: T,
+    pub acceleration: &'a mut T,
     /// The effect's own states.
     pub states: &'a [T],
     /// Their rates of change, to be set.
@@ -132,6 +132,11 @@ pub trait DynamicEffect:
     /// Its states at rest at a position.
     fn rest(&self, _position: f64) -> [f64; MOST_STATES] {
         [0.0; MOST_STATES]
+    }
+    /// Time after which its states do not depend any more on where they began, s; infinite where that is not
+    /// known.
+    fn memory_s(&self, _parameters: &[f64]) -> f64 {
+        f64::INFINITY
     }
     /// Parameters from which a search starts. What multiplies the effect is zero where its linearised
     /// signature is to say how large it is.

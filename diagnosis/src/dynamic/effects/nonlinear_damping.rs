@@ -8,8 +8,8 @@ pub struct NonlinearDamping;
 
 impl<T: Number> Physics<T> for NonlinearDamping {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let x = flow.position;
-        flow.acceleration = flow.acceleration - parameters[0] * x * x * flow.velocity;
+        let x = *flow.position;
+        *flow.acceleration = *flow.acceleration - parameters[0] * x * x * *flow.velocity;
     }
 }
 

@@ -8,8 +8,8 @@ pub struct QuadraticDamping;
 
 impl<T: Number> Physics<T> for QuadraticDamping {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let v = flow.velocity;
-        flow.acceleration = flow.acceleration - parameters[0] * v * v.abs();
+        let v = *flow.velocity;
+        *flow.acceleration = *flow.acceleration - parameters[0] * v * v.abs();
     }
 }
 

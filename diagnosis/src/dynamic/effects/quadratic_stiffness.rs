@@ -8,8 +8,8 @@ pub struct QuadraticStiffness;
 
 impl<T: Number> Physics<T> for QuadraticStiffness {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let x = flow.position;
-        flow.acceleration = flow.acceleration - parameters[0] * x * x;
+        let x = *flow.position;
+        *flow.acceleration = *flow.acceleration - parameters[0] * x * x;
     }
 }
 

@@ -10,9 +10,9 @@ pub struct StribeckFriction;
 
 impl<T: Number> Physics<T> for StribeckFriction {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let relative = flow.velocity / parameters[2];
+        let relative = *flow.velocity / parameters[2];
         let friction = parameters[0] + parameters[1] * (-(relative * relative)).exp();
-        flow.acceleration = flow.acceleration - friction * flow.direction;
+        *flow.acceleration = *flow.acceleration - friction * flow.direction;
     }
 }
 

@@ -8,8 +8,8 @@ pub struct TorqueConstantDroop;
 
 impl<T: Number> Physics<T> for TorqueConstantDroop {
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let x = flow.position;
-        flow.acceleration = flow.acceleration - flow.gain * flow.drive * parameters[0] * x * x;
+        let x = *flow.position;
+        *flow.acceleration = *flow.acceleration - *flow.gain * *flow.drive * parameters[0] * x * x;
     }
 }
 

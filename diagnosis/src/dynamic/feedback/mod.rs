@@ -33,6 +33,12 @@ pub fn diagnose(
     held_out: Option<&DynamicRecording>,
     options: &Options,
 ) -> Result<DynamicOutcome, DynamicError> {
+    if let Some(term) = options.given.first() {
+        let reason =
+            "is given, and under feedback all effects are identified anew; leave it out of the plant";
+        let id = term.effect.id().to_string();
+        return Err(DynamicError::Effect { file: recording.file.clone(), id, reason: reason.into() });
+    }
     let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
     let data = Data::new(recording);
     let scale = data.scale;

@@ -88,20 +88,20 @@ impl Motion {
                 let at = |part: f64, states: &[f64; MOST_STATES]| -> (f64, [f64; MOST_STATES]) {
                     let between = |x: &[f64]| x[k] + part * (x[next] - x[k]);
                     let velocity = between(&self.velocity);
-                    let mut rates = [0.0; MOST_STATES];
+                    let (mut acceleration, mut rates) = (0.0, [0.0; MOST_STATES]);
                     let mut flow = Flow {
-                        drive: between(&self.drive),
-                        position: between(&self.position),
-                        velocity,
-                        gain,
+                        drive: &between(&self.drive),
+                        position: &between(&self.position),
+                        velocity: &velocity,
+                        gain: &gain,
                         direction: (velocity / self.slow).clamp(-1.0, 1.0),
                         time: (k - run.start) as f64 * self.step_s,
-                        acceleration: 0.0,
+                        acceleration: &mut acceleration,
                         states: &states[..count],
                         rates: &mut rates[..count],
                     };
                     Physics::<f64>::force(effect, parameters, &mut flow);
-                    (flow.acceleration, rates)
+                    (acceleration, rates)
                 };
                 out[k] = at(0.0, &states).0;
                 if count > 0 {

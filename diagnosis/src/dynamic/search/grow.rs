@@ -1,0 +1,230 @@
+//! Growing a model: which effects are screened and fitted in full beside it, which of them is taken, and what that
+//! makes idle.
+
+use rayon::prelude::*;
+
+use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, Search, gain, is_late, last_id};
+use crate::dynamic::data::{CHOOSE, FIT, FOLDS, HOLDS};
+use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
+use crate::dynamic::model::{MOST_TERMS, Model, Term};
+use crate::dynamic::screen::{Candidate, Screened, screen};
+
+/// Effects that are refitted in full in every round.
+const REFITTED: usize = 8;
+/// Further effects that are refitted for what they explain before whitening.
+const REFITTED_PLAINLY: usize = 2;
+/// Steps after which contenders are compared.
+const HEAT: usize = 8;
+/// Factor of the squared residual by which one is out then.
+const BEHIND: f64 = 4.0;
+/// Steps of an estimate of a start.
+const SHORT: usize = 4;
+/// The delay to which a lag is equal to first order.
+const DELAY: &str = "transport_delay";
+
+impl Search<'_> {
+    /// Candidates that may stand beside a model.
+    fn candidates(&self, present: &Fitted) -> Vec<Candidate> {
+        self.catalogue
+            .iter()
+            .filter(|e| !present.model.has(e.id()))
+            .flat_map(|e| {
+                let start = |start| Candidate { effect: *e, start };
+                e.starts(&self.data.scale).into_iter().map(start)
+            })
+            .collect()
+    }
+
+    /// Every effect beside a model, fitted on the rows that fit: the best few by screening in full, sorted
+    /// by what they leave on the rows that choose.
+    pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
+        let candidates = self.candidates(present);
+        let whitening = self.whitening(present);
+        let [screened, mut plain] = screen(present, &candidates, self.data, [&whitening, &[]]);
+        let mut best: Vec<Screened> = Vec::new();
+        for effect in &self.catalogue {
+            let own = screened.iter().filter(|s| candidates[s.candidate].effect.id() == effect.id());
+            let mut own: Vec<&Screened> = own.collect();
+            own.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            best.extend(own.into_iter().take(2).cloned());
+        }
+        // To first order a lag is a delay: it is tried only where a delay helps.
+        let late = candidates.iter().all(|c| c.effect.id() != DELAY)
+            || best.iter().any(|s| candidates[s.candidate].effect.id() == DELAY && s.gain > 0.3 * LEAST_GAIN);
+        // What has no amount (a lag, a limit) is tried by a short estimate.
+        let short: Vec<Screened> = candidates
+            .par_iter()
+            .enumerate()
+            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with().contains(&DELAY)))
+            .filter_map(|(k, c)| {
+                let model = present.model.with(Term::new(c.effect, c.start.clone()));
+                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
+                Some(Screened {
+                    candidate: k,
+                    gain: gain(present, &fitted, FIT_ROWS),
+                    held_out: gain(present, &fitted, CHOOSE_ROWS),
+                })
+            })
+            .collect();
+        best.extend(short);
+        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut ids: Vec<&str> = Vec::new();
+        best.retain(|s| {
+            let id = candidates[s.candidate].effect.id();
+            let new = !ids.contains(&id);
+            if new {
+                ids.push(id);
+            }
+            s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
+        });
+        if !whitening.is_empty() {
+            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
+            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
+            plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id()).collect();
+            let most = best.len() + REFITTED_PLAINLY;
+            for s in plain.into_iter().filter(|s| s.gain > 0.3 * LEAST_GAIN) {
+                let id = candidates[s.candidate].effect.id();
+                if !ids.contains(&id) && best.len() < most {
+                    ids.push(id);
+                    best.push(s);
+                }
+            }
+        }
+        let mut models: Vec<Model> = best
+            .iter()
+            .map(|s| {
+                let Candidate { effect, start } = candidates[s.candidate].clone();
+                present.model.with(Term::new(effect, start))
+            })
+            .collect();
+        models.extend(self.late(present, &candidates));
+        let tried: Vec<Fitted> = models
+            .par_iter()
+            .filter_map(|model| fit(model, &present.states, self.data, FIT_ROWS, HEAT))
+            .collect();
+        // What is far behind after a few steps is not followed to its end.
+        let least = tried.iter().map(|f| f.costs[FIT]).fold(f64::INFINITY, f64::min);
+        let fits: Vec<Fitted> = tried
+            .into_par_iter()
+            .filter_map(|f| match f.costs[FIT] < BEHIND * least {
+                true => fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE - HEAT),
+                false => Some(f),
+            })
+            .filter(|f| f.model.terms.last().is_some_and(|term| self.sound(term)))
+            .collect();
+        let mut of_effect: Vec<Fitted> = Vec::new();
+        for f in fits {
+            let id = last_id(&f);
+            match of_effect.iter_mut().find(|g| last_id(g) == id) {
+                Some(g) if f.costs[FIT] < g.costs[FIT] => *g = f,
+                Some(_) => {}
+                None => of_effect.push(f),
+            }
+        }
+        of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
+        of_effect
+    }
+
+    /// Delays and lags beside the other ways of running between the samples. A held drive is half a sample late:
+    /// where the nominal plant took that for a delay of less, the true one beside it would be negative.
+    fn late(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Model> {
+        if present.model.terms.iter().any(|t| is_late(t.effect)) {
+            return Vec::new();
+        }
+        let mut models = Vec::new();
+        for hold in HOLDS.into_iter().filter(|h| *h != present.model.hold) {
+            let mut ids = Vec::new();
+            for candidate in candidates.iter().filter(|c| is_late(c.effect)) {
+                if !ids.contains(&candidate.effect.id()) {
+                    ids.push(candidate.effect.id());
+                    let mut model = present.model.with(Term::new(candidate.effect, candidate.start.clone()));
+                    model.hold = hold;
+                    models.push(model);
+                }
+            }
+        }
+        models
+    }
+
+    /// The model with the best way of running between the samples.
+    pub(super) fn best_hold(&self, present: Fitted, folds: [bool; FOLDS]) -> Fitted {
+        let others: Vec<Fitted> = HOLDS
+            .par_iter()
+            .filter(|h| **h != present.model.hold)
+            .filter_map(|hold| {
+                let mut model = present.model.clone();
+                model.hold = *hold;
+                fit(&model, &present.states, self.data, folds, PATIENCE)
+            })
+            .collect();
+        others.into_iter().fold(present, |best, f| if f.cost(folds) < best.cost(folds) { f } else { best })
+    }
+
+    /// The model with every effect that is worth it, one after the other.
+    pub(super) fn grown(&self, mut present: Fitted) -> Fitted {
+        while present.model.terms.len() < MOST_TERMS {
+            let worthy: Vec<Fitted> =
+                self.contenders(&present).into_iter().filter(|f| self.worth(&present, f)).collect();
+            let Some(next) = self.simplest(&worthy) else { break };
+            let next = self.best_hold(next.clone(), FIT_ROWS);
+            present = self.creeping(self.pruned(next));
+        }
+        present
+    }
+
+    /// The model with the creep of its dry friction freed, where the recording shows it.
+    fn creeping(&self, present: Fitted) -> Fitted {
+        let Some(k) = present.model.terms.iter().position(|t| t.effect.creep().is_some()) else {
+            return present;
+        };
+        let Some(creep) = present.model.terms[k].effect.creep() else { return present };
+        let freed: Vec<Fitted> = [3e-4, 3e-3, 3e-2]
+            .par_iter()
+            .filter_map(|part| {
+                let mut model = present.model.clone();
+                model.terms[k].parameters[creep] = part * self.data.scale.speed;
+                model.terms[k].free[creep] = true;
+                fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE)
+            })
+            .collect();
+        let best = freed.into_iter().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
+        match best {
+            Some(f) if self.worth(&present, &f) => f,
+            _ => present,
+        }
+    }
+
+    /// The best contender, or a simpler one that does as well.
+    fn simplest<'b>(&self, contenders: &'b [Fitted]) -> Option<&'b Fitted> {
+        let best = contenders.first()?;
+        let near = |f: &&Fitted| {
+            let more = best.model.free().saturating_sub(f.model.free()) as f64;
+            f.model.free() <= best.model.free() && gain(f, best, CHOOSE_ROWS) < 2.0 + 4.0 * more
+        };
+        contenders.iter().filter(near).min_by_key(|f| (f.model.free(), self.rank(last_id(f))))
+    }
+
+    fn rank(&self, id: &str) -> usize {
+        self.catalogue.iter().position(|e| e.id() == id).unwrap_or(usize::MAX)
+    }
+
+    /// The model without the terms that a later one has made idle.
+    pub(super) fn pruned(&self, mut present: Fitted) -> Fitted {
+        while present.model.terms.len() > 1 + self.given {
+            let last = present.model.terms.len() - 1;
+            let shorter: Vec<Fitted> = (self.given..last)
+                .into_par_iter()
+                .filter_map(|k| {
+                    fit(&present.model.without(k), &present.states, self.data, FIT_ROWS, PATIENCE)
+                })
+                .filter(|f| !self.worth(f, &present))
+                .collect();
+            match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
+                Some(f) => present = f,
+                None => break,
+            }
+        }
+        present
+    }
+}
