@@ -137,7 +137,7 @@ fn terms_of_further_physics_are_proved_by_gappa() {
         assert!(!proved(&tight, CONTROL_SECONDS), "{what}: nine tenths");
         // Only what the routine computes is changed, or what is given of a word: never both.
         let damage = |of: &dyn Fn(&str) -> bool, to: &dyn Fn(&str) -> String| {
-            let line = text.lines().filter(|line| of(line)).next_back().unwrap_or_else(|| panic!("{what}"));
+            let line = text.lines().rfind(|line| of(line)).unwrap_or_else(|| panic!("{what}"));
             text.replacen(line, &to(line), 1)
         };
         let product = damage(&|l| l.starts_with("r_") && l.contains("floor") && !l.contains("->"), &|l| {
