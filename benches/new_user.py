@@ -66,6 +66,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--from", dest="source", default=str(ROOT), help="what is cloned [this checkout]")
     parser.add_argument("--csv", type=Path, help="a calibration recording [one is simulated, and not timed]")
+    parser.add_argument("--note", default="", help="what else is to be known of this run, a sentence under the table")
     parser.add_argument("--write", action="store_true", help="put the figures into docs/benchmarks.md")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
@@ -98,7 +99,7 @@ def main():
         lines = len((work / "calibration.csv").read_text().splitlines()) - 1
         # The path of the clean folder says nothing.
         steps = [(a, b.replace(f" --root {scratch / 'installed'}", "").replace(given.source, "…"), c, d) for a, b, c, d in steps]
-        text = table(steps, lines)
+        text = table(steps, lines) + (f"\n\n{given.note}" if given.note else "")
     print(text)
     if given.write:
         page = PAGE.read_text()

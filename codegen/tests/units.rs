@@ -255,13 +255,18 @@ fn a_later_unit_may_be_a_little_worse() {
     let units = [unit("c", &[1.1, 1.0, 1.1, 1.1])];
     let report = verify::verify(folder.path(), &later, &units, &options, &wanted, true).unwrap();
     assert!(report.holds() && report.sweeps.len() == 2, "{}", report.text());
-    // Without a margin it would not have been served.
-    let none = Wanted { margin: 0.0, ..Wanted::default() };
-    let tight = generate(&first, &options, &none).unwrap();
-    files::write(folder.path(), &tight.files).unwrap();
+    // One beyond the bound that was asked for is refused: here, one of which the degree is too low.
+    let low = Options { degree: Some(5), bound: Some(1.3 * LOW_DEGREE_ARCSEC), ..options };
+    let low_first = generate(&first[..1], &low, &Wanted::default()).unwrap();
+    files::write(folder.path(), &low_first.files).unwrap();
     let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
-    assert!(generate(&units, &options, &Wanted { earlier: Some(earlier), ..none }).is_err());
+    let wanted = Wanted { earlier: Some(earlier), ..Wanted::default() };
+    let error = generate(&[unit("d", &[1.0, 1.0, 1.0, 1.8])], &low, &wanted).unwrap_err();
+    assert!(matches!(error, UnitsError::Coarse { .. } | UnitsError::Outside { .. }), "{error}");
 }
+
+/// About what degree 5 leaves of the paper's error over the range.
+const LOW_DEGREE_ARCSEC: f64 = 0.8;
 
 /// `codegen verify --units`: what is generated holds; a damaged page, table of limits or certificate does not.
 #[test]

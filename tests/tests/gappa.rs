@@ -137,11 +137,12 @@ fn terms_of_further_physics_are_proved_by_gappa() {
         assert!(!proved(&tight, CONTROL_SECONDS), "{what}: nine tenths");
         // Only what the routine computes is changed, or what is given of a word: never both.
         let damage = |of: &dyn Fn(&str) -> bool, to: &dyn Fn(&str) -> String| {
-            let line = text.lines().filter(|line| of(line)).last().unwrap_or_else(|| panic!("{what}"));
+            let line = text.lines().rfind(|line| of(line)).unwrap_or_else(|| panic!("{what}"));
             text.replacen(line, &to(line), 1)
         };
-        let product =
-            damage(&|l| l.starts_with("r_") && l.contains("floor"), &|l| l.replacen(" + ", " + 300 + ", 1));
+        let product = damage(&|l| l.starts_with("r_") && l.contains("floor") && !l.contains("->"), &|l| {
+            l.replacen(" + ", " + 300 + ", 1)
+        });
         assert!(!proved(&product, CONTROL_SECONDS), "{what}: a sum that is another");
         let given = damage(&|l| l.trim_start().starts_with("g_") && l.contains(" in ["), &|l| {
             let (name, rest) = l.split_once(" in [").unwrap();

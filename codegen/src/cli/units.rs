@@ -139,11 +139,12 @@ pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
         },
         || {
             format!(
-                "{:<24} degree {:>2}   {} units, each proven within {FIGURE}{}{FIGURE:#}; any coefficients in their \
-                 ranges: rounding {}\n",
+                "{:<24} degree {:>2}   {} units, each proven within {FIGURE}{}{FIGURE:#}, later ones within {}; any \
+                 coefficients in their ranges: rounding {}\n",
                 generated.name,
                 design.degree,
                 design.fitted.len(),
+                stated(design.fitted.iter().map(|unit| unit.total).fold(0.0, f64::max)),
                 stated(design.total),
                 stated(design.rounding),
             ) + &line("written", &format!("{out}: {count} files, {changed} changed"))

@@ -56,9 +56,8 @@ pub struct Generated {
 /// What else can be asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wanted {
-    /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude, and the
-    /// routine's bound what is proved of the unit that is furthest: a later unit may be so much worse. The bound is
-    /// never above the one that is asked for.
+    /// By how much the ranges of the coefficients exceed those of the units, as a part of the largest magnitude; and how
+    /// much worse than the furthest of the units a later one may be at least, within the bound that is asked for.
     pub margin: f64,
     /// Address of the page in flash, for the Intel HEX files.
     pub address: u32,

@@ -50,7 +50,7 @@ pub struct Design {
     pub unit: Interval,
     /// Smallest and largest reading.
     pub range: (f64, f64),
-    /// The bound of all units and of later ones, in the result's unit: what is proved of the furthest, and the margin.
+    /// The bound of all units and of later ones, in the result's unit: the one that was asked for.
     pub total: f64,
     /// Rounding for any coefficients inside their ranges, in the result's unit.
     pub rounding: f64,
@@ -104,7 +104,8 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
             continue;
         }
         let rounding = shared.rounding(&program, degree, bits)?;
-        let most = (total * (1.0 + wanted.margin)).min(target / quantity.bound_units_per_unit);
+        // So little less that no rounding of a unit's conversion shows.
+        let most = target * (1.0 - 1e-12) / quantity.bound_units_per_unit;
         let mut design = Design {
             program,
             plan: plan.clone(),
@@ -259,13 +260,16 @@ impl Shared<'_> {
         }
     }
 
-    /// The smallest and largest word of each coefficient, widened by the margin.
+    /// The smallest and largest word of each coefficient, widened by the margin: of the polynomial's bend by a part of
+    /// its largest coefficient, for a unit whose model is of another order has quite different ones.
     fn ranges(&self, words: &[Vec<i64>], degree: usize) -> Vec<(i64, i64)> {
+        let bend = words.iter().flat_map(|w| w.iter().skip(2)).map(|c| c.unsigned_abs()).max().unwrap_or(0);
         (0..=degree)
             .map(|k| {
                 let of_units = words.iter().map(|w| w[k]);
                 let (from, to) = of_units.fold((i64::MAX, i64::MIN), |(a, b), c| (a.min(c), b.max(c)));
-                let reach = from.unsigned_abs().max(to.unsigned_abs()) as f64;
+                let own = from.unsigned_abs().max(to.unsigned_abs());
+                let reach = if k < 2 { own } else { own.max(bend) } as f64;
                 let more = (self.margin * reach).ceil() as i64;
                 (from - more, to + more)
             })

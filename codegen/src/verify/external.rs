@@ -2,6 +2,7 @@
 //! two C compilers, and the symbols of the Rust object.
 
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -61,21 +62,33 @@ pub fn gappa(subjects: &[Subject<'_>], generated: &Path) -> Result<Vec<ToolRepor
         .collect()
 }
 
-/// Runs one script: `None` where the time was not enough, otherwise whether it is proved.
+/// What Gappa says of a rewriting that it cannot confirm: it takes it on trust then, and so proves anything.
+const UNCONFIRMED: &str = "are not trivially equal";
+/// Of what Gappa prints so much is looked at; it speaks of rewritings before it begins to prove.
+const HEARD_BYTES: usize = 1 << 16;
+
+/// Runs one script: `None` where the time was not enough, otherwise whether it is proved, every identity that it names
+/// confirmed.
 pub fn run_gappa(script: &Path, seconds: u64) -> Result<Option<Result<(), String>>, VerifyError> {
     let tool = Tool::named("gappa", "apt-get install gappa");
-    // A goal that is too tight makes Gappa print without end: nothing of it is kept.
     let started = std::process::Command::new(&tool.program)
         .arg(script)
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn();
     let mut child =
         started.map_err(|_| VerifyError::Missing { program: tool.program.clone(), install: tool.install })?;
+    // A goal that is too tight makes Gappa print without end: it is read, and little of it kept.
+    let heard = child.stderr.take().map(|stderr| std::thread::spawn(move || first_of(stderr)));
+    let heard = move || heard.and_then(|thread| thread.join().ok()).unwrap_or_default();
     let begun = Instant::now();
     loop {
         let failed = |cause| VerifyError::Run { program: "gappa".into(), cause };
         if let Some(status) = child.try_wait().map_err(failed)? {
+            let said = heard();
+            if let Some(line) = said.lines().find(|line| line.contains(UNCONFIRMED)) {
+                return Ok(Some(Err(line.trim_start_matches("Warning: ").chars().take(300).collect())));
+            }
             let message = "some properties were not satisfied".to_string();
             return Ok(Some(if status.success() { Ok(()) } else { Err(message) }));
         }
@@ -85,6 +98,16 @@ pub fn run_gappa(script: &Path, seconds: u64) -> Result<Option<Result<(), String
         }
         std::thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// The beginning of what a program prints, all of it read.
+fn first_of(mut from: impl Read) -> String {
+    let (mut kept, mut buffer) = (Vec::new(), [0; 4096]);
+    while let Ok(count @ 1..) = from.read(&mut buffer) {
+        let room = HEARD_BYTES.saturating_sub(kept.len());
+        kept.extend_from_slice(&buffer[..count.min(room)]);
+    }
+    String::from_utf8_lossy(&kept).into_owned()
 }
 
 /// Runs cppcheck with the MISRA rules. A deviation holds where the file documents its rule.
