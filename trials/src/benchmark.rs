@@ -144,6 +144,8 @@ fn white_noise(told: &Told, generator: &mut ChaCha12Rng) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use rayon::prelude::*;
+
     use crate::draw::Trial;
     use crate::plan::Assignment;
     use crate::truth::Group;
@@ -160,5 +162,26 @@ mod tests {
     fn the_detector_is_quiet_on_nothing_and_misses_nothing_strong() {
         assert!(found(Group::Null) <= 1);
         assert_eq!(found(Group::Strong), 12);
+    }
+
+    /// Prints how far the detector lies from the matched filter, without anything being diagnosed:
+    /// `cargo test --release -p trials --lib benchmark -- --ignored --nocapture`.
+    #[test]
+    #[ignore = "a minute of two processors"]
+    fn the_price_of_searching() {
+        let points: Vec<(f64, bool)> = (0..120usize)
+            .into_par_iter()
+            .filter_map(|number| {
+                let assignment = Assignment { group: Group::Weak, number, seed: 9_000 + number as u64 };
+                let trial = Trial::draw(&assignment, "r.csv".to_owned()).unwrap();
+                Some((trial.truth.least_rho(), trial.benchmark()?))
+            })
+            .collect();
+        let curve = crate::curve::fit(&points, super::FALSE_ALARMS).unwrap();
+        println!("shift {:.2}, half at {:.2}, width {:.2}", curve.shift, curve.half, curve.width);
+        for bin in &curve.bins {
+            println!("{} to {}: {} of {}", bin.from, bin.to, bin.hits, bin.of);
+        }
+        assert!(curve.shift > 0.0, "better than a filter that is told the effect");
     }
 }
