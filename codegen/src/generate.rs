@@ -125,13 +125,7 @@ pub fn generate(
         .collect::<Result<_, _>>()?;
 
     let renderer = Renderer::new()?;
-    let provenance = renderer.render(
-        "provenance.txt",
-        context! {
-            tool => TOOL, command => &*options.command,
-            coefficients => context! { sha256 => coefficients_sha256, recording => Value::from(Serde(&coefficients.recording)) },
-        },
-    )?;
+    let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
     let mut files = BTreeMap::new();
     let mut described: Vec<(Entry, View)> = Vec::new();
     for routine in &routines {

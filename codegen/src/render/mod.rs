@@ -3,12 +3,14 @@
 
 mod steps;
 
+use fitter::Coefficients;
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
 
 use crate::certificate::{Entry, result_meaning, rust_type};
+use crate::generate::TOOL;
 use crate::options::{CShift, Options, OutOfRange};
 use crate::program::{Op, Program, Type};
 use crate::quantity::Quantity;
@@ -164,6 +166,23 @@ impl Renderer {
     pub fn render(&self, template: &'static str, context: Value) -> Result<String, RenderError> {
         let failed = |cause| RenderError { template, cause: Box::new(cause) };
         self.environment.get_template(template).map_err(failed)?.render(context).map_err(failed)
+    }
+
+    /// What a generated file says of where it comes from.
+    ///
+    /// # Errors
+    /// [`RenderError`] of the template.
+    pub fn provenance(
+        &self,
+        coefficients: &Coefficients,
+        sha256: &str,
+        options: &Options,
+    ) -> Result<String, RenderError> {
+        let recording = Value::from(Serde(&coefficients.recording));
+        self.render(
+            "provenance.txt",
+            context! { tool => TOOL, command => &*options.command, coefficients => context! { sha256, recording } },
+        )
     }
 
     /// Lays a routine out for the templates.

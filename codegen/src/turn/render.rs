@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use fitter::coefficients::Coefficients;
 use fitter::terms::{Operator, Scope};
-use minijinja::value::Serde;
 use minijinja::{Value, context};
 
 use super::choose::{TurnRoutine, entry_bytes};
@@ -38,13 +37,7 @@ pub fn files(
         return Err(GenerateError::Name { what: "the name", name });
     }
     let renderer = Renderer::new()?;
-    let provenance = renderer.render(
-        "provenance.txt",
-        context! {
-            tool => TOOL, command => &*options.command,
-            coefficients => context! { sha256 => coefficients_sha256, recording => Value::from(Serde(&coefficients.recording)) },
-        },
-    )?;
+    let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
     let entry = entry(routine, &name, coefficients);
     let contract = contract(&renderer, routine, &entry, coefficients)?;
     let source = || source(routine, &name, &entry, options, &provenance, &contract);
