@@ -282,7 +282,7 @@ pub fn cholesky(matrix: &[f64], n: usize) -> (Vec<f64>, f64) {
     let mut log_determinant = 0.0;
     for i in 0..n {
         for j in 0..=i {
-            let sum: f64 = matrix[i * n + j] - (0..j).map(|k| l[i * n + k] * l[j * n + k]).sum::<f64>();
+            let sum = matrix[i * n + j] - dot(&l[i * n..i * n + j], &l[j * n..j * n + j]);
             if i == j {
                 if sum > 1e-10 * matrix[i * n + i] && sum > 0.0 {
                     l[i * n + i] = sum.sqrt();
@@ -306,7 +306,7 @@ pub fn quadratic_form(l: &[f64], b: &[f64]) -> f64 {
     let n = b.len();
     let mut z = vec![0.0; n];
     for i in 0..n {
-        let sum: f64 = b[i] - (0..i).map(|k| l[i * n + k] * z[k]).sum::<f64>();
+        let sum = b[i] - dot(&l[i * n..i * n + i], &z[..i]);
         z[i] = sum / l[i * n + i];
     }
     dot(&z, &z)
