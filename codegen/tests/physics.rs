@@ -1,12 +1,12 @@
 //! Routines with terms of further physics: over random sequences of inputs the interpreter stays within the bound
 //! of a reference in `f64` that knows nothing of words, and the compiled C and Rust give the interpreter's bits.
 
-use std::io::Write;
-use std::path::Path;
-use std::process::{Command, Stdio};
+#[path = "physics/compiled.rs"]
+mod compiled;
+#[path = "physics/refused.rs"]
+mod refused;
 
 use codegen::format::Format;
-use codegen::generate::generate;
 use codegen::interpret::{Word, start, update};
 use codegen::options::{Ends, Method, Options};
 use codegen::physics::Further;
@@ -471,156 +471,6 @@ fn walk() -> (Device, Vec<(i32, u16)>) {
         (word as i32, count as u16)
     };
     (device, (0..20_000).map(step).collect())
-}
-
-#[test]
-fn compiled_c_and_rust_give_the_interpreters_bits() {
-    let (device, words) = walk();
-    let options = Options { period_s: Some(0.002), ..options() };
-    let mut coefficients = device.coefficients();
-    coefficients.terms.extend([
-        term("thermal_lag", Operator::Lag(Lag::of("temperature_c", 400.0, device.mean_c)), vec![0.2]),
-        term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![1e-5]),
-        term("periodic_error", Operator::Periodic(Periodic::of(700.0, 1)), vec![2.0, -1.0]),
-        term("local_defect", Operator::Gaussian(Gaussian::of("angle_arcsec", 400.0, 90.0)), vec![3.0]),
-        term("warmup_drift", Operator::Exponential(Exponential::warm_up(8.0)), vec![-4.0]),
-        term("knee", Operator::Exponential(exponential("temperature_c", 25.0, 4.0)), vec![1.0]),
-        term("click", Operator::Step(Step { observable: "temperature_c".into(), at: 27.0 }), vec![0.7]),
-    ]);
-    let generated = generate(&coefficients, "0", &options).unwrap();
-    let expected = interpreted(&generated.routines[0], &words);
-    let folder = tempfile::tempdir().unwrap();
-    for (path, text) in &generated.files {
-        let path = folder.path().join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    }
-    let sequence = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/sequence");
-    std::fs::create_dir_all(folder.path().join("main")).unwrap();
-    std::fs::copy(sequence.join("run.rs"), folder.path().join("main/run.rs")).unwrap();
-    let input: Vec<u8> = words
-        .iter()
-        .flat_map(|(w, count)| [w.to_le_bytes(), i32::from(*count).to_le_bytes()].concat())
-        .collect();
-    let c: Vec<String> =
-        ["-O2", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-Ic", "c/corrected_angle.c"]
-            .iter()
-            .map(|s| (*s).to_string())
-            .chain([sequence.join("run.c").display().to_string(), "-o".into(), "run-c".into()])
-            .collect();
-    let rust =
-        ["--edition=2021", "-O", "-Coverflow-checks=on", "-Dwarnings", "main/run.rs", "-o", "run-rust"];
-    let rust: Vec<String> = rust.iter().map(|s| (*s).to_string()).collect();
-    for (compiler, arguments, program) in
-        [("gcc", &c, "run-c"), ("clang", &c, "run-c"), ("rustc", &rust, "run-rust")]
-    {
-        let built = match Command::new(compiler).args(arguments).current_dir(&folder).output() {
-            Ok(built) => built,
-            Err(_) => {
-                println!("skipped: {compiler} is not installed");
-                continue;
-            }
-        };
-        assert!(built.status.success(), "{compiler}: {}", String::from_utf8_lossy(&built.stderr));
-        let mut run = Command::new(folder.path().join(program))
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut pipe = run.stdin.take().unwrap();
-        let bytes = input.clone();
-        let feeder = std::thread::spawn(move || pipe.write_all(&bytes).unwrap());
-        let output = run.wait_with_output().unwrap();
-        feeder.join().unwrap();
-        let results: Vec<i32> =
-            output.stdout.chunks_exact(4).map(|b| i32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-        assert_eq!(results, expected, "{compiler}");
-    }
-}
-
-fn refused(terms: Vec<Term>, options: &Options) -> String {
-    let mut coefficients = paper();
-    coefficients.terms = terms;
-    coefficients.observed.insert("temperature_c".into(), [16.0, 34.0]);
-    routine::design(&coefficients, options, &options.routines[0]).unwrap_err().to_string()
-}
-
-#[test]
-fn what_is_left_out_is_named_with_its_reason() {
-    let bump = Gaussian::of("angle_arcsec", 100.0, 60.0);
-    let step = Operator::Step(Step { observable: "t_s".into(), at: 5.0 });
-    let own = Operator::Product(Product::of("reference_arcsec", 0.0));
-    let warm = Operator::Exponential(Exponential::warm_up(600.0));
-    let of_recording =
-        |effect, operator| Term { scope: Scope::Recording, ..term(effect, operator, vec![3.0]) };
-    let mut coefficients = paper();
-    coefficients.terms = vec![
-        term("local_defect", Operator::Gaussian(bump), vec![1.0]),
-        of_recording("mount_step", step),
-        of_recording("warmup_drift", warm),
-        term("autocollimator_scale", own, vec![1e-4]),
-    ];
-    let mut options = Options { further: Vec::new(), ..options() };
-    options.without = vec!["local_defect".into()];
-    let head = |options: &Options| {
-        let generated = generate(&coefficients, "0", options).unwrap();
-        generated.files[Path::new("c/corrected_angle.h")].replace("\n * ", " ").replace("        ", "")
-    };
-    let text = head(&options);
-    for part in [
-        "local_defect: as asked for",
-        "mount_step: a step at a past date",
-        "warmup_drift: it holds on the recording that it was found in only",
-        "--keep warmup_drift",
-        "autocollimator_scale: it is the reference instrument's own error",
-    ] {
-        assert!(text.contains(part), "{part}: {text}");
-    }
-    options.keep = vec!["warmup_drift".into()];
-    options.period_s = Some(0.001);
-    let text = head(&options);
-    assert!(text.contains("warmup_drift: 3.0·(1 − exp(−v/600.0)), v = time since the start"), "{text}");
-    let told = |keep: &str, without: &str| {
-        let list = |name: &str| if name.is_empty() { Vec::new() } else { vec![name.to_string()] };
-        let options = Options { keep: list(keep), without: list(without), ..options.clone() };
-        routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string()
-    };
-    assert!(told("mount_step", "").contains("--keep mount_step: a step at a past date"));
-    assert!(told("local_defect", "").contains("generated in any case"));
-    assert!(told("warmup_drift", "warmup_drift").contains("contradicts"));
-    assert!(told("", "hysteresis").contains("only of local_defect, mount_step"));
-}
-
-#[test]
-fn what_cannot_be_generated_is_told() {
-    let t = "temperature_c";
-    let drift = |mean| term("thermal_zero_drift", Operator::Product(Product::of(t, mean)), vec![0.3]);
-    let narrow = |text: &str| Options { further: vec![Further::parse(text).unwrap()], ..options() };
-    let options = narrow("temperature_c=17..33:counts:12:0.01:400");
-    let none = Options { further: Vec::new(), ..self::options() };
-    assert!(refused(vec![drift(22.0)], &none).contains("--further temperature_c="));
-    let wide = refused(vec![drift(22.0)], &narrow("temperature_c=15..33:counts:12:0.01:400"));
-    assert!(wide.contains("covers 16…34") && wide.contains("--extrapolate"), "{wide}");
-    let lag = |mean| term("thermal_lag", Operator::Lag(Lag::of(t, 60.0, mean)), vec![1.0]);
-    assert!(refused(vec![lag(22.0)], &options).contains("--period-s"));
-    let timed = Options { period_s: Some(0.1), ..options.clone() };
-    let apart = refused(vec![drift(22.0), lag(23.0)], &timed);
-    assert!(
-        apart.contains("contradict each other") && apart.contains("from 22, thermal_lag from 23"),
-        "{apart}"
-    );
-    let twice = refused(vec![drift(22.0), drift(22.0)], &options);
-    assert!(twice.contains("correct the same error twice"), "{twice}");
-    let mut given_twice = options.clone();
-    given_twice.further.push(given_twice.further[0].clone());
-    assert!(refused(vec![drift(22.0)], &given_twice).contains("given twice"));
-    let step = Operator::Step(Step { observable: "angle_arcsec".into(), at: 5.0 });
-    assert!(refused(vec![term("jump", step, vec![1.0])], &none).contains("no bound is small"));
-    let late = Operator::Exponential(exponential("t_s", 5.0, 60.0));
-    assert!(refused(vec![term("late", late, vec![1.0])], &timed).contains("begins later"));
-    let periods = [600.0, 700.0]
-        .map(|p| term("periodic_error", Operator::Periodic(Periodic::of(p, 1)), vec![1.0, 0.0]));
-    assert!(refused(periods.to_vec(), &none).contains("do not repeat"));
 }
 
 /// The counted figures of the routine with temperature and three plays, as committed: in C on a Cortex-M4F.

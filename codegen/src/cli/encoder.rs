@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use fitter::cli::common::say;
 use fitter::coefficients::Coefficients;
-use miette::{IntoDiagnostic, Result, miette};
+use miette::{Result, miette};
 
 use super::arguments::{Arguments, CheckArguments};
-use super::options;
+use super::{conclude, options};
 use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
@@ -48,12 +47,7 @@ pub(super) fn verify(
     let (generated, _, options) = prepare(arguments, coefficients, sha256)?;
     let report =
         verify::verify(&arguments.out, &generated, coefficients, &options).map_err(|e| miette!("{e}"))?;
-    if arguments.common.json {
-        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
-    } else if !arguments.common.quiet || !report.holds() {
-        say(report.text().trim_end());
-    }
-    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    conclude(arguments, &report, report.holds(), &report.text())
 }
 
 /// What was chosen, in a line; nothing for other sensors.

@@ -18,6 +18,7 @@ use fitter::cli::common::{FIGURE, WARNING, line, program, say, summarise};
 use fitter::coefficients::Coefficients;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
+use serde::Serialize;
 use serde_json::json;
 
 use crate::files;
@@ -212,12 +213,17 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
     let report = crate::verify::verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)
         .map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
+    conclude(arguments, &report, report.holds(), &report.text())
+}
+
+/// Says what a verification found, and ends with 1 where something does not hold.
+fn conclude(arguments: &Arguments, report: &impl Serialize, holds: bool, text: &str) -> Result<ExitCode> {
     if arguments.common.json {
-        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
-    } else if !arguments.common.quiet || !report.holds() {
-        say(report.text().trim_end());
+        say(&serde_json::to_string_pretty(report).into_diagnostic()?);
+    } else if !arguments.common.quiet || !holds {
+        say(text.trim_end());
     }
-    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    Ok(if holds { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
 fn prepare(arguments: &Arguments) -> Result<Generated> {

@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
-use fitter::cli::common::{FIGURE, line, say, summarise};
+use fitter::cli::common::{FIGURE, line, summarise};
 use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
 use super::arguments::{Arguments, CheckArguments};
 use super::names::OutOfRangeName;
-use super::{options, progress};
+use super::{conclude, options, progress};
 use crate::files;
 use crate::format::Format;
 use crate::options::Options;
@@ -85,12 +85,7 @@ pub(super) fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<E
     let report = verify::verify(&arguments.out, &generated, &units, &options, &wanted, checks.sanitize)
         .map_err(|e| miette!("{e}"))?;
     bar.finish_and_clear();
-    if arguments.common.json {
-        say(&serde_json::to_string_pretty(&report).into_diagnostic()?);
-    } else if !arguments.common.quiet || !report.holds() {
-        say(report.text().trim_end());
-    }
-    Ok(if report.holds() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    conclude(arguments, &report, report.holds(), &report.text())
 }
 
 fn wanted(arguments: &Arguments) -> Result<Wanted> {
