@@ -1,6 +1,8 @@
 //! Normal equations of a free-run simulation: the simulation runs once with its sensitivities, and only the
 //! inner products of residual and sensitivities are kept, for every run and kind of row apart.
 
+use rayon::prelude::*;
+
 use super::data::{Data, FOLDS};
 use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Physics};
@@ -86,14 +88,13 @@ where
     dyn DynamicEffect: Physics<Dual<N>>,
 {
     let theta = seeded::<N>(model);
-    let lanes = STATE + model.free();
-    let mut grams =
-        filters.map(|_| Grams { products: Vec::with_capacity(data.runs.len()), rows: [0; FOLDS] });
     let kept = filters.iter().map(|f| f.len()).max().unwrap_or(0);
-    for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
+    // A run's products, and its rows of every kind.
+    let of_run = |number: usize| -> Result<[([Symmetric; FOLDS], [usize; FOLDS]); F], Unstable> {
+        let run = &data.runs[number];
         let course = data.course(number, model.hold);
-        let mut sums = filters.map(|_| [(); FOLDS].map(|()| Sums::<N>::new()));
-        let start = [Dual::variable(state[0], 0), Dual::variable(state[1], 1)];
+        let mut sums = filters.map(|_| ([(); FOLDS].map(|()| Sums::<N>::new()), [0; FOLDS]));
+        let start = [0, 1].map(|k| Dual::variable(states[number][k], k));
         // The last few residuals, the newest at `newest`.
         let mut past = vec![(0.0, [0.0; N]); kept.max(1)];
         let mut newest = 0;
@@ -101,7 +102,7 @@ where
             let row = run.start + k;
             let fold = data.fold[row] as usize;
             let now = (data.position[row] - y.value, y.slopes);
-            for ((filter, sums), grams) in filters.iter().zip(&mut sums).zip(&mut grams) {
+            for (filter, (sums, rows)) in filters.iter().zip(&mut sums) {
                 if k < filter.len() {
                     continue;
                 }
@@ -114,15 +115,22 @@ where
                     }
                 }
                 sums[fold].add(white.0, &white.1);
-                grams.rows[fold] += 1;
+                rows[fold] += 1;
             }
             if kept > 0 {
                 newest = (newest + 1) % kept;
                 past[newest] = now;
             }
         })?;
-        for (grams, sums) in grams.iter_mut().zip(sums) {
-            grams.products.push(sums.map(|s| s.symmetric(lanes)));
+        let lanes = STATE + model.free();
+        Ok(sums.map(|(sums, rows)| (sums.map(|s| s.symmetric(lanes)), rows)))
+    };
+    let runs: Vec<_> = (0..data.runs.len()).into_par_iter().map(of_run).collect();
+    let mut grams = filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS] });
+    for run in runs {
+        for (grams, (products, rows)) in grams.iter_mut().zip(run?) {
+            grams.products.push(products);
+            grams.rows.iter_mut().zip(rows).for_each(|(sum, rows)| *sum += rows);
         }
     }
     Ok(grams)

@@ -3,6 +3,8 @@
 
 use std::ops::Mul;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::effects::{DynamicEffect, Flow, Part, Physics};
 use super::model::{Model, Term};
 use super::number::Number;
@@ -109,7 +111,7 @@ where
     }
 
     /// Velocity, acceleration and rates of the further states.
-    #[inline]
+    #[inline(always)]
     fn rates<const Z: usize, const Q: usize>(
         &self,
         state: &State<T, Z, Q>,
@@ -134,7 +136,7 @@ where
                 states: &state.z[first..last],
                 rates: &mut rates.z[first..last],
             };
-            Physics::<T>::force(effect, &self.theta.terms[k], &mut flow);
+            Physics::<T>::force_widely(effect, &self.theta.terms[k], &mut flow);
         }
         for probe in &self.probes {
             self.probe(probe, state, drive, direction, rates);
@@ -171,24 +173,35 @@ where
         }
     }
 
-    /// A state moved along rates for a time.
-    #[inline]
-    fn move_to<H: Number, const Z: usize, const Q: usize>(
+    /// Moves a state along rates for a time.
+    #[inline(always)]
+    fn advance<H: Number, const Z: usize, const Q: usize>(
         &self,
-        to: &mut State<T, Z, Q>,
-        from: &State<T, Z, Q>,
+        state: &mut State<T, Z, Q>,
         (time, seconds): (H, f64),
         rates: &State<T, Z, Q>,
     ) where
         T: Mul<H, Output = T>,
     {
-        to.p = from.p + rates.p * time;
-        to.v = from.v + rates.v * time;
+        state.p += rates.p * time;
+        state.v += rates.v * time;
         for k in 0..self.extra.0.min(Z) {
-            to.z[k] = from.z[k] + rates.z[k] * time;
+            state.z[k] += rates.z[k] * time;
         }
         for k in 0..self.extra.1.min(Q) {
-            to.q[k] = from.q[k] + rates.q[k] * seconds;
+            state.q[k] += rates.q[k] * seconds;
+        }
+    }
+
+    /// Copies what is in use of a state.
+    #[inline(always)]
+    fn copy<const Z: usize, const Q: usize>(&self, to: &mut State<T, Z, Q>, from: &State<T, Z, Q>) {
+        (to.p, to.v) = (from.p, from.v);
+        for k in 0..self.extra.0.min(Z) {
+            to.z[k] = from.z[k];
+        }
+        for k in 0..self.extra.1.min(Q) {
+            to.q[k] = from.q[k];
         }
     }
 
@@ -203,21 +216,8 @@ where
     where
         T: Mul<H, Output = T>,
     {
-        let (mut rates, mut there, mut to) = (State::zero(), State::zero(), State::zero());
-        self.rates(state, &span.from, direction, &mut rates);
-        let length = |part: f64| (h * part, h.value() * part);
-        self.move_to(&mut there, state, length(0.5), &rates);
-        self.move_to(&mut to, state, length(1.0 / 6.0), &rates);
-        for (drive, weight, next) in
-            [(&span.middle, 1.0 / 3.0, 0.5), (&span.middle, 1.0 / 3.0, 1.0), (&span.to, 1.0 / 6.0, 0.0)]
-        {
-            self.rates(&there, drive, direction, &mut rates);
-            let so_far = to;
-            self.move_to(&mut to, &so_far, length(weight), &rates);
-            if next > 0.0 {
-                self.move_to(&mut there, state, length(next), &rates);
-            }
-        }
+        let mut to = *state;
+        Arch::new().dispatch(Step { machine: self, state, h, span, direction, to: &mut to });
         to
     }
 
@@ -350,5 +350,41 @@ where
             *direction = 0.0;
         }
         state
+    }
+}
+
+/// One Runge–Kutta step, to be done in the widest registers that the processor has.
+struct Step<'a, 'm, T, H, const Z: usize, const Q: usize> {
+    machine: &'a Machine<'m, T>,
+    state: &'a State<T, Z, Q>,
+    h: H,
+    span: &'a Span<T>,
+    direction: f64,
+    /// The state afterwards; at first a copy of that before.
+    to: &'a mut State<T, Z, Q>,
+}
+
+impl<T: Number, H: Number, const Z: usize, const Q: usize> WithSimd for Step<'_, '_, T, H, Z, Q>
+where
+    T: Mul<H, Output = T>,
+    dyn DynamicEffect: Physics<T>,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Step { machine, state, h, span, direction, to } = self;
+        let (mut rates, mut there) = (State::zero(), State::zero());
+        let length = |part: f64| (h * part, h.value() * part);
+        machine.rates(state, &span.from, direction, &mut rates);
+        machine.advance(to, length(1.0 / 6.0), &rates);
+        for (drive, weight, past) in
+            [(&span.middle, 1.0 / 3.0, 0.5), (&span.middle, 1.0 / 3.0, 0.5), (&span.to, 1.0 / 6.0, 1.0)]
+        {
+            machine.copy(&mut there, state);
+            machine.advance(&mut there, length(past), &rates);
+            machine.rates(&there, drive, direction, &mut rates);
+            machine.advance(to, length(weight), &rates);
+        }
     }
 }

@@ -1,12 +1,13 @@
 //! Numbers that carry their derivatives (forward-mode automatic differentiation), so that a simulation
 //! yields its sensitivities exactly, events included.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
 /// What the physics is written in: a plain number, or one with derivatives.
 pub trait Number:
     Copy
     + Add<Output = Self>
+    + AddAssign
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
@@ -72,11 +73,12 @@ impl Number for f64 {
 
 /// A value and its derivatives along `N` directions.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
 pub struct Dual<const N: usize> {
+    /// The derivatives, first, so that no register holds some of them and the value.
+    pub slopes: [f64; N],
     /// The value.
     pub value: f64,
-    /// The derivatives.
-    pub slopes: [f64; N],
 }
 
 impl<const N: usize> Dual<N> {
@@ -98,13 +100,13 @@ impl<const N: usize> Number for Dual<N> {
     fn direction(&self) -> Option<usize> {
         self.slopes.iter().position(|s| *s == 1.0)
     }
-    #[inline]
+    #[inline(always)]
     fn nudge(&mut self, direction: usize, by: f64) {
         if let Some(slope) = self.slopes.get_mut(direction) {
             *slope += by;
         }
     }
-    #[inline]
+    #[inline(always)]
     fn chain(self, value: f64, slope: f64) -> Self {
         Dual { value, slopes: self.slopes.map(|s| s * slope) }
     }
@@ -112,7 +114,7 @@ impl<const N: usize> Number for Dual<N> {
 
 impl<const N: usize> Add for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(mut self, other: Self) -> Self {
         self.value += other.value;
         for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
@@ -122,9 +124,19 @@ impl<const N: usize> Add for Dual<N> {
     }
 }
 
+impl<const N: usize> AddAssign for Dual<N> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        self.value += other.value;
+        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
+            *a += b;
+        }
+    }
+}
+
 impl<const N: usize> Sub for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
         self.value -= other.value;
         for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
@@ -136,7 +148,7 @@ impl<const N: usize> Sub for Dual<N> {
 
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(mut self, other: Self) -> Self {
         for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
             *a = *a * other.value + b * self.value;
@@ -148,7 +160,7 @@ impl<const N: usize> Mul for Dual<N> {
 
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(mut self, other: Self) -> Self {
         let inverse = 1.0 / other.value;
         self.value *= inverse;
@@ -161,7 +173,7 @@ impl<const N: usize> Div for Dual<N> {
 
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Dual { value: -self.value, slopes: self.slopes.map(|s| -s) }
     }
@@ -169,7 +181,7 @@ impl<const N: usize> Neg for Dual<N> {
 
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(mut self, factor: f64) -> Self {
         self.value *= factor;
         for a in &mut self.slopes {

@@ -7,6 +7,7 @@ use crate::dynamic::number::Number;
 pub struct BoucWenHysteresis;
 
 impl<T: Number> Physics<T> for BoucWenHysteresis {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let (v, z) = (*flow.velocity, flow.states[0]);
         let yielding = (v.abs() * z + v * z.abs()) * 0.5;

@@ -9,6 +9,7 @@ use crate::dynamic::number::Number;
 pub struct Cogging;
 
 impl<T: Number> Physics<T> for Cogging {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let angle = *flow.position * TAU / parameters[2];
         let cosine = (angle + T::from_f64(FRAC_PI_2)).sin();

@@ -9,6 +9,7 @@ use crate::dynamic::number::Number;
 pub struct CoulombFriction;
 
 impl<T: Number> Physics<T> for CoulombFriction {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         *flow.acceleration = *flow.acceleration - parameters[0] * flow.direction;
     }

@@ -7,6 +7,7 @@ use crate::dynamic::number::Number;
 pub struct DriveOffset;
 
 impl<T: Number> Physics<T> for DriveOffset {
+    #[inline(always)]
     fn drive(&self, parameters: &[T], drive: T) -> T {
         drive + parameters[0]
     }

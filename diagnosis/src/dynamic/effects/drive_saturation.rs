@@ -7,6 +7,7 @@ use crate::dynamic::number::Number;
 pub struct DriveSaturation;
 
 impl<T: Number> Physics<T> for DriveSaturation {
+    #[inline(always)]
     fn drive(&self, parameters: &[T], drive: T) -> T {
         drive.clamp(parameters[0])
     }

@@ -9,6 +9,7 @@ use crate::dynamic::number::Number;
 pub struct FlexibleMode;
 
 impl<T: Number> Physics<T> for FlexibleMode {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let omega = parameters[0] * TAU;
         let h = omega * omega * (*flow.position - flow.states[0])

@@ -20,6 +20,8 @@ mod stribeck_friction;
 mod torque_constant_droop;
 mod transport_delay;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::number::{Dual, Number};
 
 /// Most states that an effect adds to position and velocity.
@@ -103,6 +105,26 @@ pub trait Physics<T: Number> {
     }
     /// Adds to the acceleration and sets the rates of the effect's states ([`Part::Force`]).
     fn force(&self, _parameters: &[T], _flow: &mut Flow<T>) {}
+    /// The same in the widest registers that the processor has.
+    fn force_widely(&self, parameters: &[T], flow: &mut Flow<T>) {
+        Arch::new().dispatch(Force { effect: self, parameters, flow });
+    }
+}
+
+/// A force, to be worked out in the widest registers that the processor has.
+struct Force<'a, 'f, E: ?Sized, T> {
+    effect: &'a E,
+    parameters: &'a [T],
+    flow: &'a mut Flow<'f, T>,
+}
+
+impl<E: Physics<T> + ?Sized, T: Number> WithSimd for Force<'_, '_, E, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.effect.force(self.parameters, self.flow);
+    }
 }
 
 /// A physical effect beyond the nominal plant.

@@ -7,6 +7,7 @@ use crate::dynamic::number::Number;
 pub struct QuadraticDamping;
 
 impl<T: Number> Physics<T> for QuadraticDamping {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let v = *flow.velocity;
         *flow.acceleration = *flow.acceleration - parameters[0] * v * v.abs();

@@ -7,6 +7,7 @@ use crate::dynamic::number::Number;
 pub struct QuadraticStiffness;
 
 impl<T: Number> Physics<T> for QuadraticStiffness {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let x = *flow.position;
         *flow.acceleration = *flow.acceleration - parameters[0] * x * x;

@@ -9,6 +9,7 @@ use crate::dynamic::number::Number;
 pub struct StribeckFriction;
 
 impl<T: Number> Physics<T> for StribeckFriction {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let relative = *flow.velocity / parameters[2];
         let friction = parameters[0] + parameters[1] * (-(relative * relative)).exp();

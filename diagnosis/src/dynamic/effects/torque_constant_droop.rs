@@ -7,6 +7,7 @@ use crate::dynamic::number::Number;
 pub struct TorqueConstantDroop;
 
 impl<T: Number> Physics<T> for TorqueConstantDroop {
+    #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let x = *flow.position;
         *flow.acceleration = *flow.acceleration - *flow.gain * *flow.drive * parameters[0] * x * x;
