@@ -195,7 +195,7 @@ where
 
     /// Copies what is in use of a state.
     #[inline(always)]
-    fn copy<const Z: usize, const Q: usize>(&self, to: &mut State<T, Z, Q>, from: &State<T, Z, Q>) {
+    pub fn copy<const Z: usize, const Q: usize>(&self, to: &mut State<T, Z, Q>, from: &State<T, Z, Q>) {
         (to.p, to.v) = (from.p, from.v);
         for k in 0..self.extra.0.min(Z) {
             to.z[k] = from.z[k];
@@ -206,7 +206,7 @@ where
     }
 
     /// One Runge–Kutta step of length `h`, which has derivatives only where an event ends it.
-    pub fn step<H: Number, const Z: usize, const Q: usize>(
+    fn step<H: Number, const Z: usize, const Q: usize>(
         &self,
         state: &State<T, Z, Q>,
         h: H,
@@ -216,9 +216,23 @@ where
     where
         T: Mul<H, Output = T>,
     {
-        let mut to = *state;
-        Arch::new().dispatch(Step { machine: self, state, h, span, direction, to: &mut to });
-        to
+        let mut room = Room::new();
+        self.step_into(&mut room, state, h, span, direction);
+        room.to
+    }
+
+    /// The same, in room that is used again: the state afterwards is its `to`.
+    pub fn step_into<H: Number, const Z: usize, const Q: usize>(
+        &self,
+        room: &mut Room<T, Z, Q>,
+        state: &State<T, Z, Q>,
+        h: H,
+        span: &Span<T>,
+        direction: f64,
+    ) where
+        T: Mul<H, Output = T>,
+    {
+        Arch::new().dispatch(Step { machine: self, room, state, h, span, direction });
     }
 
     /// Acceleration; in the direction 0 that without dry friction.
@@ -353,15 +367,29 @@ where
     }
 }
 
+/// Room for a step.
+pub struct Room<T, const Z: usize, const Q: usize> {
+    /// The state after it.
+    pub to: State<T, Z, Q>,
+    rates: State<T, Z, Q>,
+    there: State<T, Z, Q>,
+}
+
+impl<T: Number, const Z: usize, const Q: usize> Room<T, Z, Q> {
+    /// Room for steps.
+    pub fn new() -> Room<T, Z, Q> {
+        Room { to: State::zero(), rates: State::zero(), there: State::zero() }
+    }
+}
+
 /// One Runge–Kutta step, to be done in the widest registers that the processor has.
 struct Step<'a, 'm, T, H, const Z: usize, const Q: usize> {
     machine: &'a Machine<'m, T>,
+    room: &'a mut Room<T, Z, Q>,
     state: &'a State<T, Z, Q>,
     h: H,
     span: &'a Span<T>,
     direction: f64,
-    /// The state afterwards; at first a copy of that before.
-    to: &'a mut State<T, Z, Q>,
 }
 
 impl<T: Number, H: Number, const Z: usize, const Q: usize> WithSimd for Step<'_, '_, T, H, Z, Q>
@@ -373,18 +401,18 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Step { machine, state, h, span, direction, to } = self;
-        let (mut rates, mut there) = (State::zero(), State::zero());
+        let Step { machine, room: Room { to, rates, there }, state, h, span, direction } = self;
         let length = |part: f64| (h * part, h.value() * part);
-        machine.rates(state, &span.from, direction, &mut rates);
-        machine.advance(to, length(1.0 / 6.0), &rates);
+        machine.copy(to, state);
+        machine.rates(state, &span.from, direction, rates);
+        machine.advance(to, length(1.0 / 6.0), rates);
         for (drive, weight, past) in
             [(&span.middle, 1.0 / 3.0, 0.5), (&span.middle, 1.0 / 3.0, 0.5), (&span.to, 1.0 / 6.0, 1.0)]
         {
-            machine.copy(&mut there, state);
-            machine.advance(&mut there, length(past), &rates);
-            machine.rates(&there, drive, direction, &mut rates);
-            machine.advance(to, length(weight), &rates);
+            machine.copy(there, state);
+            machine.advance(there, length(past), rates);
+            machine.rates(there, drive, direction, rates);
+            machine.advance(to, length(weight), rates);
         }
     }
 }

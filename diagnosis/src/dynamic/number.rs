@@ -29,10 +29,10 @@ pub trait Number:
         let e = self.value().exp();
         self.chain(e, e)
     }
-    /// Its sine.
-    fn sin(self) -> Self {
+    /// Its sine and cosine.
+    fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = self.value().sin_cos();
-        self.chain(sin, cos)
+        (self.chain(sin, cos), self.chain(cos, -sin))
     }
     /// Its inverse hyperbolic tangent, for magnitudes below one.
     fn artanh(self) -> Self {
@@ -198,7 +198,8 @@ mod tests {
     #[test]
     fn slopes_are_those_of_difference_quotients() {
         fn f<T: Number>(x: T, y: T) -> T {
-            (x * y + (x / y).sin()) * (-(x * x)).exp() - (x - y).abs() / (y + T::from_f64(2.0))
+            (x * y + (x / y).sin_cos().0 + (x / y).sin_cos().1) * (-(x * x)).exp()
+                - (x - y).abs() / (y + T::from_f64(2.0))
         }
         let (x, y, step) = (0.7, 1.3, 1e-6);
         let dual = f(Dual::<2>::variable(x, 0), Dual::variable(y, 1));

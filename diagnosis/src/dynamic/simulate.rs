@@ -4,7 +4,7 @@
 
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::Lag;
-use super::machine::{Machine, State};
+use super::machine::{Machine, Room, State};
 use super::model::{MOST_EXTRA, MOST_PROBED, Model};
 use super::number::Number;
 use super::signal::Signal;
@@ -107,8 +107,9 @@ where
     let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
     let way = Way::new(model, theta, course, first);
     let mut motion = Motion::new(machine, way, course, &state);
+    let mut room = Room::new();
     for k in first..0 {
-        motion.advance(&mut state, k, |_, _| {})?;
+        motion.advance((&mut state, &mut room), k, |_, _| {})?;
     }
     if first < 0 {
         [state.p, state.v] = start;
@@ -123,7 +124,7 @@ where
     visit(0, read(&reading, state.p) + offset);
     let time = motion.step_s;
     for k in 0..course.rows - 1 {
-        motion.advance(&mut state, k as isize, |from, to| {
+        motion.advance((&mut state, &mut room), k as isize, |from, to| {
             if let Some((tau, lag)) = &mut reading {
                 lag.advance(between(from, to, time), T::from_f64(time), *tau);
             }
@@ -183,7 +184,7 @@ where
     /// From sample `k` to the next; `along` is given the state before and after every step.
     fn advance<const Z: usize, const Q: usize>(
         &mut self,
-        state: &mut State<T, Z, Q>,
+        (state, room): (&mut State<T, Z, Q>, &mut Room<T, Z, Q>),
         k: isize,
         mut along: impl FnMut(&State<T, Z, Q>, &State<T, Z, Q>),
     ) -> Result<(), Unstable> {
@@ -192,13 +193,14 @@ where
             let s = i as f64 * part;
             self.machine.time = self.course.start_s + (k as f64 + s) * self.course.step_s;
             let span = self.way.span(k, s, part, self.step_s);
-            let next = if self.machine.friction {
-                self.machine.step_with_friction(*state, self.step_s, &span, &mut self.direction, self.holds)
+            if self.machine.friction {
+                let (direction, holds) = (&mut self.direction, self.holds);
+                room.to = self.machine.step_with_friction(*state, self.step_s, &span, direction, holds);
             } else {
-                self.machine.step(state, self.step_s, &span, 0.0)
-            };
-            along(state, &next);
-            *state = next;
+                self.machine.step_into(room, state, self.step_s, &span, 0.0);
+            }
+            along(state, &room.to);
+            self.machine.copy(state, &room.to);
         }
         let p = state.p.value();
         if p.is_nan() || p.abs() > self.course.bound {

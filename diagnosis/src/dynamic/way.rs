@@ -96,10 +96,11 @@ where
 
     /// What does not remember.
     #[inline]
-    fn shape(&self, drive: T) -> T {
-        self.shaping
-            .iter()
-            .fold(drive, |w, k| Physics::<T>::drive(self.model.terms[*k].effect, &self.theta.terms[*k], w))
+    fn shape(&self, mut drive: T) -> T {
+        for k in &self.shaping {
+            Physics::<T>::drive(self.model.terms[*k].effect, &self.theta.terms[*k], &mut drive);
+        }
+        drive
     }
 
     /// The same along a stretch: exact where the drive stands, else the cubic through four points.

@@ -1,6 +1,6 @@
 //! Cogging: a force that repeats with the position: the teeth of a motor, the balls of a bearing.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
 use super::{DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, shape};
 use crate::dynamic::number::Number;
@@ -12,8 +12,8 @@ impl<T: Number> Physics<T> for Cogging {
     #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let angle = *flow.position * TAU / parameters[2];
-        let cosine = (angle + T::from_f64(FRAC_PI_2)).sin();
-        *flow.acceleration = *flow.acceleration - parameters[0] * angle.sin() - parameters[1] * cosine;
+        let (sin, cos) = angle.sin_cos();
+        *flow.acceleration = *flow.acceleration - parameters[0] * sin - parameters[1] * cos;
     }
 }
 

@@ -8,8 +8,8 @@ pub struct DriveOffset;
 
 impl<T: Number> Physics<T> for DriveOffset {
     #[inline(always)]
-    fn drive(&self, parameters: &[T], drive: T) -> T {
-        drive + parameters[0]
+    fn drive(&self, parameters: &[T], drive: &mut T) {
+        *drive += parameters[0];
     }
 }
 

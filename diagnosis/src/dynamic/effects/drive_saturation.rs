@@ -8,8 +8,8 @@ pub struct DriveSaturation;
 
 impl<T: Number> Physics<T> for DriveSaturation {
     #[inline(always)]
-    fn drive(&self, parameters: &[T], drive: T) -> T {
-        drive.clamp(parameters[0])
+    fn drive(&self, parameters: &[T], drive: &mut T) {
+        *drive = drive.clamp(parameters[0]);
     }
 }
 

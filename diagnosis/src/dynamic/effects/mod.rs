@@ -99,10 +99,8 @@ pub struct Scale {
 
 /// The formula of an effect.
 pub trait Physics<T: Number> {
-    /// The drive after the effect ([`Part::Drive`]).
-    fn drive(&self, _parameters: &[T], drive: T) -> T {
-        drive
-    }
+    /// Changes the drive ([`Part::Drive`]).
+    fn drive(&self, _parameters: &[T], _drive: &mut T) {}
     /// Adds to the acceleration and sets the rates of the effect's states ([`Part::Force`]).
     fn force(&self, _parameters: &[T], _flow: &mut Flow<T>) {}
     /// The same in the widest registers that the processor has.
