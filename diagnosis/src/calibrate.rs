@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -151,52 +151,75 @@ pub fn chi_squared_at(m: f64, d: usize) -> f64 {
     0.5 * (low + high)
 }
 
-/// Largest statistic of every family in each of the resamples: `products` holds every projected column's scores
-/// in all of them, one column after another, to be multiplied by the square root of the resample's scale.
-fn family_maxima(
-    dictionary: &Dictionary,
-    projected: &Projected,
-    catalogue: &[Box<dyn Effect>],
-    products: &[f64],
-    scales: &[f64; TOGETHER],
-) -> Vec<[f64; TOGETHER]> {
-    let largest = |family: &Family| {
+/// Largest statistic of every family in each of the resamples, to be found in the widest registers that the
+/// processor has.
+struct FamilyMaxima<'a> {
+    dictionary: &'a Dictionary,
+    projected: &'a Projected,
+    catalogue: &'a [Box<dyn Effect>],
+    /// Every projected column's scores in all resamples, one column after another, to be multiplied by the square
+    /// root of the resample's scale.
+    products: &'a [f64],
+    scales: &'a [f64; TOGETHER],
+}
+
+impl WithSimd for FamilyMaxima<'_> {
+    type Output = Vec<[f64; TOGETHER]>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Vec<[f64; TOGETHER]> {
+        let mut all = Vec::with_capacity(self.dictionary.families.len());
+        for family in &self.dictionary.families {
+            all.push(self.of(family));
+        }
+        all
+    }
+}
+
+impl FamilyMaxima<'_> {
+    #[inline(always)]
+    fn of(&self, family: &Family) -> [f64; TOGETHER] {
         // Candidates of one rank share one tail: only the largest needs it.
         let mut by_rank = [[0.0_f64; TOGETHER]; MOST_RANKS];
         let mut best = [0.0_f64; TOGETHER];
         for c in family.candidates.clone() {
-            let range = projected.of[c].clone();
+            let range = self.projected.of[c].clone();
             let rank = range.len();
             let mut sums = [0.0; TOGETHER];
-            for scores in products[range.start * TOGETHER..range.end * TOGETHER].chunks_exact(TOGETHER) {
-                sums.iter_mut().zip(scores).for_each(|(sum, v)| *sum += v * v);
+            for scores in self.products[range.start * TOGETHER..range.end * TOGETHER].chunks_exact(TOGETHER) {
+                for (sum, v) in sums.iter_mut().zip(scores) {
+                    *sum += v * v;
+                }
             }
             if let (Kind::Effect(e), 1) = (&family.kind, rank) {
-                let possible = [-1.0, 1.0].map(|sign| catalogue[*e].plausible(&[sign]));
+                let possible = [-1.0, 1.0].map(|sign| self.catalogue[*e].plausible(&[sign]));
                 if possible != [true, true] {
-                    let scores = &products[range.start * TOGETHER..];
-                    let of_sign = |v: f64| possible[usize::from(v > 0.0)];
-                    sums.iter_mut()
-                        .zip(scores)
-                        .filter(|(_, v)| !of_sign(**v))
-                        .for_each(|(sum, _)| *sum = 0.0);
+                    let scores = &self.products[range.start * TOGETHER..];
+                    for (sum, v) in sums.iter_mut().zip(scores) {
+                        *sum = if possible[usize::from(*v > 0.0)] { *sum } else { 0.0 };
+                    }
                 }
             }
             match by_rank.get_mut(rank) {
                 Some(largest) => {
-                    largest.iter_mut().zip(sums).for_each(|(l, s)| *l = if s > *l { s } else { *l })
+                    for (l, s) in largest.iter_mut().zip(sums) {
+                        *l = if s > *l { s } else { *l };
+                    }
                 }
                 None => {
-                    (0..TOGETHER).for_each(|b| best[b] = best[b].max(log_tail(sums[b] * scales[b], rank)))
+                    for b in 0..TOGETHER {
+                        best[b] = best[b].max(log_tail(sums[b] * self.scales[b], rank));
+                    }
                 }
             }
         }
         for (rank, largest) in by_rank.iter().enumerate() {
-            (0..TOGETHER).for_each(|b| best[b] = best[b].max(log_tail(largest[b] * scales[b], rank)));
+            for b in 0..TOGETHER {
+                best[b] = best[b].max(log_tail(largest[b] * self.scales[b], rank));
+            }
         }
         best
-    };
-    Arch::new().dispatch(|| dictionary.families.iter().map(largest).collect())
+    }
 }
 
 /// Resamples the search.
@@ -231,7 +254,13 @@ pub fn calibrate(
                 *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
             }
             let products = resamples.products(&projected.columns);
-            let maxima = family_maxima(dictionary, projected, catalogue, &products, &scales);
+            let maxima = Arch::new().dispatch(FamilyMaxima {
+                dictionary,
+                projected,
+                catalogue,
+                products: &products,
+                scales: &scales,
+            });
             (0..TOGETHER).map(move |b| maxima.iter().map(|m| m[b]).collect())
         })
         .collect();

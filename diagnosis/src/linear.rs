@@ -3,7 +3,7 @@
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Relative length below which what is left of a column after projection is rounding.
 const DEPENDENT: f64 = 1e-7;
@@ -13,12 +13,53 @@ const LANES: usize = 16;
 
 /// Inner product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    Arch::new().dispatch(|| dot_here(a, b))
+    Arch::new().dispatch(Dot(a, b))
 }
 
 /// `y += a x`.
 pub fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
-    Arch::new().dispatch(|| add_scaled_here(y, a, x));
+    Arch::new().dispatch(AddScaled(y, a, x));
+}
+
+/// An inner product, to be taken in the widest registers that the processor has. (A closure would not do: it is
+/// called, and compiled, apart.)
+struct Dot<'a>(&'a [f64], &'a [f64]);
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        dot_here(self.0, self.1)
+    }
+}
+
+/// `y += a x`, likewise.
+struct AddScaled<'a>(&'a mut [f64], f64, &'a [f64]);
+
+impl WithSimd for AddScaled<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        add_scaled_here(self.0, self.1, self.2);
+    }
+}
+
+/// Takes from a vector its part in orthonormal columns, likewise.
+struct ProjectOff<'a>(&'a Columns, &'a mut [f64]);
+
+impl WithSimd for ProjectOff<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let ProjectOff(columns, v) = self;
+        for q in columns.data.chunks_exact(columns.rows.max(1)) {
+            let a = dot_here(q, v);
+            add_scaled_here(v, -a, q);
+        }
+    }
 }
 
 /// The inner product, compiled for the instructions of whoever calls it.
@@ -174,12 +215,7 @@ impl Basis {
 
     /// Takes from `v` its part in the basis.
     pub fn project_off(&self, v: &mut [f64]) {
-        Arch::new().dispatch(|| {
-            for q in self.columns.data.chunks_exact(self.columns.rows.max(1)) {
-                let a = dot_here(q, v);
-                add_scaled_here(v, -a, q);
-            }
-        });
+        Arch::new().dispatch(ProjectOff(&self.columns, v));
     }
 
     /// Adds a column after projecting off the others; `false` where nothing but rounding is left of it.
