@@ -103,7 +103,10 @@ pub fn diagnose(
     } else {
         model::fit(&explanation, &effects, &explanation.terms, None)
     };
-    let said = verdict::say(&explanation, &effects, &after);
+    let (said, mut fit) = rayon::join(
+        || verdict::say(&explanation, &effects, &after),
+        || held_out::prove(&explanation, &before, &after),
+    );
     let hand_on = |model: &Model| {
         let mut file = hand_on::coefficients(recording, mirror, &rows, &effects, model, &options.command);
         hand_on::describe(&mut file, &full);
@@ -125,7 +128,6 @@ pub fn diagnose(
     } else {
         hand_on(&after)
     };
-    let mut fit = held_out::prove(&explanation, &before, &after);
     if per_cell > 1.0 {
         // Figures are of rows, not of cell means.
         let rms_of = |file: &Coefficients| score(recording, &full, file);
