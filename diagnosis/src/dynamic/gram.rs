@@ -89,8 +89,7 @@ where
 {
     let theta = seeded::<N>(model);
     let kept = filters.iter().map(|f| f.len()).max().unwrap_or(0);
-    // A run's products, and its rows of every kind.
-    let of_run = |number: usize| -> Result<[([Symmetric; FOLDS], [usize; FOLDS]); F], Unstable> {
+    let of_run = |number: usize| -> Result<[OfRun; F], Unstable> {
         let run = &data.runs[number];
         let course = data.course(number, model.hold);
         let mut sums = filters.map(|_| ([(); FOLDS].map(|()| Sums::<N>::new()), [0; FOLDS]));
@@ -123,17 +122,23 @@ where
             }
         })?;
         let lanes = STATE + model.free();
-        Ok(sums.map(|(sums, rows)| (sums.map(|s| s.symmetric(lanes)), rows)))
+        Ok(sums.map(|(sums, rows)| OfRun { products: sums.map(|s| s.symmetric(lanes)), rows }))
     };
     let runs: Vec<_> = (0..data.runs.len()).into_par_iter().map(of_run).collect();
     let mut grams = filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS] });
     for run in runs {
-        for (grams, (products, rows)) in grams.iter_mut().zip(run?) {
+        for (grams, OfRun { products, rows }) in grams.iter_mut().zip(run?) {
             grams.products.push(products);
             grams.rows.iter_mut().zip(rows).for_each(|(sum, rows)| *sum += rows);
         }
     }
     Ok(grams)
+}
+
+/// What one run adds to the normal equations.
+struct OfRun {
+    products: [Symmetric; FOLDS],
+    rows: [usize; FOLDS],
 }
 
 /// Running sums of one kind of row.

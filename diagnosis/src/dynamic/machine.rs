@@ -3,13 +3,14 @@
 
 use std::ops::Mul;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::effects::{DynamicEffect, Flow, Part, Physics};
 use super::model::{Model, Term};
 use super::number::Number;
 use super::simulate::Theta;
 use super::span::Span;
+use super::step::{Room, Step};
 
 /// Changes of direction within one step of the integrator that are followed; beyond them the motion is
 /// smaller than the step resolves.
@@ -29,7 +30,7 @@ pub struct State<T, const Z: usize, const Q: usize> {
 }
 
 impl<T: Number, const Z: usize, const Q: usize> State<T, Z, Q> {
-    fn zero() -> State<T, Z, Q> {
+    pub(super) fn zero() -> State<T, Z, Q> {
         let zero = T::from_f64(0.0);
         State { p: zero, v: zero, z: [zero; Z], q: [0.0; Q] }
     }
@@ -112,7 +113,7 @@ where
 
     /// Velocity, acceleration and rates of the further states.
     #[inline(always)]
-    fn rates<const Z: usize, const Q: usize>(
+    pub(super) fn rates<const Z: usize, const Q: usize>(
         &self,
         state: &State<T, Z, Q>,
         drive: &T,
@@ -175,7 +176,7 @@ where
 
     /// Moves a state along rates for a time.
     #[inline(always)]
-    fn advance<H: Number, const Z: usize, const Q: usize>(
+    pub(super) fn advance<H: Number, const Z: usize, const Q: usize>(
         &self,
         state: &mut State<T, Z, Q>,
         (time, seconds): (H, f64),
@@ -216,7 +217,7 @@ where
     where
         T: Mul<H, Output = T>,
     {
-        let mut room = Room::new();
+        let mut room = Room::empty();
         self.step_into(&mut room, state, h, span, direction);
         room.to
     }
@@ -364,55 +365,5 @@ where
             *direction = 0.0;
         }
         state
-    }
-}
-
-/// Room for a step.
-pub struct Room<T, const Z: usize, const Q: usize> {
-    /// The state after it.
-    pub to: State<T, Z, Q>,
-    rates: State<T, Z, Q>,
-    there: State<T, Z, Q>,
-}
-
-impl<T: Number, const Z: usize, const Q: usize> Room<T, Z, Q> {
-    /// Room for steps.
-    pub fn new() -> Room<T, Z, Q> {
-        Room { to: State::zero(), rates: State::zero(), there: State::zero() }
-    }
-}
-
-/// One Runge–Kutta step, to be done in the widest registers that the processor has.
-struct Step<'a, 'm, T, H, const Z: usize, const Q: usize> {
-    machine: &'a Machine<'m, T>,
-    room: &'a mut Room<T, Z, Q>,
-    state: &'a State<T, Z, Q>,
-    h: H,
-    span: &'a Span<T>,
-    direction: f64,
-}
-
-impl<T: Number, H: Number, const Z: usize, const Q: usize> WithSimd for Step<'_, '_, T, H, Z, Q>
-where
-    T: Mul<H, Output = T>,
-    dyn DynamicEffect: Physics<T>,
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Step { machine, room: Room { to, rates, there }, state, h, span, direction } = self;
-        let length = |part: f64| (h * part, h.value() * part);
-        machine.copy(to, state);
-        machine.rates(state, &span.from, direction, rates);
-        machine.advance(to, length(1.0 / 6.0), rates);
-        for (drive, weight, past) in
-            [(&span.middle, 1.0 / 3.0, 0.5), (&span.middle, 1.0 / 3.0, 0.5), (&span.to, 1.0 / 6.0, 1.0)]
-        {
-            machine.copy(there, state);
-            machine.advance(there, length(past), rates);
-            machine.rates(there, drive, direction, rates);
-            machine.advance(to, length(weight), rates);
-        }
     }
 }

@@ -27,6 +27,7 @@ pub mod simulate;
 pub mod span;
 pub mod spectrum;
 pub mod start;
+pub mod step;
 pub mod structure;
 pub mod turns;
 pub mod verdict;

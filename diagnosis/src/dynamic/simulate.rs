@@ -4,10 +4,11 @@
 
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::Lag;
-use super::machine::{Machine, Room, State};
+use super::machine::{Machine, State};
 use super::model::{MOST_EXTRA, MOST_PROBED, Model};
 use super::number::Number;
 use super::signal::Signal;
+use super::step::Room;
 use super::way::Way;
 
 /// The parameters of a model as numbers of one kind.
@@ -107,7 +108,7 @@ where
     let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
     let way = Way::new(model, theta, course, first);
     let mut motion = Motion::new(machine, way, course, &state);
-    let mut room = Room::new();
+    let mut room = Room::empty();
     for k in first..0 {
         motion.advance((&mut state, &mut room), k, |_, _| {})?;
     }

@@ -75,10 +75,10 @@ where
             }
             let cubic = self.shaped(piece.cubic);
             let [m0, m1, m2] = self.passed(cubic, length * time);
-            sums[0] = sums[0] + length * m0;
-            sums[1] = sums[1] + length * (passed * m0 + length * m1);
-            sums[2] = sums[2] + length * (passed * passed * m0 + length * (passed * m1 * 2.0 + length * m2));
-            passed = passed + length;
+            sums[0] += length * m0;
+            sums[1] += length * (passed * m0 + length * m1);
+            sums[2] += length * (passed * passed * m0 + length * (passed * m1 * 2.0 + length * m2));
+            passed += length;
         }
         Span::of_moments(sums)
     }
