@@ -406,6 +406,31 @@ fn the_silverbox_and_the_positioning_drive_are_named() {
     };
     near(number("coulomb_friction", "force_per_inertia") / gain, 20.4, 0.03);
     near(number("drive_offset", "offset"), -3.2, 0.03);
+    let error = force_error(&folder.join("emps-test.csv.gz"), &scene.path("out/emps-train.simulated.csv"));
+    println!("error of the force on the test: {:.2} %", 100.0 * error);
+    assert!(error <= 0.045, "published 5.98 %: {error}");
+}
+
+/// Relative error of the predicted force, as it is published: both sides low-passed without phase, the first and
+/// last 300 rows left out.
+fn force_error(recording: &Path, simulated: &str) -> f64 {
+    use diagnosis::dynamic::feedback::filter::low_pass;
+
+    const LEFT_OUT: usize = 300;
+    let recording = diagnosis::dynamic::DynamicRecording::read(recording, None).expect("a recording");
+    let mut file = csv::Reader::from_path(simulated).expect("a simulation");
+    let after = file.headers().expect("a header").iter().position(|name| name == "after").expect("a column");
+    let predicted: Vec<f64> =
+        file.records().map(|row| row.expect("a row")[after].parse().expect("a number")).collect();
+    let smooth = |force: &[f64]| low_pass(force, 40.0, recording.step_s);
+    let (recorded, predicted) = (smooth(&recording.drives[0]), smooth(&predicted));
+    let rows = LEFT_OUT..recorded.len() - LEFT_OUT;
+    let (mut left, mut all) = (0.0, 0.0);
+    for k in rows {
+        left += (recorded[k] - predicted[k]).powi(2);
+        all += recorded[k].powi(2);
+    }
+    (left / all).sqrt()
 }
 
 /// What the cubic stiffness alone does for the Silverbox: fitted to the whole training file, simulated on either

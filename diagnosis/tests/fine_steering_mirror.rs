@@ -56,6 +56,7 @@ fn hysteresis_of_the_piezos_is_located_named_and_modelled() {
         // Published: linear, 28 states, 18.6 and 16.3 %; with a neural network 6.37 and 4.19 %.
         let before = relative(&recording, &outcome.own.before, amplitude);
         let after = relative(&recording, &outcome.own.after, amplitude);
+        println!("{amplitude} V: {:.2} % → {:.2} %", 100.0 * before, 100.0 * after);
         assert!((0.14..0.20).contains(&before), "linear at {amplitude} V: {before}");
         assert!(after < 0.065, "with hysteresis at {amplitude} V: {after}");
     }
