@@ -15,8 +15,8 @@ use crate::fresh::{self, Twice};
 use crate::plan;
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
-use crate::truth::{Group, Truth, seal};
-use crate::workspace::{Batches, Folders, answer_of, progress, threads};
+use crate::truth::{Group, Truth};
+use crate::workspace::{Batches, Folders, answer_of, diagnose_sealed, progress, threads};
 
 pub use crate::workspace::{CampaignError, put};
 
@@ -60,18 +60,12 @@ impl Campaign {
         let trials = pool.install(|| self.draw(&folders))?;
         let mut truths: Vec<&Truth> = trials.iter().map(|t| &t.truth).collect();
         truths.sort_by(|a, b| a.recording.cmp(&b.recording));
-        let (truth, hash) = seal(&truths);
-        sealed(&hash, trials.len());
-
-        let files: Vec<String> = truths.iter().map(|t| t.recording.clone()).collect();
-        let bar = progress("diagnosing", files.len());
         let batches = Batches { programs: &programs, nominal: Nominal::Mirror, jobs: self.jobs };
-        batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
-        bar.finish_and_clear();
-        put(&folders.truth, &truth)?;
+        let listed: Vec<(&str, &Truth)> = truths.into_iter().map(|t| (t.recording.as_str(), t)).collect();
+        let sealed = diagnose_sealed(&batches, &folders, &listed, sealed)?;
 
         if self.without {
-            self.diagnose_without(&programs, &folders, &trials)?;
+            self.diagnose_without(&batches, &folders, &trials)?;
         }
         let bar = progress("recording afresh", trials.len());
         let cases: Result<Vec<Case>, CampaignError> = pool.install(|| {
@@ -85,7 +79,7 @@ impl Campaign {
                 .collect()
         });
         bar.finish_and_clear();
-        Ok(Outcome { cases: cases?, sealed: hash })
+        Ok(Outcome { cases: cases?, sealed })
     }
 
     /// Draws every trial and writes its recording under a name that says nothing.
@@ -113,13 +107,12 @@ impl Campaign {
     /// The strong single effects once more, each left out of the catalogue.
     fn diagnose_without(
         &self,
-        programs: &Programs,
+        batches: &Batches,
         folders: &Folders,
         trials: &[Trial],
     ) -> Result<(), CampaignError> {
         let strong = || trials.iter().filter(|t| t.truth.group == Group::Strong);
         let bar = progress("leaving out", strong().count());
-        let batches = Batches { programs, nominal: Nominal::Mirror, jobs: self.jobs };
         for formula in crate::formulas::FORMULAS {
             let mut files: Vec<String> = strong()
                 .filter(|t| t.truth.effects[0].id == formula.id)

@@ -123,7 +123,7 @@ fn run_dynamic(args: &Dynamic, telling: &mut Telling) -> Result<bool> {
     let campaign =
         dynamic::campaign::Campaign { trials: args.trials, seed: args.seed, jobs, out: args.out.clone() };
     let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
-    let report = dynamic::report::Report::new(&campaign, &outcome);
+    let report = Report::of_dynamic(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
     let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
     if args.feedback > 0 {
@@ -160,7 +160,7 @@ fn run_static(args: &Static, telling: &mut Telling) -> Result<bool> {
         out: args.out.clone(),
     };
     let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
-    let report = Report::new(&campaign, &outcome);
+    let report = Report::of_static(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
     let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
     match std::env::var_os("ARCSMITH_EXAMPLES") {

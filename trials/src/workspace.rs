@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 
 use crate::answer::{Answer, AnswerError};
 use crate::draw::Undrawn;
 use crate::programs::{Nominal, ProgramError, Programs};
+use crate::truth::seal;
 
 /// Recordings given to one call of `diagnose`.
 const BATCH: usize = 40;
@@ -143,6 +145,27 @@ impl Batches<'_> {
         }
         Ok(())
     }
+}
+
+/// Seals what was concealed, says the hash and the number of recordings, has the recordings diagnosed blind, and
+/// only then writes the truth. The truths are sorted by their recordings; the hash.
+///
+/// # Errors
+/// [`CampaignError`].
+pub fn diagnose_sealed<T: Serialize>(
+    batches: &Batches,
+    folders: &Folders,
+    truths: &[(&str, &T)],
+    sealed: impl FnOnce(&str, usize),
+) -> Result<String, CampaignError> {
+    let (truth, hash) = seal(&truths.iter().map(|(_, truth)| *truth).collect::<Vec<_>>());
+    sealed(&hash, truths.len());
+    let files: Vec<String> = truths.iter().map(|(file, _)| (*file).to_owned()).collect();
+    let bar = progress("diagnosing", files.len());
+    batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
+    bar.finish_and_clear();
+    put(&folders.truth, &truth)?;
+    Ok(hash)
 }
 
 /// So many threads.

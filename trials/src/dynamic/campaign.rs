@@ -13,8 +13,7 @@ use super::plan;
 use super::score::Case;
 use super::truth::Truth;
 use crate::programs::{Nominal, Programs};
-use crate::truth::seal;
-use crate::workspace::{Batches, CampaignError, Folders, answer_of, progress, put, threads};
+use crate::workspace::{Batches, CampaignError, Folders, answer_of, diagnose_sealed, progress, threads};
 
 /// What the programs are told of the plant: nothing but its kind and units.
 const PLANT: &str = include_str!("plant.toml");
@@ -53,20 +52,14 @@ impl Campaign {
         let pool = threads(self.jobs)?;
         let mut truths = pool.install(|| self.draw(&folders))?;
         truths.sort_by(|a, b| a.recording.cmp(&b.recording));
-        let (truth, hash) = seal(&truths.iter().collect::<Vec<_>>());
-        sealed(&hash, truths.len());
-
-        let files: Vec<String> = truths.iter().map(|t| t.recording.clone()).collect();
-        let bar = progress("diagnosing", files.len());
         let batches = Batches { programs: &programs, nominal: Nominal::Plant, jobs: self.jobs };
-        batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
-        bar.finish_and_clear();
-        put(&folders.truth, &truth)?;
+        let listed: Vec<(&str, &Truth)> = truths.iter().map(|t| (t.recording.as_str(), t)).collect();
+        let sealed = diagnose_sealed(&batches, &folders, &listed, sealed)?;
         let cases = truths
             .into_iter()
             .map(|truth| case(truth, &folders.blind, &folders.diagnosed))
             .collect::<Result<_, _>>()?;
-        Ok(Outcome { cases, sealed: hash })
+        Ok(Outcome { cases, sealed })
     }
 
     /// Draws every trial and writes its recording under a name that says nothing.

@@ -1,36 +1,15 @@
-//! The report of dynamic trials: JSON for programs, and one self-contained HTML page for people, in the design
-//! of the static one.
-
-use std::path::Path;
+//! The report of dynamic trials, in the design of the static one.
 
 use minijinja::context;
-use serde::Serialize;
 
 use super::campaign::{Campaign, Outcome};
 use super::score::{Score, score};
-use crate::report::{class, render};
+use crate::report::{Page, Report, class, render};
 use crate::summary::reached;
-use crate::workspace::{CampaignError, put};
 
-/// What is reported of a campaign.
-#[derive(Serialize)]
-pub struct Report {
-    /// Version of the form.
-    pub schema: u32,
-    /// What was run.
-    pub command: String,
-    /// SHA-256 of the sealed truth (`truth.jsonl`).
-    pub sealed_sha256: String,
-    /// Number of recordings.
-    pub recordings: usize,
-    /// What was measured.
-    #[serde(flatten)]
-    pub score: Score,
-}
-
-impl Report {
-    /// Scores a campaign.
-    pub fn new(campaign: &Campaign, outcome: &Outcome) -> Self {
+impl Report<Score> {
+    /// Scores a campaign of dynamic trials.
+    pub fn of_dynamic(campaign: &Campaign, outcome: &Outcome) -> Self {
         Self {
             schema: 1,
             command: format!("trials dynamic --trials {} --seed {}", campaign.trials, campaign.seed),
@@ -39,18 +18,9 @@ impl Report {
             score: score(&outcome.cases),
         }
     }
+}
 
-    /// Writes `report.json` and `report.html` into `folder`.
-    ///
-    /// # Errors
-    /// [`CampaignError::Write`].
-    pub fn write(&self, folder: &Path) -> Result<(), CampaignError> {
-        // Plain numbers, names and lists: cannot fail.
-        let json = serde_json::to_string_pretty(self).unwrap_or_default();
-        put(&folder.join("report.json"), &(json + "\n"))?;
-        put(&folder.join("report.html"), &self.page())
-    }
-
+impl Page for Report<Score> {
     fn page(&self) -> String {
         let share = |share: crate::score::Share| share.to_string();
         let rows = |rows: &[super::score::Row]| -> Vec<[String; 3]> {
@@ -82,7 +52,7 @@ mod tests {
             case(Group::Null, Vec::new(), &said("consistent", &[]), 0.9),
             case(Group::Null, Vec::new(), &said("explained", &[("cogging", &[])]), 0.9),
         ];
-        let report = Report::new(&campaign, &Outcome { cases, sealed: "00".to_owned() });
+        let report = Report::of_dynamic(&campaign, &Outcome { cases, sealed: "00".to_owned() });
         let page = report.page();
         assert!(page.trim_end().ends_with("</html>"), "{page}");
         for figure in &report.score.figures {

@@ -13,9 +13,9 @@ use crate::score::{Figure, Score, score};
 use crate::summary::reached;
 use crate::truth::CAN_TELL;
 
-/// What is reported of a campaign.
+/// What is reported of a campaign with scores of type `S`.
 #[derive(Serialize)]
-pub struct Report {
+pub struct Report<S> {
     /// Version of the form.
     pub schema: u32,
     /// What was run.
@@ -26,12 +26,34 @@ pub struct Report {
     pub recordings: usize,
     /// What was measured.
     #[serde(flatten)]
-    pub score: Score,
+    pub score: S,
 }
 
-impl Report {
-    /// Scores a campaign.
-    pub fn new(campaign: &Campaign, outcome: &Outcome) -> Self {
+/// The page of a report.
+pub trait Page {
+    /// The page as HTML.
+    fn page(&self) -> String;
+}
+
+impl<S: Serialize> Report<S>
+where
+    Report<S>: Page,
+{
+    /// Writes `report.json` and `report.html` into `folder`.
+    ///
+    /// # Errors
+    /// [`CampaignError::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), CampaignError> {
+        // Plain numbers, names and lists: cannot fail.
+        let json = serde_json::to_string_pretty(self).unwrap_or_default();
+        put(&folder.join("report.json"), &(json + "\n"))?;
+        put(&folder.join("report.html"), &self.page())
+    }
+}
+
+impl Report<Score> {
+    /// Scores a campaign of static trials.
+    pub fn of_static(campaign: &Campaign, outcome: &Outcome) -> Self {
         let without = if campaign.without { "" } else { " --skip-without" };
         Self {
             schema: 1,
@@ -44,19 +66,9 @@ impl Report {
             score: score(&outcome.cases),
         }
     }
+}
 
-    /// Writes `report.json` and `report.html` into `folder`.
-    ///
-    /// # Errors
-    /// [`CampaignError::Write`].
-    pub fn write(&self, folder: &Path) -> Result<(), CampaignError> {
-        // Plain numbers, names and lists: cannot fail.
-        let json = serde_json::to_string_pretty(self).unwrap_or_default();
-        put(&folder.join("report.json"), &(json + "\n"))?;
-        put(&folder.join("report.html"), &self.page())
-    }
-
-    /// The page.
+impl Page for Report<Score> {
     fn page(&self) -> String {
         render(
             include_str!("page.html"),
@@ -103,7 +115,7 @@ mod tests {
         let campaign =
             Campaign { trials: 1, nulls: 1, seed: 1, jobs: 1, without: true, out: std::path::PathBuf::new() };
         let outcome = Outcome { cases: some_cases(), sealed: "00".to_owned() };
-        let report = Report::new(&campaign, &outcome);
+        let report = Report::of_static(&campaign, &outcome);
         let page = report.page();
         assert!(page.trim_end().ends_with("</html>"), "{page}");
         for figure in &report.score.figures {
@@ -111,6 +123,6 @@ mod tests {
             assert!(page.contains(&figure.figure) || page.contains(&escaped), "{}", figure.figure);
         }
         assert!(page.contains("<svg"));
-        assert_eq!(page, Report::new(&campaign, &outcome).page());
+        assert_eq!(page, Report::of_static(&campaign, &outcome).page());
     }
 }
