@@ -6,6 +6,7 @@
 
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatRef, Par};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::looped::{Looped, State, Stepper, Stretch};
@@ -104,7 +105,8 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
     }
     let mut jacobian = vec![0.0; kept * size];
     jacobian.par_chunks_mut(kept * LANES).zip(entries.par_chunks(LANES)).for_each(|(columns, entries)| {
-        sensitivities(model, &path, path.lead + first, entries, columns, kept);
+        let first = path.lead + first;
+        Arch::new().dispatch(Sensitivities { model, path: &path, first, entries, columns, kept });
     });
     let measured = &stretch.position[first * p..];
     let predicted = &path.y[(path.lead + first) * p..];
@@ -204,85 +206,96 @@ fn entries(model: &Looped) -> Vec<Vec<Entry>> {
     all
 }
 
-/// Columns of the Jacobian of the parameters at `entries`, rows from `first` on.
-fn sensitivities(
-    model: &Looped,
-    path: &Trajectory,
+/// Columns of the Jacobian of some parameters, to be worked out in the widest registers that the processor has.
+struct Sensitivities<'a> {
+    model: &'a Looped,
+    path: &'a Trajectory,
+    /// The first row that is wanted.
     first: usize,
-    entries: &[Vec<Entry>],
-    columns: &mut [f64],
+    /// Where the parameters enter.
+    entries: &'a [Vec<Entry>],
+    /// The columns, one after another, of `kept` values each.
+    columns: &'a mut [f64],
     kept: usize,
-) {
-    let lin = &model.linear;
-    let (n, p, q) = (lin.order(), lin.outputs, model.loops());
-    let width = n + lin.inputs + 2 * q;
-    let cells = model.operator.cells();
-    let weights = Stepper::new(model).weights().to_vec();
-    let blocks: Vec<[f64; 4]> = lin.blocks.iter().map(|b| b.matrix()).collect();
-    let direct: Vec<(usize, Entry)> =
-        entries.iter().enumerate().flat_map(|(lane, e)| e.iter().map(move |e| (lane, *e))).collect();
-    let mut x = vec![Lane::default(); n];
-    let mut plays = vec![Lane::default(); q * cells];
-    let mut remembered = vec![Lane::default(); q];
-    let mut w = vec![Lane::default(); q];
-    let mut targets = vec![Lane::default(); n + p + 2 * q];
-    for (row, sources) in path.sources.chunks_exact(width).enumerate() {
-        targets.fill(Lane::default());
-        for &(lane, entry) in &direct {
-            targets[entry.target][lane] += entry.sign * sources[entry.source];
-        }
-        let (next, rest) = targets.split_at_mut(n);
-        let (y, rest) = rest.split_at_mut(p);
-        let (z, by_parameter) = rest.split_at_mut(q);
-        for l in 0..q {
-            let dz = gather(z[l], &model.cz[l * n..(l + 1) * n], &x);
-            if cells == 0 {
-                let slope = path.slope[row * q + l];
-                w[l] = std::array::from_fn(|i| slope * dz[i] + by_parameter[l][i]);
-                continue;
+}
+
+impl WithSimd for Sensitivities<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Sensitivities { model, path, first, entries, columns, kept } = self;
+        let lin = &model.linear;
+        let (n, p, q) = (lin.order(), lin.outputs, model.loops());
+        let width = n + lin.inputs + 2 * q;
+        let cells = model.operator.cells();
+        let weights = Stepper::new(model).weights().to_vec();
+        let blocks: Vec<[f64; 4]> = lin.blocks.iter().map(|b| b.matrix()).collect();
+        let direct: Vec<(usize, Entry)> =
+            entries.iter().enumerate().flat_map(|(lane, e)| e.iter().map(move |e| (lane, *e))).collect();
+        let mut x = vec![Lane::default(); n];
+        let mut plays = vec![Lane::default(); q * cells];
+        let mut remembered = vec![Lane::default(); q];
+        let mut w = vec![Lane::default(); q];
+        let mut targets = vec![Lane::default(); n + p + 2 * q];
+        for (row, sources) in path.sources.chunks_exact(width).enumerate() {
+            targets.fill(Lane::default());
+            for &(lane, entry) in &direct {
+                targets[entry.target][lane] += entry.sign * sources[entry.source];
             }
-            let mut moved = path.moved[row * q + l];
-            while moved != 0 {
-                let k = moved.trailing_zeros() as usize;
-                moved &= moved - 1;
-                let play = &mut plays[l * cells + k];
+            let (next, rest) = targets.split_at_mut(n);
+            let (y, rest) = rest.split_at_mut(p);
+            let (z, by_parameter) = rest.split_at_mut(q);
+            for l in 0..q {
+                let dz = gather(z[l], &model.cz[l * n..(l + 1) * n], &x);
+                if cells == 0 {
+                    let slope = path.slope[row * q + l];
+                    w[l] = std::array::from_fn(|i| slope * dz[i] + by_parameter[l][i]);
+                    continue;
+                }
+                let mut moved = path.moved[row * q + l];
+                while moved != 0 {
+                    let k = moved.trailing_zeros() as usize;
+                    moved &= moved - 1;
+                    let play = &mut plays[l * cells + k];
+                    for i in 0..LANES {
+                        remembered[l][i] += weights[k] * (dz[i] - play[i]);
+                    }
+                    *play = dz;
+                }
+                w[l] = std::array::from_fn(|i| remembered[l][i] + by_parameter[l][i]);
+            }
+            for (i, &own) in y.iter().enumerate().take(p) {
+                let mut dy = gather(own, &lin.c[i * n..(i + 1) * n], &x);
+                if q > 0 {
+                    dy = gather(dy, &model.f[i * q..(i + 1) * q], &w);
+                }
+                if row >= first {
+                    let at = (row - first) * p + i;
+                    for (column, dy) in columns.chunks_exact_mut(kept).zip(dy) {
+                        column[at] = dy;
+                    }
+                }
+            }
+            for (k, a) in blocks.iter().enumerate() {
+                let (x0, x1) = (x[2 * k], x[2 * k + 1]);
                 for i in 0..LANES {
-                    remembered[l][i] += weights[k] * (dz[i] - play[i]);
+                    next[2 * k][i] += a[0] * x0[i] + a[1] * x1[i];
+                    next[2 * k + 1][i] += a[2] * x0[i] + a[3] * x1[i];
                 }
-                *play = dz;
             }
-            w[l] = std::array::from_fn(|i| remembered[l][i] + by_parameter[l][i]);
-        }
-        for (i, &own) in y.iter().enumerate().take(p) {
-            let mut dy = gather(own, &lin.c[i * n..(i + 1) * n], &x);
             if q > 0 {
-                dy = gather(dy, &model.f[i * q..(i + 1) * q], &w);
-            }
-            if row >= first {
-                let at = (row - first) * p + i;
-                for (column, dy) in columns.chunks_exact_mut(kept).zip(dy) {
-                    column[at] = dy;
+                for (s, e) in model.e.chunks_exact(q).enumerate() {
+                    next[s] = gather(next[s], e, &w);
                 }
             }
+            x.copy_from_slice(next);
         }
-        for (k, a) in blocks.iter().enumerate() {
-            let (x0, x1) = (x[2 * k], x[2 * k + 1]);
-            for i in 0..LANES {
-                next[2 * k][i] += a[0] * x0[i] + a[1] * x1[i];
-                next[2 * k + 1][i] += a[2] * x0[i] + a[3] * x1[i];
-            }
-        }
-        if q > 0 {
-            for (s, e) in model.e.chunks_exact(q).enumerate() {
-                next[s] = gather(next[s], e, &w);
-            }
-        }
-        x.copy_from_slice(next);
     }
 }
 
 /// `start + Σ factors · values`, lane by lane.
-#[inline]
+#[inline(always)]
 fn gather(start: Lane, factors: &[f64], values: &[Lane]) -> Lane {
     let mut sum = start;
     for (f, v) in factors.iter().zip(values) {
