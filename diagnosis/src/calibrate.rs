@@ -14,7 +14,8 @@ use statrs::function::{erf::erfc, gamma::gamma_ur};
 use crate::correlation::Correlation;
 use crate::dictionary::{Dictionary, Family, Kind, Projected};
 use crate::effects::Effect;
-use crate::linear::Columns;
+use crate::jumps::Jumps;
+use crate::linear::{Basis, Columns};
 use crate::noise::Noise;
 
 /// False alarms allowed over the whole search.
@@ -152,18 +153,23 @@ pub fn chi_squared_at(m: f64, d: usize) -> f64 {
 }
 
 /// Largest statistic of every family in each of the resamples: `products` holds every projected column's scores
-/// in all of them, one column after another, to be multiplied by the square root of the resample's scale.
+/// in all of them, one column after another, to be multiplied by the square root of the resample's scale, and
+/// `steps` for every family what its best step explains.
 fn family_maxima(
     dictionary: &Dictionary,
     projected: &Projected,
     catalogue: &[Box<dyn Effect>],
     products: &[f64],
+    steps: &[Option<[f64; TOGETHER]>],
     scales: &[f64; TOGETHER],
 ) -> Vec<[f64; TOGETHER]> {
-    let largest = |family: &Family| {
+    let largest = |(family, steps): (&Family, &Option<[f64; TOGETHER]>)| {
         // Candidates of one rank share one tail: only the largest needs it.
         let mut by_rank = [[0.0_f64; TOGETHER]; MOST_RANKS];
         let mut best = [0.0_f64; TOGETHER];
+        if let Some(steps) = steps {
+            by_rank[1] = *steps;
+        }
         for c in family.candidates.clone() {
             let range = projected.of[c].clone();
             let rank = range.len();
@@ -196,7 +202,7 @@ fn family_maxima(
         }
         best
     };
-    Arch::new().dispatch(|| dictionary.families.iter().map(largest).collect())
+    Arch::new().dispatch(|| dictionary.families.iter().zip(steps).map(largest).collect())
 }
 
 /// Resamples the search.
@@ -204,6 +210,7 @@ pub fn calibrate(
     dictionary: &Dictionary,
     projected: &Projected,
     catalogue: &[Box<dyn Effect>],
+    base: &Basis,
     noise: &Noise,
     angles: &[f64],
     shares: &[f64],
@@ -212,6 +219,9 @@ pub fn calibrate(
     let neighbours = Neighbours::new(angles);
     let correlations: Vec<(Correlation, f64)> =
         noise.posterior.iter().map(|(time, weight)| (noise.correlation.with(*time), *weight)).collect();
+    let whitener = noise.whitener();
+    let jumps: Vec<Option<Jumps>> =
+        dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
     let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES / TOGETHER)
         .into_par_iter()
         .flat_map_iter(|group| {
@@ -231,7 +241,15 @@ pub fn calibrate(
                 *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
             }
             let products = resamples.products(&projected.columns);
-            let maxima = family_maxima(dictionary, projected, catalogue, &products, &scales);
+            resamples.project_off(&base.columns);
+            let steps: Vec<Option<[f64; TOGETHER]>> = jumps
+                .iter()
+                .map(|jumps| {
+                    let jumps = jumps.as_ref()?;
+                    Some(std::array::from_fn(|b| jumps.best(resamples.get(b)).map_or(0.0, |best| best.1)))
+                })
+                .collect();
+            let maxima = family_maxima(dictionary, projected, catalogue, &products, &steps, &scales);
             (0..TOGETHER).map(move |b| maxima.iter().map(|m| m[b]).collect())
         })
         .collect();

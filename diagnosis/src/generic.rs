@@ -360,13 +360,10 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// Rows at which a jump is looked for, at most.
-const MOST_JUMPS: usize = 100;
-
 /// Half periods over the recording of the waves in time that are looked for.
 const WAVES: std::ops::RangeInclusive<usize> = 4..=40;
 
-/// What is taken for noise that remembers where it is left in: a step at any row, offsets of the passes, waves in
+/// What is taken for noise that remembers where it is left in, beside a step: offsets of the passes, waves in
 /// time, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told
 /// from the error's own shape.
 pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
@@ -374,11 +371,7 @@ pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
     if rows.single_move() || n < 24 {
         return Vec::new();
     }
-    let stride = n.div_ceil(MOST_JUMPS).max(1);
-    let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-    let mut out: Vec<Vec<Vec<f64>>> = (2..n - 1).step_by(stride).map(|k| vec![step(k)]).collect();
-    // A step where the pass changes is the likeliest, and must not fall between two of the others.
-    out.extend((2..n - 1).filter(|&i| rows.pass[i] != rows.pass[i - 1]).map(|k| vec![step(k)]));
+    let mut out: Vec<Vec<Vec<f64>>> = Vec::new();
     let passes = rows.passes();
     if passes.len() > 2 && passes.len() <= 40 && passes.len() * 5 <= n {
         let mark = |p: i64| rows.pass.iter().map(|q| if *q == p { 1.0 } else { 0.0 }).collect();

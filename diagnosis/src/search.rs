@@ -18,6 +18,7 @@ use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
+use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::noise::Noise;
 use crate::rows::Rows;
@@ -117,7 +118,7 @@ impl<'a> Search<'a> {
         let generic: Vec<bool> =
             dictionary.families.iter().map(|f| matches!(f.kind, Kind::Generic(_))).collect();
         let calibration =
-            calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm, &generic);
+            calibrate(&dictionary, &projected, catalogue, &base, &noise, &rows.reading, &alarm, &generic);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -252,6 +253,9 @@ impl<'a> Search<'a> {
         let products = projected.products(&further);
         let best_of = |scratch: &mut Scratch, f: usize| {
             let family = &self.dictionary.families[f];
+            if let Some(jumps) = self.dictionary.jumps(family, &self.whitener, basis) {
+                return self.best_step(f, &jumps, residual);
+            }
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
                 projected.scores(c, &products, count, family.smallest_part, scratch);
@@ -278,6 +282,19 @@ impl<'a> Search<'a> {
         };
         let families = 0..self.dictionary.families.len();
         families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
+    }
+
+    /// The best step of a family that begins at a row.
+    fn best_step(&self, family: usize, jumps: &Jumps, residual: &[f64]) -> Option<Found> {
+        let (row, explained) = jumps.best(residual)?;
+        let shape = vec![row as f64];
+        let columns = self.catalogue[self.effect(family)?].signature(self.rows, &shape);
+        Some(Found {
+            term: Term { family, shape, columns: Arc::new(columns) },
+            explained,
+            rank: 1,
+            surprise: self.calibration.families[family].surprise(log_tail(explained, 1)),
+        })
     }
 
     /// Whether scores of one sign can be this family's.
