@@ -90,7 +90,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         let curve = legendre(&o.z, 4);
         let mut groups = vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()];
         // What sets in at one value of it.
-        for threshold in [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6] {
+        for threshold in (-6..=6).map(|k| 0.1 * f64::from(k)) {
             groups.push(vec![o.z.iter().map(|z| ((z - threshold) / ONSET).tanh()).collect()]);
         }
         add(Place::on(&o.name), groups);
@@ -118,7 +118,10 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
         };
         add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
-        add(Place::product(&o.name, "t_s"), about(&own[k], &t));
+        // Time always counts from where the recording begins: what creeps at a rate that goes with an observable.
+        let mut with_time = about(&own[k], &t);
+        with_time.push(vec![t.iter().zip(&own[k]).map(|(t, z)| (t + 1.0) * z).collect()]);
+        add(Place::product(&o.name, "t_s"), with_time);
         for (j, other) in observables.iter().enumerate().skip(k + 1) {
             add(Place::product(&o.name, &other.name), about(&own[k], &own[j]));
         }
