@@ -32,10 +32,6 @@ const HANDICAP_PER_COLUMN: f64 = 1.5;
 /// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
 pub const SHAPE_PRICE: f64 = 3.0;
 
-/// What a set must explain in addition for every term beyond the first: several things at once are less likely than
-/// one, and two that need each other imitate a third.
-const FURTHER_PRICE: f64 = 6.0;
-
 /// One term of a model.
 #[derive(Debug, Clone)]
 pub struct Term {
@@ -233,8 +229,7 @@ impl<'a> Search<'a> {
 
     /// What the terms explain less their prices.
     pub fn merit(&self, terms: &[Term]) -> f64 {
-        let further = FURTHER_PRICE * terms.len().saturating_sub(1) as f64;
-        self.explained(terms) - terms.iter().map(|t| self.price(t)).sum::<f64>() - further
+        self.explained(terms) - terms.iter().map(|t| self.price(t)).sum::<f64>()
     }
 
     /// The best candidate of every family beside the given terms, from the grid.
