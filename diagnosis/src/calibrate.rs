@@ -214,7 +214,6 @@ pub fn calibrate(
     noise: &Noise,
     angles: &[f64],
     shares: &[f64],
-    generic: &[bool],
 ) -> Calibration {
     let neighbours = Neighbours::new(angles);
     let correlations: Vec<(Correlation, f64)> =
@@ -267,7 +266,8 @@ pub fn calibrate(
         Tail::fit(&mut maxima[RESAMPLES..].iter().map(best_in).collect::<Vec<f64>>())
     };
     let overall = best_of(&|f| shares[f]);
-    let remainder = best_of(&|f| if generic[f] { 1.0 } else { 0.0 });
+    let is_generic = |f: usize| matches!(dictionary.families[f].kind, Kind::Generic(_));
+    let remainder = best_of(&|f| if is_generic(f) { 1.0 } else { 0.0 });
     let threshold = overall.at(-FALSE_ALARMS.ln());
     Calibration { families, overall, threshold, remainder }
 }

@@ -111,10 +111,7 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let generic: Vec<bool> =
-            dictionary.families.iter().map(|f| matches!(f.kind, Kind::Generic(_))).collect();
-        let calibration =
-            calibrate(&dictionary, &projected, catalogue, &base, &noise, &rows.reading, &alarm, &generic);
+        let calibration = calibrate(&dictionary, &projected, catalogue, &base, &noise, &rows.reading, &alarm);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
