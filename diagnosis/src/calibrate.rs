@@ -14,7 +14,8 @@ use statrs::function::{erf::erfc, gamma::gamma_ur};
 use crate::correlation::Correlation;
 use crate::dictionary::{Dictionary, Family, Kind, Projected};
 use crate::effects::Effect;
-use crate::linear::Columns;
+use crate::jumps::Jumps;
+use crate::linear::{Basis, Columns};
 use crate::noise::Noise;
 
 /// False alarms allowed over the whole search.
@@ -160,6 +161,8 @@ struct FamilyMaxima<'a> {
     /// Every projected column's scores in all resamples, one column after another, to be multiplied by the square
     /// root of the resample's scale.
     products: &'a [f64],
+    /// For every family what its best step explains.
+    steps: &'a [Option<[f64; TOGETHER]>],
     scales: &'a [f64; TOGETHER],
 }
 
@@ -169,8 +172,8 @@ impl WithSimd for FamilyMaxima<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Vec<[f64; TOGETHER]> {
         let mut all = Vec::with_capacity(self.dictionary.families.len());
-        for family in &self.dictionary.families {
-            all.push(self.of(family));
+        for (family, steps) in self.dictionary.families.iter().zip(self.steps) {
+            all.push(self.of(family, steps.as_ref()));
         }
         all
     }
@@ -178,10 +181,13 @@ impl WithSimd for FamilyMaxima<'_> {
 
 impl FamilyMaxima<'_> {
     #[inline(always)]
-    fn of(&self, family: &Family) -> [f64; TOGETHER] {
+    fn of(&self, family: &Family, steps: Option<&[f64; TOGETHER]>) -> [f64; TOGETHER] {
         // Candidates of one rank share one tail: only the largest needs it.
         let mut by_rank = [[0.0_f64; TOGETHER]; MOST_RANKS];
         let mut best = [0.0_f64; TOGETHER];
+        if let Some(steps) = steps {
+            by_rank[1] = *steps;
+        }
         for c in family.candidates.clone() {
             let range = self.projected.of[c].clone();
             let rank = range.len();
@@ -227,14 +233,17 @@ pub fn calibrate(
     dictionary: &Dictionary,
     projected: &Projected,
     catalogue: &[Box<dyn Effect>],
+    base: &Basis,
     noise: &Noise,
     angles: &[f64],
     shares: &[f64],
-    generic: &[bool],
 ) -> Calibration {
     let neighbours = Neighbours::new(angles);
     let correlations: Vec<(Correlation, f64)> =
         noise.posterior.iter().map(|(time, weight)| (noise.correlation.with(*time), *weight)).collect();
+    let whitener = noise.whitener();
+    let jumps: Vec<Option<Jumps>> =
+        dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
     let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES / TOGETHER)
         .into_par_iter()
         .flat_map_iter(|group| {
@@ -254,11 +263,20 @@ pub fn calibrate(
                 *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
             }
             let products = resamples.products(&projected.columns);
+            resamples.project_off(&base.columns);
+            let steps: Vec<Option<[f64; TOGETHER]>> = jumps
+                .iter()
+                .map(|jumps| {
+                    let jumps = jumps.as_ref()?;
+                    Some(std::array::from_fn(|b| jumps.best(resamples.get(b)).map_or(0.0, |best| best.1)))
+                })
+                .collect();
             let maxima = Arch::new().dispatch(FamilyMaxima {
                 dictionary,
                 projected,
                 catalogue,
                 products: &products,
+                steps: &steps,
                 scales: &scales,
             });
             (0..TOGETHER).map(move |b| maxima.iter().map(|m| m[b]).collect())
@@ -278,7 +296,8 @@ pub fn calibrate(
         Tail::fit(&mut maxima[RESAMPLES..].iter().map(best_in).collect::<Vec<f64>>())
     };
     let overall = best_of(&|f| shares[f]);
-    let remainder = best_of(&|f| if generic[f] { 1.0 } else { 0.0 });
+    let is_generic = |f: usize| matches!(dictionary.families[f].kind, Kind::Generic(_));
+    let remainder = best_of(&|f| if is_generic(f) { 1.0 } else { 0.0 });
     let threshold = overall.at(-FALSE_ALARMS.ln());
     Calibration { families, overall, threshold, remainder }
 }

@@ -7,6 +7,8 @@
 
 mod mistaken;
 
+pub use mistaken::suspect;
+
 use rayon::prelude::*;
 
 use crate::linear::{Basis, Columns, cholesky, quadratic_form};
@@ -178,6 +180,32 @@ impl Whitener {
         let mut out: Vec<f64> = v.iter().zip(&self.own).map(|(x, a)| x * a).collect();
         if let Some((_, later)) = out.split_first_mut() {
             later.iter_mut().zip(v.iter().zip(&self.earlier)).for_each(|(o, (x, b))| *o -= b * x);
+        }
+        out
+    }
+
+    /// The weight of a row in its own whitened value.
+    pub fn weight(&self, row: usize) -> f64 {
+        self.own[row]
+    }
+
+    /// The transpose of [`Whitener::whiten`].
+    pub fn transposed(&self, v: &[f64]) -> Vec<f64> {
+        let mut out: Vec<f64> = v.iter().zip(&self.own).map(|(x, a)| x * a).collect();
+        let later = v.iter().skip(1).zip(&self.earlier);
+        out.iter_mut().zip(later).for_each(|(o, (x, b))| *o -= b * x);
+        out
+    }
+
+    /// For every row the squared length of the whitened step that begins there.
+    pub fn squared_lengths_of_steps(&self) -> Vec<f64> {
+        // The first row of a step has nothing before it; every later one is less what it has of the one before.
+        let mut later = 0.0;
+        let mut out = vec![0.0; self.own.len()];
+        for i in (0..out.len()).rev() {
+            out[i] = later + self.own[i] * self.own[i];
+            let before = if i > 0 { self.earlier.get(i - 1).copied().unwrap_or(0.0) } else { 0.0 };
+            later += (self.own[i] - before).powi(2);
         }
         out
     }

@@ -10,6 +10,7 @@ use crate::base::base_columns;
 use crate::correlation::Whitener;
 use crate::effects::{Effect, Place};
 use crate::generic;
+use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::rows::Rows;
 
@@ -31,6 +32,8 @@ pub struct Family {
     pub candidates: std::ops::Range<usize>,
     /// Part of a column that must be left outside a model.
     pub smallest_part: f64,
+    /// Rows at which it may begin, where it is a step: all of them are tried at once, and not its candidates.
+    pub begins: Option<std::ops::Range<usize>>,
 }
 
 /// The raw columns and the shape parameters of a candidate.
@@ -153,6 +156,11 @@ impl Dictionary {
         for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
             let Some(groups) = groups else { continue };
             d.add(Kind::Effect(index), groups, smallest_part(effect.measured()));
+            if let (true, [range]) = (effect.begins_at_a_row(), &effect.ranges(rows)[..])
+                && let Some(family) = d.families.last_mut()
+            {
+                family.begins = Some(range.low as usize..range.high as usize + 1);
+            }
         }
         for family in generic {
             let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
@@ -174,10 +182,22 @@ impl Dictionary {
         for (columns, shape) in groups {
             self.candidates.push(Candidate { family, shape, columns: Arc::new(columns) });
         }
-        self.families.push(Family { kind, candidates: first..self.candidates.len(), smallest_part });
+        self.families.push(Family {
+            kind,
+            candidates: first..self.candidates.len(),
+            smallest_part,
+            begins: None,
+        });
     }
 
-    /// Every candidate's whitened part outside `basis`, orthonormalised within the candidate.
+    /// The steps of a family that begins at a row, beside `basis`.
+    pub fn jumps(&self, family: &Family, whitener: &Whitener, basis: &Basis) -> Option<Jumps> {
+        let rows = family.begins.clone()?;
+        Some(Jumps::beside(whitener, basis, rows, family.smallest_part))
+    }
+
+    /// Every candidate's whitened part outside `basis`, orthonormalised within the candidate; nothing of those
+    /// that begin at a row.
     pub fn project(&self, whitener: &Whitener, basis: &Basis) -> Projected {
         let parts: Vec<Projected> = self
             .candidates
@@ -198,8 +218,11 @@ impl Dictionary {
 
     fn project_some(&self, candidates: &[Candidate], whitener: &Whitener, basis: &Basis) -> Projected {
         let mut columns = Columns::new(basis.columns.rows);
-        columns.reserve(candidates.iter().map(|c| c.columns.len()).sum());
-        candidates.iter().flat_map(|c| c.columns.iter()).for_each(|c| columns.push(&whitener.whiten(c)));
+        // Steps are not projected one by one.
+        let raw =
+            |c: &'_ Candidate| if self.families[c.family].begins.is_some() { 0 } else { c.columns.len() };
+        columns.reserve(candidates.iter().map(raw).sum());
+        candidates.iter().flat_map(|c| &c.columns[..raw(c)]).for_each(|c| columns.push(&whitener.whiten(c)));
         let length = |column: &[f64]| dot(column, column).sqrt();
         let lengths: Vec<f64> = (0..columns.count()).map(|k| length(columns.get(k))).collect();
         columns.project_off(&basis.columns);
@@ -209,7 +232,7 @@ impl Dictionary {
         let (mut kept, mut next) = (0, 0);
         for candidate in candidates {
             let first = kept;
-            for _ in candidate.columns.iter() {
+            for _ in 0..raw(candidate) {
                 let (earlier, column) = columns.split(next);
                 for q in earlier[first * column.len()..kept * column.len()].chunks_exact(column.len()) {
                     let a = dot(q, column);

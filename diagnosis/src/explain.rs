@@ -79,7 +79,9 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         let mut model = base.clone();
         model.extend(terms.iter().flat_map(|t| t.columns.iter().cloned()));
         let light = model.clone();
-        let unexplained = terms.iter().any(|t| now.is_generic(t.family));
+        // What the names leave would be taken for memory. (Of a single move it may well be that.)
+        let unexplained = terms.iter().any(|t| now.is_generic(t.family))
+            || (!rows.single_move() && search.leaves_much(&terms));
         if unexplained {
             let all = saturated(rows, &base);
             model.extend(all.into_iter().skip(base.len()));

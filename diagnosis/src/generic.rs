@@ -90,7 +90,7 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
         let curve = legendre(&o.z, 4);
         let mut groups = vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()];
         // What sets in at one value of it.
-        for threshold in [-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6] {
+        for threshold in (-6..=6).map(|k| 0.1 * f64::from(k)) {
             groups.push(vec![o.z.iter().map(|z| ((z - threshold) / ONSET).tanh()).collect()]);
         }
         add(Place::on(&o.name), groups);
@@ -118,7 +118,10 @@ pub fn families(rows: &Rows) -> Vec<Generic> {
             vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
         };
         add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
-        add(Place::product(&o.name, "t_s"), about(&own[k], &t));
+        // Time always counts from where the recording begins: what creeps at a rate that goes with an observable.
+        let mut with_time = about(&own[k], &t);
+        with_time.push(vec![t.iter().zip(&own[k]).map(|(t, z)| (t + 1.0) * z).collect()]);
+        add(Place::product(&o.name, "t_s"), with_time);
         for (j, other) in observables.iter().enumerate().skip(k + 1) {
             add(Place::product(&o.name, &other.name), about(&own[k], &own[j]));
         }
@@ -360,13 +363,10 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// Rows at which a jump is looked for, at most.
-const MOST_JUMPS: usize = 100;
-
 /// Half periods over the recording of the waves in time that are looked for.
 const WAVES: std::ops::RangeInclusive<usize> = 4..=40;
 
-/// What is taken for noise that remembers where it is left in: a step at any row, offsets of the passes, waves in
+/// What is taken for noise that remembers where it is left in, beside a step: offsets of the passes, waves in
 /// time, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told
 /// from the error's own shape.
 pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
@@ -374,11 +374,7 @@ pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
     if rows.single_move() || n < 24 {
         return Vec::new();
     }
-    let stride = n.div_ceil(MOST_JUMPS).max(1);
-    let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-    let mut out: Vec<Vec<Vec<f64>>> = (2..n - 1).step_by(stride).map(|k| vec![step(k)]).collect();
-    // A step where the pass changes is the likeliest, and must not fall between two of the others.
-    out.extend((2..n - 1).filter(|&i| rows.pass[i] != rows.pass[i - 1]).map(|k| vec![step(k)]));
+    let mut out: Vec<Vec<Vec<f64>>> = Vec::new();
     let passes = rows.passes();
     if passes.len() > 2 && passes.len() <= 40 && passes.len() * 5 <= n {
         let mark = |p: i64| rows.pass.iter().map(|q| if *q == p { 1.0 } else { 0.0 }).collect();

@@ -25,6 +25,7 @@ pub mod generic;
 pub mod hand_on;
 pub mod held_out;
 pub mod intervals;
+pub mod jumps;
 pub mod linear;
 pub mod memory;
 pub mod mixture;

@@ -284,7 +284,7 @@ fn place_steps(
         let height = coefficients[first];
         first += term.columns.len();
         let Some(e) = step(term) else { continue };
-        let row = crate::steps::beginning(left, noise, height, term.shape[0] as usize);
+        let row = crate::steps::beginning(left, noise, height, term.shape[0] as usize, &rows.t_s);
         if row as f64 != term.shape[0] {
             term.shape[0] = row as f64;
             term.columns = Arc::new(catalogue[e].signature(rows, &term.shape));

@@ -5,7 +5,7 @@
 //! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that forgets with the time constant τ,
 //! Rᵢⱼ = e^(−|tᵢ−tⱼ|/τ) (see [`crate::correlation`]).
 
-use crate::correlation::{Correlation, Whitener};
+use crate::correlation::{Correlation, Whitener, suspect};
 use crate::linear::{Basis, dot};
 use crate::rows::median;
 
@@ -52,8 +52,8 @@ impl Noise {
 
 /// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
 /// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
-/// `slow` are groups of columns that would be taken for noise that remembers if they were left in; they are looked
-/// for beside the model, and beside `light`, the least model, because a model that follows slow changes closely
+/// `slow` are groups of columns that would be taken for noise that remembers if they were left in; they and a step
+/// at any row (none without such groups) are looked for beside the model, and beside `light`, the least model, because a model that follows slow changes closely
 /// hides a jump nearly as well as correlation does.
 pub fn estimate(
     y: &[f64],
@@ -75,7 +75,7 @@ pub fn estimate(
         taken.dedup();
     }
     if !taken.is_empty() {
-        model.extend(taken.iter().flat_map(|k| slow[*k].clone()));
+        model.extend(taken.iter().flat_map(|k| suspect(slow, *k, n)));
         (basis, clean) = robust_fit(y, &model, &shape);
     }
     let model = &model;

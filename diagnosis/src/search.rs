@@ -18,6 +18,7 @@ use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
+use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::noise::Noise;
 use crate::rows::Rows;
@@ -30,10 +31,6 @@ const HANDICAP_PER_COLUMN: f64 = 1.5;
 /// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
 /// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
 pub const SHAPE_PRICE: f64 = 3.0;
-
-/// What a set must explain in addition for every term beyond the first: several things at once are less likely than
-/// one, and two that need each other imitate a third.
-const FURTHER_PRICE: f64 = 6.0;
 
 /// One term of a model.
 #[derive(Debug, Clone)]
@@ -114,10 +111,7 @@ impl<'a> Search<'a> {
             .zip(&shares)
             .map(|(f, s)| if matches!(f.kind, Kind::Order) { 0.0 } else { *s })
             .collect();
-        let generic: Vec<bool> =
-            dictionary.families.iter().map(|f| matches!(f.kind, Kind::Generic(_))).collect();
-        let calibration =
-            calibrate(&dictionary, &projected, catalogue, &noise, &rows.reading, &alarm, &generic);
+        let calibration = calibrate(&dictionary, &projected, catalogue, &base, &noise, &rows.reading, &alarm);
         let prices = (0..shares.len())
             .map(|f| {
                 let widths = dictionary.candidates[dictionary.families[f].candidates.clone()]
@@ -232,8 +226,7 @@ impl<'a> Search<'a> {
 
     /// What the terms explain less their prices.
     pub fn merit(&self, terms: &[Term]) -> f64 {
-        let further = FURTHER_PRICE * terms.len().saturating_sub(1) as f64;
-        self.explained(terms) - terms.iter().map(|t| self.price(t)).sum::<f64>() - further
+        self.explained(terms) - terms.iter().map(|t| self.price(t)).sum::<f64>()
     }
 
     /// The best candidate of every family beside the given terms, from the grid.
@@ -252,6 +245,9 @@ impl<'a> Search<'a> {
         let products = projected.products(&further);
         let best_of = |scratch: &mut Scratch, f: usize| {
             let family = &self.dictionary.families[f];
+            if let Some(jumps) = self.dictionary.jumps(family, &self.whitener, basis) {
+                return self.best_step(f, &jumps, residual);
+            }
             let mut best: Option<(f64, usize, f64, usize)> = None;
             for c in family.candidates.clone() {
                 projected.scores(c, &products, count, family.smallest_part, scratch);
@@ -278,6 +274,19 @@ impl<'a> Search<'a> {
         };
         let families = 0..self.dictionary.families.len();
         families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
+    }
+
+    /// The best step of a family that begins at a row.
+    fn best_step(&self, family: usize, jumps: &Jumps, residual: &[f64]) -> Option<Found> {
+        let (row, explained) = jumps.best(residual)?;
+        let shape = vec![row as f64];
+        let columns = self.catalogue[self.effect(family)?].signature(self.rows, &shape);
+        Some(Found {
+            term: Term { family, shape, columns: Arc::new(columns) },
+            explained,
+            rank: 1,
+            surprise: self.calibration.families[family].surprise(log_tail(explained, 1)),
+        })
     }
 
     /// Whether scores of one sign can be this family's.

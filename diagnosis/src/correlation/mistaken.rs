@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use super::{COARSE, Correlation, Whitener, orthonormal};
+use crate::jumps::{Jumps, step};
 use crate::linear::{Basis, Columns, add_scaled, cholesky, dot};
 
 /// Gain in −2 log likelihood, correlation times searched on either side, at which structure is believed: one
@@ -18,13 +19,16 @@ const CORRELATION_SEEN: f64 = 4.0;
 const OWN_PART: f64 = 0.02;
 /// Part of the best gain that a group of fewer columns must reach to be taken instead.
 const NEARLY: f64 = 0.6;
+/// The first row at which a step may begin: with fewer before it nothing tells it from the first readings.
+const FIRST_STEP: usize = 2;
 /// Most groups that are taken out.
 const MOST_TAKEN: usize = 3;
 
 impl Correlation {
     /// The groups of `suspects` (each a number of columns) that explain the observations so much better than
-    /// correlation alone can that they are no noise. None where no correlation is seen: nothing is then taken
-    /// for it.
+    /// correlation alone can that they are no noise; wherever there are suspects a step from any row k on is one
+    /// more, numbered `suspects.len() + k` (see [`suspect`]). None where no correlation is seen: nothing is then
+    /// taken for it.
     pub fn mistaken(
         &self,
         clean: &[f64],
@@ -34,6 +38,9 @@ impl Correlation {
     ) -> Vec<usize> {
         let grid = self.grid();
         let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
+        if suspects.is_empty() {
+            return Vec::new();
+        }
         let n = clean.len();
         let columns = orthonormal(model, shape);
         // Per correlation time: basis, residual, and what does not depend on the suspects of −2 log likelihood
@@ -55,34 +62,42 @@ impl Correlation {
                 .par_iter()
                 .map(|place| {
                     let rss = dot(&place.residual, &place.residual);
-                    place
-                        .explained_by(suspects)
-                        .iter()
-                        .zip(suspects)
-                        .map(|(explained, group)| {
-                            let asked = SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (group.len() as f64 - 1.0);
+                    let widths = suspects.iter().map(Vec::len).chain(std::iter::repeat(1));
+                    let explained =
+                        place.explained_by(suspects).into_iter().chain(place.explained_by_steps());
+                    explained
+                        .zip(widths)
+                        .map(|(explained, width)| {
+                            let asked = SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (width as f64 - 1.0);
                             before - deviance(place, rss - explained) - asked
                         })
                         .collect()
                 })
                 .collect();
-            let open: Vec<(usize, f64)> = (0..suspects.len())
+            let open: Vec<(usize, f64)> = (0..suspects.len() + n)
                 .filter(|k| !taken.contains(k))
                 .map(|k| (k, gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max)))
                 .collect();
             // The simplest of those that gain nearly as much as the best: offsets of all passes hold every step
             // between two of them.
             let enough = NEARLY * open.iter().map(|o| o.1).fold(0.0, f64::max);
+            let width = |k: usize| suspects.get(k).map_or(1, Vec::len);
             let next = open
                 .into_iter()
                 .filter(|(_, gain)| *gain > 0.0 && *gain >= enough)
-                .min_by(|a, b| suspects[a.0].len().cmp(&suspects[b.0].len()).then(b.1.total_cmp(&a.1)));
+                .min_by(|a, b| width(a.0).cmp(&width(b.0)).then(b.1.total_cmp(&a.1)));
             let Some((k, _)) = next else { break };
             taken.push(k);
-            places.iter_mut().for_each(|place| place.take(&suspects[k]));
+            let group = suspect(suspects, k, n);
+            places.iter_mut().for_each(|place| place.take(&group));
         }
         taken
     }
+}
+
+/// The columns of the suspect `k` among `n` rows: one of the groups, or beyond them a step.
+pub fn suspect(groups: &[Vec<Vec<f64>>], k: usize, n: usize) -> Vec<Vec<f64>> {
+    groups.get(k).cloned().unwrap_or_else(|| vec![step(n, k - groups.len())])
 }
 
 /// A recording seen with one correlation time.
@@ -149,6 +164,14 @@ impl Place {
             .collect()
     }
 
+    /// What the step from every row on explains of the residual.
+    fn explained_by_steps(&self) -> Vec<f64> {
+        let n = self.residual.len();
+        let rows = FIRST_STEP..n.saturating_sub(1);
+        let scores = Jumps::beside(&self.whitener, &self.basis, rows, OWN_PART).scores(&self.residual);
+        scores.into_iter().map(|s| s * s).collect()
+    }
+
     /// Takes a group of columns out of the residual.
     fn take(&mut self, group: &[Vec<f64>]) {
         for column in group {
@@ -166,7 +189,7 @@ impl Place {
 #[cfg(test)]
 mod tests {
     use super::super::tests::white;
-    use super::Correlation;
+    use super::{Correlation, step};
 
     #[test]
     fn a_step_is_not_taken_for_correlation() {
@@ -174,15 +197,14 @@ mod tests {
         let none = Correlation::none(&(0..n).map(|i| 3.0 * i as f64).collect::<Vec<f64>>());
         let model = vec![vec![1.0; n]];
         let shape = vec![1.0; n];
-        let step = |first: usize| (0..n).map(|i| if i >= first { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-        let suspects: Vec<_> = (4..n - 4).step_by(2).map(|k| vec![step(k)]).collect();
+        // A wave; the steps come of themselves.
+        let suspects = [vec![(0..n).map(|i| (0.2 * i as f64).sin()).collect::<Vec<f64>>()]];
         for time in [0.0, 2.3] {
             let noise = none.with(time).colour(white(n, 9).into_iter());
             assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
-            let stepped: Vec<f64> = noise.iter().zip(step(100)).map(|(e, s)| e + 5.0 * s).collect();
+            let stepped: Vec<f64> = noise.iter().zip(step(n, 101)).map(|(e, s)| e + 5.0 * s).collect();
             let taken = none.mistaken(&stepped, &model, &shape, &suspects);
-            let near = |k: &usize| (4 + 2 * k).abs_diff(100) <= 2;
-            assert!(taken.iter().any(near), "{taken:?}");
+            assert_eq!(taken, [suspects.len() + 101]);
         }
     }
 
@@ -199,19 +221,18 @@ mod tests {
             ]
         };
         let mut suspects: Vec<_> = (4..40).map(|k| wave(0.5 * f64::from(k))).collect();
-        let step: Vec<f64> = (0..n).map(|i| if i >= 120 { 1.0 } else { 0.0 }).collect();
+        let step = step(n, 120);
         let pass = |p: usize| (0..n).map(|i| if i / 30 == p { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
-        suspects.push(vec![step.clone()]);
         suspects.push((1..7).map(pass).collect());
         let noise = none.with(1.0).colour(white(n, 11).into_iter());
         let with = |what: &[f64], size: f64| -> Vec<f64> {
             noise.iter().zip(what).map(|(e, w)| e + size * w).collect()
         };
         assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
-        // Nine periods are the fifteenth of the waves.
+        // Nine periods are the fifteenth of the waves; the steps follow on the offsets of passes.
         let swayed = none.mistaken(&with(&wave(9.0)[0], 1.5), &model, &shape, &suspects);
         assert_eq!(swayed.first(), Some(&14));
         let stepped = none.mistaken(&with(&step, 3.0), &model, &shape, &suspects);
-        assert_eq!(stepped.first(), Some(&36));
+        assert_eq!(stepped.first(), Some(&(suspects.len() + 120)));
     }
 }

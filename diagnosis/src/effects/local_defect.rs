@@ -52,7 +52,8 @@ impl Effect for LocalDefect {
         let widths = self.ranges(rows)[1];
         let mut starts = Vec::new();
         for width in logarithmic(widths.low * 1.3, widths.high * 0.8, 3) {
-            let count = (((high - low) / (1.4 * width)).ceil() as usize).clamp(6, 48);
+            // What a polynomial leaves of a bump changes its sign within a width.
+            let count = (((high - low) / (0.8 * width)).ceil() as usize).clamp(6, 48);
             for k in 0..=count {
                 starts.push(vec![low + (high - low) * k as f64 / count as f64, width]);
             }

@@ -119,6 +119,10 @@ pub trait Effect: Sync + Send {
     fn plausible(&self, _amplitudes: &[f64]) -> bool {
         true
     }
+    /// Whether it is a step, its one shape parameter the row from which on it is there: every row is then tried.
+    fn begins_at_a_row(&self) -> bool {
+        false
+    }
     /// Whether it can occur more than once in a recording (a second step, a second defect).
     fn repeatable(&self) -> bool {
         false

@@ -45,13 +45,17 @@ impl Effect for MountStep {
         true
     }
 
+    fn begins_at_a_row(&self) -> bool {
+        true
+    }
+
     fn testable(&self, rows: &Rows) -> Result<(), String> {
         super::time_apart(rows)?;
         if rows.len() >= 8 { Ok(()) } else { Err("too few rows for a step".into()) }
     }
 
     fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
-        // Every row is a candidate; a long recording is entered at every so many, then refined.
+        // The search tries every row; these stand for them where a few will do.
         let stride = rows.len().div_ceil(160).max(1);
         (2..rows.len().saturating_sub(1)).step_by(stride).map(|k| vec![k as f64]).collect()
     }
@@ -61,8 +65,7 @@ impl Effect for MountStep {
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
-        let first = shape[0] as usize;
-        vec![(0..rows.len()).map(|i| if i >= first { 1.0 } else { 0.0 }).collect()]
+        vec![crate::jumps::step(rows.len(), shape[0] as usize)]
     }
 
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {

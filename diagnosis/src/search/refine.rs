@@ -7,17 +7,14 @@ use super::{Found, Search, Term};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::linear::{Basis, add_scaled, dot, least_squares};
+use crate::steps::beginning;
 
-/// Rows by which a step is moved at most to where the raw observations have it.
-const REACH: usize = 16;
 /// Precision of a shape, as a part of half the grid's spacing: where candidates are compared, of what they explain
 /// a few ten-thousandths are lost by the first, and where a set is refined.
 pub(super) const ROUGH: f64 = 2e-2;
 const FINE: f64 = 2e-3;
 /// Part of a step that is left once the top lies between its ends and was looked for there.
 const SHRUNK: f64 = 0.3;
-/// Largest loss of a row, in squares of its σ.
-const BOUND: f64 = 9.0;
 
 impl Search<'_> {
     /// What a shape of an effect explains beside a basis, with its scores.
@@ -62,6 +59,9 @@ impl Search<'_> {
         let family = found.term.family;
         let Some(e) = self.effect(family) else { return found };
         let effect = &self.catalogue[e];
+        if let Some(jumps) = self.dictionary.jumps(&self.dictionary.families[family], &self.whitener, basis) {
+            return self.best_step(family, &jumps, residual).unwrap_or(found);
+        }
         let mut best = found;
         if effect.consistent_shape(&[1.0]).is_some() {
             return self.make_consistent(best, basis, residual);
@@ -170,14 +170,11 @@ impl Search<'_> {
 
     /// Moves steps to the row at which the raw observations have them. To the cleaned ones a row on the wrong
     /// side of a large step is an outlier, which was pulled in, so that the step stays where it was first put.
-    /// The loss of a row is bounded, so that a true outlier beside a step does not attract it.
     pub fn relocate(&self, terms: &mut [Term]) {
         for index in 0..terms.len() {
             let Some(e) = self.effect(terms[index].family) else { continue };
             let effect = &self.catalogue[e];
-            let ranges = effect.ranges(self.rows);
-            let [range] = ranges[..] else { continue };
-            if !range.whole || range.high <= range.low {
+            if !effect.begins_at_a_row() {
                 continue;
             }
             let mut columns = base_columns(self.rows, self.base_order);
@@ -190,27 +187,12 @@ impl Search<'_> {
                 add_scaled(&mut left, -a, column);
             }
             let height = solution.coefficients[first_column];
-            let loss = |i: usize, moved: f64| ((left[i] + moved) / self.noise.sigma[i]).powi(2).min(BOUND);
+            // Without the step.
+            add_scaled(&mut left, height, &terms[index].columns[0]);
             let here = terms[index].shape[0] as usize;
-            let mut best = (0.0, here);
-            // Later: the rows up to there lose the step.
-            let mut sum = 0.0;
-            for k in here..(here + REACH).min(range.high as usize) {
-                sum += loss(k, height) - loss(k, 0.0);
-                if sum < best.0 {
-                    best = (sum, k + 1);
-                }
-            }
-            // Earlier: the rows from there on gain it.
-            let mut sum = 0.0;
-            for k in (here.saturating_sub(REACH).max(range.low as usize)..here).rev() {
-                sum += loss(k, -height) - loss(k, 0.0);
-                if sum < best.0 {
-                    best = (sum, k);
-                }
-            }
-            if best.1 != here {
-                let shape = vec![best.1 as f64];
+            let row = beginning(&left, &self.noise, height, here, &self.rows.t_s);
+            if row != here {
+                let shape = vec![row as f64];
                 let columns = effect.signature(self.rows, &shape);
                 terms[index] = Term { family: terms[index].family, shape, columns: Arc::new(columns) };
             }

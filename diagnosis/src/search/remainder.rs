@@ -11,11 +11,18 @@ pub const MISFIT: f64 = 0.01;
 impl Search<'_> {
     /// The strongest generic dependence of what the terms leave, where it is more than noise.
     pub fn remainder(&self, terms: &[Term]) -> Option<Found> {
-        let found = self
-            .survey(terms)
-            .into_iter()
-            .filter(|f| self.is_generic(f.term.family))
-            .max_by(|a, b| a.surprise.total_cmp(&b.surprise))?;
-        (found.surprise >= self.calibration.remainder.at(-MISFIT.ln())).then_some(found)
+        let level = self.calibration.remainder.at(-MISFIT.ln());
+        self.strongest_generic(terms).filter(|found| found.surprise >= level)
+    }
+
+    /// Whether what the terms leave would raise an alarm by itself.
+    pub fn leaves_much(&self, terms: &[Term]) -> bool {
+        self.strongest_generic(terms).is_some_and(|found| self.significant(&found))
+    }
+
+    fn strongest_generic(&self, terms: &[Term]) -> Option<Found> {
+        let beside = self.beside(terms);
+        let generic = beside.found.iter().filter(|f| self.is_generic(f.term.family));
+        generic.max_by(|a, b| a.surprise.total_cmp(&b.surprise)).cloned()
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::refine::ROUGH;
-use super::{FURTHER_PRICE, Found, Search, Term, handicap};
+use super::{Found, Search, Term, handicap};
 
 /// Most terms in a model.
 const MOST_TERMS: usize = 6;
@@ -212,10 +212,9 @@ impl Search<'_> {
         let mut without = terms.to_vec();
         let removed = without.remove(k);
         if terms.len() > 1 {
-            // The handicap and the price of being one of several are for comparisons with other explanations,
-            // not with nothing.
+            // The handicap is for comparisons with other explanations, not with nothing.
             let lost = if self.is_generic(removed.family) { handicap(&removed) } else { 0.0 };
-            sets.push((self.merit(&without) - lost - FURTHER_PRICE, without.clone()));
+            sets.push((self.merit(&without) - lost, without.clone()));
         }
         // Refining all terms together brings little: only a near contender is worth it.
         let consider = |mut with: Vec<Term>, sets: &mut Vec<(f64, Vec<Term>)>| {
