@@ -138,7 +138,8 @@ mod tests {
         for place in [100, 200, 300, 450, 8000] {
             let mut recording = recording(50.0, 0.0, 0.0);
             recording.drives[0][place] = -3.0;
-            assert_eq!(Data::new(&recording).fold[place] as usize, crate::dynamic::data::FIT, "{place}");
+            let fold = Data::new(&recording).fold;
+            assert_eq!([fold[0], fold[place]].map(usize::from), [crate::dynamic::data::FIT; 2], "{place}");
         }
     }
 }

@@ -71,11 +71,11 @@ impl Gains {
         self.count(folds) * (sum(&self.apart) / sum(&self.new).max(f64::MIN_POSITIVE)).ln_1p()
     }
 
-    /// Whether it gains that, less two standard deviations at most, each of them twice the root of what is due in
+    /// Whether it gains that, less three standard deviations at most, each of them twice the root of what is due in
     /// white noise.
     fn as_due(&self, folds: [bool; FOLDS]) -> bool {
         let due = self.due(folds);
-        self.of(folds) > due - 4.0 * (self.spread * due).sqrt()
+        self.of(folds) > due - 6.0 * (self.spread * due).sqrt()
     }
 }
 
