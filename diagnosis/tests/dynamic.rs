@@ -7,7 +7,7 @@ use serde_json::Value;
 
 mod moving;
 
-use moving::{STEP_S, Scene, csv, ids, made, moved, run, several};
+use moving::{PLANT, STEP_S, Scatter, Scene, csv, ids, made, moved, run, several};
 
 #[test]
 fn nothing_is_found_where_there_is_nothing() {
