@@ -94,7 +94,7 @@ fn stribeck_friction_under_steps_is_not_coulombs_with_others() {
                     break;
                 }
                 let way = if v == 0.0 { pull.signum() } else { v.signum() };
-                let next = v + h * (pull - way * 3e6 * (1.0 + (-(v / 20_000.0).powi(2)).exp()));
+                let next = v + h * (pull - way * 3e6 * (1.0 + (-(v / 60_000.0).powi(2)).exp()));
                 // Where the velocity passes zero it stays there, until the pull is too strong.
                 v = if next * way < 0.0 { 0.0 } else { next };
                 x += h * v;

@@ -101,7 +101,7 @@ pub fn diagnose(
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
     let given = seen.model.terms.len();
     let search = Search::new(&windows, &options.skip, given);
-    let mut chosen = search.with_seldom(search.settled(search.run(&seen), &seen));
+    let mut chosen = search.with_seldom(search.settled(search.run(&seen)));
     // The whole recording: its initial states follow from the first rows.
     let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
     if windows.count(ALL) < data.count(ALL) {

@@ -31,7 +31,7 @@ const LEAST_PART: f64 = 0.005;
 
 /// The part of a model's squared residual that is no noise. `floor` is the noise where the recording itself shows it;
 /// elsewhere, once the residual is `known` to hold structure, or is such that its own past predicts it, what its past
-/// predicts counts as structure too: the shape that showed it is only that part of it that some family has.
+/// predicts counts as structure too: what showed it is only the part of it that some family has the shape of.
 pub fn above(found: &Fitted, floor: Option<f64>, noise: &Autoregression, known: bool) -> f64 {
     let rows: usize = found.rows.iter().sum();
     let level = match floor {

@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
         let Some(mut present) = refit(nominal) else { return nominal.clone() };
         for _ in 0..MOST_EXCHANGES {
             present = self.grown(present);
-            match self.exchanged(&present, nominal) {
+            match self.exchanged(&present) {
                 Some(better) => present = better,
                 None => break,
             }

@@ -2,7 +2,7 @@
 //! they are no physics.
 
 use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, MOST_EXCHANGES, Search, gain, is_late};
-use crate::dynamic::data::{CHOOSE, FIT};
+use crate::dynamic::data::CHOOSE;
 use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
 use crate::dynamic::model::{Model, Term};
 
@@ -14,7 +14,7 @@ const CLOSE: f64 = 1.15;
 impl Search<'_> {
     /// The model without terms that all rows together drive to where they are no physics, and with an effect in the
     /// place of another where that does better then.
-    pub fn settled(&self, chosen: Fitted, nominal: &Fitted) -> Fitted {
+    pub fn settled(&self, chosen: Fitted) -> Fitted {
         let mut chosen = chosen;
         for _ in 0..MOST_EXCHANGES {
             let all = self.complete(&chosen);
@@ -22,7 +22,11 @@ impl Search<'_> {
             else {
                 break;
             };
-            let Some(shorter) = self.freed_of(k, &chosen, nominal) else { break };
+            let Some(shorter) = fit(&chosen.model.without(k), &chosen.states, self.data, FIT_ROWS, PATIENCE)
+            else {
+                break;
+            };
+            let shorter = self.best_hold(shorter, FIT_ROWS);
             let others = self
                 .near(&shorter, |t, _| is_late(t.effect))
                 .into_iter()
@@ -35,20 +39,10 @@ impl Search<'_> {
         chosen
     }
 
-    /// The model without a term that is no physics. Such a term may have drawn the plant far away (a mode whose damping
-    /// leaves no mode adds its inertia to the mechanism's): the plant starts from where it is, and from the nominal.
-    fn freed_of(&self, k: usize, present: &Fitted, nominal: &Fitted) -> Option<Fitted> {
-        let near = present.model.without(k);
-        let back = Model { nominal: nominal.model.nominal, ..near.clone() };
-        let fits = [near, back].map(|model| fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE));
-        let best = fits.into_iter().flatten().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]))?;
-        Some(self.best_hold(best, FIT_ROWS))
-    }
-
     /// A better model with a delay or lag in the place of another, or without a term that others have driven to
     /// where it is no physics (a delay before its cause): to first order the three are one, which was taken was
     /// decided beside less, and a later term may be there only to mend it.
-    pub(super) fn exchanged(&self, present: &Fitted, nominal: &Fitted) -> Option<Fitted> {
+    pub(super) fn exchanged(&self, present: &Fitted) -> Option<Fitted> {
         let terms = &present.model.terms[self.given..];
         let unsound: Vec<usize> = (0..terms.len()).filter(|k| !self.sound(&terms[*k])).collect();
         let lags = terms.iter().any(|t| is_late(t.effect));
@@ -60,7 +54,11 @@ impl Search<'_> {
             .into_iter()
             .map(|f| self.pruned(self.best_hold(f, FIT_ROWS)))
             .collect();
-        others.extend(unsound.iter().filter_map(|k| self.freed_of(self.given + k, present, nominal)));
+        others.extend(unsound.iter().filter_map(|k| {
+            let shorter = present.model.without(self.given + k);
+            let shorter = fit(&shorter, &present.states, self.data, FIT_ROWS, PATIENCE)?;
+            Some(self.best_hold(shorter, FIT_ROWS))
+        }));
         let better = |f: &Fitted| {
             let fewer = present.model.free() as f64 - f.model.free() as f64;
             let lost = gain(f, present, CHOOSE_ROWS);
