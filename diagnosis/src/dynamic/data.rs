@@ -73,7 +73,17 @@ impl<'a> Data<'a> {
         let (drive, position) = (recording.drives[0].as_slice(), recording.positions[0].as_slice());
         let rows = position.len();
         let length = rows.div_ceil(BLOCKS).max(1);
-        let fold = (0..rows).map(|k| [FIT, CHOOSE, FIT, SCORE][(k / length) % 4] as u8).collect();
+        let mut kinds: Vec<usize> = (0..BLOCKS).map(|block| [FIT, CHOOSE, FIT, SCORE][block % 4]).collect();
+        // The drive's largest excursion, where a limit acts that acts nowhere else, is on rows that fit, and the block
+        // that follows in its place: the drive alone says which they are. The first block fits, since the initial
+        // state does not follow from later ones.
+        let size = |k: &usize| drive[*k].abs();
+        let largest = (0..rows).max_by(|a, b| size(a).total_cmp(&size(b))).map_or(0, |k| k / length);
+        if kinds[largest] != FIT {
+            let next = if largest + 1 < rows.div_ceil(length) { largest + 1 } else { largest - 1 };
+            kinds.swap(largest, next);
+        }
+        let fold = (0..rows).map(|k| kinds[k / length] as u8).collect();
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let leads: Vec<Range<usize>> = recording.runs.iter().map(|run| lead(recording, run)).collect();
         let signals = HOLDS.map(|hold| {

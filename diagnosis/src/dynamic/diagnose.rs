@@ -10,9 +10,9 @@ use super::model::{Model, Term};
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
-use super::structure::structure;
+use super::structure::{Structure, structure};
 use super::verdict::{self, Units};
-use super::{expected, feedback, plant, score};
+use super::{expected, feedback, plant, remainder, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::{Fit, Score};
 use crate::verdict::Verdict;
@@ -24,10 +24,6 @@ const SEARCH_STEPS: usize = 33_000;
 const DECISIVE: f64 = 30.0;
 /// The rows that fit and choose, without those that score.
 const PROOF: [bool; 3] = [true, true, false];
-
-/// Innovation of a residual over its root mean square below which it is no noise: one that is alike over a
-/// hundred samples still has 0.14.
-const PREDICTED: f64 = 0.12;
 
 /// Rows from which the nominal plant is identified at first.
 const START_ROWS: usize = 16_384;
@@ -105,7 +101,7 @@ pub fn diagnose(
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
     let given = seen.model.terms.len();
     let search = Search::new(&windows, &options.skip, given);
-    let mut chosen = search.settled(search.run(&seen));
+    let mut chosen = search.with_seldom(search.settled(search.run(&seen)));
     // The whole recording: its initial states follow from the first rows.
     let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
     if windows.count(ALL) < data.count(ALL) {
@@ -121,25 +117,29 @@ pub fn diagnose(
         let y = f.positions(data).unwrap_or_default();
         data.position.iter().zip(&y).map(|(a, b)| a - b).collect()
     };
-    let noise = autoregression(&residual(&found, &data), &data.runs);
+    let rest = residual(&found, &data);
+    let noise = autoregression(&rest, &data.runs);
     let small = search.complete(&chosen);
     let families = |f: &Fitted| {
         let noise = autoregression(&residual(f, &windows), &windows.runs);
         structure(f, &windows, &noise.coefficients)
     };
     let left = families(&small);
-    let left = verdict::significant(&left);
-    let said = match verdict::verdict(&before, &found, &left, repeated(recording)) {
-        // What its own past predicts so well is a motion, and no noise.
-        Verdict::Consistent if noise.innovation < PREDICTED * found.rms(ALL) => Verdict::Unexplained,
-        said => said,
-    };
+    let tone = remainder::tone(&rest, &data);
+    let left: Vec<&Structure> = verdict::significant(&left).into_iter().chain(&tone).collect();
+    let above = remainder::above(&found, repeated(recording), &noise, !left.is_empty());
+    let said = verdict::verdict(&before, &found, &left, above);
     // What no named effect explains is located beside the nominal plant.
-    let around = match said {
-        Verdict::Unexplained if found.model.terms.len() > given => families(&seen),
-        _ => Vec::new(),
+    let (around, tone) = match said {
+        Verdict::Unexplained if found.model.terms.len() > given => {
+            (families(&seen), remainder::tone(&residual(&before, &data), &data))
+        }
+        _ => (Vec::new(), None),
     };
-    let around = if found.model.terms.len() == given { left.clone() } else { verdict::significant(&around) };
+    let around = match found.model.terms.len() == given {
+        true => left.clone(),
+        false => verdict::significant(&around).into_iter().chain(&tone).collect(),
+    };
     let named = match said {
         Verdict::Unexplained | Verdict::Consistent => Vec::new(),
         _ => {
@@ -261,7 +261,7 @@ fn floor(
     recording: &DynamicRecording,
     noise: &super::noise::Autoregression,
     found: &Fitted,
-    left: &[&super::structure::Structure],
+    left: &[&Structure],
     units: &Units,
 ) -> NoiseFloor {
     let (value, from) = match repeated(recording) {

@@ -18,6 +18,7 @@ pub mod noise;
 pub mod number;
 pub mod plant;
 pub mod recording;
+pub mod remainder;
 pub mod report;
 pub mod score;
 pub mod screen;

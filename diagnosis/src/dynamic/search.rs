@@ -4,8 +4,9 @@
 
 mod exchange;
 mod grow;
+mod seldom;
 
-use super::data::{ALL, CHOOSE, Data, FOLDS};
+use super::data::{ALL, Data, FOLDS};
 use super::effects::{CATALOGUE, DynamicEffect, Part};
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::model::Term;
@@ -36,6 +37,46 @@ pub fn gain(before: &Fitted, after: &Fitted, folds: [bool; FOLDS]) -> f64 {
     let rows: usize = (0..FOLDS).filter(|f| folds[*f]).map(|f| before.rows[f]).sum();
     let ratio = before.cost(folds).max(f64::MIN_POSITIVE) / after.cost(folds).max(f64::MIN_POSITIVE);
     rows as f64 * ratio.ln()
+}
+
+/// What a model gains over another, residuals of both passed through one filter.
+struct Gains {
+    /// Squared residuals of the one, by kind of row.
+    old: [f64; FOLDS],
+    /// Of the other.
+    new: [f64; FOLDS],
+    /// Squares of what the two are apart.
+    apart: [f64; FOLDS],
+    /// Rows.
+    rows: [usize; FOLDS],
+    /// Factor of the variance of a gain over that in white noise.
+    spread: f64,
+}
+
+impl Gains {
+    /// −2 log likelihood gained on some rows.
+    fn of(&self, folds: [bool; FOLDS]) -> f64 {
+        let sum = |costs: &[f64; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| costs[f]).sum::<f64>();
+        let ratio = sum(&self.old).max(f64::MIN_POSITIVE) / sum(&self.new).max(f64::MIN_POSITIVE);
+        self.count(folds) * ratio.ln()
+    }
+
+    fn count(&self, folds: [bool; FOLDS]) -> f64 {
+        (0..FOLDS).filter(|f| folds[*f]).map(|f| self.rows[f]).sum::<usize>() as f64
+    }
+
+    /// What the other gains on some rows if it is right.
+    fn due(&self, folds: [bool; FOLDS]) -> f64 {
+        let sum = |squares: &[f64; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| squares[f]).sum::<f64>();
+        self.count(folds) * (sum(&self.apart) / sum(&self.new).max(f64::MIN_POSITIVE)).ln_1p()
+    }
+
+    /// Whether it gains that, less three standard deviations at most, each of them twice the root of what is due in
+    /// white noise.
+    fn as_due(&self, folds: [bool; FOLDS]) -> bool {
+        let due = self.due(folds);
+        self.of(folds) > due - 6.0 * (self.spread * due).sqrt()
+    }
 }
 
 /// The search.
@@ -73,58 +114,51 @@ impl<'a> Search<'a> {
         let further = after.model.free().saturating_sub(before.model.free() + 1) as f64;
         let least = LEAST_GAIN + GAIN_PER_PARAMETER * further;
         let part = |folds| LEAST_PART * self.data.count(folds) as f64;
-        let enough = |gain: &dyn Fn([bool; FOLDS]) -> f64| {
-            let (fitted, chosen) = (gain(FIT_ROWS), gain(CHOOSE_ROWS));
-            let plenty = fitted > least.max(part(FIT_ROWS));
-            let there = (0.25 * least).max(part(CHOOSE_ROWS));
-            let seldom = || {
-                let due = self.due(before, after);
-                due < there && chosen > due - 4.0 * due.sqrt()
-            };
-            plenty && (chosen > there || (fitted > SELDOM * least && seldom()))
-        };
-        // Noise that is alike in samples that follow counts for less than its rows.
-        enough(&|folds| gain(before, after, folds))
-            && self.white_gain(before, after).is_none_or(|gains| enough(&|folds| gains(folds)))
+        self.compared(before, after).is_some_and(|all| {
+            all.iter().all(|gains| {
+                let (fitted, chosen) = (gains.of(FIT_ROWS), gains.of(CHOOSE_ROWS));
+                let plenty = fitted > least.max(part(FIT_ROWS));
+                let there = (0.25 * least).max(part(CHOOSE_ROWS));
+                // What acts seldom may hardly act on the rows that choose.
+                plenty && (chosen > there || (fitted > SELDOM * least && gains.as_due(CHOOSE_ROWS)))
+            })
+        })
     }
 
-    /// What a model gains over another on the rows that choose if it is right, give or take twice the root of it
-    /// (one standard deviation): what acts seldom, as a limit that the drive reaches twice, may not act there at all.
-    fn due(&self, before: &Fitted, after: &Fitted) -> f64 {
-        let (Ok(old), Ok(new)) = (before.positions(self.data), after.positions(self.data)) else {
-            return f64::INFINITY;
-        };
-        let rows = self.data.runs.iter().flat_map(|run| run.clone());
-        let apart: f64 =
-            rows.filter(|k| self.data.fold[*k] as usize == CHOOSE).map(|k| (old[k] - new[k]).powi(2)).sum();
-        after.rows[CHOOSE] as f64 * (apart / after.costs[CHOOSE].max(f64::MIN_POSITIVE)).ln_1p()
-    }
-
-    /// What a model gains over another, as [`gain`], after both residuals have passed the filter that whitens
-    /// the better one's; none where that is white already.
-    fn white_gain(&self, before: &Fitted, after: &Fitted) -> Option<impl Fn([bool; FOLDS]) -> f64> {
-        let whitening = self.whitening(after);
-        if whitening.is_empty() {
-            return None;
-        }
-        let costs = |f: &Fitted| -> Option<[f64; FOLDS]> {
-            let y = f.positions(self.data).ok()?;
-            let mut costs = [0.0; FOLDS];
+    /// What a model gains over another, before and, since noise that is alike in samples that follow counts for less
+    /// than its rows, after both residuals have passed the filter that whitens the better one's; none where a
+    /// model cannot be simulated.
+    fn compared(&self, before: &Fitted, after: &Fitted) -> Option<Vec<Gains>> {
+        let (old, new) = (before.positions(self.data).ok()?, after.positions(self.data).ok()?);
+        let recorded = self.data.position;
+        let residual: Vec<f64> = recorded.iter().zip(&new).map(|(a, b)| a - b).collect();
+        let noise = autoregression(&residual, &self.data.runs);
+        let passed = |filter: &[f64], spread: f64| {
+            let mut gains =
+                Gains { old: [0.0; FOLDS], new: [0.0; FOLDS], apart: [0.0; FOLDS], rows: [0; FOLDS], spread };
             for run in &self.data.runs {
-                for k in run.start + whitening.len()..run.end {
-                    let at = |k: usize| self.data.position[k] - y[k];
-                    let past: f64 = whitening.iter().enumerate().map(|(j, c)| c * at(k - 1 - j)).sum();
-                    costs[self.data.fold[k] as usize] += (at(k) - past).powi(2);
+                for k in run.start + filter.len()..run.end {
+                    let at = |values: &[f64], k: usize| recorded[k] - values[k];
+                    let white = |values: &[f64]| {
+                        let past = filter.iter().enumerate().map(|(j, c)| c * at(values, k - 1 - j));
+                        at(values, k) - past.sum::<f64>()
+                    };
+                    let (old, new, fold) = (white(&old), white(&new), self.data.fold[k] as usize);
+                    gains.old[fold] += old * old;
+                    gains.new[fold] += new * new;
+                    gains.apart[fold] += (old - new).powi(2);
+                    gains.rows[fold] += 1;
                 }
             }
-            Some(costs)
+            gains
         };
-        let (old, new, rows) = (costs(before)?, costs(after)?, before.rows);
-        Some(move |folds: [bool; FOLDS]| {
-            let sum = |costs: &[f64; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| costs[f]).sum::<f64>();
-            let rows: usize = (0..FOLDS).filter(|f| folds[*f]).map(|f| rows[f]).sum();
-            rows as f64 * (sum(&old).max(f64::MIN_POSITIVE) / sum(&new).max(f64::MIN_POSITIVE)).ln()
-        })
+        // Noise that is alike in samples that follow spreads a sum over slow terms as its density at rest does.
+        let density = noise.innovation / (1.0 - noise.coefficients.iter().sum::<f64>()).abs().max(1e-3);
+        let mut all = vec![passed(&[], (density / after.rms(ALL).max(f64::MIN_POSITIVE)).powi(2).max(1.0))];
+        if !noise.coefficients.is_empty() {
+            all.push(passed(&noise.coefficients, 1.0));
+        }
+        Some(all)
     }
 
     /// The effects beside the nominal plants (one per way of running between the samples), on the rows that

@@ -160,6 +160,8 @@ pub struct Structure {
     pub fitted_gain: f64,
     /// Number of shapes.
     pub shapes: usize,
+    /// From where to where in the observable; none where that is its whole range.
+    pub at: Option<(f64, f64)>,
 }
 
 /// All families beside a model, the strongest first.
@@ -192,7 +194,7 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
             let (fitted_gain, gain) = gained(&whole, base, &lanes);
             let rows = whole.rows[CHOOSE].max(1) as f64;
             let part = 1.0 - (-gain / rows).exp();
-            Some(Structure { variable, times: *times, part, gain, fitted_gain, shapes: count })
+            Some(Structure { variable, times: *times, part, gain, fitted_gain, shapes: count, at: None })
         })
         .collect();
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));

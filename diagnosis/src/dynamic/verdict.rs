@@ -27,10 +27,7 @@ const LEFT_GAIN: f64 = 30.0;
 const LEFT_GAIN_PER_SHAPE: f64 = 6.0;
 /// Structure that is left, as a part of what the effects explain, from which on they are not the physics
 /// but something like it: an effect with the right formula leaves nothing that is worth a hundredth.
-const MIMICRY: f64 = 0.02;
-/// A residual above so many times the noise is not noise: the deviation from some thousand rows, be they alike in
-/// ten that follow, is known to 3 %.
-const ABOVE: f64 = 1.1;
+const MIMICRY: f64 = 0.01;
 
 /// Units of the plant.
 #[derive(Debug, Clone)]
@@ -52,14 +49,10 @@ pub fn significant(found: &[Structure]) -> Vec<&Structure> {
         .collect()
 }
 
-/// The verdict: whether effects were found, and how much of the mismatch they leave as structure. `floor` is the
-/// noise, where the recording itself shows it: what is above it is structure, whether a family has its shape or not.
-pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure], floor: Option<f64>) -> Verdict {
-    let rows: usize = found.rows.iter().sum();
-    let above = floor
-        .filter(|floor| found.rms(ALL) > ABOVE * floor)
-        .map_or(0.0, |floor| found.cost(ALL) - floor * floor * rows as f64);
-    let structure = left.first().map_or(0.0, |strongest| strongest.part * found.cost(ALL)).max(above);
+/// The verdict: whether effects were found, and how much of the mismatch they leave as structure: what the strongest
+/// family shows, or all of the squared residual that is `above` the noise, whether a family has its shape or not.
+pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure], above: f64) -> Verdict {
+    let structure = left.iter().map(|s| s.part * found.cost(ALL)).fold(above, f64::max);
     if found.model.terms.len() == nominal.model.terms.len() {
         return if structure > 0.0 { Verdict::Unexplained } else { Verdict::Consistent };
     }
@@ -222,11 +215,11 @@ pub fn locations(
     families: &[&Structure],
 ) -> Vec<Location> {
     let mut out: Vec<Location> = Vec::new();
-    let mut add = |variable: &str, times: Option<&str>, share: f64, p_value: f64| {
+    let mut add = |variable: &str, times: Option<&str>, at: Option<(f64, f64)>, share: f64, p_value: f64| {
         if out.iter().any(|l| l.variable == variable && l.times.as_deref() == times) {
             return;
         }
-        let (from, to) = reach(data, t_s, variable);
+        let (from, to) = at.unwrap_or_else(|| reach(data, t_s, variable));
         out.push(Location {
             variable: variable.into(),
             times: times.map(Into::into),
@@ -238,12 +231,12 @@ pub fn locations(
     };
     for e in named {
         if let Some(effect) = super::effects::effect(&e.id) {
-            add(effect.variable(), None, e.share * explained_part, e.p_value);
+            add(effect.variable(), None, None, e.share * explained_part, e.p_value);
         }
     }
     let rest = if named.is_empty() { 1.0 } else { 1.0 - explained_part };
     for s in families {
-        add(s.variable, s.times, s.part * rest, p_value(s.gain, s.shapes));
+        add(s.variable, s.times, s.at, s.part * rest, p_value(s.gain, s.shapes));
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out

@@ -161,6 +161,11 @@ pub trait DynamicEffect:
     /// Parameters from which a search starts. What multiplies the effect is zero where its linearised
     /// signature is to say how large it is.
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>>;
+    /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
+    /// special case of this one.
+    fn starts_from(&self, _simpler: &str, _parameters: &[f64], _scale: &Scale) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
     /// Whether these parameters can be this effect.
     fn plausible(&self, _parameters: &[f64], _scale: &Scale) -> bool {
         true

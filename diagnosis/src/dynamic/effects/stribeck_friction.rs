@@ -55,6 +55,15 @@ impl DynamicEffect for StribeckFriction {
             .map(|part| vec![0.0, 0.0, part * scale.speed, HARD * scale.speed])
             .collect()
     }
+    fn starts_from(&self, simpler: &str, parameters: &[f64], scale: &Scale) -> Vec<Vec<f64>> {
+        match (simpler, parameters) {
+            ("coulomb_friction", [force, creep]) => [0.1, 0.3, 1.0]
+                .iter()
+                .map(|part| vec![0.9 * force, 0.3 * force, part * scale.speed, *creep])
+                .collect(),
+            _ => Vec::new(),
+        }
+    }
     fn holds(&self, parameters: &[f64]) -> f64 {
         (parameters[0] + parameters[1]).max(0.0)
     }

@@ -99,6 +99,7 @@ impl Search<'_> {
             })
             .collect();
         models.extend(self.late(present, &candidates));
+        models.extend(self.widened(present));
         let tried: Vec<Fitted> = models
             .par_iter()
             .filter_map(|model| fit(model, &present.states, self.data, FIT_ROWS, HEAT))
@@ -124,6 +125,20 @@ impl Search<'_> {
         }
         of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
         of_effect
+    }
+
+    /// Effects in the place of those that they hold as a special case. Beside nothing such an effect is sought from
+    /// zero, where its shape means nothing, and may run to where it is no physics.
+    fn widened(&self, present: &Fitted) -> Vec<Model> {
+        let mut models = Vec::new();
+        for (k, term) in present.model.terms.iter().enumerate().skip(self.given) {
+            for effect in self.catalogue.iter().filter(|e| !present.model.has(e.id())) {
+                let starts = effect.starts_from(term.effect.id(), &term.parameters, &self.data.scale);
+                let wider = |start| present.model.without(k).with(Term::new(*effect, start));
+                models.extend(starts.into_iter().map(wider));
+            }
+        }
+        models
     }
 
     /// Delays and lags beside the other ways of running between the samples. A held drive is half a sample late:

@@ -1,0 +1,145 @@
+//! How much of a residual is no noise, whether a family of forces has its shape or not: what is above the noise, and
+//! a tone that the drive does not hold.
+
+use super::data::{ALL, Data};
+use super::estimate::Fitted;
+use super::noise::Autoregression;
+use super::spectrum::fourier::{coefficients, hann};
+use super::structure::Structure;
+
+/// A residual above so many times the noise is not noise: the deviation from some thousand rows, be they alike in
+/// ten that follow, is known to 3 %.
+const ABOVE: f64 = 1.1;
+/// Innovation of a residual over its root mean square below which it is no noise: one that is alike over a
+/// hundred samples still has 0.14.
+const PREDICTED: f64 = 0.12;
+/// How many times its innovation the noise may be where a residual holds structure: a noise that is alike over
+/// eighteen samples is that.
+const COLOURED: f64 = 3.0;
+/// Power on one line over the median of that of the lines around it from which on it is a tone: in noise none of
+/// 10¹⁰ lines reaches 34, and the flank of a resonance is far below.
+const TONE: f64 = 80.0;
+/// Power of a tone over that of any other: what is not linear makes many of the drive's lines.
+const ALONE: f64 = 4.0;
+/// Lines on each side of a tone that its window spreads it to, and lines beyond them to compare it with.
+const SPREAD: usize = 3;
+const AROUND: usize = 24;
+/// Power on a line of the drive over that around it from which on the drive holds the tone itself.
+const IN_DRIVE: f64 = 10.0;
+/// Part of the residual that a tone has to be.
+const LEAST_PART: f64 = 0.005;
+
+/// The part of a model's squared residual that is no noise. `floor` is the noise where the recording itself shows it;
+/// elsewhere, once the residual is `known` to hold structure, or is such that its own past predicts it, what its past
+/// predicts counts as structure too: what showed it is only the part of it that some family has the shape of.
+pub fn above(found: &Fitted, floor: Option<f64>, noise: &Autoregression, known: bool) -> f64 {
+    let rows: usize = found.rows.iter().sum();
+    let level = match floor {
+        Some(floor) if found.rms(ALL) > ABOVE * floor => floor,
+        None if known || noise.innovation < PREDICTED * found.rms(ALL) => COLOURED * noise.innovation,
+        _ => return 0.0,
+    };
+    (found.cost(ALL) - level * level * rows as f64).max(0.0)
+}
+
+/// A tone in a residual, at a frequency at which the drive has none: no mechanism that stays as it is makes one.
+pub fn tone(residual: &[f64], data: &Data) -> Option<Structure> {
+    let run = data.runs.iter().max_by_key(|run| run.len())?.clone();
+    let power = |values: &[f64]| -> Vec<f64> {
+        let middle = crate::rows::mean(values);
+        let window = hann(values.len());
+        let windowed: Vec<f64> = values.iter().zip(window).map(|(x, w)| (x - middle) * w).collect();
+        coefficients(&windowed).iter().map(|c| c.norm_sqr()).collect()
+    };
+    let (own, drive) = (power(&residual[run.clone()]), power(&data.drive[run.clone()]));
+    // Power on a line over the median of the lines around it.
+    let stands_out = |power: &[f64], k: usize| {
+        let beside = power[k.saturating_sub(AROUND)..k - SPREAD].iter();
+        let beside = beside.chain(&power[k + SPREAD + 1..power.len().min(k + AROUND + 1)]);
+        let mut beside: Vec<f64> = beside.copied().collect();
+        let middle = beside.len() / 2;
+        beside.select_nth_unstable_by(middle, f64::total_cmp);
+        power[k] / beside[middle].max(f64::MIN_POSITIVE)
+    };
+    let mut lines: Vec<usize> = (SPREAD + 1..own.len().saturating_sub(SPREAD + 1)).collect();
+    lines.retain(|k| stands_out(&own, *k) > TONE);
+    let strongest = |lines: &[usize]| lines.iter().copied().max_by(|a, b| own[*a].total_cmp(&own[*b]));
+    let line = strongest(&lines)?;
+    lines.retain(|k| k.abs_diff(line) > SPREAD);
+    let alone = strongest(&lines).is_none_or(|second| own[line] > ALONE * own[second]);
+    if !alone || stands_out(&drive, line) > IN_DRIVE {
+        return None;
+    }
+    let spread: f64 = own[line - SPREAD..=line + SPREAD].iter().sum();
+    let part = spread / own.iter().sum::<f64>();
+    let unit = 1.0 / (run.len() as f64 * data.step_s);
+    let gain = -(run.len() as f64) * (1.0 - part).max(1e-12).ln();
+    (part > LEAST_PART).then(|| Structure {
+        variable: "frequency_hz",
+        times: None,
+        part,
+        gain,
+        fitted_gain: gain,
+        shapes: 3,
+        at: Some(((line - 1) as f64 * unit, (line + 1) as f64 * unit)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamic::recording::DynamicRecording;
+
+    const ROWS: usize = 8192;
+
+    /// A drive of many lines, and a residual of noise with a tone in it.
+    fn recording(frequency_hz: f64, amplitude: f64, in_drive: f64) -> DynamicRecording {
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let t_s: Vec<f64> = (0..ROWS).map(|k| k as f64 * 1e-3).collect();
+        let tone = |t: &f64| (std::f64::consts::TAU * frequency_hz * t).sin();
+        let drive = t_s.iter().map(|t| random() + in_drive * tone(t)).collect();
+        let position = t_s.iter().map(|t| random() + amplitude * tone(t)).collect();
+        DynamicRecording {
+            file: String::new(),
+            sha256: String::new(),
+            step_s: 1e-3,
+            t_s,
+            drives: vec![drive],
+            positions: vec![position],
+            runs: vec![0..ROWS; 1],
+            run_numbers: vec![0],
+            period: None,
+            amplitude: None,
+            command: None,
+        }
+    }
+
+    fn found(recording: &DynamicRecording) -> Option<Structure> {
+        tone(&recording.positions[0], &Data::new(recording))
+    }
+
+    #[test]
+    fn a_tone_stands_out_of_noise_where_the_drive_has_none() {
+        assert!(found(&recording(50.03, 0.0, 0.0)).is_none());
+        let tone = found(&recording(50.03, 0.1, 0.0)).expect("a tone");
+        let (from, to) = tone.at.expect("a place");
+        assert!(from < 50.03 && to > 50.03 && to - from < 0.3, "{from} {to}");
+        // 0.1²/2 beside a variance of 1/12.
+        assert!((tone.part - 0.056).abs() < 0.02, "{}", tone.part);
+        assert!(found(&recording(50.03, 0.1, 0.5)).is_none(), "what the drive holds is no hum");
+    }
+
+    #[test]
+    fn the_largest_excursion_of_the_drive_is_on_rows_that_fit() {
+        for place in [100, 200, 300, 450, 8000] {
+            let mut recording = recording(50.0, 0.0, 0.0);
+            recording.drives[0][place] = -3.0;
+            let fold = Data::new(&recording).fold;
+            assert_eq!([fold[0], fold[place]].map(usize::from), [crate::dynamic::data::FIT; 2], "{place}");
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What acts so seldom that it acts on hardly any row that fits: a limit that the drive reaches once or twice.
+
+use rayon::prelude::*;
+
+use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, SELDOM, Search, is_late};
+use crate::dynamic::data::FOLDS;
+use crate::dynamic::effects::Part;
+use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
+use crate::dynamic::model::{MOST_TERMS, Model, Term};
+
+/// Rows that fit and rows that choose.
+const BOTH: [bool; FOLDS] = [true, true, false];
+/// Steps of an estimate of a start.
+const SHORT: usize = 4;
+
+impl Search<'_> {
+    /// The model with a limit of the drive, where the rows that fit and those that choose show it only together: it
+    /// must gain on them all what an effect that acts seldom has to gain where it was fitted, and on either kind what
+    /// its own simulation says.
+    pub fn with_seldom(&self, present: Fitted) -> Fitted {
+        if present.model.terms.len() >= MOST_TERMS {
+            return present;
+        }
+        let limits = self.catalogue.iter().filter(|e| e.part() == Part::Drive && !is_late(**e));
+        let limits = limits.filter(|e| !present.model.has(e.id()) && e.parameters().iter().all(|p| p.shape));
+        let models: Vec<Model> = limits
+            .flat_map(|e| e.starts(&self.data.scale).into_iter().map(|start| (*e, start)))
+            .map(|(effect, start)| present.model.with(Term::new(effect, start)))
+            .collect();
+        if models.is_empty() {
+            return present;
+        }
+        let Some(base) = fit(&present.model, &present.states, self.data, BOTH, PATIENCE) else {
+            return present;
+        };
+        let best = models
+            .par_iter()
+            .filter_map(|model| fit(model, &base.states, self.data, BOTH, SHORT))
+            .min_by(|a, b| a.cost(BOTH).total_cmp(&b.cost(BOTH)))
+            .filter(|f| f.cost(BOTH) < base.cost(BOTH))
+            .and_then(|f| fit(&f.model, &f.states, self.data, BOTH, PATIENCE))
+            .filter(|f| f.model.terms.iter().all(|term| self.sound(term)));
+        match best {
+            Some(f) if self.worth_on_both(&base, &f) => f,
+            _ => present,
+        }
+    }
+
+    fn worth_on_both(&self, before: &Fitted, after: &Fitted) -> bool {
+        let least = (SELDOM * LEAST_GAIN).max(LEAST_PART * self.data.count(BOTH) as f64);
+        self.compared(before, after).is_some_and(|all| {
+            all.iter()
+                .all(|gains| gains.of(BOTH) > least && gains.as_due(FIT_ROWS) && gains.as_due(CHOOSE_ROWS))
+        })
+    }
+}
