@@ -23,6 +23,8 @@ pub const ALTERNATIVE: f64 = 0.02;
 /// Unit of a parameter that is a speed, and how many times the speed that counts as standing still it has to be.
 const SPEED: &str = "p/s";
 const RESOLVED: f64 = 3.0;
+/// Unit of a parameter that is a frequency: it has to lie within the smoothing.
+const FREQUENCY: &str = "Hz";
 
 /// The search along one motion.
 pub struct Along<'a> {
@@ -198,10 +200,14 @@ impl Along<'_> {
             };
             let (inverse, solved) = self.with(present, *e, start)?;
             let parameters = &solved.model.terms.last()?.parameters;
-            // What happens below the speed at which the direction of a smoothed motion is uncertain is not seen.
-            let seen = e.parameters().iter().zip(parameters).enumerate().all(|(j, (p, value))| {
-                p.unit != SPEED || e.creep() == Some(j) || *value > RESOLVED * self.motion.slow()
-            });
+            // What happens below the speed at which the direction of a smoothed motion is uncertain is not seen, nor
+            // is a resonance beyond the smoothing: its foot is taken for what the smoothing leaves of a lag.
+            let seen =
+                e.parameters().iter().zip(parameters).enumerate().all(|(j, (p, value))| match p.unit {
+                    SPEED => e.creep() == Some(j) || *value > RESOLVED * self.motion.slow(),
+                    FREQUENCY => *value < self.motion.cutoff_hz,
+                    _ => true,
+                });
             (seen && e.plausible(parameters, scale)).then_some((inverse, solved))
         };
         let mut found: Vec<(Inverse, Solved)> = catalogue.par_iter().filter_map(one).collect();
