@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::inverse::{Inverse, Solved, effect_columns, is_lag, model_columns, solve};
 use super::motion::Motion;
 use crate::dynamic::data::{CHOOSE, FIT};
-use crate::dynamic::effects::{DynamicEffect, Part, Scale};
+use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
 use crate::dynamic::model::MOST_TERMS;
 use crate::linear::dot;
 
@@ -25,6 +25,18 @@ const SPEED: &str = "p/s";
 const RESOLVED: f64 = 3.0;
 /// Unit of a parameter that is a frequency: it has to lie within the smoothing.
 const FREQUENCY: &str = "Hz";
+
+/// Whether a smoothed motion shows an effect with these parameters. What happens below the speed `slow` at which the
+/// direction of motion is uncertain is not seen, nor is a resonance beyond the smoothing: its foot is taken for what
+/// the smoothing leaves of a lag.
+fn seen(effect: &dyn DynamicEffect, parameters: &[f64], slow: f64, cutoff_hz: f64) -> bool {
+    let one = |(j, (p, value)): (usize, (&Parameter, &f64))| match p.unit {
+        SPEED => effect.creep() == Some(j) || *value > RESOLVED * slow,
+        FREQUENCY => *value < cutoff_hz,
+        _ => true,
+    };
+    effect.parameters().iter().zip(parameters).enumerate().all(one)
+}
 
 /// The search along one motion.
 pub struct Along<'a> {
@@ -200,14 +212,7 @@ impl Along<'_> {
             };
             let (inverse, solved) = self.with(present, *e, start)?;
             let parameters = &solved.model.terms.last()?.parameters;
-            // What happens below the speed at which the direction of a smoothed motion is uncertain is not seen, nor
-            // is a resonance beyond the smoothing: its foot is taken for what the smoothing leaves of a lag.
-            let seen =
-                e.parameters().iter().zip(parameters).enumerate().all(|(j, (p, value))| match p.unit {
-                    SPEED => e.creep() == Some(j) || *value > RESOLVED * self.motion.slow(),
-                    FREQUENCY => *value < self.motion.cutoff_hz,
-                    _ => true,
-                });
+            let seen = seen(*e, parameters, self.motion.slow(), self.motion.cutoff_hz);
             (seen && e.plausible(parameters, scale)).then_some((inverse, solved))
         };
         let mut found: Vec<(Inverse, Solved)> = catalogue.par_iter().filter_map(one).collect();
@@ -269,5 +274,22 @@ impl Along<'_> {
             }
         }
         Some(present)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::seen;
+    use crate::dynamic::effects::effect;
+
+    #[test]
+    fn what_the_smoothing_hides_is_not_seen() {
+        let mode = effect("flexible_mode").expect("an effect");
+        assert!(seen(mode, &[80.0, 0.1, 0.02], 5.0, 122.0));
+        assert!(!seen(mode, &[800.0, 0.1, 0.02], 5.0, 122.0));
+        let friction = effect("stribeck_friction").expect("an effect");
+        // The last one is the speed of creep, whatever it is.
+        assert!(seen(friction, &[1.0, 0.5, 20.0, 1e-6], 5.0, 122.0));
+        assert!(!seen(friction, &[1.0, 0.5, 10.0, 1e-6], 5.0, 122.0));
     }
 }
