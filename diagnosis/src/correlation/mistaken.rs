@@ -12,6 +12,9 @@ use crate::linear::{Basis, Columns, add_scaled, cholesky, dot};
 const SLOW_GAIN: f64 = 18.0;
 /// The same for every further column of a group.
 const SLOW_GAIN_PER_COLUMN: f64 = 3.0;
+/// Number of columns up to which that is enough. Where noise remembers, a step at any row is a test of that row's
+/// reading alone, so that there are as many independent ones as rows.
+const FEW_COLUMNS: f64 = 50.0;
 /// Gain in −2 log likelihood of the best correlation over none, from which on something can have been taken for
 /// correlation: by chance in one recording of forty.
 const CORRELATION_SEEN: f64 = 4.0;
@@ -54,6 +57,7 @@ impl Correlation {
         if now(&places[0]) - best < CORRELATION_SEEN {
             return Vec::new();
         }
+        let of_a_step = SLOW_GAIN + 2.0 * (n as f64 / FEW_COLUMNS).ln().max(0.0);
         let mut taken = Vec::new();
         while taken.len() < MOST_TAKEN {
             let before = places.iter().map(now).fold(f64::INFINITY, f64::min);
@@ -62,15 +66,15 @@ impl Correlation {
                 .par_iter()
                 .map(|place| {
                     let rss = dot(&place.residual, &place.residual);
-                    let widths = suspects.iter().map(Vec::len).chain(std::iter::repeat(1));
-                    let explained =
-                        place.explained_by(suspects).into_iter().chain(place.explained_by_steps());
-                    explained
-                        .zip(widths)
-                        .map(|(explained, width)| {
-                            let asked = SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (width as f64 - 1.0);
-                            before - deviance(place, rss - explained) - asked
-                        })
+                    let of_groups = place.explained_by(suspects).into_iter().zip(suspects);
+                    let of_groups = of_groups.map(|(explained, group)| {
+                        (explained, SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (group.len() as f64 - 1.0))
+                    });
+                    let of_steps =
+                        place.explained_by_steps().into_iter().map(|explained| (explained, of_a_step));
+                    of_groups
+                        .chain(of_steps)
+                        .map(|(explained, asked)| before - deviance(place, rss - explained) - asked)
                         .collect()
                 })
                 .collect();

@@ -7,6 +7,9 @@ use super::{Found, Search, Term};
 
 /// Part of the models with all the right names that are said to leave something.
 pub const MISFIT: f64 = 0.01;
+/// Probability over the whole search below which structure is beyond doubt, whatever the noise remembers: an alarm that
+/// noise of a long memory raised must still be able to fall when that memory is measured.
+const BEYOND_DOUBT: f64 = 1e-5;
 
 impl Search<'_> {
     /// The strongest generic dependence of what the terms leave, where it is more than noise.
@@ -15,9 +18,9 @@ impl Search<'_> {
         self.strongest_generic(terms).filter(|found| found.surprise >= level)
     }
 
-    /// Whether what the terms leave would raise an alarm by itself.
+    /// Whether what the terms leave is beyond doubt no noise.
     pub fn leaves_much(&self, terms: &[Term]) -> bool {
-        self.strongest_generic(terms).is_some_and(|found| self.significant(&found))
+        self.strongest_generic(terms).is_some_and(|found| self.family_wise(&found) > -BEYOND_DOUBT.ln())
     }
 
     fn strongest_generic(&self, terms: &[Term]) -> Option<Found> {
