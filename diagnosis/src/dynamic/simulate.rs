@@ -194,11 +194,15 @@ where
             let s = i as f64 * part;
             self.machine.time = self.course.start_s + (k as f64 + s) * self.course.step_s;
             let span = self.way.span(k, s, part, self.step_s);
-            if self.machine.friction {
+            let friction = self.machine.friction;
+            if !friction || self.direction != 0.0 {
+                let direction = if friction { self.direction } else { 0.0 };
+                self.machine.step_into(room, state, self.step_s, &span, direction);
+            }
+            // Most steps have no event; those of one are done again, divided where it is.
+            if friction && (self.direction == 0.0 || room.to.v.value() * self.direction < 0.0) {
                 let (direction, holds) = (&mut self.direction, self.holds);
                 room.to = self.machine.step_with_friction(*state, self.step_s, &span, direction, holds);
-            } else {
-                self.machine.step_into(room, state, self.step_s, &span, 0.0);
             }
             along(state, &room.to);
             self.machine.copy(state, &room.to);
