@@ -53,8 +53,8 @@ impl Noise {
 /// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
 /// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
 /// `slow` are groups of columns that would be taken for noise that remembers if they were left in; they and a step
-/// at any row (none without such groups) are looked for beside the model, and beside `light`, the least model, because a model that follows slow changes closely
-/// hides a jump nearly as well as correlation does.
+/// at any row (none without such groups) are looked for beside the model, and beside `light`, the least model,
+/// because a model that follows slow changes closely hides a jump nearly as well as correlation does.
 pub fn estimate(
     y: &[f64],
     t_s: &[f64],

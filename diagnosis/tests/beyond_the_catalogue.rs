@@ -3,18 +3,8 @@
 
 mod common;
 
-use common::{recording, scene};
+use common::{normal, recording, scene, wandering};
 use serde_json::Value;
-
-/// Normal deviates, the same for the same seed.
-fn normal(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    let mut uniform = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
-}
 
 /// Readings of six passes of 31 rows every 3 s: degrees and degrees Celsius, the temperature at one level in each
 /// pass, which it approaches within half a minute.
@@ -94,16 +84,7 @@ fn what_names_leave_is_not_taken_for_memory() {
         })
         .collect();
     for seed in [13, 35] {
-        let mut normal = normal(seed);
-        let kept = (-3.0_f64 / 7.0).exp();
-        let mut wander = normal();
-        let noise: Vec<f64> = (0..186)
-            .map(|_| {
-                wander = kept * wander + (1.0 - kept * kept).sqrt() * normal();
-                0.5 * wander
-            })
-            .collect();
-        let json = diagnosed(|row, _, _| 5.0 * heats[row], &noise, seed);
+        let json = diagnosed(|row, _, _| 5.0 * heats[row], &wandering(186, seed), seed);
         assert_eq!(json["verdict"], "partly_explained", "{seed}");
     }
 }

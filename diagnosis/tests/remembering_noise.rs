@@ -2,25 +2,12 @@
 
 mod common;
 
-use common::{recording, scene};
+use common::{recording, scene, wandering};
 
-/// Six passes of 31 rows, read every 3 s, with noise of 0.5″ that remembers for seven of them, and a step from
+/// Six passes of 31 rows, read every 3 s, with noise of 0.5″ that remembers for 7 s, and a step from
 /// `first` on.
 fn step_in_wandering_noise(first: usize, height: f64, seed: u64) -> (Vec<String>, f64) {
-    let mut state = seed;
-    let mut uniform = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
-    let kept = (-3.0_f64 / 7.0).exp();
-    let mut wander = normal();
-    let noise: Vec<f64> = (0..186)
-        .map(|_| {
-            wander = kept * wander + (1.0 - kept * kept).sqrt() * normal();
-            0.5 * wander
-        })
-        .collect();
+    let noise = wandering(186, seed);
     let scene = scene();
     let path = recording(scene.folder.path(), "r.csv", 6, |row, cells| {
         let (pass, k) = (row / 31, row % 31);

@@ -83,3 +83,28 @@ impl Scene {
         serde_json::from_str(&text).expect("JSON")
     }
 }
+
+/// Normal deviates, the same for the same seed (twelve uniform numbers; Knuth's generator).
+#[allow(dead_code)] // Not every test that shares this module draws noise.
+pub fn normal(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+}
+
+/// Noise of 0.5″ in `rows` readings, one every 3 s, that remembers for 7 s.
+#[allow(dead_code)]
+pub fn wandering(rows: usize, seed: u64) -> Vec<f64> {
+    let mut normal = normal(seed);
+    let kept = (-3.0_f64 / 7.0).exp();
+    let mut wander = normal();
+    (0..rows)
+        .map(|_| {
+            wander = kept * wander + (1.0 - kept * kept).sqrt() * normal();
+            0.5 * wander
+        })
+        .collect()
+}

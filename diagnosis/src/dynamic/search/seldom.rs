@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, SELDOM, Search, is_late};
+use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, SELDOM, Search};
 use crate::dynamic::data::FOLDS;
 use crate::dynamic::effects::Part;
 use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
@@ -21,7 +21,7 @@ impl Search<'_> {
         if present.model.terms.len() >= MOST_TERMS {
             return present;
         }
-        let limits = self.catalogue.iter().filter(|e| e.part() == Part::Drive && !is_late(**e));
+        let limits = self.catalogue.iter().filter(|e| e.part() == Part::Drive);
         let limits = limits.filter(|e| !present.model.has(e.id()) && e.parameters().iter().all(|p| p.shape));
         let models: Vec<Model> = limits
             .flat_map(|e| e.starts(&self.data.scale).into_iter().map(|start| (*e, start)))
