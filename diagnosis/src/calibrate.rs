@@ -17,6 +17,7 @@ use crate::effects::Effect;
 use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns};
 use crate::noise::Noise;
+use crate::rows::rms;
 
 /// False alarms allowed over the whole search.
 pub const FALSE_ALARMS: f64 = 0.004;
@@ -33,6 +34,9 @@ const TAIL: f64 = 0.2;
 const NEIGHBOURHOODS: usize = 8;
 /// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
 const PRIOR_TAIL: f64 = 150.0;
+/// How much more a resample may have of what is new in each reading than the recording has, as a ratio of variances.
+/// A shorter memory at the same level would have more of it than the recording can hide.
+const MOST_NEW: f64 = 1.25;
 /// How much less of the allowed false alarms a generic family gets than a catalogued one.
 pub const GENERIC_SHARE: f64 = 0.04;
 
@@ -239,8 +243,7 @@ pub fn calibrate(
     shares: &[f64],
 ) -> Calibration {
     let neighbours = Neighbours::new(angles);
-    let correlations: Vec<(Correlation, f64)> =
-        noise.posterior.iter().map(|(time, weight)| (noise.correlation.with(*time), *weight)).collect();
+    let memories = Memory::all(noise);
     let whitener = noise.whitener();
     let jumps: Vec<Option<Jumps>> =
         dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
@@ -255,8 +258,8 @@ pub fn calibrate(
             for (k, scale) in scales.iter_mut().enumerate() {
                 let place = (group * TOGETHER + k) % RESAMPLES;
                 let part = (place as f64 + random.random::<f64>()) / RESAMPLES as f64;
-                let correlation = quantile(&correlations, part);
-                resamples.push(&resample(noise, &neighbours, correlation, &mut random));
+                let memory = Memory::at(&memories, part);
+                resamples.push(&resample(noise, &neighbours, memory, &mut random));
                 // χ² of the level's freedom, by the Wilson–Hilferty cube.
                 let z = standard_normal(&mut random);
                 let v = 2.0 / (9.0 * noise.freedom);
@@ -305,21 +308,51 @@ pub fn calibrate(
 /// One resample: whitened residuals drawn from the rows nearest in the angle, with random signs, given a
 /// correlation, whitened by the estimate. Drawn from all rows they would spread a variance that
 /// changes along the stroke, beyond what its model follows, evenly over it.
-fn resample(
-    noise: &Noise,
-    neighbours: &Neighbours,
-    correlation: &Correlation,
-    random: &mut ChaCha8Rng,
-) -> Vec<f64> {
+fn resample(noise: &Noise, neighbours: &Neighbours, memory: &Memory, random: &mut ChaCha8Rng) -> Vec<f64> {
     let drawn: Vec<f64> = (0..noise.whitened_residual.len())
         .map(|i| {
             let bits = random.next_u64();
             let pick = neighbours.pick(i, bits >> 1);
-            if bits & 1 == 0 { noise.whitened_residual[pick] } else { -noise.whitened_residual[pick] }
+            let value = memory.level * noise.whitened_residual[pick];
+            if bits & 1 == 0 { value } else { -value }
         })
         .collect();
-    let coloured = correlation.colour(drawn.into_iter());
+    let coloured = memory.correlation.colour(drawn.into_iter());
     noise.correlation.whiten(coloured.into_iter())
+}
+
+/// What the noise may remember.
+struct Memory {
+    correlation: Correlation,
+    /// Its posterior weight.
+    weight: f64,
+    /// The standard deviation that goes with it, relative to that of the estimate: a recording tells what is new in
+    /// each reading far better than how long it is remembered.
+    level: f64,
+}
+
+impl Memory {
+    /// The posterior.
+    fn all(noise: &Noise) -> Vec<Memory> {
+        let seen = noise.correlation.colour(noise.whitened_residual.iter().copied());
+        let of = |(time, weight): &(f64, f64)| {
+            let correlation = noise.correlation.with(*time);
+            let new = rms(&correlation.whiten(seen.iter().copied()));
+            let level = (new * MOST_NEW.sqrt()).min(1.0);
+            Memory { correlation, weight: *weight, level }
+        };
+        noise.posterior.iter().map(of).collect()
+    }
+
+    /// The one up to which `part` of the posterior lies.
+    fn at(posterior: &[Memory], part: f64) -> &Memory {
+        let mut sum = 0.0;
+        let reached = posterior.iter().find(|memory| {
+            sum += memory.weight;
+            sum >= part
+        });
+        reached.unwrap_or(&posterior[posterior.len() - 1])
+    }
 }
 
 /// The rows nearest to every row in the angle.
@@ -346,16 +379,6 @@ impl Neighbours {
         let first = self.place[row].saturating_sub(self.window / 2).min(self.sorted.len() - self.window);
         self.sorted[first + (random % self.window as u64) as usize]
     }
-}
-
-/// The correlation up to which `part` of the posterior lies.
-fn quantile(posterior: &[(Correlation, f64)], part: f64) -> &Correlation {
-    let mut sum = 0.0;
-    let reached = posterior.iter().find(|(_, weight)| {
-        sum += weight;
-        sum >= part
-    });
-    &reached.unwrap_or(&posterior[posterior.len() - 1]).0
 }
 
 /// A standard normal number (Box–Muller).

@@ -145,10 +145,13 @@ impl Correlation {
                 *value = Some(at(k));
             }
         });
-        let weights: Vec<f64> = likelihood.iter().map(|l| l.map_or(0.0, |l| l.min(600.0).exp())).collect();
+        // Relative to the likeliest: read fast, a recording of some hundred rows tells by a factor beyond any number.
+        let likeliest = best.max(0.0);
+        let weights: Vec<f64> = likelihood.iter().map(|l| l.map_or(0.0, |l| (l - likeliest).exp())).collect();
         let slab = weights.iter().sum::<f64>() / POINTS as f64;
-        let total = PRIOR_UNCORRELATED + (1.0 - PRIOR_UNCORRELATED) * slab;
-        let mut posterior = vec![(0.0, PRIOR_UNCORRELATED / total)];
+        let uncorrelated = PRIOR_UNCORRELATED * (-likeliest).exp();
+        let total = uncorrelated + (1.0 - PRIOR_UNCORRELATED) * slab;
+        let mut posterior = vec![(0.0, uncorrelated / total)];
         let each = (1.0 - PRIOR_UNCORRELATED) / (total * POINTS as f64);
         posterior.extend(grid.iter().zip(&weights).map(|(time, w)| (*time, w * each)));
         posterior.retain(|(_, w)| *w > 1e-5);
@@ -287,5 +290,16 @@ pub(crate) mod tests {
             let uncorrelated = none.posterior(&white(840, seed), &model, &shape);
             assert!(none.mean(&uncorrelated).typical() < 0.15);
         }
+    }
+
+    #[test]
+    fn many_rows_leave_no_doubt_however_likely() {
+        let n = 2400;
+        let none = Correlation::none(&(0..n).map(|i| 0.05 * i as f64).collect::<Vec<f64>>());
+        let clean = none.with(40.0).colour(white(n, 7).into_iter());
+        let posterior = none.posterior(&clean, &[vec![1.0; n]], &vec![1.0; n]);
+        // Sixty stretches of the memory's length: the time constant is known to a third.
+        let near: f64 = posterior.iter().filter(|(t, _)| (20.0..80.0).contains(t)).map(|(_, w)| w).sum();
+        assert!(near > 0.9, "{posterior:?}");
     }
 }

@@ -105,8 +105,11 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     }
     drop_what_a_curve_leaves(last.as_ref().unwrap_or(&search), &mut terms);
     // The noise about the saturated model has no part in whatever the names leave, and judges it.
-    let named = !terms.is_empty() && terms.iter().all(|t| search.effect(t.family).is_some());
-    if named && let Some(rest) = search.remainder(&terms) {
+    let named = terms.iter().any(|t| search.effect(t.family).is_some());
+    if named
+        && !terms.iter().any(|t| search.is_generic(t.family))
+        && let Some(rest) = search.remainder(&terms)
+    {
         terms.push(rest.term);
     }
     Explanation { search: last.unwrap_or(search), terms, alarm }

@@ -212,12 +212,40 @@ fn histories(rows: &Rows, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
         groups.push(vec![following_direction(rows, x, length)]);
     }
     let turning = remembered_turning(x, 0.02);
-    for length in [0.2, 0.4, 0.8] {
-        let trace = |(x, m): (&f64, &f64)| m * (-(x - m).abs() / length).exp();
-        groups.push(vec![x.iter().zip(&turning).map(trace).collect()]);
+    for extreme in [turning.clone(), last_beyond(x, 0.7), last_beyond(x, 0.85)] {
+        for length in [0.2, 0.4, 0.8] {
+            let trace = |(x, m): (&f64, &f64)| m * (-(x - m).abs() / length).exp();
+            groups.push(vec![x.iter().zip(&extreme).map(trace).collect()]);
+        }
+        groups.push(vec![extreme]);
     }
-    groups.push(vec![turning]);
+    for part in [0.25, 0.8] {
+        groups.push(vec![fading(&rows.t_s, &turning, part)]);
+    }
     groups
+}
+
+/// The last place before each row that was beyond `least` of half the stroke, nothing before the first.
+fn last_beyond(x: &[f64], least: f64) -> Vec<f64> {
+    let mut last = 0.0;
+    let before = |x: &f64| if x.abs() > least { std::mem::replace(&mut last, *x) } else { last };
+    x.iter().map(before).collect()
+}
+
+/// A memory that fades with the time since it last changed, with a time constant that is a part of the mean time
+/// between two changes.
+fn fading(t_s: &[f64], memory: &[f64], part: f64) -> Vec<f64> {
+    let changes = memory.windows(2).filter(|m| m[0] != m[1]).count();
+    let time_constant = part * (t_s[t_s.len() - 1] - t_s[0]) / (changes + 1) as f64;
+    let mut since = t_s[0];
+    (0..t_s.len())
+        .map(|i| {
+            if i > 0 && memory[i] != memory[i - 1] {
+                since = t_s[i - 1];
+            }
+            memory[i] * (-(t_s[i] - since) / time_constant.max(1e-300)).exp()
+        })
+        .collect()
 }
 
 /// Most ripples over the stroke.

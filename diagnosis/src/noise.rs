@@ -80,7 +80,7 @@ pub fn estimate(
     }
     let model = &model;
     let residual = standardised(&clean, &basis, &shape);
-    let fitted = variance_shape(&residual, &basis, covariates);
+    let fitted = variance_shape(&what_is_new(&correlation, residual, &basis), covariates);
     if fitted.iter().any(|s| (s - 1.0).abs() > 1e-9) {
         shape = fitted;
         (basis, clean) = robust_fit(y, model, &shape);
@@ -203,15 +203,33 @@ fn hampel_slope(moved: f64) -> f64 {
     }
 }
 
-/// σ relative to its geometric mean at every row: log σ² linear in the covariates that earn it.
-fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> Vec<f64> {
-    let n = residual.len();
-    let squares: Vec<f64> = (0..n)
-        .map(|i| {
-            let leverage: f64 = (0..basis.rank()).map(|k| basis.columns.get(k)[i].powi(2)).sum();
-            residual[i] * residual[i] / (1.0 - leverage).max(0.2)
-        })
-        .collect();
+/// Squares of what is new in each residual about `basis`, each given back what the fit took of it. By the
+/// correlation from row to row every residual has a part of its predecessor; the squares of what remembers go
+/// together, and a slow covariate would follow them by chance.
+fn what_is_new(none: &Correlation, residual: Vec<f64>, basis: &Basis) -> Vec<f64> {
+    let given_back = |residual: &[f64], basis: &Basis| -> Vec<f64> {
+        let leverage = |i: usize| (0..basis.rank()).map(|k| basis.columns.get(k)[i].powi(2)).sum::<f64>();
+        residual.iter().enumerate().map(|(i, r)| r * r / (1.0 - leverage(i)).max(0.2)).collect()
+    };
+    let lagged: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
+    let typical = lagged / dot(&residual, &residual).max(1e-300);
+    if typical <= 0.0 {
+        return given_back(&residual, basis);
+    }
+    let correlation = none.with(-1.0 / typical.min(0.999).ln());
+    let mut whitened = Basis::new(residual.len());
+    for k in 0..basis.rank() {
+        whitened.add(&correlation.whiten(basis.columns.get(k).iter().copied()));
+    }
+    let mut new = correlation.whiten(residual.into_iter());
+    whitened.project_off(&mut new);
+    given_back(&new, &whitened)
+}
+
+/// σ relative to its geometric mean at every row, from the squares of the residuals: log σ² linear in the
+/// covariates that earn it.
+fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
+    let n = squares.len();
     let fit = |chosen: &[usize]| -> (f64, Vec<f64>) {
         // Fisher scoring of the gamma likelihood with a log link; the information is ZᵀZ/2, constant.
         let mut z: Vec<Vec<f64>> = vec![vec![1.0; n]];
@@ -234,12 +252,6 @@ fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> V
         let deviance = (0..n).map(|i| log_variance[i] + squares[i] / log_variance[i].exp()).sum::<f64>();
         (deviance, log_variance)
     };
-    // Squares of correlated residuals are correlated, and a slow covariate follows them by chance: the gain
-    // that is asked for grows by what the correlation takes from the number of independent squares.
-    let lagged: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
-    let correlation = lagged / residual.iter().map(|r| r * r).sum::<f64>().max(1e-300);
-    let squared = correlation * correlation;
-    let gain = VARIANCE_GAIN * (1.0 + squared) / (1.0 - squared).max(0.05);
     let mut chosen: Vec<usize> = Vec::new();
     let (mut deviance, mut log_variance) = fit(&chosen);
     while chosen.len() < 3 {
@@ -252,7 +264,7 @@ fn variance_shape(residual: &[f64], basis: &Basis, covariates: &[Vec<f64>]) -> V
             })
             .min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         match next {
-            Some((k, (d, l))) if d < deviance - gain => {
+            Some((k, (d, l))) if d < deviance - VARIANCE_GAIN => {
                 chosen.push(k);
                 deviance = d;
                 log_variance = l;
