@@ -5,13 +5,14 @@ use serde::Serialize;
 
 use crate::condense::condense;
 use crate::effects::{Effect, catalogue};
-use crate::explain::explain;
+use crate::explain::{Explanation, explain};
 use crate::hand_on;
 use crate::held_out::{self, Fit, Score};
 use crate::model::{self, Model};
 use crate::observe::{ObserveError, Simulated, observe};
 use crate::polish;
 use crate::rows::{Rows, mean, rms};
+use crate::search::{Found, Term};
 use crate::verdict::{self, Location, NamedEffect, Verdict};
 
 /// The noise floor.
@@ -97,16 +98,14 @@ pub fn diagnose(
     let other = held_out.map(|r| observe(r, mirror, None).map(|rows| (r, rows))).transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
     let explanation = explain(&rows, &effects, &options.skip);
-    let before = model::expected(&explanation, &effects);
-    let after = if explanation.terms.is_empty() {
-        before.clone()
-    } else {
-        model::fit(&explanation, &effects, &explanation.terms, None)
-    };
-    let (said, mut fit) = rayon::join(
-        || verdict::say(&explanation, &effects, &after),
-        || held_out::prove(&explanation, &before, &after),
+    let (before, after) = rayon::join(
+        || model::expected(&explanation, &effects),
+        || {
+            let found = !explanation.terms.is_empty();
+            found.then(|| model::fit(&explanation, &effects, &explanation.terms, None))
+        },
     );
+    let after = after.unwrap_or_else(|| before.clone());
     let hand_on = |model: &Model| {
         let mut file = hand_on::coefficients(recording, mirror, &rows, &effects, model, &options.command);
         hand_on::describe(&mut file, &full);
@@ -119,15 +118,21 @@ pub fn diagnose(
         file
     };
     // Generic curves hold nowhere else and are not handed on: the effects are fitted again without them.
-    let named: Vec<_> =
-        explanation.terms.iter().filter(|t| explanation.search.effect(t.family).is_some()).cloned().collect();
-    let coefficients = if named.is_empty() {
-        hand_on(&before)
-    } else if named.len() < explanation.terms.len() {
-        hand_on(&model::fit(&explanation, &effects, &named, None))
-    } else {
-        hand_on(&after)
+    let coefficients = || {
+        let is_named = |t: &&Term| explanation.search.effect(t.family).is_some();
+        let named: Vec<Term> = explanation.terms.iter().filter(is_named).cloned().collect();
+        if named.is_empty() {
+            hand_on(&before)
+        } else if named.len() < explanation.terms.len() {
+            hand_on(&model::fit(&explanation, &effects, &named, None))
+        } else {
+            hand_on(&after)
+        }
     };
+    let ((said, coefficients, map), mut fit) = rayon::join(
+        || (verdict::say(&explanation, &effects, &after), coefficients(), map(&explanation, &effects)),
+        || held_out::prove(&explanation, &before, &after),
+    );
     if per_cell > 1.0 {
         // Figures are of rows, not of cell means.
         let rms_of = |file: &Coefficients| score(recording, &full, file);
@@ -142,19 +147,6 @@ pub fn diagnose(
         fit.gain = None;
     }
     let from = if full.passes().len() > 1 { "repeated passes" } else { "blocks" };
-    let map = explanation
-        .search
-        .survey(&[])
-        .iter()
-        .map(|f| {
-            let place = verdict::place_of(&explanation, &effects, &f.term);
-            let name = match &place.times {
-                Some(times) => format!("{} × {times}", place.variable),
-                None => place.variable,
-            };
-            (name, explanation.search.family_wise(f))
-        })
-        .collect();
     let mut unidentifiable = said.unidentifiable;
     if fit.after.held_out_rms.is_none() {
         unidentifiable.push(format!(
@@ -180,6 +172,19 @@ pub fn diagnose(
         next_experiment: said.next_experiment,
     };
     Ok(Outcome { diagnosis, coefficients, rows, before, after, map })
+}
+
+/// For every family of the search its place or effect, and −ln p beside the base.
+fn map(explanation: &Explanation, effects: &[Box<dyn Effect>]) -> Vec<(String, f64)> {
+    let of = |found: &Found| {
+        let place = verdict::place_of(explanation, effects, &found.term);
+        let name = match &place.times {
+            Some(times) => format!("{} × {times}", place.variable),
+            None => place.variable,
+        };
+        (name, explanation.search.family_wise(found))
+    };
+    explanation.search.survey(&[]).iter().map(of).collect()
 }
 
 /// Root mean square of the corrected reading's error on another recording, its own offset removed.
