@@ -39,6 +39,7 @@ pub mod search;
 pub mod simulated;
 pub mod steps;
 pub mod summary;
+pub mod thermometer;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

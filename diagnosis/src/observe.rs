@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use crate::content::is_noise_alone;
 use crate::rows::{Column, Rows, mean, range};
+use crate::thermometer::without_noise;
 
 /// Why a recording cannot be diagnosed at all.
 #[derive(Debug, Error)]
@@ -165,6 +166,9 @@ pub fn observe(
     }
     note_columns(recording, &mut rows);
     note_time(recording, &mut rows);
+    if let Some(readings) = &rows.temperature_c {
+        rows.temperature_c = Some(without_noise(&rows.t_s, readings));
+    }
     if rows.single_move() {
         rows.not_testable.push(
             "one move only: time runs with the angle, so that drift, warm-up and steps cannot be told from the \
