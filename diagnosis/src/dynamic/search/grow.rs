@@ -18,7 +18,7 @@ const HEAT: usize = 8;
 /// Factor of the squared residual by which one is out then.
 const BEHIND: f64 = 4.0;
 /// Steps of an estimate of a start.
-const SHORT: usize = 4;
+pub(super) const SHORT: usize = 4;
 /// The delay to which a lag is equal to first order.
 const DELAY: &str = "transport_delay";
 

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::grow::SHORT;
 use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, SELDOM, Search};
 use crate::dynamic::data::FOLDS;
 use crate::dynamic::effects::Part;
@@ -10,8 +11,6 @@ use crate::dynamic::model::{MOST_TERMS, Model, Term};
 
 /// Rows that fit and rows that choose.
 const BOTH: [bool; FOLDS] = [true, true, false];
-/// Steps of an estimate of a start.
-const SHORT: usize = 4;
 
 impl Search<'_> {
     /// The model with a limit of the drive, where the rows that fit and those that choose show it only together: it
