@@ -12,6 +12,8 @@ use crate::rows::median;
 /// Where the redescending influence function leaves the straight line, starts to fall, and is zero, in σ
 /// (Hampel's three-part function): a Gaussian row is practically never touched.
 const HAMPEL: (f64, f64, f64) = (3.0, 4.5, 8.0);
+/// Rows to either side that a row is compared with.
+const ALONE: usize = 2;
 /// The scale is at least such that nine tenths of the residuals lie within this many of it (Gaussian: 1.64).
 const MOST_CLEANED: f64 = 2.5;
 /// Gain in −2 log likelihood that a dependence of the variance must bring, per parameter.
@@ -166,10 +168,20 @@ fn robust_fit(y: &[f64], model: &[Vec<f64>], shape: &[f64]) -> (Basis, Vec<f64>)
             break;
         }
         for i in 0..n {
-            pseudo[i] = target[i] - residual[i] + scale * hampel(residual[i] / scale);
+            let apart = alone(&residual, i);
+            pseudo[i] = target[i] - apart + scale * hampel(apart / scale);
         }
     }
     (basis, pseudo.iter().zip(shape).map(|(v, s)| v * s).collect())
+}
+
+/// How far a row's residual lies from nothing, or from those read just before and after it, whichever is nearer: an
+/// outlier is alone, and a run that noise with a memory or a step makes is none.
+fn alone(residual: &[f64], i: usize) -> f64 {
+    let first = i.saturating_sub(ALONE).min(residual.len().saturating_sub(2 * ALONE + 1));
+    let mut near: Vec<f64> = residual[first..].iter().take(2 * ALONE + 1).copied().collect();
+    let from_them = residual[i] - median(&mut near);
+    if from_them.abs() < residual[i].abs() { from_them } else { residual[i] }
 }
 
 /// Hampel's influence function.
@@ -274,4 +286,23 @@ fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
     }
     let centre = crate::rows::mean(&log_variance);
     log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::robust_fit;
+    use crate::correlation::tests::white;
+
+    #[test]
+    fn an_outlier_is_drawn_in_and_a_run_is_left() {
+        let n = 120;
+        let mut y = white(n, 3);
+        y[30] += 9.0;
+        // A step of nine standard deviations that the model does not have.
+        y.iter_mut().skip(60).for_each(|y| *y += 9.0);
+        let (_, clean) = robust_fit(&y, &[vec![1.0; n]], &vec![1.0; n]);
+        assert!(y[30] - clean[30] > 5.0, "{} {}", y[30], clean[30]);
+        let moved = (0..n).filter(|i| *i != 30 && (y[*i] - clean[*i]).abs() > 0.5).count();
+        assert!(moved <= 2, "{moved}");
+    }
 }
