@@ -33,6 +33,8 @@ pub struct Explanation<'a> {
     pub search: Search<'a>,
     /// The terms, refined.
     pub terms: Vec<Term>,
+    /// How many of them the search chose; one more may stand for what the names leave.
+    pub chosen: usize,
     /// The strongest family before anything was taken.
     pub alarm: Option<Found>,
 }
@@ -63,7 +65,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let search = Search::new(rows, catalogue, order, noise, skip);
     let alarm = strongest(&search);
     if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
-        return Explanation { search, terms: Vec::new(), alarm };
+        return Explanation { search, terms: Vec::new(), chosen: 0, alarm };
     }
     let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut last: Option<Search> = None;
@@ -105,6 +107,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     }
     drop_what_a_curve_leaves(last.as_ref().unwrap_or(&search), &mut terms);
     // The noise about the saturated model has no part in whatever the names leave, and judges it.
+    let chosen = terms.len();
     let named = terms.iter().any(|t| search.effect(t.family).is_some());
     if named
         && !terms.iter().any(|t| search.is_generic(t.family))
@@ -112,7 +115,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     {
         terms.push(rest.term);
     }
-    Explanation { search: last.unwrap_or(search), terms, alarm }
+    Explanation { search: last.unwrap_or(search), terms, chosen, alarm }
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name

@@ -186,11 +186,14 @@ fn alternatives(
     term: &Term,
 ) -> Vec<(usize, f64)> {
     let search = &explanation.search;
+    let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
+    // Not beside what stands for the names' rest: a curve of many columns may hold most of the effect, too.
+    let rest = &explanation.terms[explanation.chosen..];
     let others: Vec<Term> = model
         .terms
         .iter()
         .map(|t| t.term.clone())
-        .filter(|t| !(t.family == term.family && t.shape == term.shape))
+        .filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r)))
         .collect();
     let mut with = others.clone();
     with.push(term.clone());

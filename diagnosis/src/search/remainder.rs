@@ -6,7 +6,7 @@
 use super::{Found, Search, Term};
 
 /// Part of the models with all the right names that are said to leave something.
-pub const MISFIT: f64 = 0.01;
+pub const MISFIT: f64 = 0.03;
 /// Probability over the whole search below which structure is beyond doubt, whatever the noise remembers: an alarm that
 /// noise of a long memory raised must still be able to fall when that memory is measured.
 const BEYOND_DOUBT: f64 = 1e-5;
