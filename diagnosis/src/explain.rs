@@ -5,7 +5,6 @@ use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
-use crate::linear::dot;
 use crate::noise::{Noise, estimate};
 use crate::rows::Rows;
 use crate::search::{Found, Search, Term};
@@ -35,8 +34,6 @@ pub struct Explanation<'a> {
     pub terms: Vec<Term>,
     /// How many of them the search chose; one more may stand for what the names leave.
     pub chosen: usize,
-    /// The strongest family before anything was taken.
-    pub alarm: Option<Found>,
 }
 
 /// What the noise's variance may depend on.
@@ -63,9 +60,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let slow = slow_structure(rows);
     let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
     let search = Search::new(rows, catalogue, order, noise, skip);
-    let alarm = strongest(&search);
-    if !alarm.as_ref().is_some_and(|f| search.significant(f)) {
-        return Explanation { search, terms: Vec::new(), chosen: 0, alarm };
+    if !strongest(&search).is_some_and(|found| search.significant(&found)) {
+        return Explanation { search, terms: Vec::new(), chosen: 0 };
     }
     let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut last: Option<Search> = None;
@@ -115,7 +111,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     {
         terms.push(rest.term);
     }
-    Explanation { search: last.unwrap_or(search), terms, chosen, alarm }
+    Explanation { search: last.unwrap_or(search), terms, chosen }
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name
@@ -154,12 +150,4 @@ fn strongest(search: &Search) -> Option<Found> {
         .into_iter()
         .filter(|f| search.effect(f.term.family).is_some() || search.is_generic(f.term.family))
         .max_by(|a, b| search.family_wise(a).total_cmp(&search.family_wise(b)))
-}
-
-impl Explanation<'_> {
-    /// Amplitudes of every term and of the base in the cleaned observations, and the covariance factor.
-    pub fn whitened_residual_level(&self) -> f64 {
-        let (basis, residual) = self.search.fit(&self.terms);
-        (dot(&residual, &residual) / (residual.len() - basis.rank()).max(1) as f64).sqrt()
-    }
 }

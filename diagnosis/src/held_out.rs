@@ -146,7 +146,7 @@ fn predict(explanation: &Explanation, before: &Model, after: &Model, held: &[boo
     noise.sigma.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
     let again = Search::with_noise(search, noise);
     let terms = if after.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
-    let inner = Explanation { search: again, chosen: terms.len(), terms, alarm: None };
+    let inner = Explanation { search: again, chosen: terms.len(), terms };
     let noise = &inner.search.noise;
     let value = |terms: &[Term], lowest: usize, highest: usize| -> Vec<f64> {
         // Fewer rows never justify a higher order than all of them.
