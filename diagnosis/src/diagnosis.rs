@@ -1,5 +1,6 @@
 //! One recording from rows to everything that is said of it.
 
+use fitter::faults::BadRow;
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
@@ -13,7 +14,7 @@ use crate::observe::{ObserveError, Simulated, observe};
 use crate::polish;
 use crate::rows::{Rows, mean, rms};
 use crate::search::{Found, Term};
-use crate::verdict::{self, Location, NamedEffect, Verdict};
+use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
 /// The noise floor.
 #[derive(Debug, Clone, Serialize)]
@@ -49,6 +50,18 @@ pub struct Diagnosis {
     pub unidentifiable: Vec<String>,
     /// What to record next.
     pub next_experiment: Option<String>,
+    /// Cells of the recording that cannot be readings; their rows were left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bad_rows: Vec<BadRow>,
+    /// What the check of the answer against itself withdrew or changed, a sentence each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub judged: Vec<String>,
+    /// Why no model was handed on; none where one was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<String>,
+    /// The identified parameters of the nominal plant; empty for a static recording.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub plant: Vec<Parameter>,
 }
 
 /// A diagnosis with what the report and the coefficients file are made from.
@@ -170,6 +183,10 @@ pub fn diagnose(
         fit,
         unidentifiable,
         next_experiment: said.next_experiment,
+        bad_rows: Vec::new(),
+        judged: Vec::new(),
+        withheld: None,
+        plant: Vec::new(),
     };
     Ok(Outcome { diagnosis, coefficients, rows, before, after, map })
 }

@@ -12,6 +12,7 @@ pub mod coefficients;
 pub mod dependence;
 mod double_double;
 pub mod error_model;
+pub mod faults;
 mod fit;
 mod geometry;
 mod gram;

@@ -184,6 +184,10 @@ pub fn diagnose(
         locations,
         effects: named,
         fit,
+        bad_rows: Vec::new(),
+        judged: Vec::new(),
+        withheld: None,
+        plant: Vec::new(),
     };
     Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
 }

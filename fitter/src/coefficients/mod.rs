@@ -63,10 +63,28 @@ pub struct Coefficients {
     /// Of a sensor that turns round and round: the turn, its harmonics, the directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn: Option<Turn>,
+    /// What the diagnosis that wrote the file said; none in a file of `fit`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub diagnosis: Option<Diagnosed>,
     /// SHA-256 of all the rest as [`Coefficients::to_json`] writes it, in hexadecimal: see
     /// [`Coefficients::to_sealed_json`]. Reading checks it and takes it out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
+}
+
+/// What a diagnosis said of the recording and of the model in the file. Figures are root mean squares of single
+/// readings, in [`Units::statistics`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Diagnosed {
+    /// `consistent`, `explained`, `described`, `partly_explained` or `unexplained`.
+    pub verdict: String,
+    /// What the base model alone leaves: on held-out rows where any were held out, else on the fitted ones.
+    pub before_rms: f64,
+    /// What the model in this file leaves on the same rows.
+    pub after_rms: f64,
+    /// The noise floor.
+    pub noise_floor: f64,
 }
 
 /// Always in [`Coefficients::schema`].
@@ -286,6 +304,7 @@ impl Coefficients {
             joint_covariance: Vec::new(),
             observed: BTreeMap::new(),
             turn: None,
+            diagnosis: None,
             sha256: None,
         }
     }

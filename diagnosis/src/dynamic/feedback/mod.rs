@@ -137,6 +137,10 @@ pub fn diagnose(
         effects,
         fit,
         unidentifiable,
+        bad_rows: Vec::new(),
+        judged: Vec::new(),
+        withheld: None,
+        plant: Vec::new(),
     };
     Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
 }

@@ -161,6 +161,10 @@ pub fn diagnose_linear(
             "the states of the linear model: any regular change of their coordinates gives the same positions",
         )],
         next_experiment,
+        bad_rows: Vec::new(),
+        judged: Vec::new(),
+        withheld: None,
+        plant: Vec::new(),
     };
     let mut written = file::to_file(after, &plant.plant);
     let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
