@@ -1,5 +1,9 @@
 //! The base model's columns (Eq. 6): Legendre polynomials of the scaled reading, times d/(s²+d²) for an
-//! eddy-current pair. They span the same models as the powers of Eq. 5 and stay well conditioned.
+//! eddy-current pair. They span the same models as the powers of Eq. 5 and stay well conditioned. Of a sensor that
+//! turns round and round a constant and harmonics of the turn, which wrap as the sensor does; the order is then twice
+//! their number.
+
+use std::f64::consts::TAU;
 
 use crate::rows::Rows;
 
@@ -21,10 +25,22 @@ pub fn legendre(x: &[f64], order: usize) -> Vec<Vec<f64>> {
 
 /// The base model's columns up to `order`, scaled so that a coefficient is about in the error's unit.
 pub fn base_columns(rows: &Rows, order: usize) -> Vec<Vec<f64>> {
+    if let Some(turn) = rows.whole_turn() {
+        return harmonics(&rows.truth, turn, order);
+    }
     let scale = 1.0 / crate::rows::mean(&rows.weight);
     let mut columns = legendre(&rows.scaled_reading(), order);
     for column in &mut columns {
         column.iter_mut().zip(&rows.weight).for_each(|(v, w)| *v *= w * scale);
     }
     columns
+}
+
+/// A constant, then cos and sin of each harmonic of the turn at the true position.
+fn harmonics(truth: &[f64], turn: f64, order: usize) -> Vec<Vec<f64>> {
+    let wave = |k: usize| {
+        let phase = truth.iter().map(move |t| TAU * k as f64 * t / turn);
+        [phase.clone().map(f64::cos).collect(), phase.map(f64::sin).collect()]
+    };
+    std::iter::once(vec![1.0; truth.len()]).chain((1..=order / 2).flat_map(wave)).collect()
 }

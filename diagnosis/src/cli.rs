@@ -15,7 +15,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 use rayon::prelude::*;
 
-use crate::observe::Simulated;
+use crate::observe::{Simulated, Wanted};
 use crate::simulated;
 use crate::{Diagnosis, Options, Outcome, diagnose, report, summary};
 
@@ -79,6 +79,12 @@ pub struct Arguments {
     /// Hand on only this many harmonics of a periodic error, the strongest, fitted again without the others
     #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(1..))]
     harmonics: Option<u16>,
+    /// Order of the base polynomial; chosen by cross-validation if not given
+    #[arg(long, value_name = "N", conflicts_with_all = ["plant", "turn_harmonics"], value_parser = clap::value_parser!(u16).range(1..=15))]
+    order: Option<u16>,
+    /// Harmonics of a whole turn in the base; chosen by cross-validation if not given
+    #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(0..=32))]
+    turn_harmonics: Option<u16>,
     /// Number of threads; all processors if not given
     #[arg(long)]
     pub jobs: Option<usize>,
@@ -112,6 +118,10 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
     let recordings: Vec<Recording> = cli.recordings.iter().map(|path| read(path)).collect::<Result<_>>()?;
     let options = Options {
         skip: cli.without.clone(),
+        base: Wanted {
+            order: cli.order.map(usize::from),
+            turn_harmonics: cli.turn_harmonics.map(usize::from),
+        },
         harmonics: cli.harmonics.map(usize::from),
         command: command(cli),
     };
@@ -210,13 +220,21 @@ fn command(cli: &Arguments) -> String {
     let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
     let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
     let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
-    format!("diagnose {} --mirror {mirror}{harmonics}", recordings.join(" "))
+    let order = cli.order.map_or_else(String::new, |n| format!(" --order {n}"));
+    let turn = cli.turn_harmonics.map_or_else(String::new, |n| format!(" --turn-harmonics {n}"));
+    format!("diagnose {} --mirror {mirror}{order}{turn}{harmonics}", recordings.join(" "))
 }
 
 fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
     let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
     put(&folder.join(format!("{stem}.json")), &text)?;
-    put(&folder.join(format!("{stem}.coefficients.json")), &outcome.coefficients.to_sealed_json())?;
+    let coefficients = folder.join(format!("{stem}.coefficients.json"));
+    match &outcome.coefficients {
+        Some(file) => put(&coefficients, &file.to_sealed_json())?,
+        // A file of an earlier run would pass for this one's.
+        None if coefficients.exists() => std::fs::remove_file(&coefficients).into_diagnostic()?,
+        None => {}
+    }
     if with_report {
         put(&folder.join(format!("{stem}.html")), &report::page(outcome))?;
     }

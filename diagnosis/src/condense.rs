@@ -1,28 +1,126 @@
-//! Long recordings are searched on cell means: a cell is a range of the angle, a direction, and a group of
-//! successive passes. A mismatch that a mean over such a cell would lose (a period shorter than a cell) is
-//! below what the search looks for; the noise floor is then that of the means, and is scaled back to rows.
+//! Long recordings are searched on means of neighbouring rows. Where the sensor moves slowly a cell is a block of
+//! successive rows of one pass and direction; where it moves fast, in many passes, a range of the angle, a direction
+//! and a group of successive passes. A mismatch that a mean over such a cell would lose (a period shorter than a cell)
+//! is below what the search looks for. What is handed on is fitted to the rows again, and every figure is of rows.
 
-use crate::rows::Rows;
+use crate::rows::{Rows, range};
 
 /// Rows above which a recording is condensed, and about how many cells are made of it.
 pub const MOST_ROWS: usize = 1100;
+/// Rows up to which a recording is searched row by row where blocks of successive rows would be too coarse.
+const MOST_ROWS_APART: usize = 5000;
 /// Fewest ranges of the angle in a pass.
 const FEWEST_RANGES: usize = 72;
+/// Part of the stroke over which a block of successive rows may move, at most: as coarse as a calibration in steps.
+const COARSEST_BLOCK: f64 = 1.0 / 40.0;
 
-/// A condensed recording and how many rows are in a cell on average.
+/// A condensed recording.
 pub struct Condensed {
     /// The cells as rows.
     pub rows: Rows,
-    /// Mean number of rows per cell.
-    pub per_cell: f64,
+    /// The cell of every row.
+    pub cell_of: Vec<usize>,
 }
 
-/// Condenses a recording that is too long to be searched row by row; `None` where it is not.
-pub fn condense(rows: &Rows) -> Option<Condensed> {
-    let n = rows.len();
-    if n <= MOST_ROWS {
+impl Condensed {
+    /// A recording that is searched row by row.
+    pub fn none(rows: &Rows) -> Condensed {
+        Condensed { rows: rows.clone(), cell_of: (0..rows.len()).collect() }
+    }
+
+    /// Standard deviation of a single reading, where the noise of a cell's mean has the standard deviation `of_means`:
+    /// with the scatter of the rows about a line through their cell.
+    pub fn of_rows(cells: &Rows, cell_of: &[usize], full: &Rows, of_means: f64) -> f64 {
+        if full.len() == cells.len() {
+            return of_means;
+        }
+        let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells.len()];
+        cell_of.iter().enumerate().for_each(|(row, cell)| members[*cell].push(row));
+        let (mut squares, mut freedom) = (0.0, 0.0);
+        for rows in members.iter().filter(|rows| rows.len() > 2) {
+            let n = rows.len() as f64;
+            let mean = |v: &dyn Fn(usize) -> f64| rows.iter().map(|row| v(*row)).sum::<f64>() / n;
+            let (x, y) = (mean(&|row| full.theta[row]), mean(&|row| full.error[row]));
+            let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+            for row in rows {
+                let (dx, dy) = (full.theta[*row] - x, full.error[*row] - y);
+                (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+            }
+            squares += yy - if xx > 0.0 { xy * xy / xx } else { 0.0 };
+            freedom += n - 2.0;
+        }
+        let per_cell = full.len() as f64 / cells.len() as f64;
+        // Of the scatter within a cell its mean keeps a part already.
+        let within = if freedom > 0.0 { squares / freedom * (1.0 - 1.0 / per_cell) } else { 0.0 };
+        (of_means * of_means + within.max(0.0)).sqrt()
+    }
+}
+
+/// Condenses a recording that is too long to be searched row by row.
+pub fn condense(rows: &Rows) -> Condensed {
+    if rows.len() <= MOST_ROWS {
+        return Condensed::none(rows);
+    }
+    if let Some(condensed) = blocks(rows) {
+        return condensed;
+    }
+    if rows.len() <= MOST_ROWS_APART { Condensed::none(rows) } else { ranges_of_angle(rows) }
+}
+
+/// Blocks of successive rows; none where they would move too far.
+fn blocks(rows: &Rows) -> Option<Condensed> {
+    let length = rows.len().div_ceil(MOST_ROWS);
+    let mut cell_of = Vec::with_capacity(rows.len());
+    let mut first = 0;
+    let mut cell = 0;
+    for i in 0..rows.len() {
+        let apart = i > 0 && (rows.pass[i] != rows.pass[i - 1] || rows.direction[i] != rows.direction[i - 1]);
+        if i > 0 && (apart || i - first == length) {
+            cell += 1;
+            first = i;
+        }
+        cell_of.push(cell);
+    }
+    if cell >= 2 * MOST_ROWS {
         return None;
     }
+    let mut spans: Vec<f64> = Vec::with_capacity(cell + 1);
+    for members in cell_of.chunk_by(|a, b| a == b).scan(0, |at, members| {
+        *at += members.len();
+        Some(*at - members.len()..*at)
+    }) {
+        let (low, high) = range(&rows.theta[members]);
+        spans.push(high - low);
+    }
+    let (low, high) = rows.stroke();
+    let coarse = spans.iter().filter(|span| **span > COARSEST_BLOCK * (high - low)).count();
+    if coarse * 10 > spans.len() {
+        return None;
+    }
+    let mut pass = vec![0; cell + 1];
+    cell_of.iter().zip(&rows.pass).for_each(|(cell, p)| pass[*cell] = *p);
+    Some(averaged(rows, cell_of, pass))
+}
+
+/// The means over the cells, which are numbered without gaps.
+fn averaged(rows: &Rows, cell_of: Vec<usize>, pass: Vec<i64>) -> Condensed {
+    let mut count = vec![0_u32; pass.len()];
+    cell_of.iter().for_each(|cell| count[*cell] += 1);
+    let average = |values: &[f64]| -> Vec<f64> {
+        let mut sums = vec![0.0; count.len()];
+        for (v, cell) in values.iter().zip(&cell_of) {
+            sums[*cell] += v;
+        }
+        sums.iter().zip(&count).map(|(s, n)| s / f64::from(*n)).collect()
+    };
+    let mut condensed = rows.changed(pass, average);
+    condensed.direction.iter_mut().for_each(|d| *d = if *d >= 0.0 { 1.0 } else { -1.0 });
+    Condensed { rows: condensed, cell_of }
+}
+
+/// Ranges of the angle, by direction, in groups of successive passes.
+fn ranges_of_angle(rows: &Rows) -> Condensed {
+    let n = rows.len();
     // Index of the pass in order of appearance, row by row.
     let mut index = Vec::with_capacity(n);
     let mut current = 0;
@@ -40,32 +138,25 @@ pub fn condense(rows: &Rows) -> Option<Condensed> {
     let groups = passes.div_ceil(group);
     // Cell number: group, then forward cells upward, then backward cells downward, so that the order of the
     // cells is a path that the mirror could have taken.
-    let cell_of = |i: usize| {
+    let cell_at = |i: usize| {
         let k = limits.partition_point(|limit| *limit <= rows.theta[i]);
         let place = if rows.direction[i] >= 0.0 { k } else { 2 * ranges - 1 - k };
         (index[i] / group) * 2 * ranges + place
     };
-    let mut count = vec![0_u32; groups * 2 * ranges];
-    let cells: Vec<usize> = (0..n).map(cell_of).collect();
-    cells.iter().for_each(|&c| count[c] += 1);
-    let kept: Vec<usize> = (0..count.len()).filter(|&c| count[c] > 0).collect();
-    let mut position = vec![usize::MAX; count.len()];
+    let cells: Vec<usize> = (0..n).map(cell_at).collect();
+    let mut taken = vec![false; groups * 2 * ranges];
+    cells.iter().for_each(|&c| taken[c] = true);
+    let kept: Vec<usize> = (0..taken.len()).filter(|&c| taken[c]).collect();
+    let mut position = vec![usize::MAX; taken.len()];
     kept.iter().enumerate().for_each(|(k, &c)| position[c] = k);
-    let average = |values: &[f64]| -> Vec<f64> {
-        let mut sums = vec![0.0; kept.len()];
-        for (v, &c) in values.iter().zip(&cells) {
-            sums[position[c]] += v;
-        }
-        sums.iter().zip(&kept).map(|(s, &c)| s / f64::from(count[c])).collect()
-    };
     let pass = kept.iter().map(|c| (c / ranges) as i64).collect();
-    let mut condensed = rows.changed(pass, average);
-    condensed.direction.iter_mut().for_each(|d| *d = if *d >= 0.0 { 1.0 } else { -1.0 });
+    let mut condensed = averaged(rows, cells.iter().map(|c| position[*c]).collect(), pass);
     // Within a group of passes the cells' mean times are mixed: keep them from running backward.
-    for k in 1..condensed.len() {
-        condensed.t_s[k] = condensed.t_s[k].max(condensed.t_s[k - 1]);
+    let cells = &mut condensed.rows;
+    for k in 1..cells.len() {
+        cells.t_s[k] = cells.t_s[k].max(cells.t_s[k - 1]);
     }
-    Some(Condensed { per_cell: n as f64 / condensed.len() as f64, rows: condensed })
+    condensed
 }
 
 /// The number of ranges, from `wanted` to twice as many, that cuts a pass of `length` readings into equal parts:
@@ -88,7 +179,7 @@ fn limits(theta: &[f64], ranges: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_ROWS, condense, even_ranges, limits};
+    use super::{MOST_ROWS, even_ranges, limits, ranges_of_angle};
     use crate::rows::{Rows, mean};
 
     #[test]
@@ -110,7 +201,7 @@ mod tests {
             weight: vec![1.0; n],
             ..Rows::default()
         };
-        let Some(condensed) = condense(&rows) else { panic!("not condensed") };
+        let condensed = ranges_of_angle(&rows);
         assert!(condensed.rows.len() <= 2 * MOST_ROWS);
         // The cells are not all of one size, so that the mean of means is near, not equal.
         assert!((mean(&condensed.rows.error) - mean(&column)).abs() < 0.02);

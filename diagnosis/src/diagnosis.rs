@@ -1,19 +1,21 @@
 //! One recording from rows to everything that is said of it.
 
+use fitter::coefficients::Diagnosed;
 use fitter::faults::BadRow;
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
-use crate::condense::condense;
+use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
 use crate::explain::{Explanation, explain};
-use crate::hand_on;
-use crate::held_out::{self, Fit, Score};
+use crate::hand_on::HandOn;
+use crate::held_out::{self, Fit, Proof, Score};
+use crate::judge::{self, Judge};
 use crate::model::{self, Model};
-use crate::observe::{ObserveError, Simulated, observe};
-use crate::polish;
+use crate::observe::{ObserveError, Simulated, Wanted, observe};
+use crate::refit;
 use crate::rows::{Rows, mean, rms};
-use crate::search::{Found, Term};
+use crate::search::Found;
 use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
 /// The noise floor.
@@ -68,13 +70,13 @@ pub struct Diagnosis {
 pub struct Outcome {
     /// What is written.
     pub diagnosis: Diagnosis,
-    /// The coefficients file.
-    pub coefficients: Coefficients,
+    /// The coefficients file; none where it is withheld.
+    pub coefficients: Option<Coefficients>,
     /// The rows.
     pub rows: Rows,
     /// The base model alone.
     pub before: Model,
-    /// The augmented model.
+    /// The model that is handed on.
     pub after: Model,
     /// For every family of the search: place or effect, and −ln p beside the base.
     pub map: Vec<(String, f64)>,
@@ -85,6 +87,8 @@ pub struct Outcome {
 pub struct Options {
     /// Ids of effects that are left out of the catalogue.
     pub skip: Vec<String>,
+    /// The base, where it is not to be chosen.
+    pub base: Wanted,
     /// Most harmonics of a periodic error that are handed on; all that were found where none.
     pub harmonics: Option<usize>,
     /// The command, as it is to stand in the coefficients file.
@@ -102,64 +106,79 @@ pub fn diagnose(
     held_out: Option<&Recording>,
     options: &Options,
 ) -> Result<Outcome, ObserveError> {
-    let full = observe(recording, mirror, simulated)?;
-    let condensed = condense(&full);
-    let (rows, per_cell) = match condensed {
-        Some(condensed) => (condensed.rows, condensed.per_cell),
-        None => (full.clone(), 1.0),
-    };
-    let other = held_out.map(|r| observe(r, mirror, None).map(|rows| (r, rows))).transpose()?;
+    let full = observe(recording, mirror, simulated, options.base)?;
+    let Condensed { rows, cell_of } = &condense(&full);
+    let other = held_out.map(|r| observe(r, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
-    let explanation = explain(&rows, &effects, &options.skip);
-    let (before, after) = rayon::join(
-        || model::expected(&explanation, &effects),
-        || {
-            let found = !explanation.terms.is_empty();
-            found.then(|| model::fit(&explanation, &effects, &explanation.terms, None))
-        },
-    );
-    let after = after.unwrap_or_else(|| before.clone());
-    let hand_on = |model: &Model| {
-        let mut file = hand_on::coefficients(recording, mirror, &rows, &effects, model, &options.command);
-        hand_on::describe(&mut file, &full);
-        if let Some(most) = options.harmonics {
-            polish::keep_strongest(&mut file, most);
-        }
-        if simulated.is_none() {
-            polish::polish(&mut file, recording, &full);
-        }
-        file
+    let explanation = explain(rows, &effects, &options.skip);
+    let hand_on = HandOn {
+        recording,
+        mirror,
+        full: &full,
+        rows,
+        cell_of,
+        catalogue: &effects,
+        harmonics: options.harmonics,
+        command: &options.command,
+        simulated: simulated.is_some(),
     };
-    // Generic curves hold nowhere else and are not handed on: the effects are fitted again without them.
-    let coefficients = || {
-        let is_named = |t: &&Term| explanation.search.effect(t.family).is_some();
-        let named: Vec<Term> = explanation.terms.iter().filter(is_named).cloned().collect();
-        if named.is_empty() {
-            hand_on(&before)
-        } else if named.len() < explanation.terms.len() {
-            hand_on(&model::fit(&explanation, &effects, &named, None))
-        } else {
-            hand_on(&after)
-        }
+    let before = model::expected(&explanation, &effects);
+    let before_file = hand_on.file(&before, None).map_err(|reason| unusable(recording, reason))?;
+    let Some(before_left) = hand_on.left(&before, None) else {
+        return Err(unusable(recording, "the base model cannot be applied".into()));
     };
-    let ((said, coefficients, map), mut fit) = rayon::join(
-        || (verdict::say(&explanation, &effects, &after), coefficients(), map(&explanation, &effects)),
-        || held_out::prove(&explanation, &before, &after),
-    );
-    if per_cell > 1.0 {
-        // Figures are of rows, not of cell means.
-        let rms_of = |file: &Coefficients| score(recording, &full, file);
-        fit.before.train_rms = rms_of(&hand_on(&before)).unwrap_or(fit.before.train_rms);
-        fit.after.train_rms = rms_of(&coefficients).unwrap_or(fit.after.train_rms);
+    let proof = held_out::prove(&explanation, &hand_on, &before);
+    let (explanation, proof) = (&explanation, proof.as_ref());
+    let settled = Judge {
+        explanation,
+        catalogue: &effects,
+        hand_on: &hand_on,
+        before: &before,
+        before_left: &before_left,
+        proof,
     }
+    .settle();
+    let mut said = verdict::say(explanation, &effects, &settled);
+    let parameters = settled.handed.base.len();
+    let level = Condensed::of_rows(rows, cell_of, &full, explanation.search.noise.level);
+    let noise_floor = NoiseFloor {
+        value: judge::floor(level, &settled.left, parameters),
+        unit: rows.unit.clone(),
+        from: if full.passes().len() > 1 { "repeated passes" } else { "blocks" }.into(),
+        autocorrelation: explanation.search.noise.correlation.typical(),
+    };
+    let named = !said.effects.is_empty();
+    let mut fit = Fit {
+        unit: rows.unit.clone(),
+        held_out_by: proof.map_or("nothing", Proof::by).into(),
+        before: Score { train_rms: rms(&before_left), held_out_rms: proof.map(Proof::before) },
+        after: Score {
+            train_rms: rms(&settled.left),
+            held_out_rms: settled.shown.as_ref().map(|shown| shown.rms),
+        },
+        gain: settled.shown.as_ref().filter(|_| named).map(|shown| held_out::gain(&shown.gains)),
+        of_explainable: if named { held_out::of_explainable(explanation, &before, &settled.joint) } else { None },
+    };
+    let mut judged = settled.judged;
+    let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
+    let accuracy = mirror.reference_accuracy_arcsec.filter(|_| rows.pair);
+    let (allowed, why) = judge::allowed(said.verdict, left, &noise_floor, accuracy);
+    if let Some(why) = why {
+        judged.push(why);
+        said.verdict = allowed;
+        verdict::locate_rest(explanation, &effects, &settled.handed, &mut said);
+    }
+    let file = match (simulated.is_some(), hand_on.file(&settled.handed, None)) {
+        (true, _) => Err("the model holds beside your own simulation only, which no coefficients file holds".into()),
+        (false, file) => file,
+    };
     if let Some((other, other_rows)) = &other {
-        let plain = hand_on(&before);
+        let offset = |file: &Coefficients| score(other, other_rows, file);
         fit.held_out_by = other.file.clone();
-        fit.before = Score { held_out_rms: score(other, other_rows, &plain), ..fit.before };
-        fit.after = Score { held_out_rms: score(other, other_rows, &coefficients), ..fit.after };
+        fit.before = Score { held_out_rms: offset(&before_file), ..fit.before };
+        fit.after = Score { held_out_rms: file.as_ref().ok().and_then(offset), ..fit.after };
         fit.gain = None;
     }
-    let from = if full.passes().len() > 1 { "repeated passes" } else { "blocks" };
     let mut unidentifiable = said.unidentifiable;
     if fit.after.held_out_rms.is_none() {
         unidentifiable.push(format!(
@@ -168,27 +187,41 @@ pub fn diagnose(
             full.passes().len()
         ));
     }
+    let (coefficients, withheld) = match file {
+        Ok(file) => {
+            let diagnosis = Some(Diagnosed {
+                verdict: said.verdict.word().into(),
+                before_rms: fit.before.held_out_rms.unwrap_or(fit.before.train_rms),
+                after_rms: fit.after.held_out_rms.unwrap_or(fit.after.train_rms),
+                noise_floor: noise_floor.value,
+            });
+            (Some(Coefficients { diagnosis, ..file }), None)
+        }
+        Err(reason) => (None, Some(reason)),
+    };
     let diagnosis = Diagnosis {
         schema: 1,
         recording: recording.file.clone(),
         verdict: said.verdict,
-        noise_floor: NoiseFloor {
-            value: explanation.search.noise.level * per_cell.sqrt(),
-            unit: rows.unit.clone(),
-            from: from.into(),
-            autocorrelation: explanation.search.noise.correlation.typical(),
-        },
+        noise_floor,
         locations: said.locations,
         effects: said.effects,
         fit,
         unidentifiable,
         next_experiment: said.next_experiment,
         bad_rows: Vec::new(),
-        judged: Vec::new(),
-        withheld: None,
+        judged,
+        withheld,
         plant: Vec::new(),
     };
-    Ok(Outcome { diagnosis, coefficients, rows, before, after, map })
+    let map = map(explanation, &effects);
+    let after = settled.handed;
+    Ok(Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, map })
+}
+
+/// The error of a recording of which not even the base makes a model.
+fn unusable(recording: &Recording, reason: String) -> ObserveError {
+    ObserveError::NoModel { file: recording.file.clone(), reason }
 }
 
 /// For every family of the search its place or effect, and −ln p beside the base.
@@ -206,9 +239,7 @@ fn map(explanation: &Explanation, effects: &[Box<dyn Effect>]) -> Vec<(String, f
 
 /// Root mean square of the corrected reading's error on another recording, its own offset removed.
 fn score(other: &Recording, rows: &Rows, coefficients: &Coefficients) -> Option<f64> {
-    let applied = fitter::apply(other, coefficients).ok()?;
-    let per = coefficients.sensor.per_internal();
-    let error: Vec<f64> = applied.corrected.iter().zip(&rows.truth).map(|(c, t)| c * per - t).collect();
+    let error = refit::errors(coefficients, other, rows)?;
     let offset = mean(&error);
     Some(rms(&error.iter().map(|e| e - offset).collect::<Vec<f64>>()))
 }

@@ -254,13 +254,19 @@ impl Dictionary {
     }
 }
 
-/// The highest order of the base that the recording can carry.
+/// The highest order of the base that the recording can carry: as in `fit`, three tenths of the positions must be
+/// left to hold out, and one more than the order needs.
 pub fn highest_order(rows: &Rows) -> usize {
+    if let Some(order) = rows.order {
+        return order;
+    }
     let (low, high) = rows.stroke();
     let places = (high - low) / rows.step();
     let by_places = (places * 0.6) as usize;
+    let held_out = (0.3 * rows.positions as f64).round() as usize;
+    let by_positions = rows.positions.saturating_sub(held_out + 2);
     let by_rows = rows.len() / 6;
-    HIGHEST_ORDER.min(by_places).min(by_rows).max(1)
+    HIGHEST_ORDER.min(by_places).min(by_positions).min(by_rows).max(1)
 }
 
 #[cfg(test)]

@@ -13,6 +13,9 @@ use crate::verdict::ALTERNATIVE_MARGIN;
 /// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
 /// straight line for a sensor that reports the angle itself (its polynomial must extrapolate).
 pub fn first_order(rows: &Rows) -> usize {
+    if let Some(order) = rows.order {
+        return order;
+    }
     let wanted = if rows.pair { 9 } else { 1 };
     wanted.min(highest_order(rows))
 }

@@ -2,21 +2,108 @@
 
 use std::collections::BTreeMap;
 
-use fitter::coefficients::{Coefficients, Provenance};
+use fitter::coefficients::{Coefficients, Provenance, VERSION_TURN};
 use fitter::error_model::ErrorModel;
-use fitter::terms::{Observables, Scope, Term, depends_on_angle};
+use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_angle};
+use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 
 use crate::effects::Effect;
 use crate::model::Model;
-use crate::rows::{Rows, range};
+use crate::refit;
+use crate::rows::{Rows, mean, range};
 
 /// Part of a range by which another recording may exceed it: far less than a step.
 const MARGIN: f64 = 0.005;
 
+/// Everything that turns a model of a recording into what is handed on, and counts what that leaves.
+pub struct HandOn<'a> {
+    /// The recording, bad rows left out.
+    pub recording: &'a Recording,
+    /// The nominal mirror.
+    pub mirror: &'a Mirror,
+    /// Every row of it.
+    pub full: &'a Rows,
+    /// The rows that were searched.
+    pub rows: &'a Rows,
+    /// The row that was searched for every row of the recording.
+    pub cell_of: &'a [usize],
+    /// The effects.
+    pub catalogue: &'a [Box<dyn Effect>],
+    /// Most harmonics of a periodic error.
+    pub harmonics: Option<usize>,
+    /// The command that stands in the file.
+    pub command: &'a str,
+    /// Whether the recording is compared with the user's own simulation, which no coefficients file holds.
+    pub simulated: bool,
+}
+
+impl HandOn<'_> {
+    /// The coefficients file of a model, as `apply` accepts it; else the reason why it would not. `held` marks the
+    /// searched rows that took no part in the fit.
+    ///
+    /// # Errors
+    /// The sentence with which `apply` would refuse the file.
+    pub fn file(&self, model: &Model, held: Option<&[bool]>) -> Result<Coefficients, String> {
+        let mut file =
+            coefficients(self.recording, self.mirror, self.rows, self.catalogue, model, self.command);
+        describe(&mut file, self.full);
+        if let Some(most) = self.harmonics {
+            refit::keep_strongest(&mut file, most);
+        }
+        let used: Vec<bool> = self.cell_of.iter().map(|cell| held.is_none_or(|held| !held[*cell])).collect();
+        refit::refit(&mut file, self.recording, self.full, &used, self.rows.len());
+        if let Some(turn) = &mut file.turn {
+            turn.amplitudes = amplitudes(&file.terms, turn.revolution);
+        }
+        match fitter::coefficients::parse("the model", &file.to_sealed_json()) {
+            Ok(_) => Ok(file),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    /// What the handed-on model leaves of every row of the recording, less the mean over the rows that were fitted;
+    /// none where `apply` would refuse it.
+    pub fn left(&self, model: &Model, held: Option<&[bool]>) -> Option<Vec<f64>> {
+        if self.simulated {
+            let value = model.value();
+            let left = self.full.error.iter().zip(self.cell_of).map(|(error, cell)| error - value[*cell]);
+            return self.without_offset(left.collect(), held);
+        }
+        self.left_by(&self.file(model, held).ok()?, held)
+    }
+
+    /// The same of a file.
+    pub fn left_by(&self, file: &Coefficients, held: Option<&[bool]>) -> Option<Vec<f64>> {
+        self.without_offset(refit::errors(file, self.recording, self.full)?, held)
+    }
+
+    fn without_offset(&self, mut left: Vec<f64>, held: Option<&[bool]>) -> Option<Vec<f64>> {
+        let fitted = left.iter().zip(self.cell_of).filter(|(_, cell)| held.is_none_or(|h| !h[**cell]));
+        let offset = mean(&fitted.map(|(left, _)| *left).collect::<Vec<f64>>());
+        left.iter_mut().for_each(|left| *left -= offset);
+        left.iter().all(|left| left.is_finite()).then_some(left)
+    }
+}
+
+/// The harmonics of the turn as amplitude and phase.
+fn amplitudes(terms: &[Term], revolution: f64) -> Vec<Amplitude> {
+    let of_turn = terms.iter().find_map(|term| match &term.operator {
+        Operator::Periodic(periodic) if periodic.period == revolution => Some((periodic, &term.coefficients)),
+        _ => None,
+    });
+    let one = |(harmonic, pair): (&u16, &[f64])| Amplitude {
+        harmonic: *harmonic,
+        amplitude: pair[0].hypot(pair[1]),
+        phase_deg: pair[1].atan2(pair[0]).to_degrees(),
+        standard_error: None,
+    };
+    of_turn.map_or_else(Vec::new, |(p, c)| p.harmonics.iter().zip(c.chunks_exact(2)).map(one).collect())
+}
+
 /// Makes the coefficients file of a model. Generic terms are left out: they are no physics that would hold
 /// anywhere else.
-pub fn coefficients(
+fn coefficients(
     recording: &Recording,
     mirror: &Mirror,
     rows: &Rows,
@@ -27,12 +114,20 @@ pub fn coefficients(
     let (centre, half) = rows.reading_scale();
     let per = mirror.sensor.per_internal();
     let scale = 1.0 / crate::rows::mean(&rows.weight) / per;
-    let (powers, alpha0) = powers_and_zero(&model.base, half, scale, mirror);
+    // Of a whole turn the base is a constant and a term of harmonics.
+    let turn = rows.turn.as_ref().filter(|turn| turn.whole);
+    let of_polynomial = if turn.is_some() { 1 } else { model.base.len() };
+    let (powers, alpha0) = powers_and_zero(&model.base[..of_polynomial], half, scale, mirror);
     let alpha0 = alpha0 * per;
     let width_of_base = powers.len();
+    let centre = turn.map_or(centre, |turn| turn.from + 0.5 * turn.revolution);
     let error_model = ErrorModel { sensor: mirror.sensor.clone(), centre, coefficients: powers };
-    let (from, to) = range(&rows.reading);
+    let (from, to) = turn.map_or(range(&rows.reading), |turn| (turn.from, turn.from + turn.revolution));
     let mut file = Coefficients::of_model(&error_model, from, to, command);
+    if let Some(turn) = &rows.turn {
+        file.version = VERSION_TURN;
+        file.turn = Some(Turn { amplitudes: Vec::new(), ..turn.clone() });
+    }
     file.tool = format!("diagnose {}", env!("CARGO_PKG_VERSION"));
     file.recording =
         Provenance { file: recording.file.clone(), sha256: recording.sha256.clone(), rows: 0, passes: 0 };
@@ -40,11 +135,24 @@ pub fn coefficients(
     // The file's coefficients are linear in what was fitted: by columns, for the covariance.
     let fitted = model.base.len() + model.terms.iter().map(|t| t.amplitudes.len()).sum::<usize>();
     let mut linear = vec![vec![0.0; fitted]; width_of_base];
-    for k in 0..model.base.len() {
-        let mut unit = vec![0.0; model.base.len()];
+    for k in 0..of_polynomial {
+        let mut unit = vec![0.0; of_polynomial];
         unit[k] = 1.0;
         let column = powers_and_zero(&unit, half, scale, mirror).0;
         linear.iter_mut().zip(column).for_each(|(row, value)| row[k] = value);
+    }
+    if let Some(turn) = turn.filter(|_| model.base.len() > 1) {
+        let (waves, n) = (&model.base[1..], model.base.len());
+        let covariance =
+            (1..n).map(|i| (1..n).map(|k| model.covariance[i * fitted + k]).collect()).collect();
+        linear.extend((1..n).map(|k| (0..fitted).map(|i| f64::from(u8::from(i == k))).collect()));
+        file.terms.push(Term {
+            effect: "periodic_error".into(),
+            scope: Scope::Device,
+            operator: Operator::Periodic(Periodic::of(turn.revolution, (waves.len() / 2) as u16)),
+            coefficients: waves.to_vec(),
+            covariance,
+        });
     }
     let mut first = model.base.len();
     for term in &model.terms {
@@ -140,12 +248,14 @@ fn observed(recording: &Recording, mirror: &Mirror, terms: &[Term]) -> BTreeMap<
 }
 
 /// Says how much was recorded and over which range.
-pub fn describe(file: &mut Coefficients, rows: &Rows) {
+fn describe(file: &mut Coefficients, rows: &Rows) {
     let (from, to) = range(&rows.reading);
     // The next recording's outermost rows miss these by the controller's jitter, and must not fall to the
     // extrapolation for it.
     let margin = MARGIN * (to - from);
-    (file.valid_range.from, file.valid_range.to) = (from - margin, to + margin);
+    if !file.whole_turn() {
+        (file.valid_range.from, file.valid_range.to) = (from - margin, to + margin);
+    }
     file.recording.rows = rows.len();
     file.recording.passes = rows.passes().len();
 }

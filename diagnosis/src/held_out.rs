@@ -1,5 +1,7 @@
-//! The proof on what was not fitted: passes are held out in turn, the search is repeated on the others,
-//! and base and augmented model predict the held-out rows.
+//! The proof on what was not fitted: passes are held out in turn, the search is repeated on the others, and what base
+//! and augmented model, as they would be handed on, leave of the held-out rows is counted, reading by reading.
+
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -8,8 +10,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::base::base_columns;
 use crate::explain::{Explanation, first_order};
 use crate::generic::saturated;
+use crate::hand_on::HandOn;
 use crate::linear::least_squares;
-use crate::model::{FittedTerm, Model, choose_order};
+use crate::model::{FittedTerm, Model, choose_order, predictive};
 use crate::noise::Noise;
 use crate::rows::{Rows, mean, rms};
 use crate::search::{Search, Term};
@@ -47,9 +50,6 @@ pub struct Fit {
     pub of_explainable: Option<f64>,
 }
 
-/// Predictions of the base alone and of the augmented model.
-type Predicted = (Vec<f64>, Vec<f64>);
-
 /// The improvement on held-out groups.
 #[derive(Debug, Clone, Serialize)]
 pub struct Gain {
@@ -68,10 +68,15 @@ fn fold_of(group: usize, count: usize, folds: usize, by: &str) -> Option<usize> 
     (group > 0 && group + 1 < count).then(|| (group - 1) % folds)
 }
 
-/// The group of every row: its pass, or where there is one pass a block of it.
+/// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
 pub fn groups(rows: &Rows) -> (Vec<usize>, usize, &'static str) {
     let passes = rows.passes();
-    if passes.len() >= 2 {
+    let passes_of = |sign: f64| {
+        let of = rows.pass.iter().zip(&rows.direction).filter(|(_, d)| **d * sign > 0.0).map(|(p, _)| p);
+        of.collect::<BTreeSet<_>>().len()
+    };
+    // Without its only pass of a direction a recording says nothing of what the direction does.
+    if passes.len() >= 2 && passes_of(1.0) != 1 && passes_of(-1.0) != 1 {
         let of = |p: &i64| passes.iter().position(|q| q == p).unwrap_or(0);
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
     }
@@ -79,98 +84,148 @@ pub fn groups(rows: &Rows) -> (Vec<usize>, usize, &'static str) {
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
 
-/// Holds out every group in turn.
-pub fn prove(explanation: &Explanation, before: &Model, after: &Model) -> Fit {
+/// What the search of the other rows chose, with one fold held out.
+pub struct Fold<'a> {
+    /// Whether a cell is held out.
+    held: Vec<bool>,
+    /// The search without the held-out rows, and what it found.
+    inner: Explanation<'a>,
+    /// What the base alone, as handed on, leaves of every row.
+    before: Vec<f64>,
+}
+
+/// The proof by groups that are held out in turn: made once, and asked about several models.
+pub struct Proof<'a> {
+    by: &'static str,
+    /// Group of every row of the recording; none of a row that no fold holds out.
+    fold_of_row: Vec<Option<usize>>,
+    group_of_row: Vec<usize>,
+    folds: Vec<Fold<'a>>,
+    before: f64,
+}
+
+/// Figures of a model on rows that were held out.
+pub struct Shown {
+    /// Root mean square of what it leaves, per reading.
+    pub rms: f64,
+    /// Of the groups: rms before less rms after.
+    pub gains: Vec<f64>,
+}
+
+/// Which terms a model has in each fold.
+pub enum Choice<'a> {
+    /// Those that the search finds without the held-out rows.
+    Searched,
+    /// These, whose shapes are found again without them.
+    Of(&'a [Term]),
+}
+
+/// Holds out every group in turn; none where nothing can be held out.
+pub fn prove<'a>(explanation: &Explanation<'a>, hand_on: &HandOn, before: &Model) -> Option<Proof<'a>> {
     let search = &explanation.search;
     let rows = search.rows;
-    let residual = |m: &Model| -> Vec<f64> { rows.error.iter().zip(m.value()).map(|(e, v)| e - v).collect() };
-    let (train_before, train_after) = (residual(before), residual(after));
     let (group, count, by) = groups(rows);
     let folds = count.min(FOLDS);
-    let mut fit = Fit {
-        unit: rows.unit.clone(),
-        held_out_by: by.into(),
-        before: Score { train_rms: rms(&train_before), held_out_rms: None },
-        after: Score { train_rms: rms(&train_after), held_out_rms: None },
-        gain: None,
-        of_explainable: of_explainable(explanation, before, after),
-    };
     let out_of = |g: usize| fold_of(g, count, folds, by);
-    let held: Vec<usize> = (0..count).filter(|g| out_of(*g).is_some()).collect();
-    if count < 2 || held.is_empty() || rows.len() / count * (count - 1) < 2 * (after.order + 2) {
-        return fit;
+    let enough = rows.len() / count * (count - 1) >= 2 * (before.order + 2);
+    if count < 2 || !enough || !(0..count).any(|g| out_of(g).is_some()) {
+        return None;
     }
-    let predicted: Vec<Predicted> = (0..folds)
+    let folds: Vec<Fold> = (0..folds)
         .into_par_iter()
         .map(|fold| {
             let held: Vec<bool> = group.iter().map(|g| out_of(*g) == Some(fold)).collect();
-            predict(explanation, before, after, &held)
+            let mut noise: Noise = search.noise.clone();
+            noise.sigma.iter_mut().zip(&held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
+            let again = Search::with_noise(search, noise);
+            // Where nothing was found in all rows, nothing is sought in some of them.
+            let terms = if explanation.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
+            let inner = Explanation { search: again, chosen: terms.len(), terms };
+            let order = choose_order(&inner, &[]).max(1).min(before.order);
+            let base = predictive(&inner, &[], rows.order.unwrap_or(order));
+            Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner })
         })
-        .collect();
-    // Errors of the prediction of every held-out row of the groups for which `of` holds.
-    let errors = |which: fn(&Predicted) -> &Vec<f64>, of: &dyn Fn(usize) -> bool| -> Vec<f64> {
-        let row = |i: usize| {
-            let fold = out_of(group[i]).filter(|_| of(group[i]))?;
-            Some(rows.error[i] - which(&predicted[fold])[i])
-        };
-        (0..rows.len()).filter_map(row).collect()
-    };
-    let both = |of: &dyn Fn(usize) -> bool| (rms(&errors(|p| &p.0, of)), rms(&errors(|p| &p.1, of)));
-    let (held_before, held_after) = both(&|_| true);
-    fit.before.held_out_rms = Some(held_before);
-    fit.after.held_out_rms = Some(held_after);
-    let gains: Vec<f64> = held
-        .iter()
-        .map(|g| {
-            let (before, after) = both(&|h| h == *g);
-            before - after
-        })
-        .collect();
-    if !after.terms.is_empty() {
-        let value = mean(&gains);
-        let n = gains.len() as f64;
-        let deviation = (gains.iter().map(|g| (g - value).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
-        let quantile = StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0)).map_or(1.96, |t| t.inverse_cdf(0.975));
-        let half = quantile * deviation / n.sqrt();
-        fit.gain = Some(Gain { value, ci95: [value - half, value + half] });
-    }
-    fit
+        .collect::<Option<_>>()?;
+    let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
+    let fold_of_row = group_of_row.iter().map(|g| out_of(*g)).collect();
+    let mut proof = Proof { by, fold_of_row, group_of_row, folds, before: 0.0 };
+    proof.before = rms(&proof.errors(|fold| &fold.before, |_| true));
+    Some(proof)
 }
 
-/// Predictions of the base alone and of the model that a search without the held-out rows finds, the orders of
-/// both chosen without them as well.
-fn predict(explanation: &Explanation, before: &Model, after: &Model, held: &[bool]) -> Predicted {
-    let search = &explanation.search;
-    let rows = search.rows;
-    let mut noise: Noise = search.noise.clone();
-    noise.sigma.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
-    let again = Search::with_noise(search, noise);
-    let terms = if after.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
-    let inner = Explanation { search: again, chosen: terms.len(), terms };
-    let noise = &inner.search.noise;
-    let value = |terms: &[Term], lowest: usize, highest: usize| -> Vec<f64> {
-        // Fewer rows never justify a higher order than all of them.
-        let mut raw = base_columns(rows, choose_order(&inner, terms).max(lowest).min(highest));
-        raw.extend(terms.iter().flat_map(|t| t.columns.iter().cloned()));
-        let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
-        let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
-        let mut sum = vec![0.0; rows.len()];
-        for (a, column) in solution.coefficients.iter().zip(&raw) {
-            crate::linear::add_scaled(&mut sum, *a, column);
-        }
-        sum
-    };
-    let base = value(&[], 1, before.order);
-    let with = if inner.terms.is_empty() {
-        base.clone()
-    } else {
-        value(&inner.terms, first_order(rows), after.order)
-    };
-    (base, with)
+impl Proof<'_> {
+    /// What was held out: `pass` or `block`.
+    pub fn by(&self) -> &'static str {
+        self.by
+    }
+
+    /// Root mean square of what the base alone leaves of the held-out rows.
+    pub fn before(&self) -> f64 {
+        self.before
+    }
+
+    /// Of the held-out rows of the groups for which `wanted` holds, the errors without them.
+    fn errors<'b>(&'b self, of: impl Fn(&'b Fold) -> &'b Vec<f64>, wanted: impl Fn(usize) -> bool) -> Vec<f64> {
+        let row = |i: usize| {
+            let fold = self.fold_of_row[i].filter(|_| wanted(self.group_of_row[i]))?;
+            Some(of(&self.folds[fold])[i])
+        };
+        (0..self.fold_of_row.len()).filter_map(row).collect()
+    }
+
+    /// What a model leaves of the held-out rows; none where in some fold it cannot be applied.
+    pub fn shows(&self, hand_on: &HandOn, choice: &Choice, order: usize) -> Option<Shown> {
+        let left: Vec<Vec<f64>> = self
+            .folds
+            .par_iter()
+            .map(|fold| {
+                let inner = &fold.inner;
+                let named = |t: &&Term| inner.search.effect(t.family).is_some();
+                let mut terms: Vec<Term> = match choice {
+                    Choice::Searched => inner.terms.iter().filter(named).cloned().collect(),
+                    Choice::Of(terms) => terms.to_vec(),
+                };
+                if matches!(choice, Choice::Of(_)) {
+                    inner.search.backfit(&mut terms);
+                }
+                if terms.is_empty() {
+                    return Some(fold.before.clone());
+                }
+                let rows = inner.search.rows;
+                // Fewer rows never justify a higher order than all of them.
+                let order = choose_order(inner, &terms).max(first_order(rows)).min(order);
+                hand_on.left(&predictive(inner, &terms, order), Some(&fold.held))
+            })
+            .collect::<Option<_>>()?;
+        let both = |wanted: &dyn Fn(usize) -> bool| {
+            let row = |i: usize| {
+                let fold = self.fold_of_row[i].filter(|_| wanted(self.group_of_row[i]))?;
+                Some(left[fold][i])
+            };
+            let after: Vec<f64> = (0..self.fold_of_row.len()).filter_map(row).collect();
+            (rms(&self.errors(|fold| &fold.before, wanted)), rms(&after))
+        };
+        let mut held: Vec<usize> =
+            self.group_of_row.iter().zip(&self.fold_of_row).filter(|(_, f)| f.is_some()).map(|(g, _)| *g).collect();
+        held.sort_unstable();
+        held.dedup();
+        let gains = held.iter().map(|g| both(&|h| h == *g)).map(|(before, after)| before - after).collect();
+        Some(Shown { rms: both(&|_| true).1, gains })
+    }
+}
+
+/// The gain with its paired 95 % interval.
+pub fn gain(gains: &[f64]) -> Gain {
+    let value = mean(gains);
+    let n = gains.len() as f64;
+    let deviation = (gains.iter().map(|g| (g - value).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
+    let quantile = StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0)).map_or(1.96, |t| t.inverse_cdf(0.975));
+    let half = quantile * deviation / n.sqrt();
+    Gain { value, ci95: [value - half, value + half] }
 }
 
 /// Variance explained by the terms over that explained by the saturated model, each for its freedom.
-fn of_explainable(explanation: &Explanation, before: &Model, after: &Model) -> Option<f64> {
+pub fn of_explainable(explanation: &Explanation, before: &Model, after: &Model) -> Option<f64> {
     if after.terms.is_empty() {
         return None;
     }

@@ -91,7 +91,7 @@ impl Beside<'_> {
         let inverse = inverse_of_triangle(&r, width);
         let amplitudes: Vec<f64> =
             (0..width).map(|a| (a..width).map(|k| inverse[a * width + k] * scores[k]).sum()).collect();
-        if !effect.plausible(&amplitudes) {
+        if !effect.plausible_at(shape, &amplitudes) {
             return None;
         }
         let covariance = (0..width * width)
@@ -108,7 +108,7 @@ impl Beside<'_> {
     /// parameter as the curvature has it.
     fn posterior(&self, effect: &dyn Effect, best: &[f64], deviation: &[f64]) -> Vec<Place> {
         let ranges = effect.ranges(self.rows);
-        let tied = effect.consistent_shape(&[1.0]).is_some();
+        let tied = effect.shape_follows();
         let free: Vec<usize> = (0..best.len())
             .filter(|&k| !tied && !ranges[k].whole && ranges[k].high > ranges[k].low)
             .collect();

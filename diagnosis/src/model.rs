@@ -69,6 +69,9 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     let search = &explanation.search;
     let rows = search.rows;
     let highest = highest_order(rows);
+    if rows.order.is_some() {
+        return highest;
+    }
     let lowest = if rows.pair { 3.min(highest) } else { 1 };
     let n = rows.len();
     let mut basis = Basis::new(n);
@@ -96,6 +99,51 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
         }
     }
     order
+}
+
+/// Fits base and terms jointly, without anything about parameters: what is needed to predict.
+pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Model {
+    let search = &explanation.search;
+    let rows = search.rows;
+    let noise = &search.noise;
+    let base = base_columns(rows, order);
+    let raw: Vec<&Vec<f64>> = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).collect();
+    let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
+    let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
+    let sum = |coefficients: &[f64], columns: &[&Vec<f64>]| {
+        let mut sum = vec![0.0; rows.len()];
+        coefficients.iter().zip(columns).for_each(|(a, c)| crate::linear::add_scaled(&mut sum, *a, c));
+        sum
+    };
+    let p = raw.len();
+    let mut first = base.len();
+    let fitted = terms
+        .iter()
+        .map(|term| {
+            let own = first..first + term.columns.len();
+            first = own.end;
+            FittedTerm {
+                term: term.clone(),
+                effect: search.effect(term.family),
+                amplitudes: solution.coefficients[own.clone()].to_vec(),
+                covariance: own
+                    .clone()
+                    .flat_map(|i| own.clone().map(move |k| (i, k)))
+                    .map(|(i, k)| solution.inverse[i * p + k])
+                    .collect(),
+                contribution: sum(&solution.coefficients[own.clone()], &raw[own]),
+                parameters: Vec::new(),
+                explained: 0.0,
+            }
+        })
+        .collect();
+    Model {
+        order,
+        base: solution.coefficients[..base.len()].to_vec(),
+        base_value: sum(&solution.coefficients[..base.len()], &raw[..base.len()]),
+        terms: fitted,
+        covariance: solution.inverse,
+    }
 }
 
 /// Fits base and terms jointly. `order` none chooses it.
@@ -296,7 +344,7 @@ fn place_steps(
 
 /// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
 fn tangent_steps(effect: &dyn Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<f64>> {
-    if effect.consistent_shape(&[1.0]).is_some() {
+    if effect.shape_follows() {
         return vec![None; shape.len()];
     }
     effect
@@ -334,6 +382,7 @@ fn tangent(
 
 /// The base alone, as the simulation expects it, without any effect.
 pub fn expected(explanation: &Explanation, catalogue: &[Box<dyn Effect>]) -> Model {
-    let order = choose_order(explanation, &[]).max(first_order(explanation.search.rows).min(3));
+    let rows = explanation.search.rows;
+    let order = choose_order(explanation, &[]).max(rows.order.unwrap_or(first_order(rows).min(3)));
     fit(explanation, catalogue, &[], Some(order))
 }

@@ -2,7 +2,9 @@
 //! observables that can be used, and a sentence for every one that cannot.
 
 use fitter::error_model::Sensor;
+use fitter::points::{Grouping, Points};
 use fitter::recording::{Note, Readings};
+use fitter::turn::Turn;
 use fitter::{Mirror, Recording};
 use thiserror::Error;
 
@@ -31,6 +33,15 @@ pub enum ObserveError {
     /// Readings of a sensor that turns cannot be put on their turns.
     #[error(transparent)]
     Turn(Box<fitter::FitError>),
+    /// Not even the base makes a model.
+    #[error("{file}: no model can be made of it ({reason}); check the readings against the reference")]
+    NoModel { file: String, reason: String },
+    /// Harmonics of the turn are asked for, and nothing turns.
+    #[error(
+        "{file}: --turn-harmonics needs a sensor that turns, found none; state `revolution` in the mirror file, or give \
+         --order"
+    )]
+    NoTurn { file: String },
     /// The simulation does not fit the recording's rows.
     #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
     Simulation { file: String, found: String, expected: String },
@@ -46,6 +57,15 @@ pub struct Simulated {
     pub reference: Vec<f64>,
 }
 
+/// The base as the user wants it; chosen by cross-validation where nothing is said.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Wanted {
+    /// Order of the polynomial.
+    pub order: Option<usize>,
+    /// Number of harmonics of a whole turn.
+    pub turn_harmonics: Option<usize>,
+}
+
 /// Prepares a recording for diagnosis.
 ///
 /// # Errors
@@ -54,6 +74,7 @@ pub fn observe(
     recording: &Recording,
     mirror: &Mirror,
     simulated: Option<&Simulated>,
+    wanted: Wanted,
 ) -> Result<Rows, ObserveError> {
     let file = recording.file.clone();
     let n = recording.rows();
@@ -86,11 +107,12 @@ pub fn observe(
             expected: format!("{n}"),
         });
     }
-    let turned = unwound(recording, mirror, simulated)?;
-    let (reading, truth) = match turned {
-        Some(Unwound { reading, truth }) => (reading, truth),
-        None => ((0..n).map(|i| recording.reading(i)).collect(), truth),
+    let (reading, truth, turn) = match unwound(recording, mirror, simulated, wanted)? {
+        Some(Unwound { reading, truth, turn }) => (reading, truth, turn),
+        None => ((0..n).map(|i| recording.reading(i)).collect(), truth, None),
     };
+    let points = Points::of(recording, &reading);
+    let positions = if points.grouping == Grouping::Block || !points.single_angles { n } else { points.count() };
     let weight: Vec<f64> = reading.iter().map(|r| sensor.gain(*r)).collect();
     let theta: Vec<f64> = reading.iter().map(|r| per * sensor.calculated(*r)).collect();
     let expected = simulated.map_or(theta.as_slice(), |s| s.reference.as_slice());
@@ -154,6 +176,13 @@ pub fn observe(
         coil_a,
         command_deg: recording.command_deg.clone().filter(|c| c.iter().all(|v| v.is_finite())),
         extra,
+        order: match (&turn, wanted) {
+            // `fit` chooses the harmonics by cross-validation, or has them given.
+            (Some(turn), _) if turn.whole => Some(2 * turn.amplitudes.len()),
+            (_, Wanted { order, .. }) => order,
+        },
+        turn,
+        positions,
         not_testable,
     };
     if rows.temperature_c.as_ref().is_some_and(|t| is_noise_alone(t, &rows.scaled_reading())) {
@@ -188,6 +217,7 @@ pub fn observe(
 struct Unwound {
     reading: Vec<f64>,
     truth: Vec<f64>,
+    turn: Option<Turn>,
 }
 
 /// Readings and references of a sensor that turns, each on the turn where it belongs: a reading that passes the end
@@ -197,22 +227,35 @@ fn unwound(
     recording: &Recording,
     mirror: &Mirror,
     simulated: Option<&Simulated>,
+    wanted: Wanted,
 ) -> Result<Option<Unwound>, ObserveError> {
-    let Sensor::Direct { revolution: Some(turn), .. } = mirror.sensor else { return Ok(None) };
+    let Sensor::Direct { revolution: Some(turn), .. } = mirror.sensor else {
+        return match wanted.turn_harmonics {
+            Some(_) => Err(ObserveError::NoTurn { file: recording.file.clone() }),
+            None => Ok(None),
+        };
+    };
     if simulated.is_some() {
         return Ok(None);
     }
-    let fit = fitter::fit(recording, mirror, &fitter::Options::default())
-        .map_err(|error| ObserveError::Turn(Box::new(error)))?;
-    // The fit's readings lie within one turn, its errors on the turn of their reading.
+    let options = fitter::Options {
+        order: wanted.order,
+        harmonics: wanted.turn_harmonics,
+        ..fitter::Options::default()
+    };
+    let fit =
+        fitter::fit(recording, mirror, &options).map_err(|error| ObserveError::Turn(Box::new(error)))?;
+    let whole = fit.coefficients.whole_turn();
+    // The fit's readings lie within one turn, its errors on the turn of their reading. Over a whole turn a reading that
+    // passes the end goes on.
     let mut reading = fit.calibrated.reading;
     let mut before = reading.first().copied().unwrap_or(0.0);
-    for reading in &mut reading {
+    for reading in reading.iter_mut().filter(|_| whole) {
         *reading -= turn * ((*reading - before) / turn).round();
         before = *reading;
     }
     let truth = reading.iter().zip(&fit.calibrated.error).map(|(reading, error)| reading - error).collect();
-    Ok(Some(Unwound { reading, truth }))
+    Ok(Some(Unwound { reading, truth, turn: fit.coefficients.turn }))
 }
 
 /// Columns that were left out or assumed when the file was read.

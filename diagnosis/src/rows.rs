@@ -2,6 +2,11 @@
 //! observables on which a mismatch may depend. Everything here is in the recording's own unit (arcsec for
 //! an eddy-current pair, the sensor's unit otherwise).
 
+use fitter::turn::Turn;
+
+/// Readings closer than this part of the mean distance of two positions are of one position.
+const SAME_PLACE: f64 = 0.01;
+
 /// One observable of a recording.
 #[derive(Debug, Clone)]
 pub struct Column {
@@ -46,6 +51,13 @@ pub struct Rows {
     pub command_deg: Option<Vec<f64>>,
     /// Any further numeric column.
     pub extra: Vec<Column>,
+    /// What `fit` says of a sensor that turns round and round.
+    pub turn: Option<Turn>,
+    /// The order of the base, where it is given: by the user, or by `fit` for a whole turn.
+    pub order: Option<usize>,
+    /// Distinct positions at which readings were taken: what bounds the order of the base, however many rows there
+    /// are at each of them.
+    pub positions: usize,
     /// What the recording cannot show and why (columns with blanks, constants, …).
     pub not_testable: Vec<String>,
 }
@@ -54,6 +66,11 @@ impl Rows {
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.t_s.len()
+    }
+
+    /// One whole turn in the recording's unit, where the base are harmonics of it.
+    pub fn whole_turn(&self) -> Option<f64> {
+        self.turn.as_ref().filter(|turn| turn.whole).map(|turn| turn.revolution)
     }
 
     /// Whether there are no rows.
@@ -81,15 +98,18 @@ impl Rows {
         range(&self.theta)
     }
 
-    /// A typical distance in θ between neighbouring angles of one pass, in whatever order they were read.
+    /// A typical distance in θ between neighbouring angles of one pass, in whatever order they were read. Readings
+    /// taken at one place do not count.
     pub fn step(&self) -> f64 {
+        let (low, high) = self.stroke();
+        let one_place = SAME_PLACE * (high - low) / self.positions.max(1) as f64;
         let mut steps: Vec<f64> = Vec::with_capacity(self.len());
         let mut first = 0;
         while first < self.len() {
             let last = (first..self.len()).find(|&i| self.pass[i] != self.pass[first]).unwrap_or(self.len());
             let mut angles = self.theta[first..last].to_vec();
             angles.sort_by(f64::total_cmp);
-            steps.extend(angles.windows(2).map(|pair| pair[1] - pair[0]));
+            steps.extend(angles.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > one_place));
             first = last;
         }
         median(&mut steps).max(1e-12)
@@ -156,6 +176,9 @@ impl Rows {
                 .iter()
                 .map(|c| Column { name: c.name.clone(), values: change(&c.values) })
                 .collect(),
+            turn: self.turn.clone(),
+            order: self.order,
+            positions: self.positions,
             not_testable: self.not_testable.clone(),
         }
     }

@@ -19,7 +19,7 @@ use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::Effect;
 use crate::jumps::Jumps;
-use crate::linear::{Basis, Columns, add_scaled, dot};
+use crate::linear::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::noise::Noise;
 use crate::rows::Rows;
 
@@ -257,7 +257,7 @@ impl<'a> Search<'a> {
                 }
                 let s = dot(scores, scores);
                 let m = log_tail(s, scores.len());
-                if best.is_none_or(|b| m > b.0) {
+                if best.is_none_or(|b| m > b.0) && self.plausible_beside(f, c, basis, residual) {
                     best = Some((m, c, s, scores.len()));
                 }
             }
@@ -295,6 +295,19 @@ impl<'a> Search<'a> {
             Some(e) if scores.len() == 1 => self.catalogue[e].plausible(scores),
             _ => true,
         }
+    }
+
+    /// Whether candidate `c` of an effect with several columns has amplitudes beside a basis that can be this effect's.
+    fn plausible_beside(&self, family: usize, c: usize, basis: &Basis, residual: &[f64]) -> bool {
+        let candidate = &self.dictionary.candidates[c];
+        let Some(e) = self.effect(family).filter(|_| candidate.columns.len() > 1) else { return true };
+        let left = candidate.columns.iter().map(|column| {
+            let mut w = self.whitener.whiten(column);
+            basis.project_off(&mut w);
+            w
+        });
+        let amplitudes = least_squares(&left.collect::<Vec<_>>(), residual).coefficients;
+        self.catalogue[e].plausible_at(&candidate.shape, &amplitudes)
     }
 
     /// Whether a found family passes the threshold of the whole search.

@@ -7,6 +7,7 @@ use crate::dictionary::Kind;
 use crate::effects::{Effect, Place};
 use crate::experiment;
 use crate::explain::Explanation;
+use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
 use crate::rows::{Rows, centred, range};
 use crate::search::{SHAPE_PRICE, Term};
@@ -33,6 +34,18 @@ pub enum Verdict {
     PartlyExplained,
     /// Structure, and no catalogued effect accounts for it.
     Unexplained,
+}
+
+impl Verdict {
+    /// As it stands in the files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Verdict::Consistent => "consistent",
+            Verdict::Explained => "explained",
+            Verdict::PartlyExplained => "partly_explained",
+            Verdict::Unexplained => "unexplained",
+        }
+    }
 }
 
 /// Where the mismatch lives.
@@ -100,14 +113,16 @@ pub struct Said {
     pub next_experiment: Option<String>,
 }
 
-/// Forms the verdict.
-pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Model) -> Said {
+/// Forms the verdict. An effect that was withdrawn is structure, and keeps its place.
+pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &Settled) -> Said {
     let search = &explanation.search;
     let rows = search.rows;
-    let mut order: Vec<&FittedTerm> = model.terms.iter().collect();
+    let model = &settled.joint;
+    let named = model.terms.iter().filter(|t| t.effect.is_some()).count();
+    let unnamed = settled.withdrawn.iter().map(|t| FittedTerm { effect: None, ..t.clone() }).collect::<Vec<_>>();
+    let mut order: Vec<&FittedTerm> = model.terms.iter().chain(&unnamed).collect();
     order.sort_by(|a, b| b.explained.total_cmp(&a.explained));
     let total: f64 = order.iter().map(|t| t.explained).sum::<f64>().max(1e-300);
-    let named = order.iter().filter(|t| t.effect.is_some()).count();
     let verdict = match (named, order.len() - named) {
         (0, 0) => Verdict::Consistent,
         (_, 0) => Verdict::Explained,
@@ -129,11 +144,11 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Mod
         let rivals = alternatives(explanation, catalogue, model, &term.term);
         for (rival, part) in &rivals {
             let place = catalogue[*rival].place(rows);
-            further.push(locate(rows, &place, &term.contribution, share * part, p_value));
+            further.push(locate(rows, &place, &term.contribution, (share * part).min(share), p_value));
         }
         effects.push(NamedEffect {
             id: catalogue[e].id().into(),
-            title: catalogue[e].title().into(),
+            title: catalogue[e].found_as(&term.amplitudes).into(),
             p_value,
             share,
             parameters: term
@@ -161,6 +176,27 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Mod
         unidentifiable: unidentifiable(rows, catalogue, model),
         next_experiment,
     }
+}
+
+/// Adds the place of the strongest dependence, of whatever kind, that the handed-on model leaves.
+pub fn locate_rest(
+    explanation: &Explanation,
+    catalogue: &[Box<dyn Effect>],
+    handed: &Model,
+    said: &mut Said,
+) {
+    let search = &explanation.search;
+    let terms: Vec<Term> = handed.terms.iter().map(|t| t.term.clone()).collect();
+    let found = search.contenders(&terms, |_| true);
+    let Some(found) = found.iter().max_by(|a, b| a.surprise.total_cmp(&b.surprise)) else { return };
+    let mut with = terms;
+    with.push(found.term.clone());
+    let model = crate::model::predictive(explanation, &with, handed.order);
+    let Some(term) = model.terms.last() else { return };
+    let p_value = (-search.family_wise(found)).exp().max(1e-300);
+    let place = place_of(explanation, catalogue, &found.term);
+    let share = (1.0 - said.effects.iter().map(|e| e.share).sum::<f64>()).clamp(0.0, 1.0);
+    push_location(&mut said.locations, locate(search.rows, &place, &term.contribution, share, p_value));
 }
 
 fn push_location(locations: &mut Vec<Location>, location: Location) {

@@ -2,8 +2,13 @@
 
 use fitter::terms::{Operator, Play};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, play, reading};
+use super::{Effect, Handed, Place, Range, Reading, angle_observable, play_from, reading};
 use crate::rows::Rows;
+
+/// State of the play before the first row: in the middle of the gap, or against one side.
+const FREE: f64 = 0.0;
+const FORWARD: f64 = 1.0;
+const BACKWARD: f64 = -1.0;
 
 /// See the module's description.
 pub struct Backlash;
@@ -18,7 +23,7 @@ impl Effect for Backlash {
     }
 
     fn formula(&self) -> &'static str {
-        "θ − play_r(θ), half width r small against a step"
+        "±(θ − play_r(θ)), half width r small against a step; + on the driving side, − on the load"
     }
 
     fn source(&self) -> &'static str {
@@ -26,7 +31,7 @@ impl Effect for Backlash {
     }
 
     fn size(&self) -> &'static str {
-        "positive; up to a few arcsec, far less than a step of the angle"
+        "of either sense, as the sensor is on the driving side or on the load; up to a few arcsec, less than a step of the angle"
     }
 
     fn confused_with(&self) -> &'static [&'static str] {
@@ -43,35 +48,58 @@ impl Effect for Backlash {
 
     fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
         // Any width that is small against a step has the same signature but for the turning points.
-        vec![vec![1e-3 * rows.step()]]
+        [FREE, FORWARD, BACKWARD].map(|state| vec![narrow(rows), state]).to_vec()
     }
 
     fn ranges(&self, rows: &Rows) -> Vec<Range> {
-        // The width is its own amplitude (`consistent_shape`): it is not searched.
-        let start = 1e-3 * rows.step();
-        vec![Range { low: start, high: start, logarithmic: true, whole: false }]
+        // The width is its own amplitude (`consistent_shape`), and the state one of three: neither is searched.
+        vec![
+            Range { low: narrow(rows), high: narrow(rows), logarithmic: true, whole: false },
+            Range { low: BACKWARD, high: FORWARD, logarithmic: false, whole: true },
+        ]
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
-        let r = shape[0].max(1e-9);
-        let p = play(&rows.theta, r);
+        let r = shape[0].max(1e-12);
+        let first = rows.theta.first().copied().unwrap_or(0.0);
+        let p = play_from(&rows.theta, r, first - shape[1] * r);
         vec![rows.theta.iter().zip(&p).map(|(theta, p)| (theta - p) / r).collect()]
     }
 
-    fn plausible(&self, amplitudes: &[f64]) -> bool {
-        amplitudes[0] > 0.0
+    fn shape_follows(&self) -> bool {
+        true
     }
 
-    fn consistent_shape(&self, amplitudes: &[f64]) -> Option<Vec<f64>> {
-        Some(vec![amplitudes[0].abs()])
+    fn consistent_shape(&self, shape: &[f64], amplitudes: &[f64], rows: &Rows) -> Option<Vec<f64>> {
+        // Where the sensor sits on the load its reading does not move within the play: it turns over at once.
+        let width = if amplitudes[0] > 0.0 { amplitudes[0] } else { narrow(rows) };
+        Some(vec![width, shape[1]])
     }
 
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
-        let r = shape[0].max(1e-9);
-        Handed::scaled(Operator::Play(Play::of(angle_observable(rows), &[r])), 1.0 / r)
+        let r = shape[0].max(1e-12);
+        let mut play = Play::of(angle_observable(rows), &[r]);
+        if shape[1] != FREE {
+            let first = rows.theta.first().copied().unwrap_or(0.0);
+            play.elements[0].initial = Some(first - shape[1] * r);
+        }
+        Handed::scaled(Operator::Play(play), 1.0 / r)
     }
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        vec![reading(format!("half_width_{}", rows.unit), amplitudes[0], rows.unit.as_str())]
+        vec![reading(format!("half_width_{}", rows.unit), amplitudes[0].abs(), rows.unit.as_str())]
     }
+
+    fn found_as(&self, amplitudes: &[f64]) -> &'static str {
+        if amplitudes[0] > 0.0 {
+            "backlash; the sensor is on the driving side, its reading runs ahead"
+        } else {
+            "backlash; the sensor is on the load, its reading lags"
+        }
+    }
+}
+
+/// Half width from which the play is sought: small against a step, and beyond what a reading at rest wanders.
+fn narrow(rows: &Rows) -> f64 {
+    1e-3 * rows.step()
 }

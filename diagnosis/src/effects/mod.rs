@@ -18,9 +18,10 @@ mod thermal_gain_drift;
 mod thermal_lag;
 mod thermal_zero_drift;
 mod time_drift;
+mod turn_slope;
 mod warmup_drift;
 
-pub use operators::{low_pass, play, plays_apart};
+pub use operators::{low_pass, play_from, plays_apart};
 
 use fitter::terms::Operator;
 
@@ -119,6 +120,10 @@ pub trait Effect: Sync + Send {
     fn plausible(&self, _amplitudes: &[f64]) -> bool {
         true
     }
+    /// Whether amplitudes at a shape can be this effect; asked where the amplitudes are known.
+    fn plausible_at(&self, _shape: &[f64], amplitudes: &[f64]) -> bool {
+        self.plausible(amplitudes)
+    }
     /// Whether it is a step, its one shape parameter the row from which on it is there: every row is then tried.
     fn begins_at_a_row(&self) -> bool {
         false
@@ -128,8 +133,16 @@ pub trait Effect: Sync + Send {
         false
     }
     /// A shape that follows from the amplitudes found (play whose width is its own amplitude).
-    fn consistent_shape(&self, _amplitudes: &[f64]) -> Option<Vec<f64>> {
+    fn consistent_shape(&self, _shape: &[f64], _amplitudes: &[f64], _rows: &Rows) -> Option<Vec<f64>> {
         None
+    }
+    /// Whether the shape follows from the amplitudes, so that it is not searched.
+    fn shape_follows(&self) -> bool {
+        false
+    }
+    /// The title, with what the sign of the amplitudes says.
+    fn found_as(&self, _amplitudes: &[f64]) -> &'static str {
+        self.title()
     }
     /// A richer form of the same effect to be tried once this one is found (a further harmonic).
     fn richer(&self, _rows: &Rows, _shape: &[f64]) -> Option<Vec<f64>> {
@@ -191,6 +204,7 @@ pub fn catalogue() -> Vec<Box<dyn Effect>> {
         Box::new(sensor_clipping::SensorClipping),
         Box::new(local_defect::LocalDefect),
         Box::new(read_lag::ReadLag),
+        Box::new(turn_slope::TurnSlope),
     ]
 }
 
@@ -241,15 +255,20 @@ fn edge_unit(rows: &Rows) -> (&str, f64) {
     if rows.unit == "arcsec" { ("deg", 3600.0) } else { (&rows.unit, 1.0) }
 }
 
-/// dθ/dt from the neighbouring rows of the same pass, in the recording's unit per second.
+/// dθ/dt by the difference to the row before in the same pass, as a controller forms it and `rate` of the coefficients
+/// file is applied, in the recording's unit per second; the first row of a pass has that of the second.
 pub fn velocity(rows: &Rows) -> Vec<f64> {
     let n = rows.len();
+    let same = |a: usize, b: usize| b < n && rows.pass[a] == rows.pass[b];
+    let between = |a: usize, b: usize| {
+        let dt = rows.t_s[b] - rows.t_s[a];
+        if dt > 0.0 { (rows.theta[b] - rows.theta[a]) / dt } else { 0.0 }
+    };
     (0..n)
-        .map(|i| {
-            let before = if i > 0 && rows.pass[i - 1] == rows.pass[i] { i - 1 } else { i };
-            let after = if i + 1 < n && rows.pass[i + 1] == rows.pass[i] { i + 1 } else { i };
-            let dt = rows.t_s[after] - rows.t_s[before];
-            if dt > 0.0 { (rows.theta[after] - rows.theta[before]) / dt } else { 0.0 }
+        .map(|i| match i {
+            _ if i > 0 && same(i - 1, i) => between(i - 1, i),
+            _ if same(i, i + 1) => between(i, i + 1),
+            _ => 0.0,
         })
         .collect()
 }

@@ -1,10 +1,10 @@
 //! Operators with memory that several signatures are made of.
 
-/// The play operator of half width `r`: an output that follows `x` only once the gap is taken up. It starts
-/// in the middle of the gap at the first row. Source: Brokate & Sprekels, "Hysteresis and Phase Transitions"
+/// The play operator of half width `r`: an output that follows `x` only once the gap is taken up, beginning at
+/// `start`. Source: Brokate & Sprekels, "Hysteresis and Phase Transitions"
 /// (1996), section 2.1.
-pub fn play(x: &[f64], r: f64) -> Vec<f64> {
-    let mut p = x.first().copied().unwrap_or(0.0);
+pub fn play_from(x: &[f64], r: f64, start: f64) -> Vec<f64> {
+    let mut p = start;
     x.iter()
         .map(|&x| {
             p = p.clamp(x - r, x + r);
@@ -57,11 +57,13 @@ pub fn low_pass(t_s: &[f64], x: &[f64], tau_s: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{low_pass, play};
+    use super::{low_pass, play_from};
 
     #[test]
     fn play_keeps_its_distance() {
-        assert_eq!(play(&[0.0, 3.0, 2.5, 0.0], 1.0), vec![0.0, 2.0, 2.0, 1.0]);
+        assert_eq!(play_from(&[0.0, 3.0, 2.5, 0.0], 1.0, 0.0), vec![0.0, 2.0, 2.0, 1.0]);
+        // Against the forward side it follows from the first row on.
+        assert_eq!(play_from(&[0.0, 0.5, 0.0], 1.0, -1.0), vec![-1.0, -0.5, -0.5]);
     }
 
     #[test]

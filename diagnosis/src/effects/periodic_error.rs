@@ -9,7 +9,11 @@ use super::{Effect, Handed, Place, Range, Reading, reading};
 use crate::rows::Rows;
 
 /// Most periods over the stroke that are searched.
-const MOST_CYCLES: f64 = 64.0;
+const MOST_CYCLES: f64 = 256.0;
+/// Steepest slope that the harmonics may have together: from 1 on the reading would stand still or run back while the
+/// sensor moves, and no correction could undo it. Before that the harmonics follow the reference itself, which stands
+/// in the error, rather than an error of the sensor.
+pub const STEEPEST: f64 = 0.9;
 /// Most harmonics.
 const MOST_HARMONICS: f64 = 12.0;
 
@@ -90,6 +94,13 @@ impl Effect for PeriodicError {
             columns.extend([next.0, next.1]);
         }
         columns
+    }
+
+    fn plausible_at(&self, shape: &[f64], amplitudes: &[f64]) -> bool {
+        let slope = |h: usize| std::f64::consts::TAU * (h + 1) as f64 / shape[0];
+        let steepest: f64 =
+            amplitudes.chunks_exact(2).enumerate().map(|(h, a)| slope(h) * a[0].hypot(a[1])).sum();
+        steepest < STEEPEST
     }
 
     fn richer(&self, rows: &Rows, shape: &[f64]) -> Option<Vec<f64>> {

@@ -1,14 +1,14 @@
 //! Memories of where the angle has been, none of them an effect of the catalogue: loops, what dies away from a turning
 //! point, states that follow the direction, and what remains of an extreme.
 
-use crate::effects::play;
+use crate::effects::play_from;
 use crate::rows::Rows;
 
 /// What the history of the scaled angle `x` may leave: loops, what dies away from a turning point, states that
 /// follow the direction, and what remains of an extreme.
 pub(super) fn histories(rows: &Rows, x: &[f64]) -> Vec<Vec<Vec<f64>>> {
     let memory = [0.1, 0.3, 0.6].map(|r| {
-        let p = play(x, r);
+        let p = play_from(x, r, x.first().copied().unwrap_or(0.0));
         x.iter().zip(&p).map(|(x, p)| x - p).collect::<Vec<f64>>()
     });
     let mut groups = vec![memory.to_vec()];

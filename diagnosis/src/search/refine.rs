@@ -31,6 +31,7 @@ impl Search<'_> {
         }
         let columns = self.catalogue[e].signature(self.rows, shape);
         let mut own = Basis::new(self.rows.len());
+        let mut left = Vec::with_capacity(columns.len());
         for column in &columns {
             let mut w = self.whitener.whiten(column);
             let length = dot(&w, &w).sqrt();
@@ -38,6 +39,12 @@ impl Search<'_> {
             if dot(&w, &w).sqrt() > self.dictionary.families[family].smallest_part * length {
                 own.add(&w);
             }
+            left.push(w);
+        }
+        if columns.len() > 1
+            && !self.catalogue[e].plausible_at(shape, &least_squares(&left, residual).coefficients)
+        {
+            return None;
         }
         let scores: Vec<f64> = (0..own.rank()).map(|k| dot(own.columns.get(k), residual)).collect();
         if scores.is_empty() || !self.possible(family, &scores) {
@@ -63,7 +70,7 @@ impl Search<'_> {
             return self.best_step(family, &jumps, residual).unwrap_or(found);
         }
         let mut best = found;
-        if effect.consistent_shape(&[1.0]).is_some() {
+        if effect.shape_follows() {
             return self.make_consistent(best, basis, residual);
         }
         let ranges = effect.ranges(self.rows);
@@ -149,23 +156,28 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Solves for a shape that is its own amplitude.
+    /// Solves for a shape that is its own amplitude, from every start of the family.
     fn make_consistent(&self, found: Found, basis: &Basis, residual: &[f64]) -> Found {
         let family = found.term.family;
         let Some(e) = self.effect(family) else { return found };
-        let mut best = found;
-        for _ in 0..4 {
-            let column = self.whitener.whiten(&best.term.columns[0]);
-            let mut w = column.clone();
-            basis.project_off(&mut w);
-            let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
-            let Some(shape) = self.catalogue[e].consistent_shape(&[amplitude]) else { return best };
-            match self.try_shape(family, &shape, basis, residual) {
-                Some(next) => best = next,
-                None => return best,
+        let effect = &self.catalogue[e];
+        let mut best: Option<Found> = None;
+        for candidate in &self.dictionary.candidates[self.dictionary.families[family].candidates.clone()] {
+            let mut shape = candidate.shape.clone();
+            for _ in 0..4 {
+                let mut w = self.whitener.whiten(&effect.signature(self.rows, &shape)[0]);
+                basis.project_off(&mut w);
+                let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
+                let Some(next) = effect.consistent_shape(&shape, &[amplitude], self.rows) else { break };
+                shape = next;
             }
+            let next = self.try_shape(family, &shape, basis, residual);
+            best = match (best, next) {
+                (Some(best), Some(next)) if next.explained <= best.explained => Some(best),
+                (best, next) => next.or(best),
+            };
         }
-        best
+        best.unwrap_or(found)
     }
 
     /// Moves steps to the row at which the raw observations have them. To the cleaned ones a row on the wrong

@@ -1,19 +1,20 @@
-//! A steep error that repeats with the true angle, as it is handed on: fitted where it is used.
+//! The model that is handed on, fitted where it is used: to the corrected reading of every row.
 //!
-//! The search fits the error as a function of the true angle Θ, which the reference gives. A correction solves
-//! Θ + P(Θ) = y for Θ, and what P misses by e is then off by e/(1 + P′(Θ)): twice as much on a flank where P
-//! falls with a slope of one half. Where P is steep, base and harmonics are therefore fitted once more so that
-//! the *corrected* reading is nearest to the reference, by Gauss–Newton steps with the period held, which all
-//! harmonics together determine best. It matters most where fewer harmonics are handed on than were found.
+//! The search fits the error as a function of the true angle Θ, which the reference gives, and of a long recording it
+//! sees means of neighbouring rows. A correction is made row by row, and it solves Θ + P(Θ) = y for Θ: what the
+//! harmonics P miss by e is then off by e/(1 + P′(Θ)), twice as much on a flank where P falls with a slope of one half.
+//! So base and terms are fitted once more so that the *corrected* readings are nearest to the reference, by
+//! Gauss–Newton steps with the shapes held. It matters most where fewer harmonics are handed on than were found.
 
 use fitter::error_model::{ErrorModel, Sensor};
-use fitter::terms::{Operator, Term};
+use fitter::terms::{Observables, Operator, Periodic, Term};
 use fitter::{Coefficients, Recording};
 
 use crate::linear::least_squares;
 use crate::rows::{Rows, range, rms};
 
-/// Steepest slope of the harmonics below which nothing is gained, and from which on no equation may be left.
+/// Slope of the harmonics below which nothing is gained on rows that were searched one by one, and from which on no
+/// equation may be left.
 const STEEP: (f64, f64) = (0.05, 0.98);
 /// Steps, and the relative gain below which they end.
 const STEPS: usize = 12;
@@ -44,28 +45,30 @@ pub fn keep_strongest(file: &mut Coefficients, most: usize) {
     file.keep_in_covariance(|k| !gone.contains(&k));
 }
 
-/// Fits base and harmonics of a direct sensor to the corrected reading, where a steep periodic error is all that
-/// the file has beside the base; otherwise, or where nothing is gained, the file stays as it is.
-pub fn polish(file: &mut Coefficients, recording: &Recording, rows: &Rows) {
+/// Fits base and terms of a direct sensor to the corrected readings of the rows for which `used` holds, where the
+/// search saw means of rows or a periodic error is steep; otherwise, or where nothing is gained, the file stays as it
+/// is.
+pub fn refit(file: &mut Coefficients, recording: &Recording, rows: &Rows, used: &[bool], searched: usize) {
     let steepest: f64 = file.terms.iter().filter_map(|t| Some(periodic(t)?.steepest(&t.coefficients))).sum();
-    let only_periodic = file.terms.iter().all(|t| periodic(t).is_some());
     if !matches!(file.sensor, Sensor::Direct { .. })
-        || file.turn.is_some()
-        || !only_periodic
-        || steepest < STEEP.0
+        || (steepest < STEEP.0 && searched == rows.len())
         || rows.len() > MOST_ROWS
     {
         return;
     }
+    let of_used = |left: &[f64]| -> Vec<f64> {
+        left.iter().zip(used).filter(|(_, used)| **used).map(|(left, _)| *left).collect()
+    };
     let Some(mut left) = errors(file, recording, rows) else { return };
     for _ in 0..STEPS {
         let mut next = file.clone();
-        step(&mut next, rows, &left);
-        let sound =
-            next.terms.iter().all(|t| periodic(t).is_some_and(|p| p.steepest(&t.coefficients) < STEEP.1));
-        let Some(errors) = errors(&next, recording, rows).filter(|_| sound) else { return };
-        let (before, after) = (rms(&left), rms(&errors));
-        if after >= before {
+        if step(&mut next, recording, rows, &left, used).is_none() {
+            return;
+        }
+        let slope: f64 = next.terms.iter().filter_map(|t| Some(periodic(t)?.steepest(&t.coefficients))).sum();
+        let Some(errors) = errors(&next, recording, rows).filter(|_| slope < STEEP.1) else { return };
+        let (before, after) = (rms(&of_used(&left)), rms(&of_used(&errors)));
+        if after.is_nan() || after >= before {
             return;
         }
         *file = next;
@@ -76,21 +79,37 @@ pub fn polish(file: &mut Coefficients, recording: &Recording, rows: &Rows) {
     }
 }
 
-fn periodic(term: &Term) -> Option<&fitter::terms::Periodic> {
+fn periodic(term: &Term) -> Option<&Periodic> {
     match &term.operator {
         Operator::Periodic(periodic) => Some(periodic),
         _ => None,
     }
 }
 
-/// Corrected reading less the reference.
-fn errors(file: &Coefficients, recording: &Recording, rows: &Rows) -> Option<Vec<f64>> {
+/// Corrected reading less the reference, row by row, in the recording's unit; of a sensor that turns within half a
+/// turn. None where the file cannot be applied.
+pub fn errors(file: &Coefficients, recording: &Recording, rows: &Rows) -> Option<Vec<f64>> {
     let applied = fitter::apply(recording, file).ok()?;
-    Some(applied.corrected.iter().zip(&rows.truth).map(|(c, t)| c - t).collect())
+    let per = file.sensor.per_internal();
+    let turn = match &file.sensor {
+        Sensor::Direct { revolution, .. } => *revolution,
+        Sensor::EddyCurrentPair { .. } => None,
+    };
+    let error = |(c, t): (&f64, &f64)| {
+        let error = c * per - t;
+        turn.map_or(error, |turn| error - turn * (error / turn).round())
+    };
+    Some(applied.corrected.iter().zip(&rows.truth).map(error).collect())
 }
 
 /// One Gauss–Newton step from the errors `left`.
-fn step(file: &mut Coefficients, rows: &Rows, left: &[f64]) {
+fn step(
+    file: &mut Coefficients,
+    recording: &Recording,
+    rows: &Rows,
+    left: &[f64],
+    used: &[bool],
+) -> Option<()> {
     let n = rows.len();
     let (low, high) = range(&rows.reading);
     let half = (0.5 * (high - low)).max(1e-300);
@@ -113,16 +132,25 @@ fn step(file: &mut Coefficients, rows: &Rows, left: &[f64]) {
         .map(|k| (0..n).map(|i| gain[i] * ((rows.reading[i] - centre) / half).powi(k as i32)).collect())
         .collect();
     for term in &file.terms {
-        let Some(periodic) = periodic(term) else { continue };
-        let first = columns.len();
-        columns.resize(first + term.coefficients.len(), Vec::with_capacity(n));
-        for (c, gain) in corrected.iter().zip(&gain) {
-            for (column, value) in columns[first..].iter_mut().zip(periodic.columns_at(*c)) {
-                column.push(gain * value);
+        if let Some(periodic) = periodic(term) {
+            let first = columns.len();
+            columns.resize(first + term.coefficients.len(), Vec::with_capacity(n));
+            for (c, gain) in corrected.iter().zip(&gain) {
+                for (column, value) in columns[first..].iter_mut().zip(periodic.columns_at(*c)) {
+                    column.push(gain * value);
+                }
             }
+        } else {
+            let raw = term.operator.columns(&Observables { recording, sensor: &file.sensor }).ok()?;
+            columns.extend(raw.iter().map(|c| c.iter().zip(&gain).map(|(c, gain)| c * gain).collect()));
         }
     }
-    let found = least_squares(&columns, left).coefficients;
+    // A row that is not used has no say.
+    let mut target = left.to_vec();
+    for column in columns.iter_mut().chain(std::iter::once(&mut target)) {
+        column.iter_mut().zip(used).filter(|(_, used)| !**used).for_each(|(v, _)| *v = 0.0);
+    }
+    let found = least_squares(&columns, &target).coefficients;
     let mut coefficients = file.base.coefficients.clone();
     for (k, (c, change)) in coefficients.iter_mut().zip(&found).enumerate() {
         *c += change / half.powi(k as i32);
@@ -134,4 +162,5 @@ fn step(file: &mut Coefficients, rows: &Rows, left: &[f64]) {
     for term in &mut file.terms {
         term.coefficients.iter_mut().zip(&mut changes).for_each(|(c, change)| *c += change);
     }
+    Some(())
 }

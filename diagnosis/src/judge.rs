@@ -1,0 +1,236 @@
+//! The answer is held against itself before it is written, with the code that `apply` runs and on every reading: what
+//! the named effects' parameters, the handed-on model and the verdict claim must agree with each other. What does not
+//! is withdrawn, and said.
+
+use crate::diagnosis::NoiseFloor;
+use crate::effects::Effect;
+use crate::explain::{Explanation, first_order};
+use crate::hand_on::HandOn;
+use crate::held_out::{Choice, Proof, Shown};
+use crate::model::{self, FittedTerm, Model, choose_order};
+use crate::rows::rms;
+use crate::search::Term;
+use crate::verdict::Verdict;
+
+/// How much more a model may leave than the base alone: the spread of an rms over a thousand readings.
+const WORSE: f64 = 1.02;
+/// How much more than the noise floor may be left, on rows that were held out, where everything is said to be
+/// explained: beside some hundred readings the base's own uncertainty takes up to a tenth, its order the rest.
+const EXPLAINED: f64 = 1.3;
+/// Ends of an interval beyond which nothing is determined.
+const BOUNDLESS: f64 = 1e12;
+/// Widths by which an estimate may lie outside its interval for the interval to be extended to it; beyond, estimate and
+/// interval speak of different places.
+const BESIDE: f64 = 1.0;
+/// How far above the reference's stated accuracy a noise floor may lie: the sensor's own noise adds to the
+/// reference's, in the trials by less than this.
+const ABOVE_ACCURACY: f64 = 5.0;
+
+/// An answer that agrees with itself.
+pub struct Settled {
+    /// Base, kept effects and structure without a name, fitted jointly: what is said of effects and places.
+    pub joint: Model,
+    /// Base and kept effects: what is handed on.
+    pub handed: Model,
+    /// What it leaves of every reading.
+    pub left: Vec<f64>,
+    /// What it leaves of held-out readings; none where nothing can be held out.
+    pub shown: Option<Shown>,
+    /// Effects that were found and withdrawn.
+    pub withdrawn: Vec<FittedTerm>,
+    /// What was done, a sentence each.
+    pub judged: Vec<String>,
+}
+
+/// What is judged, and with what.
+pub struct Judge<'a, 'b> {
+    /// What was found.
+    pub explanation: &'b Explanation<'a>,
+    /// The effects.
+    pub catalogue: &'b [Box<dyn Effect>],
+    /// How a model is handed on.
+    pub hand_on: &'b HandOn<'b>,
+    /// The base alone.
+    pub before: &'b Model,
+    /// What the base alone leaves of every reading.
+    pub before_left: &'b [f64],
+    /// The held-out rows; none where nothing can be held out.
+    pub proof: Option<&'b Proof<'a>>,
+}
+
+impl Judge<'_, '_> {
+    /// Withdraws effects until the answer agrees with itself; the base alone always does.
+    pub fn settle(&self) -> Settled {
+        let search = &self.explanation.search;
+        let is_named = |t: &&Term| search.effect(t.family).is_some();
+        let mut named: Vec<Term> = self.explanation.terms.iter().filter(is_named).cloned().collect();
+        let unnamed: Vec<Term> =
+            self.explanation.terms.iter().filter(|t| !is_named(t)).cloned().collect();
+        let (mut judged, mut withdrawn) = (Vec::new(), Vec::new());
+        loop {
+            let all: Vec<Term> = named.iter().chain(&unnamed).cloned().collect();
+            let mut joint = if all.is_empty() {
+                self.before.clone()
+            } else {
+                model::fit(self.explanation, self.catalogue, &all, None)
+            };
+            if named.is_empty() {
+                let shown = self.proof.map(|proof| Shown { rms: proof.before(), gains: Vec::new() });
+                let (handed, left) = (self.before.clone(), self.before_left.to_vec());
+                return Settled { joint, handed, left, shown, withdrawn, judged };
+            }
+            let fault = match self.parameters(&mut joint) {
+                Some(fault) => Some(fault),
+                None => match self.handed(&joint, &named, withdrawn.is_empty()) {
+                    Ok((handed, left, shown)) => {
+                        return Settled { joint, handed, left, shown, withdrawn, judged };
+                    }
+                    Err(fault) => Some(fault),
+                },
+            };
+            let Some((worst, reason)) = fault else { continue };
+            let id = self.id(&named[worst]);
+            judged.push(format!("{id} is withdrawn: {reason}"));
+            let is_worst = |t: &&FittedTerm| {
+                t.term.family == named[worst].family && t.term.shape == named[worst].shape
+            };
+            withdrawn.extend(joint.terms.iter().find(is_worst).cloned());
+            named.remove(worst);
+        }
+    }
+
+    fn id(&self, term: &Term) -> &'static str {
+        self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id())
+    }
+
+    /// The first named effect whose estimates contradict their intervals, by its place among the named ones, and why.
+    /// Where an estimate lies just beside its interval the interval is extended.
+    fn parameters(&self, joint: &mut Model) -> Option<(usize, String)> {
+        let named = joint.terms.iter_mut().filter(|t| t.effect.is_some());
+        for (place, term) in named.enumerate() {
+            for (reading, ci95) in &mut term.parameters {
+                let [low, high] = *ci95;
+                let known = |v: f64| v.is_finite() && v.abs() < BOUNDLESS;
+                if !(known(low) && known(high) && known(reading.value)) {
+                    return Some((place, format!("nothing of the recording determines `{}`", reading.name)));
+                }
+                let beside = (low - reading.value).max(reading.value - high);
+                if beside > BESIDE * (high - low) + f64::EPSILON * reading.value.abs() {
+                    return Some((
+                        place,
+                        format!("its `{}` and the interval of it contradict each other", reading.name),
+                    ));
+                }
+                *ci95 = [low.min(reading.value), high.max(reading.value)];
+            }
+        }
+        None
+    }
+
+    /// The handed-on model of the named terms with what it leaves and shows; else which term does harm, and how.
+    #[allow(clippy::type_complexity)]
+    fn handed(
+        &self,
+        joint: &Model,
+        named: &[Term],
+        as_found: bool,
+    ) -> Result<(Model, Vec<f64>, Option<Shown>), (usize, String)> {
+        let handed = if joint.terms.len() == named.len() { joint.clone() } else { self.alone(named) };
+        let before = rms(self.before_left);
+        let left = self.hand_on.left(&handed, None);
+        let left = match left {
+            Some(left) if rms(&left) <= WORSE * before => left,
+            other => {
+                let without = |k: usize| self.hand_on.left(&self.alone(&all_but(named, k)), None);
+                let worst = least(named.len(), |k| without(k).map_or(f64::INFINITY, |left| rms(&left)));
+                let reason = match other {
+                    Some(left) => format!(
+                        "with it the handed-on model leaves {:.3} where the base alone leaves {:.3} {}",
+                        rms(&left),
+                        before,
+                        self.hand_on.full.unit
+                    ),
+                    None => "the model with it could not be applied".to_string(),
+                };
+                return Err((worst, reason));
+            }
+        };
+        let Some(proof) = self.proof else { return Ok((handed, left, None)) };
+        let order = handed.order;
+        let shows = |choice: &Choice| {
+            proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= WORSE * proof.before())
+        };
+        // As the whole search would have found it; else these effects, fitted without the held-out rows.
+        let searched = if as_found { shows(&Choice::Searched) } else { None };
+        if let Some(shown) = searched.or_else(|| shows(&Choice::Of(named))) {
+            return Ok((handed, left, Some(shown)));
+        }
+        let worst = least(named.len(), |k| {
+            let others = all_but(named, k);
+            proof.shows(self.hand_on, &Choice::Of(&others), order).map_or(f64::INFINITY, |shown| shown.rms)
+        });
+        Err((worst, "it predicts held-out rows worse than the base alone".to_string()))
+    }
+
+    /// Base and these terms, without structure that has no name.
+    fn alone(&self, named: &[Term]) -> Model {
+        if named.is_empty() {
+            return self.before.clone();
+        }
+        let rows = self.explanation.search.rows;
+        let order = choose_order(self.explanation, named).max(first_order(rows));
+        model::predictive(self.explanation, named, order)
+    }
+}
+
+fn all_but(terms: &[Term], k: usize) -> Vec<Term> {
+    let mut others = terms.to_vec();
+    others.remove(k);
+    others
+}
+
+/// The index with the smallest figure; the last one where all are infinite.
+fn least(count: usize, figure: impl Fn(usize) -> f64) -> usize {
+    let figures: Vec<f64> = (0..count).map(figure).collect();
+    (0..count).rev().min_by(|a, b| figures[*a].total_cmp(&figures[*b])).unwrap_or(0)
+}
+
+/// The noise floor that a model's own residual allows: no reading is noisier than what is left of all of them.
+pub fn floor(estimated: f64, left: &[f64], parameters: usize) -> f64 {
+    let n = left.len() as f64;
+    estimated.min(rms(left) * (n / (n - parameters as f64).max(1.0)).sqrt())
+}
+
+/// The verdict that the figures allow, and why it is lower than the one that was meant. `left` is what remains of
+/// held-out readings (of fitted ones where none were held out), `accuracy` what is stated of the reference, in the
+/// floor's unit.
+pub fn allowed(
+    meant: Verdict,
+    left: f64,
+    floor: &NoiseFloor,
+    accuracy: Option<f64>,
+) -> (Verdict, Option<String>) {
+    let lower = match meant {
+        Verdict::Consistent => Verdict::Unexplained,
+        Verdict::Explained => Verdict::PartlyExplained,
+        other => return (other, None),
+    };
+    if left > EXPLAINED * floor.value {
+        let why = format!(
+            "held-out readings are left with {:.2} times the noise floor: structure remains",
+            left / floor.value
+        );
+        return (lower, Some(why));
+    }
+    match accuracy.filter(|accuracy| floor.value > ABOVE_ACCURACY * accuracy) {
+        Some(accuracy) => {
+            let why = format!(
+                "the noise floor is {:.1} times the stated accuracy of the reference: something else moves the readings, \
+                 or the accuracy is not what is stated",
+                floor.value / accuracy
+            );
+            (lower, Some(why))
+        }
+        None => (meant, None),
+    }
+}
