@@ -140,7 +140,7 @@ pub fn diagnose(
     .settle();
     let mut said = verdict::say(explanation, &effects, &settled);
     let parameters = settled.handed.base.len();
-    let level = Condensed::of_rows(rows, cell_of, &full, explanation.search.noise.level);
+    let level = Condensed::of_rows(rows, cell_of, &full, explanation.floor);
     let noise_floor = NoiseFloor {
         value: judge::floor(level, &settled.left, parameters),
         unit: rows.unit.clone(),

@@ -263,8 +263,9 @@ pub fn highest_order(rows: &Rows) -> usize {
     let (low, high) = rows.stroke();
     let places = (high - low) / rows.step();
     let by_places = (places * 0.6) as usize;
-    let held_out = (0.3 * rows.positions as f64).round() as usize;
-    let by_positions = rows.positions.saturating_sub(held_out + 2);
+    let positions = rows.positions();
+    let held_out = (0.3 * positions as f64).round() as usize;
+    let by_positions = positions.saturating_sub(held_out + 2);
     let by_rows = rows.len() / 6;
     HIGHEST_ORDER.min(by_places).min(by_positions).min(by_rows).max(1)
 }

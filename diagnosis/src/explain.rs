@@ -5,7 +5,8 @@ use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
-use crate::noise::{Noise, estimate};
+use crate::linear::least_squares;
+use crate::noise::{Noise, estimate, estimate_white};
 use crate::rows::Rows;
 use crate::search::{Found, Search, Term};
 use crate::verdict::ALTERNATIVE_MARGIN;
@@ -29,6 +30,15 @@ const MISFIT_OF_A_CURVE: f64 = 0.1;
 /// Other effects that would do as well, from which on a name beside a curve says nothing.
 const ANY_WILL_DO: usize = 5;
 
+/// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of sixty, far
+/// beyond what hides in noise.
+const GROSS: f64 = 4.0;
+/// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
+/// part of the whole that all of them may.
+const STAGES: usize = 5;
+const STAGE_GAIN: f64 = 0.97;
+const MOSTLY: f64 = 0.5;
+
 /// What was found.
 pub struct Explanation<'a> {
     /// The search with its final noise and calibration.
@@ -37,6 +47,8 @@ pub struct Explanation<'a> {
     pub terms: Vec<Term>,
     /// How many of them the search chose; one more may stand for what the names leave.
     pub chosen: usize,
+    /// Standard deviation of the noise of a row about the saturated model: the floor.
+    pub floor: f64,
 }
 
 /// What the noise's variance may depend on.
@@ -62,9 +74,16 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let covariates = covariates(rows);
     let slow = slow_structure(rows);
     let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
+    let floor = noise.level;
+    let beside = Beside { base: &base, covariates: &covariates, slow: &slow };
+    if left_by(&base, &rows.error) > GROSS * floor
+        && let Some(explanation) = explain_gross(rows, catalogue, skip, &beside, floor)
+    {
+        return explanation;
+    }
     let search = Search::new(rows, catalogue, order, noise, skip);
     if !strongest(&search).is_some_and(|found| search.significant(&found)) {
-        return Explanation { search, terms: Vec::new(), chosen: 0 };
+        return Explanation { search, terms: Vec::new(), chosen: 0, floor };
     }
     let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut last: Option<Search> = None;
@@ -114,7 +133,69 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     {
         terms.push(rest.term);
     }
-    Explanation { search: last.unwrap_or(search), terms, chosen }
+    let search = last.unwrap_or(search);
+    let floor = search.noise.level;
+    Explanation { search, terms, chosen, floor }
+}
+
+/// What the noise is measured beside.
+struct Beside<'b> {
+    base: &'b [Vec<f64>],
+    covariates: &'b [Vec<f64>],
+    slow: &'b [Vec<Vec<f64>>],
+}
+
+/// Root mean square of what columns leave of the errors.
+fn left_by(columns: &[Vec<f64>], error: &[f64]) -> f64 {
+    (least_squares(columns, error).rss / error.len().max(1) as f64).sqrt()
+}
+
+/// Explains a mismatch many times the noise. Beside it the saturated model is no model any more: what it leaves is
+/// structure, which would be taken for noise with a memory and whiten the mismatch away. So what is not yet explained
+/// counts as noise without a memory, as strong as it is, and the strongest effects are found first; each brings the
+/// noise down. None where no effect explains most of the mismatch.
+fn explain_gross<'a>(
+    rows: &'a Rows,
+    catalogue: &'a [Box<dyn Effect>],
+    skip: &[String],
+    beside: &Beside,
+    floor: f64,
+) -> Option<Explanation<'a>> {
+    let order = first_order(rows);
+    let columns = |terms: &[Term]| -> Vec<Vec<f64>> {
+        let of_terms = terms.iter().flat_map(|t| t.columns.iter().cloned());
+        beside.base.iter().cloned().chain(of_terms).collect()
+    };
+    let before = left_by(beside.base, &rows.error);
+    let mut terms: Vec<Term> = Vec::new();
+    let mut left = before;
+    let mut last: Option<Search> = None;
+    for _ in 0..STAGES {
+        let noise = estimate_white(&rows.error, &rows.t_s, &columns(&terms), beside.covariates);
+        let search = match &last {
+            Some(known) => Search::with_noise(known, noise),
+            None => Search::new(rows, catalogue, order, noise, skip),
+        };
+        let next = search.grow_named(terms.clone());
+        let now = left_by(&columns(&next), &rows.error);
+        let better = now < STAGE_GAIN * left;
+        last = Some(search);
+        if better {
+            (terms, left) = (next, now);
+        } else {
+            break;
+        }
+    }
+    if left > MOSTLY * before {
+        return None;
+    }
+    let light = columns(&terms);
+    let noise = estimate(&rows.error, &rows.t_s, &light, &light, beside.covariates, beside.slow);
+    let search = Search::new(rows, catalogue, order, noise, skip);
+    let chosen = terms.len();
+    // What is left is located, not named.
+    terms.extend(search.remainder(&terms).map(|rest| rest.term));
+    Some(Explanation { search, terms, chosen, floor })
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name

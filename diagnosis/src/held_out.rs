@@ -84,6 +84,25 @@ pub fn groups(rows: &Rows) -> (Vec<usize>, usize, &'static str) {
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
 
+/// Part of the stroke within which a held-out reading must have a reading that is not held out.
+const COVERED: f64 = 1.0 / 40.0;
+
+/// Whether in every fold the other rows were taken where the held-out ones were: no model promises anything beyond.
+fn covered(rows: &Rows, group: &[usize], out_of: &dyn Fn(usize) -> Option<usize>, folds: usize) -> bool {
+    let (low, high) = rows.stroke();
+    (0..folds).all(|fold| {
+        let held = |i: &usize| out_of(group[*i]) == Some(fold);
+        let mut others: Vec<f64> = (0..rows.len()).filter(|i| !held(i)).map(|i| rows.theta[i]).collect();
+        others.sort_by(f64::total_cmp);
+        let near = |theta: f64| {
+            let at = others.partition_point(|o| *o < theta);
+            let beside = others[at.saturating_sub(1)..].iter().take(2);
+            beside.map(|o| (o - theta).abs()).fold(f64::INFINITY, f64::min) <= COVERED * (high - low)
+        };
+        (0..rows.len()).filter(held).all(|i| near(rows.theta[i]))
+    })
+}
+
 /// What the search of the other rows chose, with one fold held out.
 pub struct Fold<'a> {
     /// Whether a cell is held out.
@@ -126,7 +145,11 @@ pub fn prove<'a>(explanation: &Explanation<'a>, hand_on: &HandOn, before: &Model
     let rows = search.rows;
     let (group, count, by) = groups(rows);
     let folds = count.min(FOLDS);
-    let out_of = |g: usize| fold_of(g, count, folds, by);
+    let neighbours = |g: usize| fold_of(g, count, folds, by);
+    // Where the passes went to different places, folds of every other pass.
+    let apart = |g: usize| Some(g % folds);
+    let interleaved = by == "pass" && !covered(rows, &group, &neighbours, folds);
+    let out_of = |g: usize| if interleaved { apart(g) } else { neighbours(g) };
     let enough = rows.len() / count * (count - 1) >= 2 * (before.order + 2);
     if count < 2 || !enough || !(0..count).any(|g| out_of(g).is_some()) {
         return None;
@@ -140,7 +163,7 @@ pub fn prove<'a>(explanation: &Explanation<'a>, hand_on: &HandOn, before: &Model
             let again = Search::with_noise(search, noise);
             // Where nothing was found in all rows, nothing is sought in some of them.
             let terms = if explanation.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
-            let inner = Explanation { search: again, chosen: terms.len(), terms };
+            let inner = Explanation { search: again, chosen: terms.len(), terms, floor: explanation.floor };
             let order = choose_order(&inner, &[]).max(1).min(before.order);
             let base = predictive(&inner, &[], rows.order.unwrap_or(order));
             Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner })

@@ -81,6 +81,14 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     }
     let mut residual = search.noise.whiten(&search.noise.clean);
     basis.project_off(&mut residual);
+    // Where structure is left that no order follows, it is the noise that an order is judged by.
+    let mut highest_basis = basis.clone();
+    for column in &all[lowest + 1..] {
+        highest_basis.add(&search.noise.whiten(column));
+    }
+    let mut rest = residual.clone();
+    highest_basis.project_off(&mut rest);
+    let level = (dot(&rest, &rest) / (n as f64 - highest_basis.rank() as f64).max(1.0)).max(1.0);
     let mut order = lowest;
     let mut gained = 0.0;
     for (k, column) in all.iter().enumerate().skip(lowest + 1) {
@@ -90,7 +98,7 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
             let q = basis.columns.get(before);
             let a = dot(q, &residual);
             crate::linear::add_scaled(&mut residual, -a, q);
-            gained += a * a;
+            gained += a * a / level;
         }
         // An even order may bring nothing where the next odd one does: judged over the block since `order`.
         if log_tail(gained, k - order) > ORDER_SURPRISE {

@@ -65,6 +65,23 @@ pub fn estimate(
     covariates: &[Vec<f64>],
     slow: &[Vec<Vec<f64>>],
 ) -> Noise {
+    estimate_with(y, t_s, model, light, covariates, slow, true)
+}
+
+/// The same where what is left is structure rather than noise: without a memory.
+pub fn estimate_white(y: &[f64], t_s: &[f64], model: &[Vec<f64>], covariates: &[Vec<f64>]) -> Noise {
+    estimate_with(y, t_s, model, model, covariates, &[], false)
+}
+
+fn estimate_with(
+    y: &[f64],
+    t_s: &[f64],
+    model: &[Vec<f64>],
+    light: &[Vec<f64>],
+    covariates: &[Vec<f64>],
+    slow: &[Vec<Vec<f64>>],
+    with_memory: bool,
+) -> Noise {
     let n = y.len();
     let mut shape = vec![1.0; n];
     let (mut basis, mut clean) = robust_fit(y, model, &shape);
@@ -88,7 +105,8 @@ pub fn estimate(
         (basis, clean) = robust_fit(y, model, &shape);
     }
     let residual = standardised(&clean, &basis, &shape);
-    let posterior = correlation.posterior(&clean, model, &shape);
+    let posterior =
+        if with_memory { correlation.posterior(&clean, model, &shape) } else { vec![(0.0, 1.0)] };
     let correlation = correlation.mean(&posterior);
 
     // The overall level about the whitened saturated model.

@@ -2,7 +2,6 @@
 //! observables that can be used, and a sentence for every one that cannot.
 
 use fitter::error_model::Sensor;
-use fitter::points::{Grouping, Points};
 use fitter::recording::{Note, Readings};
 use fitter::turn::Turn;
 use fitter::{Mirror, Recording};
@@ -111,8 +110,6 @@ pub fn observe(
         Some(Unwound { reading, truth, turn }) => (reading, truth, turn),
         None => ((0..n).map(|i| recording.reading(i)).collect(), truth, None),
     };
-    let points = Points::of(recording, &reading);
-    let positions = if points.grouping == Grouping::Block || !points.single_angles { n } else { points.count() };
     let weight: Vec<f64> = reading.iter().map(|r| sensor.gain(*r)).collect();
     let theta: Vec<f64> = reading.iter().map(|r| per * sensor.calculated(*r)).collect();
     let expected = simulated.map_or(theta.as_slice(), |s| s.reference.as_slice());
@@ -182,7 +179,6 @@ pub fn observe(
             (_, Wanted { order, .. }) => order,
         },
         turn,
-        positions,
         not_testable,
     };
     if rows.temperature_c.as_ref().is_some_and(|t| is_noise_alone(t, &rows.scaled_reading())) {

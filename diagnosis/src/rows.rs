@@ -2,10 +2,12 @@
 //! observables on which a mismatch may depend. Everything here is in the recording's own unit (arcsec for
 //! an eddy-current pair, the sensor's unit otherwise).
 
+use std::collections::BTreeMap;
+
 use fitter::turn::Turn;
 
-/// Readings closer than this part of the mean distance of two positions are of one position.
-const SAME_PLACE: f64 = 0.01;
+/// Readings closer than this part of the largest distance between neighbours are of one position.
+const SAME_PLACE: f64 = 0.05;
 
 /// One observable of a recording.
 #[derive(Debug, Clone)]
@@ -55,9 +57,6 @@ pub struct Rows {
     pub turn: Option<Turn>,
     /// The order of the base, where it is given: by the user, or by `fit` for a whole turn.
     pub order: Option<usize>,
-    /// Distinct positions at which readings were taken: what bounds the order of the base, however many rows there
-    /// are at each of them.
-    pub positions: usize,
     /// What the recording cannot show and why (columns with blanks, constants, …).
     pub not_testable: Vec<String>,
 }
@@ -101,18 +100,21 @@ impl Rows {
     /// A typical distance in θ between neighbouring angles of one pass, in whatever order they were read. Readings
     /// taken at one place do not count.
     pub fn step(&self) -> f64 {
-        let (low, high) = self.stroke();
-        let one_place = SAME_PLACE * (high - low) / self.positions.max(1) as f64;
-        let mut steps: Vec<f64> = Vec::with_capacity(self.len());
-        let mut first = 0;
-        while first < self.len() {
-            let last = (first..self.len()).find(|&i| self.pass[i] != self.pass[first]).unwrap_or(self.len());
-            let mut angles = self.theta[first..last].to_vec();
-            angles.sort_by(f64::total_cmp);
-            steps.extend(angles.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > one_place));
-            first = last;
+        let mut passes: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
+        for (pass, theta) in self.pass.iter().zip(&self.theta) {
+            passes.entry(*pass).or_default().push(*theta);
+        }
+        let mut steps: Vec<f64> = passes.values().flat_map(|angles| steps_apart(angles)).collect();
+        if steps.is_empty() {
+            steps = steps_apart(&self.theta);
         }
         median(&mut steps).max(1e-12)
+    }
+
+    /// Distinct positions at which readings were taken: what bounds the order of the base, however many rows there are
+    /// at each of them.
+    pub fn positions(&self) -> usize {
+        steps_apart(&self.theta).len() + 1
     }
 
     /// Duration in seconds.
@@ -178,10 +180,19 @@ impl Rows {
                 .collect(),
             turn: self.turn.clone(),
             order: self.order,
-            positions: self.positions,
             not_testable: self.not_testable.clone(),
         }
     }
+}
+
+/// Distances between neighbouring positions.
+fn steps_apart(angles: &[f64]) -> Vec<f64> {
+    let mut sorted = angles.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let mut steps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let (_, largest) = range(&steps);
+    steps.retain(|step| *step > SAME_PLACE * largest);
+    steps
 }
 
 /// Smallest and largest value.

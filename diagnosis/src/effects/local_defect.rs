@@ -5,6 +5,9 @@ use fitter::terms::{Gaussian, Operator};
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, logarithmic, reading};
 use crate::rows::Rows;
 
+/// Fewest readings within a width of the centre.
+const FEWEST_SEEN: usize = 3;
+
 /// See the module's description.
 pub struct LocalDefect;
 
@@ -74,6 +77,11 @@ impl Effect for LocalDefect {
                 whole: false,
             },
         ]
+    }
+
+    fn possible_shape(&self, rows: &Rows, shape: &[f64]) -> bool {
+        // Between places that were read anything may stand.
+        rows.theta.iter().filter(|theta| (*theta - shape[0]).abs() < shape[1]).count() >= FEWEST_SEEN
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {

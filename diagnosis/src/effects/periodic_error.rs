@@ -14,6 +14,8 @@ const MOST_CYCLES: f64 = 256.0;
 /// sensor moves, and no correction could undo it. Before that the harmonics follow the reference itself, which stands
 /// in the error, rather than an error of the sensor.
 pub const STEEPEST: f64 = 0.9;
+/// Fewer places than these, in many readings, lie far apart.
+const FEW_PLACES: usize = 20;
 /// Most harmonics.
 const MOST_HARMONICS: f64 = 12.0;
 
@@ -57,11 +59,14 @@ impl Effect for PeriodicError {
         let (low, high) = rows.stroke();
         let range = self.ranges(rows)[0];
         let (fewest, most) = ((high - low) / range.high, (high - low) / range.low);
+        // Read at few places far apart, the likelihood has as high a top at every period that differs by one cycle from
+        // place to place: the right one must be met exactly.
+        let spacing = if rows.positions() < FEW_PLACES && rows.len() > 10 * FEW_PLACES { 0.1 } else { 0.35 };
         let mut cycles = fewest;
         let mut starts = Vec::new();
         while cycles <= most {
             starts.push(vec![(high - low) / cycles, 1.0]);
-            cycles += 0.35;
+            cycles += spacing;
         }
         starts
     }
