@@ -35,4 +35,20 @@ impl Beside {
         let length = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
         Beside { kind, values, length, tested: None }
     }
+
+    /// Whether two columns are one, up to a factor and a constant: an axis that stands in one direction and turns at one
+    /// speed in the other.
+    pub fn like(&self, other: &Beside) -> bool {
+        let rows = self.values.len() as f64;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / rows;
+        let (a, b) = (mean(&self.values), mean(&other.values));
+        let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
+        for (x, y) in self.values.iter().zip(&other.values) {
+            (aa, ab, bb) = (aa + (x - a) * (x - a), ab + (x - a) * (y - b), bb + (y - b) * (y - b));
+        }
+        ab * ab > ALIKE * aa * bb
+    }
 }
+
+/// Squared correlation from which on two columns are one: the rest would be told from a thousandth of their length.
+const ALIKE: f64 = 1.0 - 1e-6;

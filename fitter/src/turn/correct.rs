@@ -64,7 +64,8 @@ pub(super) fn identify(problem: &mut Harmonics) -> Result<(Choice, Corrections),
     let middle = problem.add_slope();
     if let (Some(middle), Some(place)) = (middle, problem.place(Kind::Slope)) {
         // Harmonics take a slope for a saw-tooth: without it other numbers of them are the best.
-        let with = problem.chosen().ok().and_then(|with| Some((problem.tested(place, &with.solution)?, with)));
+        let with =
+            problem.chosen().ok().and_then(|with| Some((problem.tested(place, &with.solution)?, with)));
         match with {
             Some((tested, with)) if tested.significant() => {
                 choice = with;

@@ -203,8 +203,12 @@ fn statement(motion: &Motion, findings: &Findings, unit: &str) -> String {
         }
     });
     let Some(half) = half else {
-        if let (true, true, Some(lag)) = (motion.both, *lag_corrected, &lag_found) {
-            return format!("forward and backward differ by nothing significant beyond {lag}");
+        if let (true, Some(lag)) = (motion.both, &lag_found) {
+            return if *lag_corrected {
+                format!("forward and backward differ by nothing significant beyond {lag}")
+            } else {
+                format!("{lag}; the axis stood in one direction, so that friction cannot be told from it")
+            };
         }
         let also = lag_found.map_or(String::new(), |lag| format!("; {lag} by the change of speed"));
         let open = if also.is_empty() { "friction, backlash and lag" } else { "friction and backlash" };

@@ -62,8 +62,9 @@ impl<'a> Harmonics<'a> {
             })
             .collect();
         let unit = mirror.sensor.error_unit();
-        let direction = motion.both.then(|| Beside::direction(&recording.direction));
         let velocity = motion.velocity.clone().map(|velocity| Beside::of(Kind::Velocity, velocity));
+        let direction = (motion.both.then(|| Beside::direction(&recording.direction)))
+            .filter(|direction| velocity.as_ref().is_none_or(|velocity| !direction.like(velocity)));
         let beside = direction.into_iter().chain(velocity).collect();
         Harmonics { recording, mirror, options, unwound, turn, unit, motion, points, phase, beside }
     }
