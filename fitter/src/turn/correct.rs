@@ -59,7 +59,10 @@ const STEPS: usize = 3;
 /// # Errors
 /// [`FitError`]: too few angles.
 pub(super) fn identify(problem: &mut Harmonics) -> Result<(Choice, Corrections), FitError> {
-    let mut choice = problem.chosen()?;
+    let mut choice = match problem.chosen() {
+        Err(_) if problem.leave_out_direction() => problem.chosen()?,
+        other => other?,
+    };
     let mut corrections = Corrections::default();
     let middle = problem.add_slope();
     if let (Some(middle), Some(place)) = (middle, problem.place(Kind::Slope)) {

@@ -169,9 +169,19 @@ impl<'a> Harmonics<'a> {
     ///
     /// # Errors
     /// [`FitError::TooFewToHoldOut`].
-    pub fn choose(&self) -> Result<OrderSelection, FitError> {
+    pub fn choose(mut self) -> Result<OrderSelection, FitError> {
+        if self.scores().is_none() {
+            self.leave_out_direction();
+        }
         let scores = self.scores().ok_or_else(|| self.too_few_to_hold_out())?;
         Ok(self.selection(&scores, (scores.chosen - self.beside()) / 2))
+    }
+
+    /// Leaves the direction to the speed, where both are fitted: they may differ only where the axis stood, and are one
+    /// wherever that place is held out. Whether there was something to leave out.
+    pub(super) fn leave_out_direction(&mut self) -> bool {
+        let place = self.place(Kind::Direction).filter(|_| self.place(Kind::Velocity).is_some());
+        place.map(|place| self.beside.remove(place)).is_some()
     }
 
     /// Chooses the number of harmonics, unless it is given, and solves for them.
