@@ -147,9 +147,10 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
     for row in 0..rows {
         let reading = recording.reading(row);
         // Of a sensor that turns everything repeats with the turn; what was taken off is put back at the end.
-        let (reading, turns) = match &coefficients.turn {
-            Some(turn) => turn.within(reading),
-            None => (reading, 0.0),
+        let (reading, turns) = match (&coefficients.turn, sensor) {
+            (Some(turn), _) => turn.within(reading),
+            (None, Sensor::Direct { revolution: Some(turn), .. }) => valid.on_its_turn(reading, *turn),
+            _ => (reading, 0.0),
         };
         let inside = coefficients.whole_turn() || valid.contains(reading);
         let (base, explicit) = if inside {
@@ -163,9 +164,10 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
         } else {
             evaluated.solve_periodic(scale * corrected - explicit) / scale
         };
-        applied.corrected.push(match &coefficients.turn {
-            Some(turn) => turn.finish(corrected, turns),
-            None => corrected,
+        applied.corrected.push(match (&coefficients.turn, sensor) {
+            (Some(turn), _) => turn.finish(corrected, turns),
+            (None, Sensor::Direct { revolution: Some(turn), .. }) => corrected + turns * turn,
+            _ => corrected,
         });
         applied.extrapolated.push(!inside);
     }

@@ -13,6 +13,7 @@ pub mod dependence;
 mod double_double;
 pub mod error_model;
 pub mod faults;
+pub mod figures;
 mod fit;
 mod geometry;
 mod gram;

@@ -6,8 +6,10 @@ use anstyle::{AnsiColor, Style};
 use serde_json::{Value, json};
 
 use crate::Coefficients;
+use crate::figures::figure;
 use crate::fit::Fit;
 use crate::order::OrderSelection;
+use crate::turn::Turn;
 
 /// What a line is about.
 pub const LABEL: Style = Style::new().dimmed();
@@ -61,11 +63,30 @@ fn write_summary(text: &mut String, fit: &Fit, verbose: bool) -> std::fmt::Resul
     }
     if let Some(turn) = &file.turn {
         *text += &line("directions", &turn.directions.statement);
+        write_beside(text, turn, &file.units.statistics);
     }
     if let Some(found) = crate::dependence::pointer(&fit.dependences, &recording.file) {
         *text += &format!("{WARNING}{:<12}{WARNING:#} {found}\n", "note");
     }
     Ok(())
+}
+
+/// What is corrected beside the harmonics, and what is left without it.
+fn write_beside(text: &mut String, turn: &Turn, unit: &str) {
+    if let Some(slope) = &turn.slope {
+        *text += &line("slope", slope.statement.trim_start_matches("slope over the turn: "));
+    }
+    if let Some(left) = &turn.left {
+        let mut said = format!("harmonics alone leave {} rms", figure(left.harmonics_alone_rms, unit));
+        if turn.slope.is_some() {
+            let lag = if turn.directions.lag_corrected { " and the lag" } else { "" };
+            said += &format!(
+                ", harmonics{lag} fitted without the slope {}",
+                figure(left.without_slope_rms, unit)
+            );
+        }
+        *text += &line("in part", &said);
+    }
 }
 
 /// What was chosen, and why.
@@ -206,6 +227,8 @@ pub fn json(fit: &Fit) -> Value {
         "parameters": file.identification.as_ref().map(|found| &found.parameters),
         "amplitudes": turn.map(|turn| &turn.amplitudes),
         "directions": file.turn.as_ref().map(|turn| &turn.directions),
+        "slope": turn.and_then(|turn| turn.slope.as_ref()),
+        "left": turn.and_then(|turn| turn.left.as_ref()),
         "notes": fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "depends_on": fit.dependences.iter()
             .map(|found| json!({"variable": found.variable, "p_value": found.p_value}))

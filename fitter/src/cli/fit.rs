@@ -42,7 +42,12 @@ pub struct ModelArgs {
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=15))]
     order: Option<u8>,
     /// Of a sensor that turns: use so many harmonics of the turn instead of choosing by cross-validation
-    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=32), conflicts_with = "order")]
+    #[arg(
+        long,
+        visible_alias = "turn-harmonics",
+        value_parser = clap::value_parser!(u8).range(0..=32),
+        conflicts_with = "order"
+    )]
     harmonics: Option<u8>,
     /// Number of repeated splits of the cross-validation
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(2..=100_000))]

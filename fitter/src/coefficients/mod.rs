@@ -156,6 +156,13 @@ impl ValidRange {
         let settling = SETTLING * (self.to - self.from);
         self.from - settling <= reading && reading <= self.to + settling
     }
+
+    /// A reading of a sensor that turns, on the turn nearest to the range's middle, and how many turns were taken off:
+    /// 359.9 and -0.1 degrees are the same place.
+    pub fn on_its_turn(&self, reading: f64, turn: f64) -> (f64, f64) {
+        let turns = ((reading - 0.5 * (self.from + self.to)) / turn).round();
+        if self.contains(reading) { (reading, 0.0) } else { (reading - turns * turn, turns) }
+    }
 }
 
 /// The polynomial of Eq. 5 as identified (Eq. 11).

@@ -133,6 +133,7 @@ impl<'a> Report<'a> {
             notes => self.fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
             depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
+            slope => file.turn.as_ref().and_then(|turn| turn.slope.as_ref()).map(|s| capital(&s.statement)),
             summary => summary::summary(self.fit),
             figures => figures,
         };
@@ -147,11 +148,27 @@ impl<'a> Report<'a> {
     }
 }
 
+/// A sentence begins with a capital.
+fn capital(text: &str) -> String {
+    let mut rest = text.chars();
+    rest.next().map_or(String::new(), |first| first.to_uppercase().chain(rest).collect())
+}
+
 /// What was fitted, for a reader.
 fn model_name(file: &Coefficients) -> String {
     match &file.turn {
-        Some(turn) if turn.whole && turn.amplitudes.len() == 1 => "one harmonic of the turn".to_string(),
-        Some(turn) if turn.whole => format!("{} harmonics of the turn", turn.amplitudes.len()),
+        Some(turn) if turn.whole => {
+            let mut name = match turn.amplitudes.len() {
+                1 => "one harmonic of the turn".to_string(),
+                count => format!("{count} harmonics of the turn"),
+            };
+            for (also, is) in
+                [(", a slope over it", turn.slope.is_some()), (", a lag", turn.directions.lag_corrected)]
+            {
+                name += if is { also } else { "" };
+            }
+            name
+        }
         _ => format!("a polynomial of order {}", file.base.order),
     }
 }

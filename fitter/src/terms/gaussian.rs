@@ -23,7 +23,7 @@ impl Gaussian {
     }
 
     pub(super) fn column(&self, observables: &Observables) -> Result<Vec<f64>, Missing> {
-        let values = observables.get(&self.observable)?;
+        let values = observables.nearest(&self.observable, self.centre)?;
         Ok(values
             .iter()
             .map(|v| {

@@ -6,6 +6,7 @@ use thiserror::Error;
 
 use crate::error_model::Sensor;
 use crate::recording::{Readings, Recording};
+use crate::turn::{nearest, travelled, travelled_about};
 use crate::units::arcsec_from_rad;
 
 /// A recording has not the observable that a term needs.
@@ -36,8 +37,8 @@ pub fn depends_on_angle(observable: &str) -> bool {
 impl<'a> Observables<'a> {
     /// One value per row, NaN where the cell is blank. Names: `t_s`, `pass`, `direction`, `command_deg`; of an
     /// eddy-current pair `x1_mm`, `x2_mm`, `s_mm` = x₂ − x₁, `common_mode_um` = 1000 (x₁ + x₂)/2,
-    /// `angle_deg` and `angle_arcsec` (the calculated angle); of a direct sensor `measured`; and every further
-    /// column of the recording.
+    /// `angle_deg` and `angle_arcsec` (the calculated angle); of a direct sensor `measured`, of one that turns as the
+    /// way that it travelled, without the jumps at the end of the turn; and every further column of the recording.
     ///
     /// # Errors
     /// [`Missing`] if there is none of that name.
@@ -62,8 +63,46 @@ impl<'a> Observables<'a> {
             ("angle_arcsec", Readings::Pair { .. }) => {
                 Ok(rows.map(|row| arcsec_from_rad(self.sensor.calculated(recording.reading(row)))).collect())
             }
-            ("measured", Readings::Direct { measured, .. }) => Ok(Cow::Borrowed(measured)),
+            ("measured", Readings::Direct { measured, .. }) => Ok(match self.turn() {
+                Some(turn) => travelled(measured, turn),
+                None => Cow::Borrowed(measured),
+            }),
             _ => recording.column(name).map(Cow::Borrowed).ok_or_else(missing),
+        }
+    }
+
+    /// [`Observables::get`], the reading of a sensor that turns being counted on the turn about `place`: a slope over
+    /// the turn has its zero there, whichever turn the recording began on.
+    ///
+    /// # Errors
+    /// [`Missing`] if there is none of that name.
+    pub fn about(&self, name: &str, place: f64) -> Result<Cow<'a, [f64]>, Missing> {
+        match (name, &self.recording.readings, self.turn()) {
+            ("measured", Readings::Direct { measured, .. }, Some(turn)) => {
+                Ok(travelled_about(measured, turn, place))
+            }
+            _ => self.get(name),
+        }
+    }
+
+    /// [`Observables::get`], every reading of a sensor that turns being on the turn nearest to `place`: a defect at one
+    /// place of the turn is there in every turn.
+    ///
+    /// # Errors
+    /// [`Missing`] if there is none of that name.
+    pub fn nearest(&self, name: &str, place: f64) -> Result<Cow<'a, [f64]>, Missing> {
+        let values = self.get(name)?;
+        Ok(match self.turn() {
+            Some(turn) if name == "measured" => nearest(&values, turn, place).into(),
+            _ => values,
+        })
+    }
+
+    /// One turn, of a sensor that turns.
+    fn turn(&self) -> Option<f64> {
+        match self.sensor {
+            Sensor::Direct { revolution, .. } => *revolution,
+            Sensor::EddyCurrentPair { .. } => None,
         }
     }
 }

@@ -42,7 +42,7 @@ impl Product {
     pub(super) fn column(&self, observables: &Observables) -> Result<Vec<f64>, Missing> {
         let mut column = vec![1.0; observables.recording.rows()];
         for factor in &self.factors {
-            let values = observables.get(&factor.observable)?;
+            let values = observables.about(&factor.observable, factor.mean)?;
             for (product, value) in column.iter_mut().zip(values.iter()) {
                 *product *= (value - factor.mean).powi(i32::from(factor.power));
             }

@@ -6,6 +6,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::solve::Columns;
 use super::unwind::Unwound;
+use crate::figures::plus_minus;
 use crate::recording::Recording;
 use crate::statistics::readable;
 
@@ -24,6 +25,9 @@ pub struct Directions {
     /// Delay of the reading in seconds; none where the speed hardly changes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lag_s: Option<Estimate>,
+    /// Whether the lag is a term of the coefficients, and `apply` takes it off.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub lag_corrected: bool,
     /// Root mean square by which half of the distance varies over the turn, in the sensor's unit; none where
     /// it does not beyond chance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -34,6 +38,10 @@ pub struct Directions {
     pub speed_per_s: Option<[f64; 2]>,
     /// The same in a sentence, and what the recording cannot tell.
     pub statement: String,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// A value with its uncertainty.
@@ -118,7 +126,7 @@ pub(super) fn untold(recording: &Recording, unwound: &Unwound) -> Directions {
     let statement = if motion.both {
         "a part of the turn: forward and backward are compared by what the fit leaves".to_string()
     } else {
-        statement(&motion, None, None, None, "")
+        statement(&motion, &Findings::default(), "")
     };
     let speed_per_s = motion.speed.map(|speed| speed.map(readable));
     let [forward, backward] = motion.counts;
@@ -154,21 +162,26 @@ pub(super) fn variation(
     (chance < VARIES).then(|| readable(squares.sqrt()))
 }
 
+/// What a fit found of the directions.
+#[derive(Default)]
+pub(super) struct Findings {
+    pub half_distance: Option<Estimate>,
+    pub lag_s: Option<Estimate>,
+    pub variation_rms: Option<f64>,
+    pub lag_corrected: bool,
+}
+
 impl Directions {
     /// Puts the findings together.
-    pub(super) fn of(
-        motion: &Motion,
-        half_distance: Option<Estimate>,
-        lag_s: Option<Estimate>,
-        variation_rms: Option<f64>,
-        unit: &str,
-    ) -> Directions {
-        let statement = statement(motion, half_distance.as_ref(), lag_s.as_ref(), variation_rms, unit);
+    pub(super) fn of(motion: &Motion, findings: Findings, unit: &str) -> Directions {
+        let statement = statement(motion, &findings, unit);
+        let Findings { half_distance, lag_s, variation_rms, lag_corrected } = findings;
         Directions {
             forward: motion.counts[0],
             backward: motion.counts[1],
             half_distance,
             lag_s,
+            lag_corrected,
             variation_rms,
             speed_per_s: motion.speed.map(|speed| speed.map(readable)),
             statement,
@@ -176,22 +189,27 @@ impl Directions {
     }
 }
 
-fn statement(
-    motion: &Motion,
-    half: Option<&Estimate>,
-    lag: Option<&Estimate>,
-    variation: Option<f64>,
-    unit: &str,
-) -> String {
-    let lag_found = lag.map(|lag| {
+fn statement(motion: &Motion, findings: &Findings, unit: &str) -> String {
+    let Findings { half_distance, lag_s, variation_rms: variation, lag_corrected } = findings;
+    let half = half_distance.as_ref();
+    let lag_found = lag_s.as_ref().map(|lag| {
         let reach = 0.5 * (lag.ci95[1] - lag.ci95[0]);
-        if lag.is_zero() {
+        if *lag_corrected {
+            format!("a lag of {} (corrected)", plus_minus(lag.value, reach, "s"))
+        } else if lag.is_zero() {
             format!("no lag beyond {:.2e} s", lag.ci95[0].abs().max(lag.ci95[1].abs()))
         } else {
             format!("a lag of {:.4e} ± {reach:.1e} s", lag.value)
         }
     });
     let Some(half) = half else {
+        if let (true, Some(lag)) = (motion.both, &lag_found) {
+            return if *lag_corrected {
+                format!("forward and backward differ by nothing significant beyond {lag}")
+            } else {
+                format!("{lag}; the axis stood in one direction, so that friction cannot be told from it")
+            };
+        }
         let also = lag_found.map_or(String::new(), |lag| format!("; {lag} by the change of speed"));
         let open = if also.is_empty() { "friction, backlash and lag" } else { "friction and backlash" };
         return format!(
@@ -218,7 +236,7 @@ fn statement(
         (None, _, false) => text += ": friction or backlash",
         (None, _, true) => {}
     }
-    if let Some(rms) = variation {
+    if let Some(rms) = *variation {
         text +=
             &format!("; the distance varies over the turn by 2 × {rms:.4} {unit} rms (friction or cogging)");
     }

@@ -2,23 +2,18 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
-
+use super::Unwound;
 use super::arc::hull;
-use super::direction::{Directions, Estimate, Motion, variation};
+use super::beside::{Beside, Kind};
+use super::direction::Motion;
+use super::significance::Tested;
 use super::solve::{Columns, Solution};
-use super::{Amplitude, Turn, Unwound};
-use crate::basis::Basis;
-use crate::coefficients::{Coefficients, Identification, Parameter, Provenance, VERSION_TURN};
-use crate::error_model::ErrorModel;
-use crate::fit::{Calibrated, Fit, FitError, FitNote, Options, order_selection};
+use super::travelled::{middle_of_first_turn, travelled_about};
+use crate::fit::{FitError, Options, order_selection};
 use crate::mirror::Mirror;
 use crate::order::{Candidates, OrderSelection, Scores, select};
 use crate::points::Points;
-use crate::recording::Recording;
-use crate::statistics::{PointMoments, readable, statistics};
-use crate::terms::{Operator, Periodic, Scope, Term};
-use crate::weights::Scatter;
+use crate::recording::{Readings, Recording};
 
 /// Most harmonics that are tried.
 pub(crate) const MAX_HARMONICS: usize = 32;
@@ -28,18 +23,25 @@ const MOST_CELLS: usize = 2048;
 
 /// The problem of one recording.
 pub(crate) struct Harmonics<'a> {
-    recording: &'a Recording,
-    mirror: &'a Mirror,
-    options: &'a Options,
-    unwound: Unwound,
-    turn: f64,
-    unit: &'a str,
-    motion: Motion,
-    points: Points,
+    pub(super) recording: &'a Recording,
+    pub(super) mirror: &'a Mirror,
+    pub(super) options: &'a Options,
+    pub(super) unwound: Unwound,
+    pub(super) turn: f64,
+    pub(super) unit: &'a str,
+    pub(super) motion: Motion,
+    pub(super) points: Points,
     /// Cosine and sine of the reference's phase, row by row.
-    phase: Vec<(f64, f64)>,
-    /// Length of the velocity column, to scale it by; 1 without.
-    speed: f64,
+    pub(super) phase: Vec<(f64, f64)>,
+    /// The columns between the constant and the harmonics.
+    pub(super) beside: Vec<Beside>,
+}
+
+/// A number of harmonics, how it was chosen, and the solution.
+pub(super) struct Choice {
+    pub harmonics: usize,
+    pub selection: Option<OrderSelection>,
+    pub solution: Solution,
 }
 
 impl<'a> Harmonics<'a> {
@@ -59,29 +61,60 @@ impl<'a> Harmonics<'a> {
                 (libm::cos(angle), libm::sin(angle))
             })
             .collect();
-        let length = |v: &Vec<f64>| (v.iter().map(|v| v * v).sum::<f64>() / v.len() as f64).sqrt();
-        let speed = motion.velocity.as_ref().map_or(1.0, length);
         let unit = mirror.sensor.error_unit();
-        Harmonics { recording, mirror, options, unwound, turn, unit, motion, points, phase, speed }
+        let velocity = motion.velocity.clone().map(|velocity| Beside::of(Kind::Velocity, velocity));
+        let direction = (motion.both.then(|| Beside::direction(&recording.direction)))
+            .filter(|direction| velocity.as_ref().is_none_or(|velocity| !direction.like(velocity)));
+        let beside = direction.into_iter().chain(velocity).collect();
+        Harmonics { recording, mirror, options, unwound, turn, unit, motion, points, phase, beside }
     }
 
-    /// Number of columns before the harmonics, apart from the constant: direction, velocity.
+    /// Number of columns before the harmonics, apart from the constant.
     fn beside(&self) -> usize {
-        usize::from(self.motion.both) + usize::from(self.motion.velocity.is_some())
+        self.beside.len()
     }
 
-    /// Columns of length 1 about: constant, direction, velocity, then cos and sin of each harmonic.
+    /// The column of this kind among those beside the harmonics.
+    pub(super) fn place(&self, kind: Kind) -> Option<usize> {
+        self.beside.iter().position(|beside| beside.kind == kind)
+    }
+
+    /// Takes the slope over the turn among the columns; where it is counted from.
+    pub(super) fn add_slope(&mut self) -> Option<f64> {
+        let Readings::Direct { measured, .. } = &self.recording.readings else { return None };
+        let middle = middle_of_first_turn(&super::travelled::travelled(measured, self.turn), self.turn);
+        let values = travelled_about(measured, self.turn, middle).iter().map(|m| m - middle).collect();
+        self.beside.push(Beside::of(Kind::Slope, values));
+        Some(middle)
+    }
+
+    /// The rate of the reading in place of the reference's: dm/dt = (1 + P′(r))·dr/dt, without the reading's noise, which
+    /// is in its error as well.
+    pub(super) fn set_rate_of_reading(&mut self, solution: &Solution) {
+        let Some(place) = self.place(Kind::Velocity) else { return };
+        let Some(velocity) = &self.motion.velocity else { return };
+        let waves = &solution.c[1 + self.beside.len()..];
+        let scale = SQRT_2 / (self.recording.rows() as f64).sqrt() * TAU / self.turn;
+        let values = (velocity.iter().zip(&self.phase))
+            .map(|(velocity, (cosine, sine))| {
+                let (mut c, mut s, mut slope) = (*cosine, *sine, 0.0);
+                for (k, pair) in waves.chunks_exact(2).enumerate() {
+                    slope += (k as f64 + 1.0) * (pair[1] * c - pair[0] * s);
+                    (c, s) = (c * cosine - s * sine, s * cosine + c * sine);
+                }
+                velocity * (1.0 + scale * slope)
+            })
+            .collect();
+        self.beside[place] = Beside::of(Kind::Velocity, values);
+    }
+
+    /// Columns of length 1 about: constant, those beside, then cos and sin of each harmonic.
     fn fill(&self, row: usize, values: &mut [f64]) {
         let scale = 1.0 / (self.recording.rows() as f64).sqrt();
         values[0] = scale;
-        let mut next = 1;
-        if self.motion.both {
-            values[next] = scale * f64::from(self.recording.direction[row]);
-            next += 1;
-        }
-        if let Some(velocity) = &self.motion.velocity {
-            values[next] = scale * velocity[row] / self.speed;
-            next += 1;
+        let next = 1 + self.beside.len();
+        for (value, beside) in values[1..next].iter_mut().zip(&self.beside) {
+            *value = scale * beside.values[row] / beside.length;
         }
         let (cosine, sine) = self.phase[row];
         let (mut c, mut s) = (cosine, sine);
@@ -116,7 +149,7 @@ impl<'a> Harmonics<'a> {
         select(&grams, &vec![1.0; points], &distinct, candidates, &self.options.splits)
     }
 
-    fn columns(&self, harmonics: usize) -> Columns<'_> {
+    pub(super) fn columns(&self, harmonics: usize) -> Columns<'_> {
         let count = 1 + self.beside() + 2 * harmonics;
         Columns { count, rows: self.recording.rows(), fill: Box::new(|row, values| self.fill(row, values)) }
     }
@@ -136,9 +169,66 @@ impl<'a> Harmonics<'a> {
     ///
     /// # Errors
     /// [`FitError::TooFewToHoldOut`].
-    pub fn choose(&self) -> Result<OrderSelection, FitError> {
+    pub fn choose(mut self) -> Result<OrderSelection, FitError> {
+        if self.scores().is_none() {
+            self.leave_out_direction();
+        }
         let scores = self.scores().ok_or_else(|| self.too_few_to_hold_out())?;
         Ok(self.selection(&scores, (scores.chosen - self.beside()) / 2))
+    }
+
+    /// Leaves the direction to the speed, where both are fitted: they may differ only where the axis stood, and are one
+    /// wherever that place is held out. Whether there was something to leave out.
+    pub(super) fn leave_out_direction(&mut self) -> bool {
+        let place = self.place(Kind::Direction).filter(|_| self.place(Kind::Velocity).is_some());
+        place.map(|place| self.beside.remove(place)).is_some()
+    }
+
+    /// Chooses the number of harmonics, unless it is given, and solves for them.
+    ///
+    /// # Errors
+    /// [`FitError`]: too few angles to choose with, or to determine the number that was given.
+    pub(super) fn chosen(&self) -> Result<Choice, FitError> {
+        let scores = self.scores();
+        let harmonics = match (self.options.harmonics, &scores) {
+            (Some(given), _) => given,
+            (None, Some(scores)) => (scores.chosen - self.beside()) / 2,
+            (None, None) => return Err(self.too_few_to_hold_out()),
+        };
+        let solution = self.solved(harmonics)?;
+        let selection = scores.map(|scores| self.selection(&scores, harmonics));
+        Ok(Choice { harmonics, selection, solution })
+    }
+
+    /// The solution with a number of harmonics.
+    ///
+    /// # Errors
+    /// [`FitError::TooFewForHarmonics`].
+    pub(super) fn solved(&self, harmonics: usize) -> Result<Solution, FitError> {
+        let solution = self.columns(harmonics).solve(&self.unwound.error);
+        solution.filter(|_| harmonics <= self.most()).ok_or_else(|| FitError::TooFewForHarmonics {
+            file: self.recording.file.clone(),
+            points: self.points.count(),
+            harmonics,
+            most: self.most(),
+        })
+    }
+
+    /// Tests one of the columns beside the harmonics.
+    pub(super) fn tested(&self, place: usize, solution: &Solution) -> Option<Tested> {
+        let columns = self.columns((solution.c.len() - 1 - self.beside()) / 2);
+        let (others, column) = columns.without_column(1 + place);
+        let left = others.solve(&column)?.residual;
+        let rows = self.recording.rows() as f64;
+        // In the column's own unit.
+        let scale = rows.sqrt() * self.beside[place].length;
+        let left: Vec<f64> = left.iter().map(|x| scale * x).collect();
+        Tested::of(self.coefficient(place, solution), &left, &solution.residual)
+    }
+
+    /// The coefficient of one of the columns beside the harmonics, in its own unit.
+    pub(super) fn coefficient(&self, place: usize, solution: &Solution) -> f64 {
+        solution.c[1 + place] / ((self.recording.rows() as f64).sqrt() * self.beside[place].length)
     }
 
     fn too_few_to_hold_out(&self) -> FitError {
@@ -147,222 +237,5 @@ impl<'a> Harmonics<'a> {
             points: self.points.count(),
             grouping: self.points.grouping.name(),
         }
-    }
-}
-
-/// Fits the harmonics of the turn.
-///
-/// # Errors
-/// [`FitError`]: too few angles to choose the number of harmonics, or to determine the one that was given.
-pub(crate) fn fit(problem: Harmonics) -> Result<Fit, FitError> {
-    let (recording, options) = (problem.recording, problem.options);
-    let scores = problem.scores();
-    let chosen = match (options.harmonics, &scores) {
-        (Some(given), _) => given,
-        (None, Some(scores)) => (scores.chosen - problem.beside()) / 2,
-        (None, None) => return Err(problem.too_few_to_hold_out()),
-    };
-    let columns = problem.columns(chosen);
-    let solution =
-        columns.solve(&problem.unwound.error).filter(|_| chosen <= problem.most()).ok_or_else(|| {
-            FitError::TooFewForHarmonics {
-                file: recording.file.clone(),
-                points: problem.points.count(),
-                harmonics: chosen,
-                most: problem.most(),
-            }
-        })?;
-    let found = Found::of(&problem, &solution, columns.count);
-    drop(columns);
-    let mut notes: Vec<FitNote> = recording.notes.iter().cloned().map(FitNote::Reading).collect();
-    if recording.passes().len() == 1 {
-        notes.push(FitNote::SinglePass);
-    }
-    let selection = scores.map(|scores| problem.selection(&scores, chosen));
-    let residual = found.corrected_residual(&problem, &solution);
-    let coefficients = found.file(&problem, selection, &solution, &residual);
-    let Harmonics { unwound, points, .. } = problem;
-    let weights = vec![1.0; points.count()];
-    let basis = Basis::new(&points.reading, &weights, 1);
-    let calibrated = Calibrated::from_columns(unwound.reading, unwound.error);
-    let dependences = Vec::new();
-    // Directions are told already: what else the errors depend on is looked for in what they leave.
-    let left = solution.residual;
-    let mut fit =
-        Fit { coefficients, calibrated, residual: left, points, weights, basis, dependences, notes };
-    if fit.points.single_angles {
-        fit.dependences = crate::dependence::dependences(recording, &fit);
-    }
-    fit.residual = residual;
-    Ok(fit)
-}
-
-/// The solution in the sensor's unit.
-struct Found {
-    constant: f64,
-    /// Coefficients of the direction and of the velocity per row, if they are columns.
-    direction: Option<f64>,
-    velocity: Option<f64>,
-    /// Coefficients of cos and sin, and their covariance.
-    waves: Vec<f64>,
-    covariance: Vec<Vec<f64>>,
-    /// Standard errors of constant, direction and velocity, in that order.
-    errors: Vec<f64>,
-    freedom: usize,
-    variance: f64,
-    quantile: Option<f64>,
-}
-
-impl Found {
-    fn of(problem: &Harmonics, solution: &Solution, count: usize) -> Found {
-        let rows = problem.recording.rows();
-        let root = (rows as f64).sqrt();
-        let before = 1 + problem.beside();
-        let scale_of = |column: usize| {
-            let velocity = problem.motion.velocity.is_some() && column + 1 == before;
-            match (column < before, velocity) {
-                (true, true) => 1.0 / (root * problem.speed),
-                (true, false) => 1.0 / root,
-                (false, _) => SQRT_2 / root,
-            }
-        };
-        let freedom = rows.saturating_sub(count);
-        let variance = if freedom > 0 { solution.squares / freedom as f64 } else { 0.0 };
-        let c: Vec<f64> = (0..count).map(|column| scale_of(column) * solution.c[column]).collect();
-        let inverse = solution.factor.inverse(count - 1);
-        let covariance = |i: usize, j: usize| scale_of(i) * scale_of(j) * inverse[i][j] * variance;
-        let both = problem.motion.both;
-        let quantile = StudentsT::new(0.0, 1.0, freedom.max(1) as f64).ok().map(|t| t.inverse_cdf(0.975));
-        Found {
-            constant: c[0],
-            direction: both.then(|| c[1]),
-            velocity: problem.motion.velocity.as_ref().map(|_| c[before - 1]),
-            waves: c[before..].to_vec(),
-            covariance: (before..count)
-                .map(|i| (before..count).map(|j| covariance(i, j)).collect())
-                .collect(),
-            errors: (0..before).map(|i| covariance(i, i).max(0.0).sqrt()).collect(),
-            freedom,
-            variance,
-            quantile: quantile.filter(|_| freedom > 0),
-        }
-    }
-
-    /// What the correction leaves: it knows neither direction nor speed.
-    fn corrected_residual(&self, problem: &Harmonics, solution: &Solution) -> Vec<f64> {
-        (0..solution.residual.len()).map(|row| solution.residual[row] + self.moving(problem, row)).collect()
-    }
-
-    /// What direction and velocity add to the error of a row.
-    fn moving(&self, problem: &Harmonics, row: usize) -> f64 {
-        let direction = self.direction.map_or(0.0, |h| h * f64::from(problem.recording.direction[row]));
-        let velocity = self.velocity.zip(problem.motion.velocity.as_ref());
-        direction + velocity.map_or(0.0, |(c, velocity)| c * velocity[row])
-    }
-
-    fn directions(&self, problem: &Harmonics, solution: &Solution) -> Directions {
-        let Some(quantile) = self.quantile else {
-            return Directions::of(&problem.motion, None, None, None, problem.unit);
-        };
-        let half = self.direction.map(|h| Estimate::of(h, self.errors[1], quantile));
-        let lag = self.velocity.map(|c| Estimate::of(-c, self.errors[problem.beside()], quantile));
-        let phase = |row: usize| problem.phase[row];
-        let varies = (problem.motion.both)
-            .then(|| variation(problem.recording, &solution.residual, self.freedom, &phase))
-            .flatten();
-        Directions::of(&problem.motion, half, lag, varies, problem.unit)
-    }
-
-    fn amplitudes(&self) -> Vec<Amplitude> {
-        (self.waves.chunks_exact(2).enumerate())
-            .map(|(index, pair)| {
-                let amplitude = pair[0].hypot(pair[1]);
-                let (i, j) = (2 * index, 2 * index + 1);
-                let (c, s) = (pair[0] / amplitude, pair[1] / amplitude);
-                let v = &self.covariance;
-                let variance = c * c * v[i][i] + 2.0 * c * s * v[i][j] + s * s * v[j][j];
-                Amplitude {
-                    harmonic: index as u16 + 1,
-                    amplitude: readable(amplitude),
-                    phase_deg: readable(libm::atan2(pair[1], pair[0]).to_degrees()),
-                    standard_error: self.quantile.map(|_| readable(variance.max(0.0).sqrt())),
-                }
-            })
-            .collect()
-    }
-
-    fn scatter(&self, problem: &Harmonics) -> Option<Scatter> {
-        let points = &problem.points;
-        if !points.single_angles {
-            return None;
-        }
-        let value = |row: usize| problem.unwound.error[row] - self.moving(problem, row);
-        let variances = PointMoments::of(points, value).variances();
-        let freedom: usize = variances.iter().map(|v| v.freedom).sum();
-        let squares: f64 = variances.iter().map(|v| v.value * v.freedom as f64).sum();
-        (freedom > 0).then(|| Scatter {
-            standard_deviation: readable((squares / freedom as f64).sqrt()),
-            degrees_of_freedom: freedom,
-            weighted: false,
-        })
-    }
-
-    fn file(
-        &self,
-        problem: &Harmonics,
-        selection: Option<OrderSelection>,
-        solution: &Solution,
-        residual: &[f64],
-    ) -> Coefficients {
-        let Harmonics { recording, mirror, options, unwound, turn, .. } = problem;
-        let (sensor, from) = (mirror.sensor.clone(), unwound.from);
-        let model = ErrorModel { sensor, centre: from + 0.5 * turn, coefficients: vec![self.constant] };
-        let mut file = Coefficients::of_model(&model, from, from + turn, &options.command);
-        file.version = VERSION_TURN;
-        file.recording = Provenance::of(recording);
-        let error = self.errors[0];
-        file.identification = Some(Identification {
-            solver: "sums of products, refined".to_string(),
-            fitted: "rows".to_string(),
-            zero: None,
-            parameters: vec![Parameter {
-                name: "a0".to_string(),
-                value: self.constant,
-                unit: problem.unit.to_string(),
-                standard_error: self.quantile.map(|_| readable(error)),
-                ci95: self
-                    .quantile
-                    .map(|t| [readable(self.constant - t * error), readable(self.constant + t * error)]),
-            }],
-            covariance: if self.freedom > 0 { vec![vec![error * error]] } else { Vec::new() },
-            residual_standard_deviation: readable(self.variance.sqrt()),
-            degrees_of_freedom: self.freedom,
-            probe_distance_error_mm: None,
-            unidentifiable: Vec::new(),
-        });
-        let scatter = self.scatter(problem);
-        // Where the sensor has its zero is no error: `before` is what the harmonics and the directions make.
-        let error: Vec<f64> = unwound.error.iter().map(|error| error - self.constant).collect();
-        file.statistics = Some(statistics(&problem.points, &error, residual, 1.0, problem.unit, scatter));
-        if !self.waves.is_empty() {
-            file.terms.push(Term {
-                effect: "periodic_error".to_string(),
-                scope: Scope::Device,
-                operator: Operator::Periodic(Periodic::of(*turn, (self.waves.len() / 2) as u16)),
-                coefficients: self.waves.clone(),
-                covariance: if self.freedom > 0 { self.covariance.clone() } else { Vec::new() },
-            });
-        }
-        file.turn = Some(Turn {
-            revolution: *turn,
-            from,
-            counts_turns: unwound.counts_turns,
-            whole: true,
-            wraps: unwound.wraps,
-            harmonics: selection,
-            amplitudes: self.amplitudes(),
-            directions: self.directions(problem, solution),
-        });
-        file
     }
 }

@@ -1,17 +1,25 @@
 //! A direct sensor that turns round and round (an encoder, a resolver): its error repeats with the turn, so
 //! that harmonics of the turn take the place of a polynomial.
 //!
-//! With r the reference (the true position) and m the reading, m − r = c + P(r) + h·direction − τ·dr/dt: a
-//! constant, harmonics 1 … K of the turn, half the distance between forward and backward, and the lag of a
-//! moving reading. c goes into the base polynomial, of order 0; P into a term `periodic`, whose number of
-//! harmonics is chosen by held-out error; h and τ are reported and not corrected, because a single reading
-//! does not tell where it came from. The harmonics are of the *true* position: an eccentric scale then needs one,
-//! and the quantisation of the reading stays on the side of the error, where least squares expects it.
+//! With r the reference (the true position) and m the reading,
+//! m − r = c + P(r) + k·(m − m₀) + h·direction − τ·dm/dt: a constant, harmonics 1 … K of the turn, a slope over the
+//! travelled angle, half the distance between forward and backward, and the lag of a moving reading. c goes into the
+//! base polynomial, of order 0; P into a term `periodic`, whose number of harmonics is chosen by held-out error. k and τ
+//! go into terms of their own where they are significant ([`correct`]): neither is in a single reading, so `apply`
+//! corrects them and a routine *counts in → counts out* does not. h is reported and not corrected, because a reading does
+//! not tell where it came from. The harmonics are of the *true* position: an eccentric scale then needs one, and the
+//! quantisation of the reading stays on the side of the error, where least squares expects it.
 
 mod arc;
+mod beside;
+mod correct;
 mod direction;
+mod fit;
+mod found;
 mod harmonics;
+mod significance;
 mod solve;
+mod travelled;
 mod unwind;
 
 use serde::{Deserialize, Serialize};
@@ -22,8 +30,11 @@ use crate::order::OrderSelection;
 use crate::recording::Recording;
 use crate::terms::{Operator, Periodic};
 
+pub use correct::{Left, Slope};
 pub use direction::{Directions, Estimate};
-pub(crate) use harmonics::{Harmonics, MAX_HARMONICS, fit};
+pub(crate) use fit::fit;
+pub(crate) use harmonics::{Harmonics, MAX_HARMONICS};
+pub(crate) use travelled::{nearest, travelled, travelled_about};
 pub(crate) use unwind::{Unwound, unwind};
 
 /// What the coefficients file says of a sensor that turns.
@@ -52,6 +63,12 @@ pub struct Turn {
     pub amplitudes: Vec<Amplitude>,
     /// Forward and backward, told apart as far as the recording allows.
     pub directions: Directions,
+    /// What grows over the turn and does not repeat with it; none where nothing does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope: Option<Slope>,
+    /// What is left where slope or lag are not corrected; none where the harmonics are all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<Left>,
 }
 
 /// See [`Turn::wraps`].
@@ -145,6 +162,8 @@ impl Turn {
             harmonics: None,
             amplitudes: Vec::new(),
             directions: Directions::default(),
+            slope: None,
+            left: None,
         }
     }
 
@@ -170,5 +189,7 @@ pub(crate) fn part(recording: &Recording, sensor: &Sensor, unwound: &Unwound) ->
         harmonics: None,
         amplitudes: Vec::new(),
         directions: direction::untold(recording, unwound),
+        slope: None,
+        left: None,
     }
 }

@@ -57,6 +57,22 @@ impl Columns<'_> {
         Some(Solution { c, factor, residual, squares })
     }
 
+    /// The columns but one, and that one.
+    pub fn without_column(&self, column: usize) -> (Columns<'_>, Vec<f64>) {
+        let every = |row: usize| {
+            let mut values = vec![0.0; self.count];
+            (self.fill)(row, &mut values);
+            values
+        };
+        let taken = (0..self.rows).map(|row| every(row)[column]).collect();
+        let fill = move |row: usize, values: &mut [f64]| {
+            let mut all = every(row);
+            all.remove(column);
+            values.copy_from_slice(&all);
+        };
+        (Columns { count: self.count - 1, rows: self.rows, fill: Box::new(fill) }, taken)
+    }
+
     fn without(&self, c: &[f64], error: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; self.count];
         (0..self.rows)

@@ -3,6 +3,7 @@
 
 use super::Wraps;
 use super::arc::{Arc, densest, hull, within, wrapped};
+use super::travelled::jumps;
 use crate::fit::FitError;
 use crate::recording::Recording;
 
@@ -55,7 +56,8 @@ pub(crate) fn unwind(
     let (mut from, counts_turns) = match (counted(0.0), counted(-0.5 * turn)) {
         (true, _) => (0.0, false),
         (_, true) => (-0.5 * turn, false),
-        _ => (0.0, true),
+        // Noise may carry a wrapping reading over the end of its turn.
+        _ => (0.0, !jumps(measured, turn)),
     };
     let covered = hull(measured, turn);
     let whole = !open(measured, covered, turn);
