@@ -35,8 +35,8 @@ const ANY_WILL_DO: usize = 5;
 const GROSS: f64 = 4.0;
 /// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
 /// part of the whole that all of them may.
-const STAGES: usize = 5;
-const STAGE_GAIN: f64 = 0.97;
+const STAGES: usize = 6;
+const STAGE_GAIN: f64 = 0.95;
 const MOSTLY: f64 = 0.5;
 
 /// What was found.
@@ -138,6 +138,19 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     Explanation { search, terms, chosen, floor }
 }
 
+/// The terms with the strongest significant effect more; of those that do nearly as well the simplest, since what the
+/// others do better is a part of what is left.
+fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
+    let found = search.contenders(terms, |f| search.effect(f).is_some());
+    let best = search.gain(found.iter().find(|f| search.significant(f))?);
+    let free = |f: &&Found| search.effect(f.term.family).map_or(0, |e| search.free_shapes(e));
+    let near = found.iter().filter(|f| search.significant(f) && search.gain(f) > best - ALTERNATIVE_MARGIN);
+    let mut next = terms.to_vec();
+    next.push(near.min_by_key(free)?.term.clone());
+    search.backfit(&mut next);
+    Some(next)
+}
+
 /// What the noise is measured beside.
 struct Beside<'b> {
     base: &'b [Vec<f64>],
@@ -176,15 +189,14 @@ fn explain_gross<'a>(
             Some(known) => Search::with_noise(known, noise),
             None => Search::new(rows, catalogue, order, noise, skip),
         };
-        let next = search.grow_named(terms.clone());
-        let now = left_by(&columns(&next), &rows.error);
-        let better = now < STAGE_GAIN * left;
+        let next = simplest(&search, &terms);
         last = Some(search);
-        if better {
-            (terms, left) = (next, now);
-        } else {
+        let Some(next) = next else { break };
+        let now = left_by(&columns(&next), &rows.error);
+        if now > STAGE_GAIN * left {
             break;
         }
+        (terms, left) = (next, now);
     }
     if left > MOSTLY * before {
         return None;

@@ -52,7 +52,7 @@ impl HandOn<'_> {
             refit::keep_strongest(&mut file, most);
         }
         let used: Vec<bool> = self.cell_of.iter().map(|cell| held.is_none_or(|held| !held[*cell])).collect();
-        refit::refit(&mut file, self.recording, self.full, &used, self.rows.len());
+        refit::refit(&mut file, self.recording, self.full, &used, self.rows.len(), self.harmonics);
         if let Some(turn) = &mut file.turn {
             turn.amplitudes = amplitudes(&file.terms, turn.revolution);
         }

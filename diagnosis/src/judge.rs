@@ -79,12 +79,6 @@ impl Judge<'_, '_> {
                 let (handed, left) = (self.before.clone(), self.before_left.to_vec());
                 return Settled { joint, handed, left, shown, withdrawn, judged };
             }
-            if std::env::var("JUDGE_DEBUG").is_ok() {
-                eprintln!("order {} terms:", joint.order);
-                for t in &joint.terms {
-                    eprintln!("  {} {:?} amp {:?} expl {:.4e} {:?}", t.effect.map_or("generic", |e| self.catalogue[e].id()), t.term.shape, t.amplitudes, t.explained, t.parameters.iter().map(|(r,c)|(r.value,*c)).collect::<Vec<_>>());
-                }
-            }
             let fault = match self.parameters(&mut joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {

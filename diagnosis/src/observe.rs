@@ -245,7 +245,7 @@ fn unwound(
     // The fit's readings lie within one turn, its errors on the turn of their reading. Over a whole turn a reading that
     // passes the end goes on.
     let mut reading = fit.calibrated.reading;
-    let mut before = reading.first().copied().unwrap_or(0.0);
+    let mut before = recording.reading(0);
     for reading in reading.iter_mut().filter(|_| whole) {
         *reading -= turn * ((*reading - before) / turn).round();
         before = *reading;

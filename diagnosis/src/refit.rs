@@ -21,6 +21,10 @@ const STEPS: usize = 12;
 const GAIN: f64 = 1e-9;
 /// Rows beyond which the fit of their means is good enough: each step solves the equation for every row.
 const MOST_ROWS: usize = 100_000;
+/// Most harmonics, and the part of what was left that one more may leave at most: among some thousand rows chance takes
+/// a thousandth.
+const MOST_HARMONICS: usize = 12;
+const HARMONIC_GAIN: f64 = 0.99;
 
 /// Keeps the `most` strongest harmonics of every periodic term.
 pub fn keep_strongest(file: &mut Coefficients, most: usize) {
@@ -47,36 +51,86 @@ pub fn keep_strongest(file: &mut Coefficients, most: usize) {
 
 /// Fits base and terms of a direct sensor to the corrected readings of the rows for which `used` holds, where the
 /// search saw means of rows or a periodic error is steep; otherwise, or where nothing is gained, the file stays as it
-/// is.
-pub fn refit(file: &mut Coefficients, recording: &Recording, rows: &Rows, used: &[bool], searched: usize) {
-    let steepest: f64 = file.terms.iter().filter_map(|t| Some(periodic(t)?.steepest(&t.coefficients))).sum();
+/// is. Harmonics that are too short for means of rows are added where single rows show them, `most` at most.
+pub fn refit(
+    file: &mut Coefficients,
+    recording: &Recording,
+    rows: &Rows,
+    used: &[bool],
+    searched: usize,
+    most: Option<usize>,
+) {
+    let means = searched < rows.len();
     if !matches!(file.sensor, Sensor::Direct { .. })
-        || (steepest < STEEP.0 && searched == rows.len())
+        || (steepest(file) < STEEP.0 && !means)
         || rows.len() > MOST_ROWS
     {
         return;
     }
-    let of_used = |left: &[f64]| -> Vec<f64> {
-        left.iter().zip(used).filter(|(_, used)| **used).map(|(left, _)| *left).collect()
-    };
-    let Some(mut left) = errors(file, recording, rows) else { return };
-    for _ in 0..STEPS {
-        let mut next = file.clone();
-        if step(&mut next, recording, rows, &left, used).is_none() {
-            return;
+    let Some(mut left) = settle(file, recording, rows, used) else { return };
+    if !means {
+        return;
+    }
+    let most = most.map_or(MOST_HARMONICS, |most| most.min(MOST_HARMONICS));
+    for k in 0..file.terms.len() {
+        while let Some(mut richer) = with_harmonic(file, k, rows.step(), most) {
+            let Some(next) = settle(&mut richer, recording, rows, used) else { break };
+            if next > HARMONIC_GAIN * left {
+                break;
+            }
+            (*file, left) = (richer, next);
         }
-        let slope: f64 = next.terms.iter().filter_map(|t| Some(periodic(t)?.steepest(&t.coefficients))).sum();
-        let Some(errors) = errors(&next, recording, rows).filter(|_| slope < STEEP.1) else { return };
-        let (before, after) = (rms(&of_used(&left)), rms(&of_used(&errors)));
+    }
+}
+
+/// The file with one more harmonic, of amplitude 0, in term `k`; none where it is not periodic with a free period, or
+/// where no more are resolved.
+fn with_harmonic(file: &Coefficients, k: usize, step: f64, most: usize) -> Option<Coefficients> {
+    let mut richer = file.clone();
+    let of_turn = file.turn.as_ref().map(|turn| turn.revolution);
+    let term = &mut richer.terms[k];
+    let Operator::Periodic(periodic) = &mut term.operator else { return None };
+    let next = periodic.harmonics.iter().max()? + 1;
+    let resolved = periodic.period / f64::from(next) >= 2.2 * step;
+    if !resolved || usize::from(next) > most || of_turn == Some(periodic.period) {
+        return None;
+    }
+    periodic.harmonics.push(next);
+    term.coefficients.extend([0.0; 2]);
+    // What is known of the others does not hold beside it.
+    term.covariance.clear();
+    richer.joint_covariance.clear();
+    Some(richer)
+}
+
+/// Gauss–Newton steps until nothing is gained; what is then left of the used rows. None where the file cannot be
+/// applied.
+fn settle(file: &mut Coefficients, recording: &Recording, rows: &Rows, used: &[bool]) -> Option<f64> {
+    let of_used = |left: &[f64]| -> f64 {
+        rms(&left.iter().zip(used).filter(|(_, used)| **used).map(|(left, _)| *left).collect::<Vec<f64>>())
+    };
+    let mut left = errors(file, recording, rows)?;
+    for _ in 0..STEPS {
+        let before = of_used(&left);
+        let mut next = file.clone();
+        step(&mut next, recording, rows, &left, used)?;
+        let Some(errors) = errors(&next, recording, rows).filter(|_| steepest(&next) < STEEP.1) else { break };
+        let after = of_used(&errors);
         if after.is_nan() || after >= before {
-            return;
+            break;
         }
         *file = next;
         left = errors;
         if before - after < GAIN * before {
-            return;
+            break;
         }
     }
+    Some(of_used(&left))
+}
+
+/// The steepest slope that all harmonics of a file may have together.
+fn steepest(file: &Coefficients) -> f64 {
+    file.terms.iter().filter_map(|t| Some(periodic(t)?.steepest(&t.coefficients))).sum()
 }
 
 fn periodic(term: &Term) -> Option<&Periodic> {

@@ -1,6 +1,6 @@
 //! Play between what is measured and what turns: the same angle reads differently from either side.
 
-use fitter::terms::{Operator, Play};
+use fitter::terms::{Operator, Play, Product};
 
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, play_from, reading};
 use crate::rows::Rows;
@@ -9,6 +9,12 @@ use crate::rows::Rows;
 const FREE: f64 = 0.0;
 const FORWARD: f64 = 1.0;
 const BACKWARD: f64 = -1.0;
+/// The side is what the column `direction` states: of settled readings the way there is not in the recording.
+const STATED: f64 = 2.0;
+
+/// What the stated direction must explain beyond the play of the readings, in −2 log likelihood: a correction can follow
+/// the readings, and has to be told the direction.
+const RELUCTANCE: f64 = 12.0;
 
 /// See the module's description.
 pub struct Backlash;
@@ -48,18 +54,21 @@ impl Effect for Backlash {
 
     fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
         // Any width that is small against a step has the same signature but for the turning points.
-        [FREE, FORWARD, BACKWARD].map(|state| vec![narrow(rows), state]).to_vec()
+        [FREE, FORWARD, BACKWARD, STATED].map(|state| vec![narrow(rows), state]).to_vec()
     }
 
     fn ranges(&self, rows: &Rows) -> Vec<Range> {
         // The width is its own amplitude (`consistent_shape`), and the state one of three: neither is searched.
         vec![
             Range { low: narrow(rows), high: narrow(rows), logarithmic: true, whole: false },
-            Range { low: BACKWARD, high: FORWARD, logarithmic: false, whole: true },
+            Range { low: BACKWARD, high: STATED, logarithmic: false, whole: true },
         ]
     }
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
+        if shape[1] == STATED {
+            return vec![rows.direction.clone()];
+        }
         let r = shape[0].max(1e-12);
         let first = rows.theta.first().copied().unwrap_or(0.0);
         let p = play_from(&rows.theta, r, first - shape[1] * r);
@@ -77,6 +86,9 @@ impl Effect for Backlash {
     }
 
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
+        if shape[1] == STATED {
+            return Handed::plain(Operator::Product(Product::of("direction", 0.0)));
+        }
         let r = shape[0].max(1e-12);
         let mut play = Play::of(angle_observable(rows), &[r]);
         if shape[1] != FREE {
@@ -88,6 +100,10 @@ impl Effect for Backlash {
 
     fn readings(&self, rows: &Rows, _shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
         vec![reading(format!("half_width_{}", rows.unit), amplitudes[0].abs(), rows.unit.as_str())]
+    }
+
+    fn reluctance(&self, shape: &[f64]) -> f64 {
+        if shape[1] == STATED { RELUCTANCE } else { 0.0 }
     }
 
     fn found_as(&self, amplitudes: &[f64]) -> &'static str {

@@ -140,6 +140,10 @@ pub trait Effect: Sync + Send {
     fn shape_follows(&self) -> bool {
         false
     }
+    /// What a shape must explain beyond others of the effect to be preferred.
+    fn reluctance(&self, _shape: &[f64]) -> f64 {
+        0.0
+    }
     /// The title, with what the sign of the amplitudes says.
     fn found_as(&self, _amplitudes: &[f64]) -> &'static str {
         self.title()

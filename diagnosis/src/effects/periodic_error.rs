@@ -52,6 +52,9 @@ impl Effect for PeriodicError {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
+        if rows.whole_turn().is_some() {
+            return Err("the base holds the harmonics of the turn".into());
+        }
         if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a periodic error".into()) }
     }
 

@@ -44,6 +44,9 @@ impl Effect for SensorClipping {
     fn testable(&self, rows: &Rows) -> Result<(), String> {
         // Seen once, it cannot be told from a disturbance at that moment.
         super::time_apart(rows)?;
+        if rows.whole_turn().is_some() {
+            return Err("a sensor that turns has no end of its range".into());
+        }
         if rows.len() >= 24 { Ok(()) } else { Err("too few rows for a change of slope".into()) }
     }
 

@@ -172,8 +172,9 @@ impl Search<'_> {
                 shape = next;
             }
             let next = self.try_shape(family, &shape, basis, residual);
+            let worth = |found: &Found| found.explained - effect.reluctance(&found.term.shape);
             best = match (best, next) {
-                (Some(best), Some(next)) if next.explained <= best.explained => Some(best),
+                (Some(best), Some(next)) if worth(&next) <= worth(&best) => Some(best),
                 (best, next) => next.or(best),
             };
         }

@@ -79,13 +79,6 @@ impl Search<'_> {
         if self.merit(&free) > self.merit(&named) + EXCHANGE_MARGIN { free } else { named }
     }
 
-    /// Adds and exchanges terms of the catalogue only.
-    pub fn grow_named(&self, start: Vec<Term>) -> Vec<Term> {
-        let mut terms = self.grow(start, true);
-        terms.retain(|t| self.effect(t.family).is_some());
-        terms
-    }
-
     /// Exchanges two terms at once for two of the catalogue: a time constant that was refined beside the wrong
     /// partner makes the right one look worse than it is, and neither gives way alone.
     pub fn reshuffle(&self, terms: Vec<Term>) -> Vec<Term> {
