@@ -1,5 +1,7 @@
 //! What to record next: a menu of experiments, each with the explanations that it separates.
 
+use fitter::figures::plain;
+
 use crate::rows::Rows;
 use crate::verdict::{Location, NamedEffect, Verdict};
 
@@ -95,10 +97,11 @@ fn deciding(effects: &[NamedEffect], locations: &[Location], verdict: Verdict) -
         let advice = match variable {
             "t_s" | "pass" => "repeat the same schedule twice on different days: what returns belongs to the schedule, what does not to the day".to_string(),
             "direction" | "history" | "velocity" => "record nested loops both ways over the full, half and a tenth of the stroke, starting once from either end".to_string(),
-            "angle_deg" => "repeat with a quarter of the angle step over the range in question, both ways".to_string(),
+            angle if angle == "angle_deg" || angle.starts_with("position_") => "repeat with a quarter of the angle step over the range in question, both ways".to_string(),
             other => format!(
-                "vary {other} alone over {:.3} … {:.3} at three fixed angles, upward and downward, everything else held",
-                generic.from, generic.to
+                "vary {other} alone over {} … {} at three fixed angles, upward and downward, everything else held",
+                plain(generic.from),
+                plain(generic.to)
             ),
         };
         return Some(advice);

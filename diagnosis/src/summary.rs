@@ -1,6 +1,7 @@
 //! What `diagnose` prints of a recording: one screen, the figure that matters in colour.
 
 use fitter::cli::common::{FIGURE, WARNING, line};
+use fitter::figures::{figure, plain, with_interval};
 
 use crate::Diagnosis;
 use crate::verdict::{Location, NamedEffect, Verdict};
@@ -39,7 +40,7 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
     let listed = if verbose { usize::MAX } else { LISTED };
     let mut text = format!("{style}{}{style:#}\n", sentence(d));
     let floor = &d.noise_floor;
-    text += &line("noise", &format!("{:.3} {} from {}", floor.value, floor.unit, floor.from));
+    text += &line("noise", &format!("{} from {}", figure(floor.value, &floor.unit), floor.from));
     for location in d.locations.iter().take(listed) {
         text += &line("where", &place(location));
     }
@@ -61,12 +62,12 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
 fn place(l: &Location) -> String {
     let times = l.times.as_ref().map_or(String::new(), |other| format!(" times {other}"));
     let share = 100.0 * l.share;
-    format!("{}{times} from {:.4} to {:.4}, {share:.0} % of it", l.variable, l.from, l.to)
+    format!("{}{times} from {} to {}, {share:.0} % of it", l.variable, plain(l.from), plain(l.to))
 }
 
 fn described(e: &NamedEffect) -> String {
     let parameters: Vec<String> = (e.parameters.iter())
-        .map(|p| format!("{} {:.4} [{:.4}, {:.4}] {}", p.name, p.value, p.ci95[0], p.ci95[1], p.unit))
+        .map(|p| format!("{} {}", p.name, with_interval(p.value, p.ci95, &p.unit)))
         .collect();
     let correctable = if e.runtime_correctable { "" } else { "; no firmware can undo it" };
     format!("{}: {}{correctable}", e.id, parameters.join(", "))
@@ -77,11 +78,13 @@ fn fit(d: &Diagnosis) -> String {
     match (fit.before.held_out_rms, fit.after.held_out_rms) {
         (Some(before), Some(after)) => {
             let by = &fit.held_out_by;
-            line("held out", &format!("rms {before:.3} → {FIGURE}{after:.3} {}{FIGURE:#}, by {by}", fit.unit))
+            let (before, after) = (figure(before, &fit.unit), figure(after, &fit.unit));
+            line("held out", &format!("rms {before} → {FIGURE}{after}{FIGURE:#}, by {by}"))
         }
         _ => {
-            let (before, after) = (fit.before.train_rms, fit.after.train_rms);
-            line("fit", &format!("rms {before:.3} → {after:.3} {}; nothing could be held out", fit.unit))
+            let (before, after) =
+                (figure(fit.before.train_rms, &fit.unit), figure(fit.after.train_rms, &fit.unit));
+            line("fit", &format!("rms {before} → {after}; nothing could be held out"))
         }
     }
 }

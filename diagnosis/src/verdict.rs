@@ -1,6 +1,7 @@
 //! From what was found to what is said: verdict, locations with their ranges, alternatives that the
 //! recording cannot exclude, and the experiment that would decide between them.
 
+use fitter::figures::with_interval;
 use serde::Serialize;
 
 use crate::dictionary::Kind;
@@ -15,6 +16,8 @@ use crate::search::{SHAPE_PRICE, Term};
 /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
 /// between two explanations that are equally good in truth the difference seldom exceeds it.
 pub const ALTERNATIVE_MARGIN: f64 = 7.0;
+/// Most alternatives that are listed: a reader can weigh so many, and where more fit, the recording tells nothing of them.
+pub(crate) const MOST_ALTERNATIVES: usize = 5;
 /// What a thermometer's noise takes from an explanation, in its share of the thermometer's variance, allowing for
 /// what it adds to another; and the largest such part.
 const BLUR: f64 = 4.0;
@@ -132,6 +135,7 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
     let mut locations: Vec<Location> = Vec::new();
     let mut further: Vec<Location> = Vec::new();
     let mut effects: Vec<NamedEffect> = Vec::new();
+    let mut open: Vec<String> = Vec::new();
     for term in &order {
         let share = (term.explained / total).clamp(0.0, 1.0);
         let surprise = search.calibration.families[term.term.family]
@@ -141,7 +145,9 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
         let place = place_of(explanation, catalogue, &term.term);
         push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
         let Some(e) = term.effect else { continue };
-        let rivals = alternatives(explanation, catalogue, model, &term.term);
+        let mut rivals = alternatives(explanation, catalogue, model, &term.term);
+        open.extend(too_many(catalogue[e].id(), rivals.len()));
+        rivals.truncate(MOST_ALTERNATIVES);
         for (rival, part) in &rivals {
             let place = catalogue[*rival].place(rows);
             further.push(locate(rows, &place, &term.contribution, (share * part).min(share), p_value));
@@ -169,13 +175,14 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
         push_location(&mut locations, location);
     }
     let next_experiment = experiment::next(rows, &effects, &locations, verdict);
-    Said {
-        verdict,
-        locations,
-        effects,
-        unidentifiable: unidentifiable(rows, catalogue, model),
-        next_experiment,
-    }
+    open.extend(unidentifiable(rows, catalogue, model));
+    Said { verdict, locations, effects, unidentifiable: open, next_experiment }
+}
+
+/// What is said where more alternatives fit than are listed.
+pub(crate) fn too_many(id: &str, alternatives: usize) -> Option<String> {
+    (alternatives > MOST_ALTERNATIVES)
+        .then(|| format!("{id}: any of {} effects fits as well; the nearest are listed", alternatives + 1))
 }
 
 /// Adds the place of the strongest dependence, of whatever kind, that the handed-on model leaves.
@@ -270,7 +277,8 @@ fn roughness(values: &[f64]) -> f64 {
 /// The values of an observable by its name in `locations`.
 pub fn values_of(rows: &Rows, variable: &str) -> Vec<f64> {
     let some = |v: &Option<Vec<f64>>| v.clone();
-    let angle = || rows.theta.iter().map(|t| t / rows.per_degree()).collect();
+    let per_degree = if rows.pair { rows.per_degree() } else { 1.0 };
+    let angle = || rows.theta.iter().map(|t| t / per_degree).collect();
     match variable {
         "t_s" => rows.t_s.clone(),
         "pass" => rows.pass.iter().map(|p| *p as f64).collect(),
@@ -282,6 +290,11 @@ pub fn values_of(rows: &Rows, variable: &str) -> Vec<f64> {
         "velocity" => crate::effects::velocity(rows),
         name => rows.extra.iter().find(|c| c.name == name).map_or_else(angle, |c| c.values.clone()),
     }
+}
+
+/// The angle's name in `locations`: `angle_deg` of a mirror, `position_<unit>` of a sensor that reports it itself.
+pub fn angle_name(rows: &Rows) -> String {
+    if rows.pair { "angle_deg".to_string() } else { format!("position_{}", rows.unit) }
 }
 
 /// The range of the observable in which a contribution is felt.
@@ -301,7 +314,10 @@ fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f64, p_value:
         .map(|(v, _)| *v)
         .collect();
     let (from, to) = if inside.is_empty() { range(&values) } else { range(&inside) };
-    Location { variable: place.variable.clone(), times: place.times.clone(), from, to, share, p_value }
+    let named =
+        |variable: &str| if variable == "angle_deg" { angle_name(rows) } else { variable.to_string() };
+    let (variable, times) = (named(&place.variable), place.times.as_deref().map(named));
+    Location { variable, times, from, to, share, p_value }
 }
 
 /// Whether most rows stand at one value of the contribution.
@@ -342,8 +358,9 @@ fn unidentifiable(rows: &Rows, catalogue: &[Box<dyn Effect>], model: &Model) -> 
         for (reading, ci) in &term.parameters {
             if reading.value != 0.0 && ci[0] < 0.0 && ci[1] > 0.0 {
                 out.push(format!(
-                    "{}: the interval {:.3} … {:.3} {} contains zero",
-                    reading.name, ci[0], ci[1], reading.unit
+                    "{}: {} may as well be zero",
+                    reading.name,
+                    with_interval(reading.value, *ci, &reading.unit)
                 ));
             }
         }

@@ -6,6 +6,8 @@ const OF_UNCERTAINTY: i32 = 2;
 /// Significant digits of a root mean square and of every figure without an uncertainty: of a hundred readings it is known
 /// to a part in fourteen, of ten thousand to one in a hundred and forty.
 const OF_FIGURE: i32 = 3;
+/// Significant digits of a place.
+const OF_PLACE: i32 = 4;
 /// Most digits of a figure: more stand behind no measurement.
 const MOST: i32 = 9;
 /// Plain decimals from here on; below, and from [`LONG`] on, powers of ten.
@@ -131,10 +133,24 @@ pub fn with_interval(value: f64, ci95: [f64; 2], unit: &str) -> String {
     if uncertainty.is_empty() { text } else { format!("{text} [{}, {}]", texts[1], texts[2]) }
 }
 
-/// A value with the digits that its interval supports, alone.
-pub fn supported(value: f64, ci95: [f64; 2], unit: &str) -> String {
-    let ((texts, _), unit) = together(&[value], 0.5 * (ci95[1] - ci95[0]), unit);
-    with_unit(&texts[0], &unit)
+/// A value and the ends of its interval for the cells of a table, in the unit that comes last; ends that say nothing are
+/// empty.
+pub fn cells(value: f64, ci95: [f64; 2], unit: &str) -> ([String; 3], String) {
+    let ((texts, uncertainty), unit) = together(&[value, ci95[0], ci95[1]], 0.5 * (ci95[1] - ci95[0]), unit);
+    let known = !uncertainty.is_empty();
+    let mut texts =
+        texts.into_iter().enumerate().map(|(k, text)| if known || k == 0 { text } else { String::new() });
+    let mut next = || texts.next().unwrap_or_default();
+    ([next(), next(), next()], unit)
+}
+
+/// A place or another number that is no estimate: four significant digits at most, and none that say nothing.
+pub fn plain(value: f64) -> String {
+    let text = decimal(value, decimals(value, OF_PLACE), value.abs());
+    match text.split_once('e') {
+        None if text.contains('.') => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        _ => text,
+    }
 }
 
 /// Values in one unit to two digits of the half-width, and the half-width; empty where it says nothing.
@@ -174,5 +190,11 @@ mod tests {
         assert_eq!(with_interval(-0.012, [-0.3, 0.28], "deg"), "-0.01 deg [-0.30, 0.28]");
         assert_eq!(with_interval(1e300, [-1e308, 1e308], "arcsec"), "1.00e300 arcsec");
         assert_eq!(number(0.0999999), "0.1000");
+        assert_eq!(
+            (plain(-12.5), plain(0.25), plain(3.25e-12)),
+            ("-12.5".into(), "0.25".into(), "3.250e-12".into())
+        );
+        let (texts, unit) = cells(0.0030412, [0.0029, 0.0032], "s");
+        assert_eq!((texts.join(" "), unit.as_str()), ("3.04 2.90 3.20".to_string(), "ms"));
     }
 }

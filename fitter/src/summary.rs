@@ -6,7 +6,7 @@ use anstyle::{AnsiColor, Style};
 use serde_json::{Value, json};
 
 use crate::Coefficients;
-use crate::figures::figure;
+use crate::figures::{figure, plain, plus_minus};
 use crate::fit::Fit;
 use crate::order::OrderSelection;
 use crate::turn::Turn;
@@ -48,7 +48,13 @@ fn write_summary(text: &mut String, fit: &Fit, verbose: bool) -> std::fmt::Resul
     }
     *text += &line(
         "range",
-        &format!("{} from {:.4} to {:.4} {}", range.variable, range.from, range.to, file.units.reading),
+        &format!(
+            "{} from {} to {} {}",
+            range.variable,
+            plain(range.from),
+            plain(range.to),
+            file.units.reading
+        ),
     );
     write_choice(text, file, verbose)?;
     if let Some(zero) = file.identification.as_ref().and_then(|found| found.zero.as_ref()) {
@@ -120,8 +126,10 @@ fn write_statistics(text: &mut String, file: &Coefficients) -> std::fmt::Result 
         *text += &line(
             name,
             &format!(
-                "rms {style}{:.4} {unit}{style:#}, largest {:.4} {unit}, largest mean of a point {:.4} {unit}",
-                spread.rms, spread.max, spread.max_of_point_means
+                "rms {style}{}{style:#}, largest {}, largest mean of a point {}",
+                figure(spread.rms, unit),
+                figure(spread.max, unit),
+                figure(spread.max_of_point_means, unit)
             ),
         );
     }
@@ -129,7 +137,7 @@ fn write_statistics(text: &mut String, file: &Coefficients) -> std::fmt::Result 
         let weighted = if scatter.weighted { ", uneven: rows are weighted by it" } else { "" };
         *text += &line(
             "noise",
-            &format!("{:.4} {unit} per reading between passes{weighted}", scatter.standard_deviation),
+            &format!("{} per reading between passes{weighted}", figure(scatter.standard_deviation, unit)),
         );
     }
     Ok(())
@@ -164,17 +172,12 @@ fn write_harmonics(text: &mut String, file: &Coefficients, verbose: bool) -> std
             turn.revolution, turn.wraps.measured, turn.wraps.reference
         ),
     );
-    *text += &line("offset", &format!("{:.6} {unit}", file.base.coefficients[0]));
+    *text += &line("offset", &format!("{} {unit}", plain(file.base.coefficients[0])));
     let listed = if verbose { turn.amplitudes.len() } else { LISTED.min(turn.amplitudes.len()) };
     for wave in &turn.amplitudes[..listed] {
-        let error = wave.standard_error.map_or(String::new(), |error| format!(" ± {error:.1e}"));
-        writeln!(
-            text,
-            "  {:<10} {:>13.5e}{error} {unit}, phase {:.2} deg",
-            format!("harmonic {}", wave.harmonic),
-            wave.amplitude,
-            wave.phase_deg
-        )?;
+        let amplitude = plus_minus(wave.amplitude, wave.standard_error.unwrap_or(0.0), unit);
+        let name = format!("harmonic {}", wave.harmonic);
+        writeln!(text, "  {name:<11} {amplitude}, phase {:.2} deg", wave.phase_deg)?;
     }
     if listed < turn.amplitudes.len() {
         writeln!(text, "  and {} more (-v lists them)", turn.amplitudes.len() - listed)?;
@@ -185,7 +188,7 @@ fn write_harmonics(text: &mut String, file: &Coefficients, verbose: bool) -> std
 fn order_line(chosen: usize, what: &str, selection: &OrderSelection) -> String {
     let testing = |order: usize| {
         (selection.curve.iter().find(|score| score.order == order))
-            .map_or(String::from("?"), |score| format!("{:.4}", score.testing))
+            .map_or(String::from("?"), |score| figure(score.testing, &selection.unit))
     };
     let best = selection.smallest_testing_error;
     let by = format!(
@@ -193,13 +196,12 @@ fn order_line(chosen: usize, what: &str, selection: &OrderSelection) -> String {
         selection.held_out_groups, selection.groups, selection.held_out_by, selection.splits
     );
     if selection.rule == "given" {
-        format!("{chosen}, as given; testing error {} {} ({by})", testing(chosen), selection.unit)
+        format!("{chosen}, as given; testing error {} ({by})", testing(chosen))
     } else {
         format!(
-            "{FIGURE}{chosen}{FIGURE:#}: testing error {} {}, within one standard error of the smallest, {} at {what} \
+            "{FIGURE}{chosen}{FIGURE:#}: testing error {}, within one standard error of the smallest, {} at {what} \
              {best} ({by})",
             testing(chosen),
-            selection.unit,
             testing(best)
         )
     }

@@ -182,7 +182,7 @@ pub fn diagnose(
         unidentifiable: verdict::unidentifiable(&named),
         next_experiment: verdict::next_experiment(said, &named, &locations),
         locations,
-        effects: named,
+        effects: verdict::listed(named),
         fit,
         bad_rows: Vec::new(),
         judged: Vec::new(),

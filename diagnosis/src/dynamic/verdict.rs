@@ -1,6 +1,7 @@
 //! From what was found to what is said: how much each effect explains, with which parameters and
 //! intervals, what else could be it, where the rest lives, and what to record next.
 
+use fitter::figures::with_interval;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::{ALL, Data};
@@ -13,7 +14,7 @@ use super::noise::Autoregression;
 use super::search::{FIT_ROWS, Search, gain, last_id};
 use super::structure::Structure;
 use crate::rows::range;
-use crate::verdict::{Location, NamedEffect, Parameter, Verdict};
+use crate::verdict::{Location, MOST_ALTERNATIVES, NamedEffect, Parameter, Verdict, too_many};
 
 /// −2 log likelihood by which a second explanation may fall short and remain an alternative.
 const ALTERNATIVE_MARGIN: f64 = 10.0;
@@ -262,11 +263,14 @@ fn reach(data: &Data, t_s: &[f64], variable: &str) -> (f64, f64) {
 pub fn unidentifiable(named: &[NamedEffect]) -> Vec<String> {
     let mut out = vec!["inertia: everything is per inertia, which the drive's unit alone fixes".to_string()];
     for effect in named {
+        out.extend(too_many(&effect.id, effect.alternatives.len()));
         for p in &effect.parameters {
             if p.name != "phase_rad" && p.ci95[0] < 0.0 && p.ci95[1] > 0.0 {
                 out.push(format!(
-                    "{} {}: the interval {:.4e} … {:.4e} {} contains zero",
-                    effect.id, p.name, p.ci95[0], p.ci95[1], p.unit
+                    "{} {}: {} may as well be zero",
+                    effect.id,
+                    p.name,
+                    with_interval(p.value, p.ci95, &p.unit)
                 ));
             }
         }
@@ -304,4 +308,10 @@ pub fn next_experiment(verdict: Verdict, named: &[NamedEffect], locations: &[Loc
         )),
         _ => None,
     }
+}
+
+/// The effects with as many alternatives as are listed.
+pub fn listed(mut named: Vec<NamedEffect>) -> Vec<NamedEffect> {
+    named.iter_mut().for_each(|effect| effect.alternatives.truncate(MOST_ALTERNATIVES));
+    named
 }

@@ -8,7 +8,7 @@ use super::readable;
 use crate::diagnosis::Outcome;
 use crate::generic;
 use crate::rows::range;
-use crate::verdict::values_of;
+use crate::verdict::{angle_name, values_of};
 
 /// Ranges per observable.
 const RANGES: usize = 10;
@@ -18,7 +18,7 @@ const FULL: f64 = 8.0;
 /// The map as SVG, with a line that says how to read it.
 pub(super) fn mismatch(outcome: &Outcome, before: &[f64], after: &[f64]) -> (String, String) {
     let rows = &outcome.rows;
-    let mut variables: Vec<String> = vec!["angle_deg".into(), "t_s".into()];
+    let mut variables: Vec<String> = vec![angle_name(rows), "t_s".into()];
     if rows.both_directions() {
         variables.push("direction".into());
     }

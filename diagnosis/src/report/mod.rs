@@ -3,10 +3,11 @@
 pub(crate) mod charts;
 mod map;
 
+use fitter::figures;
 use minijinja::{Environment, context};
 
 use crate::diagnosis::Outcome;
-use crate::verdict::{Parameter, Verdict};
+use crate::verdict::{Parameter, Verdict, angle_name};
 
 /// Most observables that get a chart of the residual.
 const CHARTS: usize = 4;
@@ -16,9 +17,9 @@ pub fn page(outcome: &Outcome) -> String {
     let d = &outcome.diagnosis;
     let mut shown: Vec<(String, Option<String>)> =
         d.locations.iter().map(|l| (l.variable.clone(), l.times.clone())).take(CHARTS).collect();
-    for usual in ["angle_deg", "t_s"] {
-        if shown.len() < 2 && !shown.iter().any(|(v, _)| v == usual) {
-            shown.push((usual.into(), None));
+    for usual in [angle_name(&outcome.rows), "t_s".into()] {
+        if shown.len() < 2 && !shown.iter().any(|(v, _)| *v == usual) {
+            shown.push((usual, None));
         }
     }
     let before = residual(outcome, false);
@@ -73,7 +74,8 @@ pub fn page(outcome: &Outcome) -> String {
         })
         .collect();
     let fit = &d.fit;
-    let figure = |v: Option<f64>| v.map_or("–".to_string(), digits);
+    let unit = &d.noise_floor.unit;
+    let rms = |v: Option<f64>| v.map_or("–".to_string(), |v| figure(v, unit));
     let (map, map_key) = map::mismatch(outcome, &before, &after);
     let environment = environment();
     let values = context! {
@@ -81,8 +83,7 @@ pub fn page(outcome: &Outcome) -> String {
         verdict => word(d.verdict),
         class => class(d.verdict),
         sentence => sentence(outcome),
-        floor => digits(d.noise_floor.value),
-        unit => d.noise_floor.unit.clone(),
+        floor => figure(d.noise_floor.value, unit),
         floor_from => d.noise_floor.from.clone(),
         correlation => digits(d.noise_floor.autocorrelation),
         rows => outcome.rows.len(),
@@ -94,11 +95,11 @@ pub fn page(outcome: &Outcome) -> String {
         locations => locations,
         effects => effects,
         held_out_by => fit.held_out_by.clone(),
-        before_train => digits(fit.before.train_rms),
-        before_held => figure(fit.before.held_out_rms),
-        after_train => digits(fit.after.train_rms),
-        after_held => figure(fit.after.held_out_rms),
-        gain => fit.gain.as_ref().map(|g| context! { value => digits(g.value), from => digits(g.ci95[0]), to => digits(g.ci95[1]) }),
+        before_train => rms(Some(fit.before.train_rms)),
+        before_held => rms(fit.before.held_out_rms),
+        after_train => rms(Some(fit.after.train_rms)),
+        after_held => rms(fit.after.held_out_rms),
+        gain => fit.gain.as_ref().map(|g| typeset(&figures::with_interval(g.value, g.ci95, unit))),
         of_explainable => fit.of_explainable.map(|f| format!("{:.0} %", 100.0 * f)),
         unidentifiable => d.unidentifiable.clone(),
         next => d.next_experiment.clone(),
@@ -157,14 +158,14 @@ fn sentence(outcome: &Outcome) -> String {
         if open { " This recording alone cannot exclude the alternatives listed below." } else { "" };
     let held = match (d.fit.before.held_out_rms, d.fit.after.held_out_rms) {
         (Some(b), Some(a)) => {
-            format!(" On held-out data the error falls from {} to {} {unit} rms.", digits(b), digits(a))
+            format!(" On held-out data the error falls from {} to {} rms.", figure(b, unit), figure(a, unit))
         }
         _ => String::new(),
     };
     match d.verdict {
         Verdict::Consistent => format!(
-            "The recording agrees with its simulation: nothing is left beyond a noise of {} {unit} per reading.",
-            digits(d.noise_floor.value)
+            "The recording agrees with its simulation: nothing is left beyond a noise of {} per reading.",
+            figure(d.noise_floor.value, unit)
         ),
         Verdict::Explained => {
             format!(
@@ -191,19 +192,23 @@ pub(crate) fn readable(variable: &str) -> String {
         "common_mode_um" => "common mode (µm)",
         "cross_arcsec" => "second axis (arcsec)",
         "coil_a" => "coil current (A)",
-        other => other,
+        other => match other.strip_prefix("position_") {
+            Some(unit) => return format!("position ({unit})"),
+            None => other,
+        },
     }
     .to_string()
 }
 
 /// A parameter for the table of an effect.
 pub(crate) fn parameter(p: &Parameter) -> minijinja::Value {
+    let ([value, from, to], unit) = figures::cells(p.value, p.ci95, &p.unit);
     context! {
         name => without_unit(&p.name),
-        value => digits(p.value),
-        unit => if p.unit == "1" { String::new() } else { p.unit.clone() },
-        from => digits(p.ci95[0]),
-        to => digits(p.ci95[1]),
+        value => typeset(&value),
+        unit => if unit == "1" { String::new() } else { unit },
+        from => typeset(&from),
+        to => typeset(&to),
     }
 }
 
@@ -215,13 +220,16 @@ fn without_unit(name: &str) -> String {
 
 /// Four significant digits.
 pub(crate) fn digits(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return "0".into();
-    }
-    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{value:.decimals$}");
-    let text =
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text };
+    typeset(&figures::plain(value))
+}
+
+/// A root mean square with its unit.
+pub(crate) fn figure(value: f64, unit: &str) -> String {
+    typeset(&figures::figure(value, unit))
+}
+
+/// With the sign that is as wide as a digit.
+fn typeset(text: &str) -> String {
     text.replace('-', "−")
 }
 

@@ -191,12 +191,5 @@ fn angle_unit(sensor: &Sensor) -> &str {
 
 /// Four significant digits, for a reader.
 pub(crate) fn digits(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return "0".into();
-    }
-    let decimals = (3 - value.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{value:.decimals$}");
-    let text =
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text };
-    text.replace('-', "−")
+    crate::figures::plain(value).replace('-', "−")
 }

@@ -6,7 +6,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::solve::Columns;
 use super::unwind::Unwound;
-use crate::figures::plus_minus;
+use crate::figures::{figure, plus_minus};
 use crate::recording::Recording;
 use crate::statistics::readable;
 
@@ -197,9 +197,9 @@ fn statement(motion: &Motion, findings: &Findings, unit: &str) -> String {
         if *lag_corrected {
             format!("a lag of {} (corrected)", plus_minus(lag.value, reach, "s"))
         } else if lag.is_zero() {
-            format!("no lag beyond {:.2e} s", lag.ci95[0].abs().max(lag.ci95[1].abs()))
+            format!("no lag beyond {}", figure(lag.ci95[0].abs().max(lag.ci95[1].abs()), "s"))
         } else {
-            format!("a lag of {:.4e} ± {reach:.1e} s", lag.value)
+            format!("a lag of {}", plus_minus(lag.value, reach, "s"))
         }
     });
     let Some(half) = half else {
@@ -218,27 +218,30 @@ fn statement(motion: &Motion, findings: &Findings, unit: &str) -> String {
     };
     let reach = 0.5 * (half.ci95[1] - half.ci95[0]);
     let mut text = if half.is_zero() {
-        format!("forward and backward agree within ±{:.4} {unit}", half.ci95[0].abs().max(half.ci95[1].abs()))
+        let within = figure(half.ci95[0].abs().max(half.ci95[1].abs()), unit);
+        format!("forward and backward agree within ±{within}")
     } else {
         let behind = if half.value < 0.0 { "the reading stays behind" } else { "the reference stays behind" };
-        format!("forward and backward lie 2 × {:.4} ± {reach:.4} {unit} apart ({behind})", half.value.abs())
+        format!("forward and backward lie 2 × {} apart ({behind})", plus_minus(half.value.abs(), reach, unit))
     };
     match (lag_found, motion.speed, half.is_zero()) {
         (Some(lag), _, true) => text += &format!("; {lag}"),
         (Some(lag), _, false) => text += &format!(": friction or backlash; beside it {lag}"),
         (None, Some([_, fast]), false) if half.value < 0.0 && fast > 0.0 => {
             text += &format!(
-                ": friction or backlash, or, if the axis moved while it was read, a lag of {:.2e} s; a second speed \
-                 would tell",
-                -half.value / fast
+                ": friction or backlash, or, if the axis moved while it was read, a lag of {}; a second speed would \
+                 tell",
+                figure(-half.value / fast, "s")
             );
         }
         (None, _, false) => text += ": friction or backlash",
         (None, _, true) => {}
     }
     if let Some(rms) = *variation {
-        text +=
-            &format!("; the distance varies over the turn by 2 × {rms:.4} {unit} rms (friction or cogging)");
+        text += &format!(
+            "; the distance varies over the turn by 2 × {} rms (friction or cogging)",
+            figure(rms, unit)
+        );
     }
     text
 }

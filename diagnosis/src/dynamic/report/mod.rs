@@ -9,7 +9,7 @@ use fitter::plant::Kind;
 use minijinja::context;
 
 use super::{DynamicOutcome, DynamicRecording};
-use crate::report::{class, digits, environment, parameter, probability, word};
+use crate::report::{class, digits, environment, figure, parameter, probability, word};
 use crate::verdict::{Location, Verdict};
 
 /// The page of one recording. `held_out` is the recording that the outcome's figures are of, where one was
@@ -46,7 +46,7 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
             }
         })
         .collect();
-    let figure = |v: Option<f64>| v.map_or("–".to_string(), digits);
+    let rms = |v: Option<f64>| v.map_or("–".to_string(), |v| figure(v, unit));
     let fit = &d.fit;
     let spectra = if feedback { Vec::new() } else { spectra::charts(recording, &outcome.own, unit) };
     let growth: Vec<_> = spectra::growth_rows(recording)
@@ -69,8 +69,7 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
         verdict => word(d.verdict),
         class => class(d.verdict),
         sentence => sentence(outcome, unit),
-        floor => digits(d.noise_floor.value),
-        unit => unit,
+        floor => figure(d.noise_floor.value, unit),
         floor_from => d.noise_floor.from.clone(),
         correlation => digits(d.noise_floor.autocorrelation),
         rows => recording.rows(),
@@ -85,10 +84,10 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
         locations => locations,
         effects => effects,
         held_out_by => fit.held_out_by.clone(),
-        before_train => digits(fit.before.train_rms),
-        before_held => figure(fit.before.held_out_rms),
-        after_train => digits(fit.after.train_rms),
-        after_held => figure(fit.after.held_out_rms),
+        before_train => rms(Some(fit.before.train_rms)),
+        before_held => rms(fit.before.held_out_rms),
+        after_train => rms(Some(fit.after.train_rms)),
+        after_held => rms(fit.after.held_out_rms),
         unidentifiable => d.unidentifiable.clone(),
         next => d.next_experiment.clone(),
     };
@@ -110,9 +109,9 @@ fn sentence(outcome: &DynamicOutcome, unit: &str) -> String {
     };
     let held = match (d.fit.before.held_out_rms, d.fit.after.held_out_rms) {
         (Some(before), Some(after)) => format!(
-            " On held-out data the error of the free simulation falls from {} to {} {unit} rms.",
-            digits(before),
-            digits(after)
+            " On held-out data the error of the free simulation falls from {} to {} rms.",
+            figure(before, unit),
+            figure(after, unit)
         ),
         _ => String::new(),
     };
@@ -124,8 +123,8 @@ fn sentence(outcome: &DynamicOutcome, unit: &str) -> String {
         if places.is_empty() { String::new() } else { format!(" on {}", places.join(" and on ")) };
     match d.verdict {
         Verdict::Consistent => format!(
-            "The recording agrees with its simulation: nothing is found beyond {} {unit} per reading.",
-            digits(d.noise_floor.value)
+            "The recording agrees with its simulation: nothing is found beyond {} per reading.",
+            figure(d.noise_floor.value, unit)
         ),
         Verdict::Explained => format!(
             "The recording departs from its simulation by {names}; what is left is noise.{held}{caveat}"
