@@ -28,6 +28,10 @@ pub struct Certificate {
     pub recording: String,
     /// Its SHA-256.
     pub recording_sha256: String,
+    /// What the diagnosis of the recording left open, where that is more than it named: the model corrects the device
+    /// in part only, and was taken all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reservation: Option<String>,
     /// One entry for each routine and language.
     pub routines: Vec<Entry>,
 }

@@ -9,6 +9,7 @@ use minijinja::{Value, context};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::{self, Certificate, Entry};
 use crate::gappa;
 use crate::options::{CShift, Options};
@@ -55,6 +56,9 @@ impl Generated {
 /// Why nothing was generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GenerateError {
+    /// The coefficients.
+    #[error(transparent)]
+    NotAccepted(#[from] NotAccepted),
     /// A routine could not be designed.
     #[error(transparent)]
     Routine(#[from] RoutineError),
@@ -99,6 +103,7 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
+    let reservation = accepted(coefficients, options)?;
     if coefficients.whole_turn() {
         return turn::generate(coefficients, coefficients_sha256, options);
     }
@@ -182,6 +187,7 @@ pub fn generate(
         coefficients_sha256: coefficients_sha256.into(),
         recording: coefficients.recording.file.clone(),
         recording_sha256: coefficients.recording.sha256.clone(),
+        reservation,
         routines: entries,
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");

@@ -5,6 +5,7 @@
 //! [`program`] of typed operations, and bounded ([`bound`]). The program is rendered in Rust and C
 //! ([`render`]) with a [`certificate`].
 
+pub mod accepted;
 pub mod approximate;
 pub mod bound;
 pub mod builder;

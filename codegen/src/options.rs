@@ -114,7 +114,8 @@ impl Ends {
 pub struct Options {
     /// The routines, at least one; all for the same coefficients, each of another format.
     pub routines: Vec<RoutineOptions>,
-    /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: 0.01″.
+    /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: see
+    /// [`crate::quantity::Quantity::default_bound`].
     pub bound: Option<f64>,
     /// The polynomial's degree; `None`: the lowest that meets the bound.
     pub degree: Option<usize>,
@@ -133,6 +134,8 @@ pub struct Options {
     /// Effects of which the terms hold on the recording they were found in only, and that are generated nevertheless,
     /// since the routine begins as that recording did: a warm-up since switch-on.
     pub keep: Vec<String>,
+    /// Whether coefficients are taken of which the diagnosis left more than it named.
+    pub accept_unexplained: bool,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -156,6 +159,7 @@ impl Default for Options {
             period_s: None,
             without: Vec::new(),
             keep: Vec::new(),
+            accept_unexplained: false,
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),

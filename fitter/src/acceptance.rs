@@ -142,7 +142,8 @@ mod tests {
     #[test]
     fn what_could_not_be_read_again_is_refused_before_it_is_written() {
         let sound = file("explained", 5.0, 1.0, 1.0);
-        let damaged: [(&str, fn(&mut Coefficients)); 7] = [
+        type Damage = fn(&mut Coefficients);
+        let damaged: [(&str, Damage); 7] = [
             ("`base.coefficients`", |f| f.base.coefficients[1] = f64::NAN),
             ("order 30", |f| f.set_base(vec![1e-9; 31])),
             ("`valid_range` runs", |f| f.valid_range.to = f.valid_range.from),

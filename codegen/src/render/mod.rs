@@ -9,6 +9,7 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
 
+use crate::accepted::accepted;
 use crate::certificate::{Entry, result_meaning, rust_type};
 use crate::generate::TOOL;
 use crate::options::{CShift, Options, OutOfRange};
@@ -79,6 +80,9 @@ fn with_the_routines_own_parts() -> [(&'static str, String); 2] {
         ("units/routine.rs", format!("{macros}{units_rust}{functions}")),
     ]
 }
+
+/// Columns of the sentences in a file's head.
+pub const HEAD_COLUMNS: usize = 100;
 
 /// A routine as the templates see it.
 #[derive(Debug, Clone, Serialize)]
@@ -179,9 +183,13 @@ impl Renderer {
         options: &Options,
     ) -> Result<String, RenderError> {
         let recording = Value::from(Serde(&coefficients.recording));
+        let open = accepted(coefficients, options).ok().flatten();
+        let open = open.map(|open| text::wrapped(&format!("UNEXPLAINED: {open}."), HEAD_COLUMNS, ""));
         self.render(
             "provenance.txt",
-            context! { tool => TOOL, command => &*options.command, coefficients => context! { sha256, recording } },
+            context! {
+                tool => TOOL, command => &*options.command, coefficients => context! { sha256, recording }, open,
+            },
         )
     }
 

@@ -9,6 +9,7 @@ use minijinja::{Value, context};
 
 use super::choose::{TurnRoutine, entry_bytes};
 use super::shape::{Arithmetic, Shape};
+use crate::accepted::accepted;
 use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, rust_type};
 use crate::generate::{GenerateError, Generated, TOOL, sha256};
 use crate::options::{CShift, Options};
@@ -72,6 +73,7 @@ pub fn files(
         coefficients_sha256: coefficients_sha256.into(),
         recording: coefficients.recording.file.clone(),
         recording_sha256: coefficients.recording.sha256.clone(),
+        reservation: accepted(coefficients, options)?,
         routines: entries.to_vec(),
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
