@@ -11,12 +11,14 @@ pub mod bound;
 pub mod builder;
 pub mod certificate;
 pub mod choose;
+pub mod claim;
 pub mod cli;
 pub mod cost;
 pub mod design;
 pub mod estimate;
 pub mod exact;
 pub mod explore;
+pub mod extent;
 pub mod files;
 #[cfg(test)]
 mod fixtures;

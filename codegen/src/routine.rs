@@ -149,7 +149,8 @@ pub fn design(
     let model = model(coefficients, options);
     let quantity = Quantity::of(&model);
     let range = range(coefficients, options, &quantity)?;
-    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    let target =
+        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
     }
@@ -225,7 +226,11 @@ pub fn design(
         Some(degree) => degree..=degree,
         None => 1..=LARGEST_DEGREE,
     };
-    let mut best: Option<(f64, usize)> = None;
+    let largest = match options.bound {
+        Some(bound) => bound,
+        None => quantity.largest_default_bound(range.0, range.1, coefficients.noise()),
+    };
+    let mut best: Option<(f64, usize, Design)> = None;
     for degree in degrees {
         let approximation =
             quantity.in_bound_unit(fused::best_error(&plan, &reference, degree).to_f64_down());
@@ -238,11 +243,15 @@ pub fn design(
         if bound <= target {
             return Ok(finish(design));
         }
-        if best.is_none_or(|(b, _)| bound < b) {
-            best = Some((bound, degree));
+        if best.as_ref().is_none_or(|(b, ..)| bound < *b) {
+            best = Some((bound, degree, design));
         }
     }
-    let (reachable, degree) = best.unwrap_or((f64::INFINITY, LARGEST_DEGREE));
+    let (reachable, degree) = match best {
+        Some((bound, _, design)) if bound <= largest => return Ok(finish(design)),
+        Some((bound, degree, _)) => (bound, degree),
+        None => (f64::INFINITY, LARGEST_DEGREE),
+    };
     let format = wanted.format.name();
     Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
 }

@@ -158,6 +158,7 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
         || {
             summary(&generated, arguments.common.verbose)
                 + &encoder::summary(&generated)
+                + &estimated(&generated)
                 + &line("written", &format!("{out}: {count} files, {changed} changed"))
         },
     );
@@ -273,6 +274,17 @@ fn load(arguments: &Arguments) -> Result<(Coefficients, String)> {
     let options = Options { accept_unexplained: arguments.accept_unexplained, ..Options::default() };
     accepted(&coefficients, &options).map_err(|e| miette!("{e}"))?;
     Ok((coefficients, sha256))
+}
+
+/// How far the model may be from the device, and what no routine of these has.
+fn estimated(generated: &Generated) -> String {
+    let Some(entry) = generated.certificate.routines.first() else { return String::new() };
+    let claim = entry.estimate.as_ref().map(|claim| {
+        let figure = format!("{} {}", text::rounded_up(claim.distance), entry.unit);
+        line("estimate", &format!("the model is within {figure} of the device (not proved)"))
+    });
+    let left_out = entry.left_out.iter().map(|out| line("left out", out));
+    claim.into_iter().chain(left_out).collect()
 }
 
 /// What was chosen and why, on one screen; `verbose` adds what every bound is made of.

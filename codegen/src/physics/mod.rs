@@ -31,6 +31,8 @@ mod words;
 use fitter::error_model::Sensor;
 use fitter::terms::{Operator, Term};
 
+use crate::extent::LeftOut;
+
 pub use error::PhysicsError;
 pub use further::{Further, FurtherEncoding};
 pub use ledger::{Known, Ledger, Taken};
@@ -47,8 +49,8 @@ pub struct Physics {
     pub period_s: f64,
     /// The sensor whose reading the terms observe.
     pub sensor: Option<Sensor>,
-    /// Effects that are left out, and why.
-    pub left_out: Vec<(String, String)>,
+    /// What is left out, and why.
+    pub left_out: Vec<LeftOut>,
 }
 
 impl Physics {

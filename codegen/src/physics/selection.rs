@@ -5,6 +5,7 @@ use fitter::error_model::Sensor;
 use fitter::terms::{Exponential, Operator, Scope, Term};
 
 use super::{Further, Physics, PhysicsError};
+use crate::extent::LeftOut;
 use crate::options::Options;
 
 /// The observable that is the time.
@@ -23,9 +24,14 @@ impl Physics {
     pub fn of(coefficients: &Coefficients, options: &Options, beyond: bool) -> Result<Physics, PhysicsError> {
         consistent(coefficients, options)?;
         let mut physics = Physics { sensor: Some(coefficients.sensor.clone()), ..Physics::default() };
+        let covered = &coefficients.valid_range;
+        let range = options.range.unwrap_or((covered.from, covered.to));
         for term in &coefficients.terms {
             match left_out(term, options, beyond) {
-                Some(why) => physics.left_out.push((term.effect.clone(), why)),
+                Some(why) => {
+                    let counts = term.scope == Scope::Device && never(term).is_none();
+                    physics.left_out.push(LeftOut::of(term, coefficients, range, &why, counts));
+                }
                 None => {
                     can_be_generated(term, &coefficients.sensor, options)?;
                     physics.terms.push(term.clone());

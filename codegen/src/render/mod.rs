@@ -108,7 +108,8 @@ pub struct View {
     bound_text: String,
     parts: Vec<Value>,
     resolution_text: Option<String>,
-    band_text: Option<String>,
+    claim_text: Option<String>,
+    claim_parts: Vec<String>,
     steps: Vec<Value>,
     /// What is kept from call to call, and the steps that it starts from.
     state: Vec<Value>,
@@ -208,6 +209,7 @@ impl Renderer {
         let output = &program.steps[program.output()];
         let unit = &quantity.bound_unit;
         let parts = entry.parts.iter().filter(|p| p.value > 0.0);
+        let claim = entry.estimate.as_ref().map(|claim| claim.in_words(unit));
         let mut view = View {
             name: entry.routine.clone(),
             degree: entry.degree,
@@ -245,7 +247,8 @@ impl Renderer {
                 .collect(),
             resolution_text: (entry.input_resolution > 0.0)
                 .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
-            band_text: entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
+            claim_text: claim.as_ref().map(|(figure, _)| figure.clone()),
+            claim_parts: claim.map(|(_, parts)| parts).unwrap_or_default(),
             steps: steps(program, &program.update_steps()),
             state_bytes: program.state.iter().map(|w| if w.ty == Type::I64 { 8 } else { 4 }).sum(),
             start_steps: steps(program, &program.start_steps()),
@@ -265,7 +268,7 @@ impl Renderer {
                 .collect(),
             type_name: text::camel_case(&entry.routine),
             terms: routine.physics.terms_in_words(),
-            left_out: routine.physics.left_out.iter().map(|(what, why)| format!("{what}: {why}")).collect(),
+            left_out: entry.left_out.clone(),
             helpers: helpers(program, options.c_shift),
             in_range: in_range(program),
             table: program.table.clone(),

@@ -239,7 +239,8 @@ fn entry(design: &Design, name: &str) -> Entry {
         parts,
         minimax: quantity.in_bound_unit(largest(&|f| f.approximation)),
         input_resolution: 0.0,
-        estimated_band_95: None,
+        estimate: None,
+        left_out: Vec::new(),
         file: String::new(),
         file_sha256: String::new(),
     }
