@@ -212,6 +212,7 @@ impl Builder {
             None => {
                 let usual = options.routines.iter().map(|routine| routine.format).collect();
                 let formats: Vec<Format> = if self.formats.is_empty() { usual } else { self.formats.clone() };
+                options.leave_out_unreachable = self.formats.is_empty();
                 options.routines =
                     formats.into_iter().map(|format| self.ends.routine(self.method, format)).collect();
             }

@@ -33,6 +33,8 @@ pub struct Generated {
     pub certificate: Certificate,
     /// The routines as designed.
     pub routines: Vec<Routine>,
+    /// Why the routines of usual formats are missing that no degree brings within the bound.
+    pub unreachable: Vec<RoutineError>,
 }
 
 impl Generated {
@@ -123,11 +125,7 @@ pub fn generate(
             return Err(GenerateError::NoFusedInRust);
         }
     }
-    let routines: Vec<Routine> = options
-        .routines
-        .par_iter()
-        .map(|wanted| routine::design(coefficients, options, wanted))
-        .collect::<Result<_, _>>()?;
+    let (routines, unreachable) = designed(coefficients, options)?;
 
     let renderer = Renderer::new()?;
     let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
@@ -191,5 +189,26 @@ pub fn generate(
         routines: entries,
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { name, files, certificate, routines })
+    Ok(Generated { name, files, certificate, routines, unreachable })
+}
+
+/// The routines that are wanted, and why those are missing that may be left out.
+fn designed(
+    coefficients: &Coefficients,
+    options: &Options,
+) -> Result<(Vec<Routine>, Vec<RoutineError>), RoutineError> {
+    let designed: Vec<Result<Routine, RoutineError>> =
+        options.routines.par_iter().map(|wanted| routine::design(coefficients, options, wanted)).collect();
+    let some = designed.iter().any(Result::is_ok);
+    let (mut routines, mut unreachable) = (Vec::new(), Vec::new());
+    for design in designed {
+        match design {
+            Ok(routine) => routines.push(routine),
+            Err(error @ RoutineError::Unreachable { .. }) if some && options.leave_out_unreachable => {
+                unreachable.push(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok((routines, unreachable))
 }

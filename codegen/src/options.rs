@@ -114,6 +114,9 @@ impl Ends {
 pub struct Options {
     /// The routines, at least one; all for the same coefficients, each of another format.
     pub routines: Vec<RoutineOptions>,
+    /// Whether a routine that no degree brings within the bound is left out as long as another remains: where the user
+    /// named no formats.
+    pub leave_out_unreachable: bool,
     /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: see
     /// [`crate::quantity::Quantity::default_bound`].
     pub bound: Option<f64>,
@@ -150,6 +153,7 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32 { fused: false })],
+            leave_out_unreachable: false,
             bound: None,
             degree: None,
             range: None,

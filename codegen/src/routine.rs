@@ -32,6 +32,12 @@ pub struct Routine {
     pub line: bool,
 }
 
+/// Tables that are tried where no polynomial for the whole range meets the bound: degree, and numbers of segments as
+/// powers of two.
+const TABLE_DEGREE: usize = 3;
+/// See [`TABLE_DEGREE`].
+const TABLES_LOG2: std::ops::RangeInclusive<u32> = 4..=9;
+
 /// Bits of the last sum that terms of further physics may take at most.
 const MOST_HEADROOM: i64 = 6;
 
@@ -247,11 +253,24 @@ pub fn design(
             best = Some((bound, degree, design));
         }
     }
-    let (reachable, degree) = match best {
-        Some((bound, _, design)) if bound <= largest => return Ok(finish(design)),
-        Some((bound, degree, _)) => (bound, degree),
-        None => (f64::INFINITY, LARGEST_DEGREE),
-    };
+    if best.as_ref().is_some_and(|(bound, ..)| *bound <= largest)
+        && let Some((.., design)) = best
+    {
+        return Ok(finish(design));
+    }
+    // Powers of a high order cancel each other in fixed point; short polynomials do not.
+    if options.degree.is_none() && wanted.format.bits() == 31 && !physics.repeats() {
+        let table = TABLES_LOG2.into_iter().find_map(|segments_log2| {
+            let method = Method::Piecewise { degree: TABLE_DEGREE, segments_log2 };
+            let bounded = Options { bound: Some(target), ..options.clone() };
+            self::design(coefficients, &bounded, &RoutineOptions { method, ..wanted.clone() }).ok()
+        });
+        if let Some(routine) = table {
+            return Ok(routine);
+        }
+    }
+    let (reachable, degree) =
+        best.map_or((f64::INFINITY, LARGEST_DEGREE), |(bound, degree, _)| (bound, degree));
     let format = wanted.format.name();
     Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
 }

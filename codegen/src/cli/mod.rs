@@ -141,6 +141,9 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
     let (out, count) = (arguments.out.display().to_string(), generated.files.len());
+    for missing in &generated.unreachable {
+        warn(&format!("left out: {missing}"), arguments.common);
+    }
     if let Some(open) = &generated.certificate.reservation {
         warn(open, arguments.common);
     }

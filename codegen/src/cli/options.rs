@@ -38,6 +38,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
     };
     Ok(Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
+        leave_out_unreachable: arguments.format.is_empty(),
         bound,
         degree: arguments.degree,
         range: arguments.from.zip(arguments.to),

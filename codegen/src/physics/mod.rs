@@ -59,6 +59,11 @@ impl Physics {
         self.terms.is_empty()
     }
 
+    /// Whether a term is one of harmonics, which have a table of their own.
+    pub fn repeats(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.operator, Operator::Periodic(_)))
+    }
+
     /// The reference mean of an observable, where a product has one.
     fn mean(&self, observable: &str) -> Option<f64> {
         let factors = self.terms.iter().filter_map(|t| match &t.operator {

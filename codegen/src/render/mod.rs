@@ -117,6 +117,8 @@ pub struct View {
     start_steps: Vec<Value>,
     /// Names of the arguments that the start reads.
     start_arguments: Vec<String>,
+    /// Names of the arguments that a call reads: of a term that is too small to matter it need not be.
+    update_arguments: Vec<String>,
     type_name: String,
     /// What is added to the function of the reading, and what is not, in sentences.
     terms: Vec<String>,
@@ -260,12 +262,8 @@ impl Renderer {
                     context! { name => &*w.name, type => rust_type(w.ty), c_type => c_type(w.ty), meaning => &*w.meaning, start, next }
                 })
                 .collect(),
-            start_arguments: program
-                .start_steps()
-                .iter()
-                .filter(|&&i| matches!(program.steps[i].op, Op::Input { .. }))
-                .map(|&i| program.steps[i].name.clone())
-                .collect(),
+            start_arguments: arguments_among(program, &program.start_steps()),
+            update_arguments: arguments_among(program, &program.update_steps()),
             type_name: text::camel_case(&entry.routine),
             terms: routine.physics.terms_in_words(),
             left_out: entry.left_out.clone(),
@@ -297,6 +295,12 @@ impl View {
     pub fn name(&self) -> &str {
         &self.name
     }
+}
+
+/// Names of the arguments that some steps read.
+fn arguments_among(program: &Program, steps: &[usize]) -> Vec<String> {
+    let arguments = steps.iter().map(|i| &program.steps[*i]).filter(|s| matches!(s.op, Op::Input { .. }));
+    arguments.map(|step| step.name.clone()).collect()
 }
 
 /// A type in C's words.

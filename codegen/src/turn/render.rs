@@ -79,7 +79,7 @@ pub fn files(
         routines: entries.to_vec(),
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { name, files, certificate, routines: Vec::new() })
+    Ok(Generated { name, files, certificate, routines: Vec::new(), unreachable: Vec::new() })
 }
 
 /// What the certificate says.
