@@ -55,17 +55,17 @@ fn the_default_bound_is_small_beside_the_noise() {
     }
     // Words of 32 bits over 360 degrees do not reach a hundredth of this noise, and reach a tenth.
     let fine = |noise| sensor("deg", (0.0, 360.0), vec![0.01, 1e-3, -1e-5], noise);
-    let coarse = designed(&fine(2.5e-6), &q31()).design.bound.total;
-    assert!(coarse > 2.5e-8 && coarse <= 2.5e-7, "{coarse}");
+    let coarse = designed(&fine(1e-5), &q31()).design.bound.total;
+    assert!(coarse > 1e-7 && coarse <= 1e-6, "{coarse}");
     let error = routine::design(&fine(1e-8), &q31(), &q31().routines[0]).unwrap_err();
     assert!(
         error.to_string().contains("the best is ") && error.to_string().contains(" deg at degree "),
         "{error}"
     );
     // A bound that is named is kept.
-    let named = Options { bound: Some(2.5e-8), ..q31() };
+    let named = Options { bound: Some(1e-7), ..q31() };
     assert!(matches!(
-        routine::design(&fine(2.5e-6), &named, &named.routines[0]),
+        routine::design(&fine(1e-5), &named, &named.routines[0]),
         Err(RoutineError::Unreachable { .. })
     ));
 }
