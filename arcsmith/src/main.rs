@@ -37,7 +37,7 @@ enum Command {
     Diagnose(diagnosis::cli::Arguments),
     /// Generate the correction in Rust and C, with a proven bound
     ///
-    /// Without arguments, the embedded recording is fitted and `generated/` written.
+    /// Generates from the coefficients that are named, or from the one file of them that lies in the folder.
     #[command(after_help = codegen::cli::EXAMPLES)]
     Generate(Box<codegen::cli::Arguments>),
     #[command(flatten)]

@@ -75,7 +75,7 @@ fn every_command_is_listed_and_its_help_shows_examples_by_its_own_name() {
 fn what_is_generated_is_what_codegen_committed() {
     let folder = tempfile::tempdir().unwrap();
     let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("../generated");
-    let said = text(&arcsmith(folder.path(), "-v generate --out g"));
+    let said = text(&arcsmith(folder.path(), "-v generate --demo --out g"));
     assert!(said.contains("proven within"), "{said}");
     for file in
         ["certificate.json", "src/corrected_angle_q31.rs", "c/corrected_angle.c", "c/corrected_angle.h"]
@@ -83,10 +83,10 @@ fn what_is_generated_is_what_codegen_committed() {
         let read = |folder: &Path| std::fs::read_to_string(folder.join(file)).unwrap();
         assert_eq!(read(&folder.path().join("g")), read(&committed), "{file}");
     }
-    let checked = text(&arcsmith(folder.path(), "check --out g"));
+    let checked = text(&arcsmith(folder.path(), "check --demo --out g"));
     assert!(checked.contains("all up to date"), "{checked}");
     std::fs::write(folder.path().join("g/c/corrected_angle.c"), "").unwrap();
-    let stale = arcsmith(folder.path(), "check --out g --json");
+    let stale = arcsmith(folder.path(), "check --demo --out g --json");
     assert_eq!(stale.status.code(), Some(1));
     let value: Value = serde_json::from_slice(&stale.stdout).unwrap();
     assert_eq!(value["stale"][0]["file"], "c/corrected_angle.c");

@@ -25,6 +25,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::accepted::{NotAccepted, accepted};
 use crate::choose::{self, ChooseError, Wanted};
 use crate::cost::Core;
 use crate::files::{self, WriteError};
@@ -36,6 +37,12 @@ use crate::source::{Source, SourceError};
 /// Why a build script could not generate; each is a sentence that says what to change.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
+    /// Nothing is named to generate from.
+    #[error("nothing is named to generate from: call `coefficients`, or `recording`, or `demo`")]
+    NoSource,
+    /// The coefficients leave more than they explain, or cannot be evaluated.
+    #[error(transparent)]
+    NotAccepted(#[from] NotAccepted),
     /// The coefficients or the recording.
     #[error(transparent)]
     Source(Box<SourceError>),
@@ -53,7 +60,7 @@ pub enum BuildError {
 /// What is to be generated; see the [module](self).
 #[derive(Debug, Clone)]
 pub struct Builder {
-    source: Source,
+    source: Option<Source>,
     target: Option<Core>,
     flash_bytes: Option<usize>,
     formats: Vec<Format>,
@@ -66,7 +73,7 @@ impl Default for Builder {
     fn default() -> Self {
         let options = Options { command: "codegen::Builder".into(), ..Options::default() };
         Builder {
-            source: Source::Embedded,
+            source: None,
             target: None,
             flash_bytes: None,
             formats: Vec::new(),
@@ -78,22 +85,36 @@ impl Default for Builder {
 }
 
 impl Builder {
-    /// The embedded recording, a q31 and an f32 routine, bounded by 0.01″.
+    /// A q31 and an f32 routine, of a mirror bounded by 0.01″; what of has to be said.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The embedded recording of a simulated mirror, to try it with.
+    #[must_use]
+    pub fn demo(mut self) -> Self {
+        self.source = Some(Source::Embedded);
+        self
     }
 
     /// Coefficients as `fitter fit` or `diagnose` wrote them.
     #[must_use]
     pub fn coefficients(mut self, path: impl Into<PathBuf>) -> Self {
-        self.source = Source::Coefficients(path.into());
+        self.source = Some(Source::Coefficients(path.into()));
         self
     }
 
     /// A recording with its nominal mirror, fitted on the way.
     #[must_use]
     pub fn recording(mut self, recording: impl Into<PathBuf>, mirror: impl Into<PathBuf>) -> Self {
-        self.source = Source::Recording { recording: recording.into(), mirror: mirror.into() };
+        self.source = Some(Source::Recording { recording: recording.into(), mirror: mirror.into() });
+        self
+    }
+
+    /// Take coefficients of which the diagnosis left more than it named: the generated files then say so.
+    #[must_use]
+    pub fn accept_unexplained(mut self) -> Self {
+        self.options.accept_unexplained = true;
         self
     }
 
@@ -173,9 +194,10 @@ impl Builder {
     /// # Errors
     /// [`BuildError`]: the source cannot be read, or no routine meets what is asked.
     pub fn generate(&self) -> Result<Generated, BuildError> {
-        let (coefficients, sha256) =
-            self.source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
+        let source = self.source.as_ref().ok_or(BuildError::NoSource)?;
+        let (coefficients, sha256) = source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
         let mut options = self.options.clone();
+        accepted(&coefficients, &options)?;
         if coefficients.whole_turn() {
             options.encoder.core = self.target;
             options.encoder.flash_bytes = self.flash_bytes;
@@ -190,6 +212,7 @@ impl Builder {
             None => {
                 let usual = options.routines.iter().map(|routine| routine.format).collect();
                 let formats: Vec<Format> = if self.formats.is_empty() { usual } else { self.formats.clone() };
+                options.leave_out_unreachable = self.formats.is_empty();
                 options.routines =
                     formats.into_iter().map(|format| self.ends.routine(self.method, format)).collect();
             }
@@ -210,7 +233,7 @@ impl Builder {
         files::write(folder.as_ref(), &written)?;
         // Outside a build script this is a line that nobody reads; inside, cargo's protocol.
         if std::env::var_os("OUT_DIR").is_some() {
-            for path in self.source.files() {
+            for path in self.source.iter().flat_map(Source::files) {
                 println!("cargo::rerun-if-changed={}", path.display());
             }
         }
@@ -221,11 +244,12 @@ impl Builder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fitter::coefficients::Diagnosed;
 
     #[test]
     fn a_target_gets_one_routine_within_the_bound() {
         let folder = tempfile::tempdir().unwrap();
-        let builder = Builder::new().target(Core::CortexM3).bound_arcsec(0.001);
+        let builder = Builder::new().demo().target(Core::CortexM3).bound_arcsec(0.001);
         let generated = builder.write_to(folder.path()).unwrap();
         assert_eq!(generated.routines.len(), 1);
         assert!(generated.certificate.routines.iter().all(|entry| entry.bound <= 0.001));
@@ -238,9 +262,39 @@ mod tests {
     #[test]
     fn an_unreachable_bound_says_what_can_be_had_and_writes_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let builder = Builder::new().target(Core::CortexM0).bound_arcsec(1e-9);
+        let builder = Builder::new().demo().target(Core::CortexM0).bound_arcsec(1e-9);
         let error = builder.write_to(folder.path()).unwrap_err();
         assert!(matches!(error, BuildError::Choose(ChooseError::Choice(_))), "{error}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn nothing_is_generated_of_nothing() {
+        let error = Builder::new().generate().unwrap_err();
+        assert!(matches!(error, BuildError::NoSource), "{error}");
+    }
+
+    #[test]
+    fn what_is_left_unexplained_has_to_be_accepted() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("c.json");
+        let verdict = "unexplained".to_string();
+        let mut file = crate::fixtures::paper_coefficients();
+        file.diagnosis = Some(Diagnosed { verdict, before_rms: 12.0, after_rms: 12.0, noise_floor: 0.2 });
+        std::fs::write(&path, file.to_sealed_json()).unwrap();
+        let builder = Builder::new().coefficients(&path).formats([Format::Q31]);
+        let error = builder.generate().unwrap_err();
+        assert!(matches!(error, BuildError::NotAccepted(NotAccepted::Unexplained(_))), "{error}");
+        assert!(error.to_string().contains("leaves 12.0 arcsec rms at a noise of 0.200 arcsec"), "{error}");
+        let generated = builder.accept_unexplained().generate().unwrap();
+        let open = generated.certificate.reservation.unwrap();
+        assert!(open.contains("ended `unexplained`") && open.contains("--accept-unexplained"), "{open}");
+        for path in ["c/corrected_angle.h", "c/corrected_angle.c", "src/corrected_angle_q31.rs"] {
+            let head = generated.files[Path::new(path)].lines().take(20).collect::<Vec<_>>().join(" ");
+            assert!(
+                head.contains("UNEXPLAINED: the diagnosis of the recording ended `unexplained`"),
+                "{head}"
+            );
+        }
     }
 }

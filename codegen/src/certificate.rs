@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use fitter::coefficients::Coefficients;
 
+use crate::claim::Claim;
 use crate::estimate;
 use crate::options::Options;
 use crate::output::Output;
@@ -28,6 +29,10 @@ pub struct Certificate {
     pub recording: String,
     /// Its SHA-256.
     pub recording_sha256: String,
+    /// What the diagnosis of the recording left open, where that is more than it named: the model corrects the device
+    /// in part only, and was taken all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reservation: Option<String>,
     /// One entry for each routine and language.
     pub routines: Vec<Entry>,
 }
@@ -63,10 +68,13 @@ pub struct Entry {
     pub minimax: f64,
     /// What one step of the input stands for, in `unit`; 0 for floats. Not part of the bound.
     pub input_resolution: f64,
-    /// Not proved, but estimated: how near the model itself is to the device, the largest half-width of its 95 % band
-    /// in `unit`, from the covariance of what was fitted; none where that is not known.
+    /// Not proved, but estimated: how far the model itself may be from the device, in `unit`; none where the file does
+    /// not say what the recording showed.
     #[serde(default)]
-    pub estimated_band_95: Option<f64>,
+    pub estimate: Option<Claim>,
+    /// Terms of the coefficients that the routine does not have, with their size.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// The file that holds the routine, relative to the certificate.
     pub file: String,
     /// SHA-256 of that file.
@@ -186,11 +194,21 @@ pub fn entry(
         parts,
         minimax: quantity.in_bound_unit(design.minimax),
         input_resolution: quantity.in_bound_unit(routine.plan.resolution * routine.slope()),
-        estimated_band_95: estimate::band(coefficients, &routine.physics, quantity, routine.range)
-            .filter(|_| !routine.line),
+        estimate: claim(routine, quantity, coefficients),
+        left_out: routine.physics.left_out.iter().map(ToString::to_string).collect(),
         file: String::new(),
         file_sha256: String::new(),
     }
+}
+
+/// How far the model may be from the device; nothing is known of it where nothing was recorded.
+fn claim(routine: &Routine, quantity: &Quantity, coefficients: &Coefficients) -> Option<Claim> {
+    if routine.line {
+        return None;
+    }
+    let band = estimate::band(coefficients, &routine.physics, quantity, routine.range);
+    let left_out: Vec<f64> = routine.physics.left_out.iter().filter_map(|out| out.size).collect();
+    Claim::of(coefficients, band, &left_out)
 }
 
 /// The inputs of a program, in the order of its arguments.

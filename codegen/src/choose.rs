@@ -49,7 +49,8 @@ pub fn choose(
 ) -> Result<(), ChooseError> {
     let quantity = Quantity::of(&coefficients.error_model());
     let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
-    let bound = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    let bound =
+        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
     let formats = if wanted.formats.is_empty() { &FORMATS } else { wanted.formats };
     let candidates = explore::candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
     let best = explore::cheapest(&candidates, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?;

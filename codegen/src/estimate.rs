@@ -13,7 +13,7 @@ use crate::physics::{Physics, by_time};
 use crate::quantity::Quantity;
 
 /// Two-sided 95 % of a normal distribution.
-const NORMAL_95: f64 = 1.959_964;
+pub const NORMAL_95: f64 = 1.959_964;
 /// Readings at which the band is evaluated, and values of each further input.
 const POINTS: u32 = 401;
 const OF_AN_INPUT: u32 = 5;

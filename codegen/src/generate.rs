@@ -9,6 +9,7 @@ use minijinja::{Value, context};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::{self, Certificate, Entry};
 use crate::gappa;
 use crate::options::{CShift, Options};
@@ -32,6 +33,8 @@ pub struct Generated {
     pub certificate: Certificate,
     /// The routines as designed.
     pub routines: Vec<Routine>,
+    /// Why the routines of usual formats are missing that no degree brings within the bound.
+    pub unreachable: Vec<RoutineError>,
 }
 
 impl Generated {
@@ -55,6 +58,9 @@ impl Generated {
 /// Why nothing was generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GenerateError {
+    /// The coefficients.
+    #[error(transparent)]
+    NotAccepted(#[from] NotAccepted),
     /// A routine could not be designed.
     #[error(transparent)]
     Routine(#[from] RoutineError),
@@ -99,6 +105,7 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
+    let reservation = accepted(coefficients, options)?;
     if coefficients.whole_turn() {
         return turn::generate(coefficients, coefficients_sha256, options);
     }
@@ -118,11 +125,7 @@ pub fn generate(
             return Err(GenerateError::NoFusedInRust);
         }
     }
-    let routines: Vec<Routine> = options
-        .routines
-        .par_iter()
-        .map(|wanted| routine::design(coefficients, options, wanted))
-        .collect::<Result<_, _>>()?;
+    let (routines, unreachable) = designed(coefficients, options)?;
 
     let renderer = Renderer::new()?;
     let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
@@ -182,8 +185,30 @@ pub fn generate(
         coefficients_sha256: coefficients_sha256.into(),
         recording: coefficients.recording.file.clone(),
         recording_sha256: coefficients.recording.sha256.clone(),
+        reservation,
         routines: entries,
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { name, files, certificate, routines })
+    Ok(Generated { name, files, certificate, routines, unreachable })
+}
+
+/// The routines that are wanted, and why those are missing that may be left out.
+fn designed(
+    coefficients: &Coefficients,
+    options: &Options,
+) -> Result<(Vec<Routine>, Vec<RoutineError>), RoutineError> {
+    let designed: Vec<Result<Routine, RoutineError>> =
+        options.routines.par_iter().map(|wanted| routine::design(coefficients, options, wanted)).collect();
+    let some = designed.iter().any(Result::is_ok);
+    let (mut routines, mut unreachable) = (Vec::new(), Vec::new());
+    for design in designed {
+        match design {
+            Ok(routine) => routines.push(routine),
+            Err(error @ RoutineError::Unreachable { .. }) if some && options.leave_out_unreachable => {
+                unreachable.push(error);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok((routines, unreachable))
 }

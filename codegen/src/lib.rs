@@ -5,17 +5,20 @@
 //! [`program`] of typed operations, and bounded ([`bound`]). The program is rendered in Rust and C
 //! ([`render`]) with a [`certificate`].
 
+pub mod accepted;
 pub mod approximate;
 pub mod bound;
 pub mod builder;
 pub mod certificate;
 pub mod choose;
+pub mod claim;
 pub mod cli;
 pub mod cost;
 pub mod design;
 pub mod estimate;
 pub mod exact;
 pub mod explore;
+pub mod extent;
 pub mod files;
 #[cfg(test)]
 mod fixtures;

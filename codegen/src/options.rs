@@ -114,7 +114,11 @@ impl Ends {
 pub struct Options {
     /// The routines, at least one; all for the same coefficients, each of another format.
     pub routines: Vec<RoutineOptions>,
-    /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: 0.01″.
+    /// Whether a routine that no degree brings within the bound is left out as long as another remains: where the user
+    /// named no formats.
+    pub leave_out_unreachable: bool,
+    /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: see
+    /// [`crate::quantity::Quantity::default_bound`].
     pub bound: Option<f64>,
     /// The polynomial's degree; `None`: the lowest that meets the bound.
     pub degree: Option<usize>,
@@ -133,6 +137,8 @@ pub struct Options {
     /// Effects of which the terms hold on the recording they were found in only, and that are generated nevertheless,
     /// since the routine begins as that recording did: a warm-up since switch-on.
     pub keep: Vec<String>,
+    /// Whether coefficients are taken of which the diagnosis left more than it named.
+    pub accept_unexplained: bool,
     /// Right shifts in C.
     pub c_shift: CShift,
     /// Base name of crate, files and functions; `None`: after the quantity.
@@ -147,6 +153,7 @@ impl Default for Options {
     fn default() -> Self {
         Options {
             routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32 { fused: false })],
+            leave_out_unreachable: false,
             bound: None,
             degree: None,
             range: None,
@@ -156,6 +163,7 @@ impl Default for Options {
             period_s: None,
             without: Vec::new(),
             keep: Vec::new(),
+            accept_unexplained: false,
             c_shift: CShift::Strict,
             name: None,
             command: "codegen".into(),

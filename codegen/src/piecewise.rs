@@ -62,7 +62,7 @@ pub fn design(
             // Which correction brings the program, with its biases, nearest on this segment.
             let there = bound::output_polynomial(&rough, plan, &s.from, &s.to)?.scale(&unit);
             let residual = s.in_place(&reference.polynomial.sub(&there));
-            let correction = quantize::nearest(&residual, &lsb, &s.place(&s.from), &s.place(&s.to));
+            let correction = quantize::nearest(&residual, &lsb, &s.ends().0, &s.ends().1);
             if let Some(row) = table.get_mut(s.row) {
                 row.iter_mut().zip(correction).for_each(|(c, d)| *c += d);
             }
@@ -166,7 +166,7 @@ impl Segment {
             reach: Interval::zero(),
             distance: Interval::zero(),
         };
-        let (a, b) = (segment.place(&segment.from), segment.place(&segment.to));
+        let (a, b) = segment.ends();
         let function = segment.in_place(&reference.polynomial);
         segment.local = minimax(&function, degree, &a, &b);
         let difference = segment.local.sub(&function);
@@ -178,6 +178,12 @@ impl Segment {
             .reduce(|a, b| a.hull(&b))
             .unwrap_or_else(Interval::zero);
         segment
+    }
+
+    /// The places of its ends; of a segment of which a single word is reached, one more, for a polynomial needs width.
+    fn ends(&self) -> (Interval, Interval) {
+        let (a, b) = (self.place(&self.from), self.place(&self.to));
+        if b.certainly_le(&a) { (a, self.place(&(&self.to + &Interval::from_int(1)))) } else { (a, b) }
     }
 
     /// A word of the variable as a place in the segment.

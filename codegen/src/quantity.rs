@@ -4,6 +4,15 @@ use fitter::error_model::{ErrorModel, Sensor};
 use fitter::units::ARCSEC_PER_RAD;
 use serde::Serialize;
 
+/// The bound of a mirror's angle unless another is named, far below what any autocollimator tells.
+const MIRROR_ARCSEC: f64 = 0.01;
+/// The bound of a direct sensor's reading, as a part of its noise: it adds 0.005 % to it.
+const OF_THE_NOISE: f64 = 0.01;
+/// A bound so many times larger is a tenth of the noise, and adds half a per cent to it.
+const STILL_TAKEN: f64 = 10.0;
+/// The bound as a part of the range, where the noise is not known.
+const OF_THE_RANGE: f64 = 1e-6;
+
 /// Names and units of what is computed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quantity {
@@ -72,15 +81,25 @@ impl Quantity {
         }
     }
 
-    /// The bound that is asked for where the user names none: 0.01″, or a millionth of the range of a length.
-    pub fn default_bound(&self, from: f64, to: f64) -> f64 {
-        const ARCSEC: f64 = 0.01;
-        match self.bound_unit.as_str() {
-            "arcsec" => ARCSEC,
-            "deg" => ARCSEC / 3600.0,
-            "rad" => ARCSEC / ARCSEC_PER_RAD,
-            _ => 1e-6 * (to - from),
+    /// The bound that is asked for where the user names none: 0.01″ of a mirror's angle; of a direct sensor a hundredth
+    /// of a reading's noise, or where that is not known a millionth of the range.
+    pub fn default_bound(&self, from: f64, to: f64, noise: Option<f64>) -> f64 {
+        match noise {
+            _ if self.is_angle_of_probes() => MIRROR_ARCSEC,
+            Some(noise) => OF_THE_NOISE * noise,
+            None => OF_THE_RANGE * (to - from),
         }
+    }
+
+    /// The bound that is still taken where none was named and no routine reaches [`Quantity::default_bound`].
+    pub fn largest_default_bound(&self, from: f64, to: f64, noise: Option<f64>) -> f64 {
+        let usual = self.default_bound(from, to, noise);
+        if self.is_angle_of_probes() || noise.is_none() { usual } else { STILL_TAKEN * usual }
+    }
+
+    /// Whether the result is the angle of a pair of probes, in radians, its bound in arcseconds.
+    fn is_angle_of_probes(&self) -> bool {
+        self.unit != self.bound_unit
     }
 
     /// A length of the result's unit in the bound's unit, rounded up.

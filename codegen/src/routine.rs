@@ -32,6 +32,12 @@ pub struct Routine {
     pub line: bool,
 }
 
+/// Tables that are tried where no polynomial for the whole range meets the bound: degree, and numbers of segments as
+/// powers of two.
+const TABLE_DEGREE: usize = 3;
+/// See [`TABLE_DEGREE`].
+const TABLES_LOG2: std::ops::RangeInclusive<u32> = 4..=9;
+
 /// Bits of the last sum that terms of further physics may take at most.
 const MOST_HEADROOM: i64 = 6;
 
@@ -149,7 +155,8 @@ pub fn design(
     let model = model(coefficients, options);
     let quantity = Quantity::of(&model);
     let range = range(coefficients, options, &quantity)?;
-    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    let target =
+        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target));
     }
@@ -225,7 +232,11 @@ pub fn design(
         Some(degree) => degree..=degree,
         None => 1..=LARGEST_DEGREE,
     };
-    let mut best: Option<(f64, usize)> = None;
+    let largest = match options.bound {
+        Some(bound) => bound,
+        None => quantity.largest_default_bound(range.0, range.1, coefficients.noise()),
+    };
+    let mut best: Option<(f64, usize, Design)> = None;
     for degree in degrees {
         let approximation =
             quantity.in_bound_unit(fused::best_error(&plan, &reference, degree).to_f64_down());
@@ -238,11 +249,28 @@ pub fn design(
         if bound <= target {
             return Ok(finish(design));
         }
-        if best.is_none_or(|(b, _)| bound < b) {
-            best = Some((bound, degree));
+        if best.as_ref().is_none_or(|(b, ..)| bound < *b) {
+            best = Some((bound, degree, design));
         }
     }
-    let (reachable, degree) = best.unwrap_or((f64::INFINITY, LARGEST_DEGREE));
+    if best.as_ref().is_some_and(|(bound, ..)| *bound <= largest)
+        && let Some((.., design)) = best
+    {
+        return Ok(finish(design));
+    }
+    // Powers of a high order cancel each other in fixed point; short polynomials do not.
+    if options.degree.is_none() && wanted.format.bits() == 31 && !physics.repeats() {
+        let table = TABLES_LOG2.into_iter().find_map(|segments_log2| {
+            let method = Method::Piecewise { degree: TABLE_DEGREE, segments_log2 };
+            let bounded = Options { bound: Some(target), ..options.clone() };
+            self::design(coefficients, &bounded, &RoutineOptions { method, ..wanted.clone() }).ok()
+        });
+        if let Some(routine) = table {
+            return Ok(routine);
+        }
+    }
+    let (reachable, degree) =
+        best.map_or((f64::INFINITY, LARGEST_DEGREE), |(bound, degree, _)| (bound, degree));
     let format = wanted.format.name();
     Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
 }

@@ -85,6 +85,21 @@ pub fn comment(text: &str, mark: &str) -> String {
         .join("\n")
 }
 
+/// Text in lines of at most so many columns where the words allow, each behind `indent`.
+pub fn wrapped(text: &str, columns: usize, indent: &str) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= columns => {
+                *line += " ";
+                *line += word;
+            }
+            _ => lines.push(format!("{indent}{word}")),
+        }
+    }
+    lines.join("\n")
+}
+
 /// Whether a name can stand in generated source: a letter, then letters, digits and underscores, no keyword.
 pub fn is_identifier(name: &str) -> bool {
     let mut characters = name.chars();
@@ -129,6 +144,13 @@ mod tests {
         assert_eq!(grouped(-346_002_501), "-346_002_501");
         assert_eq!(grouped(12), "12");
         assert_eq!(grouped(1_000), "1_000");
+    }
+
+    #[test]
+    fn words_fill_lines() {
+        assert_eq!(wrapped("one two  three\nfour", 10, "  "), "  one two\n  three\n  four");
+        assert_eq!(wrapped("", 10, "  "), "");
+        assert_eq!(wrapped("unbreakable", 4, ""), "unbreakable");
     }
 
     #[test]

@@ -10,7 +10,8 @@ use codegen::files;
 use codegen::generate::{GenerateError, Generated, generate};
 use codegen::options::Options;
 use codegen::turn::{Encoder, TurnError, verify};
-use fitter::coefficients::Coefficients;
+use fitter::coefficients::{Coefficients, Diagnosed};
+use fitter::terms::{Operator, Periodic, Play, Product, Rate, Scope, Term};
 use proptest::prelude::*;
 
 #[path = "../src/turn/fixtures.rs"]
@@ -206,6 +207,106 @@ fn what_cannot_be_generated_is_said() {
     assert!(matches!(error(&usual(), Encoder { bits: Some(12), ..other }, None), TurnError::BitsAndCounts));
     let counts = encoder(16384.0, 3.0, &[20.0, 0.0]);
     assert!(matches!(error(&counts, bits(12), None), TurnError::Contradiction { .. }));
+}
+
+/// Terms that do not repeat with the turn, beside those of [`usual`].
+fn with_more() -> Coefficients {
+    let term = |effect: &str, scope, operator, coefficient: f64| Term {
+        effect: effect.into(),
+        scope,
+        operator,
+        coefficients: vec![coefficient],
+        covariance: Vec::new(),
+    };
+    let mut file = usual();
+    let product = |name: &str, mean| Operator::Product(Product::of(name, mean));
+    file.terms.extend([
+        term("turn_slope", Scope::Device, product("measured", 180.0), -0.0025),
+        term("read_lag", Scope::Device, Operator::Rate(Rate::of("measured")), -0.034),
+        term("backlash", Scope::Device, Operator::Play(Play::of("measured", &[0.011])), 1.0),
+        term("thermal_zero_drift", Scope::Device, product("temperature_c", 21.0), 0.01),
+        term("time_drift", Scope::Recording, product("t_s", 0.0), 1e-5),
+    ]);
+    let other = Operator::Periodic(Periodic { period: 17.3, harmonics: vec![1] });
+    file.terms.push(Term { coefficients: vec![0.03, 0.04], ..term("gear", Scope::Device, other, 0.0) });
+    file.observed.insert("temperature_c".into(), [15.0, 25.0]);
+    file.turn.as_mut().unwrap().directions.speed_per_s = Some([5.0, 20.0]);
+    file
+}
+
+/// What wraps is corrected as if the rest were not there; the rest is named with its largest value.
+#[test]
+fn what_does_not_repeat_with_the_turn_is_left_out_by_name_and_size() {
+    let options = options(Encoder { bits: Some(12), ..Encoder::default() });
+    let file = with_more();
+    let generated = generate(&file, "", &options).unwrap();
+    let entry = &generated.certificate.routines[0];
+    let results = compiled(&generated, 4096);
+    let found = worst(&usual(), &results, 4096, 4096) * 360.0 / 4096.0;
+    assert!(found <= entry.bound * (1.0 + 1e-9), "{found} > {}", entry.bound);
+    let head = generated.files[std::path::Path::new("c/corrected_counts.h")].replace("\n *         ", " ");
+    for (effect, size) in [
+        ("turn_slope", "-9.00e-1 deg a turn, up to 4.50e-1 deg from the middle"),
+        ("read_lag", "up to 6.80e-1 deg at the recorded speed"),
+        ("backlash", "up to 1.10e-2 deg"),
+        ("thermal_zero_drift", "up to 6.00e-2 deg"),
+        ("time_drift", "of a size that the file does not tell"),
+        ("gear", "its period is no part of the turn; it is up to 5.00e-2 deg"),
+    ] {
+        let said = entry.left_out.iter().find(|out| out.starts_with(&format!("{effect}: ")));
+        let said = said.unwrap_or_else(|| panic!("{effect}: {:?}", entry.left_out));
+        assert!(said.contains(size), "{said}");
+        assert!(head.contains(said.as_str()), "{said}: {head}");
+    }
+    assert!(swept(&generated, &file, &options).holds());
+    // Nothing says what the recording showed, so nothing is estimated; with a diagnosis, all that is left out counts.
+    assert_eq!(entry.estimate, None);
+    let diagnosis =
+        Diagnosed { verdict: "explained".into(), before_rms: 1.3, after_rms: 0.05, noise_floor: 0.05 };
+    let known = Coefficients { diagnosis: Some(diagnosis), ..file };
+    let entry = generate(&known, "", &options).unwrap().certificate.routines[0].clone();
+    assert!(entry.estimate.unwrap().distance > 0.45 + 0.68 + 0.011 + 0.06);
+}
+
+/// A base of order 1 is a constant and a slope over the turn; periods that are parts of the turn are its harmonics.
+#[test]
+fn a_slope_of_the_base_and_parts_of_the_turn() {
+    let options = options(Encoder { bits: Some(12), ..Encoder::default() });
+    let mut file = usual();
+    file.set_base(vec![137.3 - 20.0 * 0.002, 0.002]);
+    file.base.centre = 160.0;
+    let Operator::Periodic(periodic) = &mut file.terms[0].operator else { panic!("harmonics") };
+    *periodic = Periodic { period: 360.0, harmonics: vec![1, 2] };
+    file.terms[0].coefficients.truncate(4);
+    let fourth = Operator::Periodic(Periodic { period: 90.0, harmonics: vec![1] });
+    file.terms.push(Term { operator: fourth, coefficients: vec![0.02, -0.03], ..file.terms[0].clone() });
+    let generated = generate(&file, "", &options).unwrap();
+    let entry = &generated.certificate.routines[0];
+    assert_eq!(entry.left_out.len(), 1, "{:?}", entry.left_out);
+    assert!(entry.left_out[0].contains("+7.20e-1 deg a turn"), "{:?}", entry.left_out);
+    let found = worst(&usual(), &compiled(&generated, 4096), 4096, 4096) * 360.0 / 4096.0;
+    assert!(found <= entry.bound * (1.0 + 1e-9), "{found} > {}", entry.bound);
+    file.set_base(vec![1.0, 0.1, 0.01]);
+    assert!(matches!(
+        generate(&file, "", &options),
+        Err(GenerateError::Turn(TurnError::Polynomial { order: 2 }))
+    ));
+}
+
+/// In degrees, a word whose rounding is small beside the noise is taken, and said.
+#[test]
+fn the_noise_tells_the_width_of_the_word() {
+    let options = options(Encoder::default());
+    for (noise_floor, last) in [(0.05, 65_535.0), (1.0, 2047.0), (1e-9, 262_143.0)] {
+        let mut file = usual();
+        let verdict = "explained".to_string();
+        file.diagnosis = Some(Diagnosed { verdict, before_rms: 1.3, after_rms: noise_floor, noise_floor });
+        let options =
+            Options { encoder: Encoder { flash_bytes: Some(1 << 16), ..options.encoder }, ..options.clone() };
+        let generated = generate(&file, "", &options).unwrap();
+        assert_eq!(generated.certificate.routines[0].range.to, last);
+        assert!(generated.files[std::path::Path::new("c/corrected_counts.h")].contains("none were named"));
+    }
 }
 
 proptest! {

@@ -5,6 +5,7 @@
 //! numbers are those of Fan et al., "Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling
 //! and Correction" (2019).
 
+pub mod acceptance;
 pub mod apply;
 mod basis;
 pub mod cli;

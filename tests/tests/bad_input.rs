@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use arcsmith_tests::programs::{both, root, run};
+use fitter::coefficients::Diagnosed;
 use rayon::prelude::*;
 
 /// What the user did wrong.
@@ -168,6 +169,16 @@ const COMMANDS: &[Bad] = &[
         "codegen --coefficients new --out new/g",
         &["new", "cannot be read"],
     ),
+    bad(
+        "codegen: nothing to generate from",
+        "codegen --out new/g",
+        &["nothing is named", "no coefficients.json", "--coefficients", "--recording", "--demo"],
+    ),
+    bad(
+        "codegen: a model that leaves more than it names",
+        "codegen --coefficients unexplained.json --out new/g",
+        &["ended `unexplained`", "leaves 12.0 arcsec rms at a noise of 0.500 arcsec", "--accept-unexplained"],
+    ),
     bad("codegen: a recording without its mirror", "codegen --recording good.csv --out new/g", &["--mirror"]),
     bad(
         "codegen: a recording with text in it",
@@ -176,32 +187,32 @@ const COMMANDS: &[Bad] = &[
     ),
     bad(
         "codegen: a bound that no program can meet",
-        "codegen --bound-arcsec 1e-9 --out new/g",
+        "codegen --demo --bound-arcsec 1e-9 --out new/g",
         &["1e-9 arcsec", "the best is", "ask for that"],
     ),
     bad(
         "codegen: a bound below zero",
-        "codegen --bound-arcsec=-1 --out new/g",
+        "codegen --demo --bound-arcsec=-1 --out new/g",
         &["the bound is -1", "positive"],
     ),
     bad(
         "codegen: a bound that is no number",
-        "codegen --bound-arcsec NaN --out new/g",
+        "codegen --demo --bound-arcsec NaN --out new/g",
         &["the bound is NaN", "positive"],
     ),
     bad(
         "codegen: a bound in another unit",
-        "codegen --bound 0.01mm --out new/g",
+        "codegen --demo --bound 0.01mm --out new/g",
         &["--bound 0.01mm", "\"mm\"", "\"arcsec\"", "0.01arcsec"],
     ),
     bad(
         "codegen: a bound without a unit",
-        "codegen --bound 0.01 --out new/g",
+        "codegen --demo --bound 0.01 --out new/g",
         &["--bound 0.01", "0.01arcsec"],
     ),
     bad(
         "codegen: a bound in words",
-        "codegen --bound smallarcsec --out new/g",
+        "codegen --demo --bound smallarcsec --out new/g",
         &["--bound smallarcsec", "not a number"],
     ),
     bad(
@@ -211,58 +222,74 @@ const COMMANDS: &[Bad] = &[
     ),
     bad(
         "codegen: a range beyond the recording",
-        "codegen --from -0.4 --to 0.4 --out new/g",
+        "codegen --demo --from -0.4 --to 0.4 --out new/g",
         &["-0.4…0.4 mm", "covers -0.356", "--extrapolate"],
     ),
     bad(
         "codegen: a range the wrong way round",
-        "codegen --from 0.2 --to 0.1 --out new/g",
+        "codegen --demo --from 0.2 --to 0.1 --out new/g",
         &["0.2…0.1", "lower end first"],
     ),
-    bad("codegen: a range that is no number", "codegen --from NaN --to 0.1 --out new/g", &["NaN", "finite"]),
-    bad("codegen: a range with one end", "codegen --from 0.1 --out new/g", &["--to"]),
+    bad(
+        "codegen: a range that is no number",
+        "codegen --demo --from NaN --to 0.1 --out new/g",
+        &["NaN", "finite"],
+    ),
+    bad("codegen: a range with one end", "codegen --demo --from 0.1 --out new/g", &["--to"]),
     bad(
         "codegen: a range steeper than the probes can be",
-        "codegen --from -9 --to 9 --extrapolate --out new/g",
+        "codegen --demo --from -9 --to 9 --extrapolate --out new/g",
         &["s = 9", "d = 12", "narrow the range"],
     ),
     bad(
         "codegen: a name that is no identifier",
-        "codegen --name 9lives --out new/g",
+        "codegen --demo --name 9lives --out new/g",
         &["\"9lives\"", "not an identifier", "letter"],
     ),
-    bad("codegen: a name that is a keyword", "codegen --name while --out new/g", &["\"while\"", "keyword"]),
-    bad("codegen: counts without a gain", "codegen --input counts --out new/g", &["--gain"]),
-    bad("codegen: a gain without counts", "codegen --gain 1e-5 --out new/g", &["--gain", "--input counts"]),
-    bad("codegen: a table that is none", "codegen --table 3by7 --out new/g", &["--table 3by7", "2x32"]),
+    bad(
+        "codegen: a name that is a keyword",
+        "codegen --demo --name while --out new/g",
+        &["\"while\"", "keyword"],
+    ),
+    bad("codegen: counts without a gain", "codegen --demo --input counts --out new/g", &["--gain"]),
+    bad(
+        "codegen: a gain without counts",
+        "codegen --demo --gain 1e-5 --out new/g",
+        &["--gain", "--input counts"],
+    ),
+    bad(
+        "codegen: a table that is none",
+        "codegen --demo --table 3by7 --out new/g",
+        &["--table 3by7", "2x32"],
+    ),
     bad(
         "codegen: a gain below zero",
-        "codegen --input counts --gain -1 --out new/g",
+        "codegen --demo --input counts --gain -1 --out new/g",
         &["gain is -1", "positive"],
     ),
     bad(
         "codegen: a converter of 40 bits",
-        "codegen --input counts --gain 1e-5 --bits 40 --out new/g",
+        "codegen --demo --input counts --gain 1e-5 --bits 40 --out new/g",
         &["40 bits", "1 to 24"],
     ),
     bad(
         "codegen: a converter that does not reach the range",
-        "codegen --input counts --gain 1e-6 --out new/g",
+        "codegen --demo --input counts --gain 1e-6 --out new/g",
         &["reaches", "the range is", "gain"],
     ),
     bad(
         "codegen: an offset that is no number",
-        "codegen --input counts --gain 2e-5 --offset inf --out new/g",
+        "codegen --demo --input counts --gain 2e-5 --offset inf --out new/g",
         &["offset", "inf"],
     ),
     bad(
         "codegen: a full scale below the range",
-        "codegen --full-scale 0.1 --out new/g",
+        "codegen --demo --full-scale 0.1 --out new/g",
         &["0.1", "full scale"],
     ),
     bad(
         "codegen: a full scale of zero",
-        "codegen --full-scale 0 --out new/g",
+        "codegen --demo --full-scale 0 --out new/g",
         &["full scale is 0", "positive"],
     ),
     bad(
@@ -270,13 +297,13 @@ const COMMANDS: &[Bad] = &[
         "codegen --coefficients direct.json --input x1x2-f32 --out new/g",
         &["one reading", "x1x2"],
     ),
-    bad("codegen: an integer from floats", "codegen --format f32 --output nano --out new/g", &["f32"]),
-    bad("codegen: a format that is none", "codegen --format q63 --out new/g", &["q63", "q31", "f32"]),
-    bad("codegen: a format twice", "codegen --format q31,q31 --out new/g", &["q31", "twice"]),
-    bad("codegen: a degree of zero", "codegen --degree 0 --out new/g", &["degree is 0", "1 to 16"]),
+    bad("codegen: an integer from floats", "codegen --demo --format f32 --output nano --out new/g", &["f32"]),
+    bad("codegen: a format that is none", "codegen --demo --format q63 --out new/g", &["q63", "q31", "f32"]),
+    bad("codegen: a format twice", "codegen --demo --format q31,q31 --out new/g", &["q31", "twice"]),
+    bad("codegen: a degree of zero", "codegen --demo --degree 0 --out new/g", &["degree is 0", "1 to 16"]),
     bad(
         "codegen: an output folder under a file",
-        "codegen --out good.csv/g",
+        "codegen --demo --out good.csv/g",
         &["good.csv/g", "cannot be written", "--out"],
     ),
     bad(
@@ -432,6 +459,10 @@ fn prepare(folder: &Path) {
     let order = good.find("\"order\":").unwrap();
     let digit = order + good[order..].find(|c: char| c.is_ascii_digit()).unwrap();
     put("contradiction.json", &format!("{}5{}", &good[..digit], &good[digit + 1..]));
+    let mut open = fitter::coefficients::read(&folder.join("good.json")).unwrap();
+    let verdict = "unexplained".to_string();
+    open.diagnosis = Some(Diagnosed { verdict, before_rms: 12.0, after_rms: 12.0, noise_floor: 0.5 });
+    put("unexplained.json", &open.to_sealed_json());
 }
 
 /// Every file below `folder` with its length, sorted.

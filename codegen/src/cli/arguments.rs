@@ -12,7 +12,7 @@ use super::names::{CShiftName, CoreName, FormatName, InputName, OutOfRangeName, 
 pub struct Arguments {
     #[command(flatten)]
     pub(super) common: Common,
-    /// Coefficients file, as written by `fitter fit`.
+    /// Coefficients file, as written by `fitter fit` or `diagnose` [default: the one that lies in this folder].
     #[arg(long, conflicts_with = "recording")]
     pub(super) coefficients: Option<PathBuf>,
     /// Recording, fitted on the way.
@@ -21,6 +21,12 @@ pub struct Arguments {
     /// Nominal mirror of the recording.
     #[arg(long, requires = "recording")]
     pub(super) mirror: Option<PathBuf>,
+    /// The embedded recording of a simulated mirror.
+    #[arg(long, conflicts_with_all = ["coefficients", "recording", "units"])]
+    pub(super) demo: bool,
+    /// Generate although the diagnosis of the recording left more than it named: the generated files then say so.
+    #[arg(long)]
+    pub(super) accept_unexplained: bool,
     /// Coefficients files of many units, `units/*.json` for example: one routine, and a page of coefficients for each.
     #[arg(long, num_args = 1.., conflicts_with_all = ["coefficients", "recording"])]
     pub(super) units: Vec<String>,
@@ -39,7 +45,7 @@ pub struct Arguments {
     /// Largest acceptable bound in arcseconds [default: 0.01].
     #[arg(long, conflicts_with = "bound")]
     pub(super) bound_arcsec: Option<f64>,
-    /// Largest acceptable bound with its unit, for example 0.0001mm [default: a millionth of the range].
+    /// Largest acceptable bound with its unit, for example 0.0001mm [default of a direct sensor: a hundredth of its noise].
     #[arg(long)]
     pub(super) bound: Option<String>,
     /// Degree of the polynomial [default: the lowest that meets the bound].
@@ -73,7 +79,8 @@ pub struct Arguments {
     /// that is symmetric, its end needs no limits, twice its end limits of one instruction.
     #[arg(long)]
     pub(super) full_scale: Option<f64>,
-    /// Width of the converter's word, for counts [default: 16]; of an encoder's word, 10 to 18.
+    /// Width of the converter's word, for counts [default: 16]; of an encoder's word, 10 to 18 [default: the fewest
+    /// whose rounding is within a tenth of the noise].
     #[arg(long)]
     pub(super) bits: Option<u32>,
     /// Counts of an encoder's turn, where they are no power of two: 4000 for example.

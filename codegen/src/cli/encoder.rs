@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use fitter::cli::common::warn;
 use fitter::coefficients::Coefficients;
 use miette::{Result, miette};
 
@@ -11,7 +12,7 @@ use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
-use crate::turn::{TurnError, verify};
+use crate::turn::{TurnError, assumed_bits, verify};
 
 /// Generates the files.
 pub(super) fn prepare(
@@ -21,6 +22,15 @@ pub(super) fn prepare(
 ) -> Result<(Generated, Quantity, Options)> {
     let quantity = Quantity::of(&coefficients.error_model());
     let options = options::encoder_options(arguments, &quantity.bound_unit)?;
+    if options.encoder.assumes(coefficients)
+        && let Some(bits) = assumed_bits(coefficients)
+    {
+        let what = format!(
+            "the encoder's word is taken to have {bits} bits, whose rounding is within a tenth of the noise: give --bits or \
+             --counts if it has others"
+        );
+        warn(&what, arguments.common);
+    }
     let generated = generate(coefficients, sha256, &options).map_err(|e| miette!("{e}"))?;
     Ok((generated, quantity, options))
 }

@@ -10,7 +10,7 @@ use miette::{IntoDiagnostic, Result, miette};
 
 use super::arguments::{Arguments, ExploreArguments};
 use super::options::{self, ends};
-use super::{load, progress};
+use super::{load, progress, source};
 use crate::choose::{self, Wanted};
 use crate::cost::Core;
 use crate::explore as front;
@@ -59,6 +59,7 @@ pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
     if !common.units.is_empty() {
         return Err(miette!("{}", UnitsError::Option { option: "explore" }));
     }
+    source::tell(common)?;
     let (coefficients, _) = load(common)?;
     if coefficients.whole_turn() {
         return Err(miette!(

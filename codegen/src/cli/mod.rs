@@ -6,6 +6,7 @@ mod encoder;
 mod explore;
 mod names;
 mod options;
+mod source;
 mod units;
 
 use std::collections::BTreeMap;
@@ -14,18 +15,18 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use fitter::cli::common::{FIGURE, WARNING, line, program, say, summarise};
+use fitter::cli::common::{FIGURE, WARNING, line, program, say, summarise, warn};
 use fitter::coefficients::Coefficients;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
 use serde::Serialize;
 use serde_json::json;
 
+use crate::accepted::accepted;
 use crate::files;
 use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
-use crate::source::Source;
 use crate::text;
 use crate::verify::Checks;
 
@@ -33,7 +34,7 @@ pub use arguments::{Arguments, CheckArguments, ExploreArguments};
 
 /// Generates the firmware correction of a scanning mirror, in Rust and C, with a proven error bound.
 ///
-/// Without arguments, the embedded recording is fitted and `generated/` written.
+/// Generates from the coefficients that are named, or from the one file of them that lies in the folder.
 #[derive(Debug, Parser)]
 #[command(name = "codegen", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
 pub struct Cli {
@@ -46,7 +47,7 @@ pub struct Cli {
 /// Examples for the help of generation.
 pub const EXAMPLES: &str = "\
 Examples:
-  codegen
+  codegen --demo --out firmware/demo
   codegen --coefficients coefficients.json --out firmware/angle --format q31 --input x1x2-counts \\
           --bits 16 --gain 1.2207e-5 --output nano
   codegen --recording slit.csv.gz --mirror slit.toml --bound 0.0001mm --out slit
@@ -87,20 +88,20 @@ pub enum Command {
 
 const CHECK: &str = "\
 Examples:
-  codegen check
+  codegen check --demo
   codegen check --coefficients coefficients.json --out firmware/angle --sweep";
 
 const EXPLORE: &str = "\
 Examples:
-  codegen explore --target cortex-m0
+  codegen explore --demo --target cortex-m0
   codegen explore --coefficients coefficients.json --format q31,q15 --svg bounds.svg
-  codegen explore --json | jq '.[0]'";
+  codegen explore --demo --json | jq '.[0]'";
 
 const VERIFY: &str = "\
 Examples:
-  codegen verify
+  codegen verify --demo
   codegen verify --coefficients coefficients.json --out firmware/angle --exhaustive
-  codegen verify --gappa --frama-c --misra --sanitize --objects";
+  codegen verify --demo --gappa --frama-c --misra --sanitize --objects";
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
@@ -136,13 +137,21 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
     if !arguments.units.is_empty() {
         return units::write(arguments);
     }
+    source::tell(arguments)?;
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
     let (out, count) = (arguments.out.display().to_string(), generated.files.len());
+    for missing in &generated.unreachable {
+        warn(&format!("left out: {missing}"), arguments.common);
+    }
+    if let Some(open) = &generated.certificate.reservation {
+        warn(open, arguments.common);
+    }
     summarise(
         arguments.common,
         || {
             json!({
+                "reservation": generated.certificate.reservation,
                 "routines": generated.certificate.routines,
                 "out": out,
                 "files": generated.files.keys().collect::<Vec<_>>(),
@@ -152,6 +161,7 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
         || {
             summary(&generated, arguments.common.verbose)
                 + &encoder::summary(&generated)
+                + &estimated(&generated)
                 + &line("written", &format!("{out}: {count} files, {changed} changed"))
         },
     );
@@ -162,6 +172,7 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
     if !arguments.units.is_empty() {
         return stale(arguments, &units::prepare(arguments)?.files);
     }
+    source::tell(arguments)?;
     stale(arguments, &prepare(arguments)?.files)
 }
 
@@ -192,6 +203,7 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
     if !arguments.units.is_empty() {
         return units::verify(arguments, checks);
     }
+    source::tell(arguments)?;
     let (coefficients, sha256) = load(arguments)?;
     if coefficients.whole_turn() {
         return encoder::verify(arguments, checks, &coefficients, &sha256);
@@ -260,14 +272,22 @@ fn progress(arguments: &Arguments) -> ProgressBar {
 }
 
 fn load(arguments: &Arguments) -> Result<(Coefficients, String)> {
-    let source = match (&arguments.coefficients, &arguments.recording, &arguments.mirror) {
-        (Some(path), _, _) => Source::Coefficients(path.clone()),
-        (None, Some(recording), Some(mirror)) => {
-            Source::Recording { recording: recording.clone(), mirror: mirror.clone() }
-        }
-        _ => Source::Embedded,
-    };
-    source.load().map_err(|e| miette!("{e}"))
+    let (coefficients, sha256) = source::source(arguments)?.load().map_err(|e| miette!("{e}"))?;
+    // Before anything else is said of what was asked for.
+    let options = Options { accept_unexplained: arguments.accept_unexplained, ..Options::default() };
+    accepted(&coefficients, &options).map_err(|e| miette!("{e}"))?;
+    Ok((coefficients, sha256))
+}
+
+/// How far the model may be from the device, and what no routine of these has.
+fn estimated(generated: &Generated) -> String {
+    let Some(entry) = generated.certificate.routines.first() else { return String::new() };
+    let claim = entry.estimate.as_ref().map(|claim| {
+        let figure = format!("{} {}", text::rounded_up(claim.distance), entry.unit);
+        line("estimate", &format!("the model is within {figure} of the device (not proved)"))
+    });
+    let left_out = entry.left_out.iter().map(|out| line("left out", out));
+    claim.into_iter().chain(left_out).collect()
 }
 
 /// What was chosen and why, on one screen; `verbose` adds what every bound is made of.

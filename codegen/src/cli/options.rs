@@ -4,6 +4,7 @@ use miette::{Result, miette};
 
 use super::arguments::Arguments;
 use super::names::{CoreName, InputName, OutOfRangeName, OutputName};
+use super::source;
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options};
@@ -37,6 +38,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
     };
     Ok(Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
+        leave_out_unreachable: arguments.format.is_empty(),
         bound,
         degree: arguments.degree,
         range: arguments.from.zip(arguments.to),
@@ -46,9 +48,10 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         period_s: arguments.period_s,
         without: arguments.without.clone(),
         keep: arguments.keep.clone(),
+        accept_unexplained: arguments.accept_unexplained,
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),
-        command: recorded_command(std::env::args().skip(1)),
+        command: recorded_command(std::env::args().skip(1), &source::words_of(arguments)?),
         encoder: Encoder {
             bits: arguments.bits,
             counts: arguments.counts,
@@ -168,13 +171,14 @@ fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
 }
 
 /// The command as it stands in the heads: without what does not change the files, and the same whichever program
-/// and command it was that generated them.
-fn recorded_command(arguments: impl Iterator<Item = String>) -> String {
+/// and command it was that generated them; `source` is what they were generated from where no argument names it.
+fn recorded_command(arguments: impl Iterator<Item = String>, source: &[String]) -> String {
     let mut words = vec!["codegen".to_string()];
     let mut arguments = arguments.skip_while(|word| HOW_MUCH.contains(&word.as_str())).peekable();
     if arguments.peek().is_some_and(|word| COMMANDS.contains(&word.as_str())) {
         arguments.next();
     }
+    let mut arguments = source.iter().cloned().chain(arguments);
     while let Some(word) = arguments.next() {
         match word.as_str() {
             "--check" | "--sweep" | "--exhaustive" | "--sanitize" | "--gappa" | "--frama-c" | "--misra"
@@ -203,7 +207,7 @@ mod tests {
 
     #[test]
     fn the_head_holds_what_changes_the_files_whoever_generated_them() {
-        let recorded = |line: &str| recorded_command(line.split(' ').map(str::to_string));
+        let recorded = |line: &str| recorded_command(line.split(' ').map(str::to_string), &[]);
         let expected = "codegen --coefficients check --format q31";
         for line in [
             "--coefficients check --format q31 --out a",
@@ -213,5 +217,9 @@ mod tests {
         ] {
             assert_eq!(recorded(line), expected, "{line}");
         }
+        // What was found without being named is named.
+        let found = ["--coefficients".to_string(), "my axis.coefficients.json".to_string()];
+        let command = recorded_command("check -q --out a".split(' ').map(str::to_string), &found);
+        assert_eq!(command, "codegen --coefficients 'my axis.coefficients.json'");
     }
 }

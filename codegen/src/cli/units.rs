@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use fitter::cli::common::{FIGURE, line, summarise};
+use fitter::cli::common::{FIGURE, line, summarise, warn};
 use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
@@ -114,6 +114,9 @@ fn wanted(arguments: &Arguments) -> Result<Wanted> {
 pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
     let generated = prepare(arguments)?;
     let changed = files::write(&arguments.out, &generated.files).into_diagnostic()?;
+    for open in generated.certificate.reservation.iter().flat_map(|open| open.lines()) {
+        warn(open, arguments.common);
+    }
     let design = &generated.design;
     let stated = |value: f64| {
         let unit = &design.quantity.bound_unit;

@@ -31,6 +31,8 @@ mod words;
 use fitter::error_model::Sensor;
 use fitter::terms::{Operator, Term};
 
+use crate::extent::LeftOut;
+
 pub use error::PhysicsError;
 pub use further::{Further, FurtherEncoding};
 pub use ledger::{Known, Ledger, Taken};
@@ -47,14 +49,19 @@ pub struct Physics {
     pub period_s: f64,
     /// The sensor whose reading the terms observe.
     pub sensor: Option<Sensor>,
-    /// Effects that are left out, and why.
-    pub left_out: Vec<(String, String)>,
+    /// What is left out, and why.
+    pub left_out: Vec<LeftOut>,
 }
 
 impl Physics {
     /// Whether nothing is added to the function of the reading.
     pub fn is_empty(&self) -> bool {
         self.terms.is_empty()
+    }
+
+    /// Whether a term is one of harmonics, which have a table of their own.
+    pub fn repeats(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.operator, Operator::Periodic(_)))
     }
 
     /// The reference mean of an observable, where a product has one.

@@ -5,8 +5,11 @@
 //! to run time. The phase of u is a wrapping product, and Q a table of cubic polynomials over one turn, found by
 //! Newton's method and interpolation. It is proved by putting it in: where Θ̂ = u − Q̂(u) leaves a residual
 //! R = Θ̂ + P(Θ̂) − u, the solution is within |R|/(1 − L), L < 1 being the steepest slope of P.
+//!
+//! Harmonics of several periods do not repeat together. Then one turn of the table is a little more than all that u
+//! can be, and the harmonics have no whole numbers in it: the table costs more flash, and the proof is the same.
 
-use fitter::terms::{Operator, Term};
+use fitter::terms::{Operator, Periodic, Term};
 
 use super::PhysicsError;
 use super::builder::{Builder, Tracked};
@@ -16,15 +19,22 @@ use crate::program::Op;
 
 /// Degree of the table's polynomials.
 const DEGREE: usize = 3;
-/// Segments that are tried, as powers of two.
+/// Segments that are tried for a period, as powers of two.
 const SEGMENTS_LOG2: std::ops::RangeInclusive<u32> = 3..=10;
+/// The most that are tried where several periods are solved over the whole range: 64 KiB of flash.
+const MOST_SEGMENTS_LOG2: u32 = 12;
+/// How much longer than the range a turn of the table is then: an eighth on either side, so that the segment in which
+/// the turn's ends meet is out of reach.
+const LONGER: f64 = 1.25;
 /// Terms of the series about the middle of a segment.
 const SERIES: i64 = 14;
 
 /// All harmonics, in turns: A(T) = Σ aₖcos 2πkT + bₖsin 2πkT.
 struct Harmonics {
-    /// Numbers, aₖ and bₖ.
-    parts: Vec<(i64, Interval, Interval)>,
+    /// Numbers, aₖ and bₖ; the numbers are whole where one period is all there is.
+    parts: Vec<(Interval, Interval, Interval)>,
+    /// The middle of what T can be, about which a turn is taken.
+    middle: f64,
     /// The steepest slope of A.
     steepest: Interval,
 }
@@ -36,21 +46,36 @@ pub(super) fn solve(
     terms: &[Term],
     statistic: &Interval,
 ) -> Result<(), PhysicsError> {
+    let periodic: Vec<(&Term, &Periodic)> = (terms.iter())
+        .filter_map(|term| match &term.operator {
+            Operator::Periodic(periodic) => Some((term, periodic)),
+            _ => None,
+        })
+        .collect();
+    let Some((first, Periodic { period: common, .. })) = periodic.first() else { return Ok(()) };
+    let effect = first.effect.clone();
+    // All that u can be, in the file's unit.
+    let all = sum.word.range.mul_pow2(-sum.bits).div(statistic);
+    let one_period = periodic.iter().all(|(_, p)| p.period == *common);
+    let (period, middle) = match one_period {
+        true => (*common, 0.0),
+        false => {
+            let period = LONGER * (all.to_f64_up() - all.to_f64_down());
+            (period, all.midpoint().to_f64() / period)
+        }
+    };
+    let turn_of_table = Interval::from_f64(period);
     let mut parts = Vec::new();
-    let mut period = None;
-    let mut effect = String::new();
-    for term in terms {
-        let Operator::Periodic(periodic) = &term.operator else { continue };
-        period = Some(periodic.period);
-        effect.clone_from(&term.effect);
-        let p = Interval::from_f64(periodic.period);
+    for (term, periodic) in &periodic {
+        let turns = turn_of_table.div(&Interval::from_f64(periodic.period));
         for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
-            let [a, s] = [pair[0], pair[1]].map(|c| Interval::from_f64(c).div(&p));
-            parts.push((i64::from(*k), a, s));
+            let [a, s] = [pair[0], pair[1]].map(|c| Interval::from_f64(c).div(&turn_of_table));
+            let number = Interval::from_int(i64::from(*k));
+            parts.push((if one_period { number } else { &number * &turns }, a, s));
         }
     }
-    let Some(period) = period else { return Ok(()) };
-    let harmonics = Harmonics::new(parts);
+    let harmonics = Harmonics::new(parts, middle);
+    let sizes = if one_period { SEGMENTS_LOG2 } else { harmonics.least_segments()..=MOST_SEGMENTS_LOG2 };
     let refuse = |why| PhysicsError::NotGenerated { effect: effect.clone(), kind: "periodic", why };
     let one = Interval::from_int(1);
     let rest = &one - &harmonics.steepest;
@@ -74,7 +99,7 @@ pub(super) fn solve(
     let phase = Op::Phase { a: sum.word.operand, factor, by: by as u32 };
     let phase = b.push("phase", phase, all.clone(), Interval::zero(), "a turn is 2^32")?;
 
-    let words = Table::new(&harmonics, &turn, sum, &rest);
+    let words = Table::new(&harmonics, &turn, sum, &rest, sizes);
     let (log2, rows) = (words.segments_log2, &words.rows);
     b.program.table.clone_from(rows);
     let index = Op::Index { a: phase.operand, add: 1 << 31, by: 32 - log2 };
@@ -106,21 +131,27 @@ pub(super) fn solve(
 }
 
 impl Harmonics {
-    fn new(parts: Vec<(i64, Interval, Interval)>) -> Self {
+    fn new(parts: Vec<(Interval, Interval, Interval)>, middle: f64) -> Self {
         let two_pi = pi().mul_pow2(1);
         // |a cos + b sin| ≤ |a| + |b| is coarse; √(a² + b²) from f64, enlarged by far more than its rounding.
         let steepest = parts.iter().fold(Interval::zero(), |sum, (k, a, s)| {
             let size = a.to_f64().hypot(s.to_f64()) * (1.0 + 1e-12);
-            &sum + &(&(&two_pi * &Interval::from_int(*k)) * &Interval::from_f64(size))
+            &sum + &(&(&two_pi * k) * &Interval::from_f64(size))
         });
-        Harmonics { parts, steepest: steepest.upper() }
+        Harmonics { parts, steepest: steepest.upper(), middle }
+    }
+
+    /// Two segments to a period of the highest harmonic, below which nothing is near; of numbers that are not whole.
+    fn least_segments(&self) -> u32 {
+        let highest = self.parts.iter().map(|(k, ..)| k.to_f64()).fold(1.0, f64::max);
+        ((2.0 * highest).log2().ceil() as u32).clamp(*SEGMENTS_LOG2.start(), MOST_SEGMENTS_LOG2)
     }
 
     /// Value and slope in f64.
     fn at(&self, turns: f64) -> (f64, f64) {
         let (mut value, mut slope) = (0.0, 0.0);
         for (k, a, s) in &self.parts {
-            let rate = std::f64::consts::TAU * *k as f64;
+            let rate = std::f64::consts::TAU * k.to_f64();
             let (sine, cosine) = (rate * turns).sin_cos();
             let (a, s) = (a.to_f64(), s.to_f64());
             value += a * cosine + s * sine;
@@ -146,8 +177,8 @@ impl Harmonics {
         let mut sum = Polynomial::constant(Interval::zero());
         let mut off = Interval::zero();
         for (k, a, s) in &self.parts {
-            let rate = &pi().mul_pow2(1) * &Interval::from_int(*k);
-            let (cosine, sine) = cos_sin(&turned(&(centre * &Interval::from_int(*k))));
+            let rate = &pi().mul_pow2(1) * k;
+            let (cosine, sine) = cos_sin(&turned(&(centre * k)));
             let alpha = delta.scale(&rate);
             let largest = alpha.range_around_zero(&half).magnitude();
             // a cos(γ + α) + s sin(γ + α) = even·cos α + odd·sin α.
@@ -190,12 +221,18 @@ struct Table {
 
 impl Table {
     /// The smallest one that is within the tolerance.
-    fn new(harmonics: &Harmonics, turn: &Interval, sum: &Sum, rest: &Interval) -> Table {
+    fn new(
+        harmonics: &Harmonics,
+        turn: &Interval,
+        sum: &Sum,
+        rest: &Interval,
+        sizes: std::ops::RangeInclusive<u32>,
+    ) -> Table {
         let words_per_turn = turn.mul_pow2(sum.bits);
         // Rounded coefficients leave a residual of a word, whatever the number of segments.
         let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
         let mut table = None;
-        for segments_log2 in SEGMENTS_LOG2 {
+        for segments_log2 in sizes {
             let next = Table::of(harmonics, &words_per_turn, rest, segments_log2);
             let good = next.distance.certainly_le(&wanted);
             table = Some(next);
@@ -214,7 +251,9 @@ impl Table {
         let mut rows = Vec::new();
         for row in 0..count {
             // Row 0 begins at phase −½.
-            let middle = Interval::from_ratio(2 * row + 1 - count, 2 * count);
+            let place = Interval::from_ratio(2 * row + 1 - count, 2 * count);
+            let turns = (harmonics.middle - place.to_f64()).round() as i64;
+            let middle = &place + &Interval::from_int(turns);
             let value = |w: f64| -scale * harmonics.solution(middle.to_f64() + w / count as f64);
             let c: Vec<i64> = interpolated(&value).iter().map(|c| c.round() as i64).collect();
             // q̂(w) in turns, exactly as the table has it.

@@ -12,6 +12,7 @@ use super::builder::{Builder, Tracked};
 use super::observed::Observed;
 use super::sum::Sum;
 use crate::exact::Interval;
+use crate::program::Operand;
 
 /// Bits of an element's half-width at most: it is ±2^n, so that its limits are one instruction, and the word of
 /// the observable is scaled to that.
@@ -32,6 +33,15 @@ pub(super) fn subtract(
     let name = format!("follow_{}", b.program.state.len() + 1);
     let v = observed.word(b, &name, bits, &tolerance.lower())?;
     for (element, weight) in play.elements.iter().zip(weights) {
+        let largest = weight * &Interval::from_f64(element.half_width);
+        // Where any observable is near enough, the play has nothing to follow.
+        if matches!(v.operand, Operand::Int(_)) {
+            sum.add_error(&largest.magnitude().mul_pow2(sum.bits));
+            continue;
+        }
+        if sum.leaves_out(&largest) {
+            continue;
+        }
         follow(b, sum, (&v, bits), element, weight)?;
     }
     Ok(())

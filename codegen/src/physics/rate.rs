@@ -6,6 +6,7 @@ use super::builder::Builder;
 use super::observed::Observed;
 use super::sum::Sum;
 use crate::exact::Interval;
+use crate::program::Operand;
 
 /// Subtracts the term from the result; calls come every `period_s`.
 pub(super) fn subtract(
@@ -21,6 +22,11 @@ pub(super) fn subtract(
     let size = per_call.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
     let tolerance = sum.tolerance.mul_pow2(bits - sum.bits - 1).div(&size).lower();
     let v = observed.word(b, &format!("now_{number}"), bits, &tolerance)?;
+    if matches!(v.operand, Operand::Int(_)) {
+        // Any two readings are within what a constant is off from each of them.
+        sum.add_error(&(&per_call.magnitude() * &v.error).mul_pow2(sum.bits - bits + 1));
+        return Ok(());
+    }
     let meaning = "the reading at the call before".to_string();
     let was = b.state(&format!("before_{number}"), meaning, &v, v.range.clone(), v.error.clone())?;
     b.keep(was.0, v.operand);

@@ -5,6 +5,7 @@ use fitter::error_model::Sensor;
 use fitter::terms::{Exponential, Operator, Scope, Term};
 
 use super::{Further, Physics, PhysicsError};
+use crate::extent::LeftOut;
 use crate::options::Options;
 
 /// The observable that is the time.
@@ -23,9 +24,14 @@ impl Physics {
     pub fn of(coefficients: &Coefficients, options: &Options, beyond: bool) -> Result<Physics, PhysicsError> {
         consistent(coefficients, options)?;
         let mut physics = Physics { sensor: Some(coefficients.sensor.clone()), ..Physics::default() };
+        let covered = &coefficients.valid_range;
+        let range = options.range.unwrap_or((covered.from, covered.to));
         for term in &coefficients.terms {
             match left_out(term, options, beyond) {
-                Some(why) => physics.left_out.push((term.effect.clone(), why)),
+                Some(why) => {
+                    let counts = term.scope == Scope::Device && never(term).is_none();
+                    physics.left_out.push(LeftOut::of(term, coefficients, range, &why, counts));
+                }
                 None => {
                     can_be_generated(term, &coefficients.sensor, options)?;
                     physics.terms.push(term.clone());
@@ -173,7 +179,6 @@ fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(
 /// Terms that cannot hold together.
 fn contradiction(terms: &[Term]) -> Result<(), PhysicsError> {
     let mut means: Vec<(&str, f64, &str)> = Vec::new();
-    let mut period: Option<f64> = None;
     for (i, term) in terms.iter().enumerate() {
         let same = |other: &&Term| other.effect == term.effect && other.operator == term.operator;
         if terms[..i].iter().any(|other| same(&other)) {
@@ -183,15 +188,6 @@ fn contradiction(terms: &[Term]) -> Result<(), PhysicsError> {
         let counted: Vec<(&str, f64)> = match &term.operator {
             Operator::Product(p) => p.factors.iter().map(|f| (f.observable.as_str(), f.mean)).collect(),
             Operator::Lag(lag) => vec![(lag.observable.as_str(), lag.mean)],
-            Operator::Periodic(p) => {
-                if period.is_some_and(|first| first != p.period) {
-                    let why = " beside one of another period: together they do not repeat";
-                    let effect = term.effect.clone();
-                    return Err(PhysicsError::NotGenerated { effect, kind: "periodic", why });
-                }
-                period = Some(p.period);
-                Vec::new()
-            }
             _ => Vec::new(),
         };
         for (observable, mean) in counted {

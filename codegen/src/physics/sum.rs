@@ -40,6 +40,16 @@ impl Sum {
         Ok(())
     }
 
+    /// Leaves a part out that is at most `largest` in the result's unit, of either sign, where that is next to nothing.
+    pub fn leaves_out(&mut self, largest: &Interval) -> bool {
+        let words = largest.magnitude().mul_pow2(self.bits);
+        let negligible = words.certainly_le(&self.negligible);
+        if negligible {
+            self.add_error(&words);
+        }
+        negligible
+    }
+
     /// Notes that the sum may be off by so many words more.
     pub fn add_error(&mut self, words: &Interval) {
         self.word.error = (&self.word.error + words).upper();

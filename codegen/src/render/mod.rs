@@ -9,6 +9,7 @@ use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
 
+use crate::accepted::accepted;
 use crate::certificate::{Entry, result_meaning, rust_type};
 use crate::generate::TOOL;
 use crate::options::{CShift, Options, OutOfRange};
@@ -80,6 +81,9 @@ fn with_the_routines_own_parts() -> [(&'static str, String); 2] {
     ]
 }
 
+/// Columns of the sentences in a file's head.
+pub const HEAD_COLUMNS: usize = 100;
+
 /// A routine as the templates see it.
 #[derive(Debug, Clone, Serialize)]
 pub struct View {
@@ -104,7 +108,8 @@ pub struct View {
     bound_text: String,
     parts: Vec<Value>,
     resolution_text: Option<String>,
-    band_text: Option<String>,
+    claim_text: Option<String>,
+    claim_parts: Vec<String>,
     steps: Vec<Value>,
     /// What is kept from call to call, and the steps that it starts from.
     state: Vec<Value>,
@@ -112,6 +117,8 @@ pub struct View {
     start_steps: Vec<Value>,
     /// Names of the arguments that the start reads.
     start_arguments: Vec<String>,
+    /// Names of the arguments that a call reads: of a term that is too small to matter it need not be.
+    update_arguments: Vec<String>,
     type_name: String,
     /// What is added to the function of the reading, and what is not, in sentences.
     terms: Vec<String>,
@@ -179,9 +186,13 @@ impl Renderer {
         options: &Options,
     ) -> Result<String, RenderError> {
         let recording = Value::from(Serde(&coefficients.recording));
+        let open = accepted(coefficients, options).ok().flatten();
+        let open = open.map(|open| text::wrapped(&format!("UNEXPLAINED: {open}."), HEAD_COLUMNS, ""));
         self.render(
             "provenance.txt",
-            context! { tool => TOOL, command => &*options.command, coefficients => context! { sha256, recording } },
+            context! {
+                tool => TOOL, command => &*options.command, coefficients => context! { sha256, recording }, open,
+            },
         )
     }
 
@@ -200,6 +211,7 @@ impl Renderer {
         let output = &program.steps[program.output()];
         let unit = &quantity.bound_unit;
         let parts = entry.parts.iter().filter(|p| p.value > 0.0);
+        let claim = entry.estimate.as_ref().map(|claim| claim.in_words(unit));
         let mut view = View {
             name: entry.routine.clone(),
             degree: entry.degree,
@@ -237,7 +249,8 @@ impl Renderer {
                 .collect(),
             resolution_text: (entry.input_resolution > 0.0)
                 .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
-            band_text: entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
+            claim_text: claim.as_ref().map(|(figure, _)| figure.clone()),
+            claim_parts: claim.map(|(_, parts)| parts).unwrap_or_default(),
             steps: steps(program, &program.update_steps()),
             state_bytes: program.state.iter().map(|w| if w.ty == Type::I64 { 8 } else { 4 }).sum(),
             start_steps: steps(program, &program.start_steps()),
@@ -249,15 +262,11 @@ impl Renderer {
                     context! { name => &*w.name, type => rust_type(w.ty), c_type => c_type(w.ty), meaning => &*w.meaning, start, next }
                 })
                 .collect(),
-            start_arguments: program
-                .start_steps()
-                .iter()
-                .filter(|&&i| matches!(program.steps[i].op, Op::Input { .. }))
-                .map(|&i| program.steps[i].name.clone())
-                .collect(),
+            start_arguments: arguments_among(program, &program.start_steps()),
+            update_arguments: arguments_among(program, &program.update_steps()),
             type_name: text::camel_case(&entry.routine),
             terms: routine.physics.terms_in_words(),
-            left_out: routine.physics.left_out.iter().map(|(what, why)| format!("{what}: {why}")).collect(),
+            left_out: entry.left_out.clone(),
             helpers: helpers(program, options.c_shift),
             in_range: in_range(program),
             table: program.table.clone(),
@@ -286,6 +295,12 @@ impl View {
     pub fn name(&self) -> &str {
         &self.name
     }
+}
+
+/// Names of the arguments that some steps read.
+fn arguments_among(program: &Program, steps: &[usize]) -> Vec<String> {
+    let arguments = steps.iter().map(|i| &program.steps[*i]).filter(|s| matches!(s.op, Op::Input { .. }));
+    arguments.map(|step| step.name.clone()).collect()
 }
 
 /// A type in C's words.

@@ -8,13 +8,14 @@
 pub mod choose;
 pub mod fit;
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 mod phase;
 pub mod proof;
 pub mod render;
 pub mod shape;
 pub mod truth;
 pub mod verify;
+pub mod wraps;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
@@ -111,22 +112,12 @@ pub enum TurnError {
     },
     /// A polynomial beside the harmonics.
     #[error(
-        "the coefficients have a polynomial of order {order} beside the turn's harmonics: it does not repeat with the \
-         turn; fit again with this program"
+        "the coefficients have a polynomial of order {order} in place of the turn's harmonics: it does not repeat with the \
+         turn; fit again with this program, which fits harmonics"
     )]
     Polynomial {
         /// Its order.
         order: usize,
-    },
-    /// Harmonics of something else.
-    #[error(
-        "a periodic term repeats after {period}, and a turn is {revolution}: only harmonics of the turn wrap with it"
-    )]
-    Period {
-        /// The term's.
-        period: f64,
-        /// The turn.
-        revolution: f64,
     },
     /// No inverse.
     #[error(
@@ -203,6 +194,9 @@ impl Encoder {
             }
             Some((counts, _)) => f64::from(counts),
             None if in_counts => revolution,
+            None if assumed_bits(coefficients).is_some() => {
+                2f64.powi(assumed_bits(coefficients).unwrap_or_default() as i32)
+            }
             None => return Err(TurnError::UnknownBits { unit: unit.clone() }),
         };
         let allowed = f64::from(FEWEST_COUNTS)..=f64::from(MOST_COUNTS);
@@ -215,6 +209,26 @@ impl Encoder {
             return Err(TurnError::OutputBits { input, output });
         }
         Ok(Words { finer: output - input, ..words })
+    }
+}
+
+/// Half a step of the word that is taken where none is named, as a part of the noise: it then adds half a per cent.
+const OF_THE_NOISE: f64 = 0.1;
+
+/// The bits of a word whose rounding does not matter beside the noise, within [`BITS`]: where the sensor's unit is not
+/// counts and no width is named. None where the file does not tell its noise.
+pub fn assumed_bits(coefficients: &Coefficients) -> Option<u32> {
+    let revolution = coefficients.turn.as_ref()?.revolution;
+    let noise = coefficients.noise()?;
+    let bits = (0.5 * revolution / (OF_THE_NOISE * noise)).log2().ceil();
+    Some((bits.max(0.0) as u32).clamp(*BITS.start(), *BITS.end()))
+}
+
+impl Encoder {
+    /// Whether the width of the word is taken from the noise, for want of another.
+    pub fn assumes(&self, coefficients: &Coefficients) -> bool {
+        let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
+        !counts && self.bits.is_none() && self.counts.is_none()
     }
 }
 

@@ -4,12 +4,16 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use fitter::coefficients::Coefficients;
-use fitter::terms::{Operator, Scope};
+use fitter::terms::Operator;
 use minijinja::{Value, context};
 
 use super::choose::{TurnRoutine, entry_bytes};
 use super::shape::{Arithmetic, Shape};
+use super::wraps::Wraps;
+use crate::accepted::accepted;
 use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, rust_type};
+use crate::claim::Claim;
+use crate::estimate::NORMAL_95;
 use crate::generate::{GenerateError, Generated, TOOL, sha256};
 use crate::options::{CShift, Options};
 use crate::render::{Renderer, c_type, helpers, steps};
@@ -19,8 +23,6 @@ use crate::text;
 const NAME: &str = "corrected_counts";
 /// Numbers in a line of a table of one column.
 const NUMBERS_IN_A_LINE: usize = 16;
-/// Two-sided 95 % of a normal distribution.
-const NORMAL_95: f64 = 1.959_964;
 
 /// All files.
 ///
@@ -38,8 +40,9 @@ pub fn files(
     }
     let renderer = Renderer::new()?;
     let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
-    let entry = entry(routine, &name, coefficients);
-    let contract = contract(&renderer, routine, &entry, coefficients)?;
+    let wraps = Wraps::of(coefficients)?;
+    let entry = entry(routine, &name, coefficients, &wraps);
+    let contract = contract(&renderer, routine, &entry, (coefficients, &wraps), options)?;
     let source = || source(routine, &name, &entry, options, &provenance, &contract);
     let mut files = BTreeMap::new();
     let bound_text = format!("{} {}", text::rounded_up(entry.bound), entry.unit);
@@ -72,14 +75,15 @@ pub fn files(
         coefficients_sha256: coefficients_sha256.into(),
         recording: coefficients.recording.file.clone(),
         recording_sha256: coefficients.recording.sha256.clone(),
+        reservation: accepted(coefficients, options)?,
         routines: entries.to_vec(),
     };
     files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { name, files, certificate, routines: Vec::new() })
+    Ok(Generated { name, files, certificate, routines: Vec::new(), unreachable: Vec::new() })
 }
 
 /// What the certificate says.
-fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients) -> Entry {
+fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients, wraps: &Wraps) -> Entry {
     let (words, unit) = (routine.words, coefficients.sensor.error_unit().to_string());
     let (degree, format) = match routine.shape {
         Shape::PerCount => (0, format!("i{}", 8 * entry_bytes(&routine.filling))),
@@ -119,33 +123,47 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients) -> Entr
         ],
         minimax: 0.0,
         input_resolution: routine.unit_per_count * f64::from(1u32 << words.finer),
-        estimated_band_95: band(coefficients),
+        estimate: claim(coefficients, wraps),
+        left_out: wraps.left_out.iter().map(ToString::to_string).collect(),
         file: String::new(),
         file_sha256: String::new(),
     }
 }
 
+/// How far the corrected position may be from the device's.
+fn claim(coefficients: &Coefficients, wraps: &Wraps) -> Option<Claim> {
+    let mut left_out: Vec<f64> = wraps.left_out.iter().filter_map(|out| out.size).collect();
+    let directions = coefficients.turn.as_ref().and_then(|turn| turn.directions.half_distance.as_ref());
+    let has_play = coefficients.terms.iter().any(|term| matches!(term.operator, Operator::Play(_)));
+    // What the directions differ by stays uncorrected, too.
+    left_out.extend(directions.filter(|_| !has_play).map(|half| half.value.abs()));
+    Claim::of(coefficients, band(coefficients, wraps), &left_out)
+}
+
 /// The largest half-width of the 95 % band of constant and harmonics over the turn, in the sensor's unit; none where
 /// some covariance is not known.
-fn band(coefficients: &Coefficients) -> Option<f64> {
+fn band(coefficients: &Coefficients, wraps: &Wraps) -> Option<f64> {
     const PLACES: u32 = 360;
-    let constant = *coefficients.identification.as_ref()?.covariance.first()?.first()?;
+    let all = coefficients.covariance_of_all()?;
     let revolution = coefficients.turn.as_ref()?.revolution;
     let mut largest = 0.0f64;
     for place in 0..PLACES {
         let position = revolution * f64::from(place) / f64::from(PLACES);
-        let mut variance = constant;
-        for term in &coefficients.terms {
-            let Operator::Periodic(periodic) = &term.operator else { continue };
-            let columns = periodic.columns_at(position);
-            if term.covariance.len() != columns.len() {
-                return None;
-            }
-            for (row, a) in term.covariance.iter().zip(&columns) {
-                variance += a * row.iter().zip(&columns).map(|(v, b)| v * b).sum::<f64>();
+        // What is left out of the routine is left out of its band.
+        let mut columns = vec![0.0; coefficients.base.coefficients.len()];
+        if let Some(constant) = columns.first_mut() {
+            *constant = 1.0;
+        }
+        for (index, term) in coefficients.terms.iter().enumerate() {
+            match &term.operator {
+                Operator::Periodic(p) if wraps.terms.contains(&index) => {
+                    columns.extend(p.columns_at(position))
+                }
+                _ => columns.extend(std::iter::repeat_n(0.0, term.coefficients.len())),
             }
         }
-        largest = largest.max(variance);
+        let row = |row: &Vec<f64>| row.iter().zip(&columns).map(|(v, b)| v * b).sum::<f64>();
+        largest = largest.max(all.iter().zip(&columns).map(|(r, a)| a * row(r)).sum::<f64>());
     }
     Some(NORMAL_95 * largest.sqrt())
 }
@@ -154,24 +172,14 @@ fn contract(
     renderer: &Renderer,
     routine: &TurnRoutine,
     entry: &Entry,
-    coefficients: &Coefficients,
+    (coefficients, wraps): (&Coefficients, &Wraps),
+    options: &Options,
 ) -> Result<String, GenerateError> {
     let (words, unit) = (routine.words, &entry.unit);
-    let mut waves = Vec::new();
-    let mut left_out = Vec::new();
-    for term in &coefficients.terms {
-        let Operator::Periodic(periodic) = &term.operator else {
-            let why = match term.scope {
-                Scope::Device => "it does not depend on the count alone",
-                Scope::Recording => "it belongs to the recording, not to the device",
-            };
-            left_out.push(format!("{}: {why}", term.effect));
-            continue;
-        };
-        for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
-            waves.push(format!("{:+?}·cos({k}φ) {:+?}·sin({k}φ)", pair[0], pair[1]));
-        }
-    }
+    let waves = wraps.waves.iter().map(|(k, a, b)| format!("{a:+?}·cos({k}φ) {b:+?}·sin({k}φ)"));
+    let waves: Vec<String> = waves.collect();
+    let left_out = &entry.left_out;
+    let claim = entry.estimate.as_ref().map(|claim| claim.in_words(unit));
     let directions = coefficients.turn.as_ref().map(|turn| turn.directions.statement.trim());
     let directions = directions.filter(|s| !s.is_empty()).unwrap_or("nothing is known of them");
     let parts: Vec<String> = (entry.parts.iter().filter(|part| part.value > 0.0))
@@ -181,7 +189,8 @@ fn contract(
         counts => words.counts,
         last => words.counts - 1,
         whole => words.whole(),
-        zero_text => format!("{:?}", coefficients.base.coefficients.first().copied().unwrap_or(0.0)),
+        zero_text => format!("{:?}", wraps.zero),
+        assumed => options.encoder.assumes(coefficients),
         unit, waves, left_out, directions, parts,
         input_bits => words.input(),
         output_bits => words.output(),
@@ -193,7 +202,8 @@ fn contract(
         core => routine.core.name(),
         bound_text => format!("{} {unit}", text::rounded_up(entry.bound)),
         bound_counts => text::rounded_up(routine.proof.bound),
-        band_text => entry.estimated_band_95.map(|band| format!("{} {unit}", text::rounded_up(band))),
+        claim_text => claim.as_ref().map(|(figure, _)| figure.clone()),
+        claim_parts => claim.map(|(_, parts)| parts).unwrap_or_default(),
     };
     Ok(renderer.render("turn/contract.txt", context)?)
 }

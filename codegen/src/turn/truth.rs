@@ -6,10 +6,10 @@
 //! because the slope of Θ + P(Θ) is at least 1 − L, L being the harmonics' steepest slope together.
 
 use fitter::coefficients::Coefficients;
-use fitter::terms::Operator;
 
 use super::TurnError;
 use super::phase::{self, Circle, ONE_LOG2};
+use super::wraps::Wraps;
 use crate::exact::{Interval, pi};
 
 /// Most steps of Newton's method; each squares the distance.
@@ -44,15 +44,11 @@ impl Truth {
     /// # Errors
     /// [`TurnError`] where the error is not one of a turn, or too steep or too large to be turned round.
     pub fn new(coefficients: &Coefficients) -> Result<Self, TurnError> {
-        let turn = coefficients.turn.as_ref().filter(|turn| turn.whole).ok_or(TurnError::NotATurn)?;
-        let revolution = turn.revolution;
-        let order = coefficients.base.coefficients.len().saturating_sub(1);
-        if order > 0 {
-            return Err(TurnError::Polynomial { order });
-        }
+        let wraps = Wraps::of(coefficients)?;
+        let revolution = coefficients.turn.as_ref().ok_or(TurnError::NotATurn)?.revolution;
         let unit = Interval::from_f64(revolution);
         let turns = |value: f64| Interval::from_f64(value).div(&unit);
-        let zero = coefficients.base.coefficients.first().copied().unwrap_or(0.0);
+        let zero = wraps.zero;
         let zero_turns = turns(zero - (zero / revolution).round() * revolution);
         let mut truth = Truth {
             circle: Circle::shared(),
@@ -64,22 +60,16 @@ impl Truth {
         };
         truth.zero = word(&zero_turns).ok_or(TurnError::Large)? as u64;
         let mut steepest = Interval::zero();
-        for term in &coefficients.terms {
-            let Operator::Periodic(periodic) = &term.operator else { continue };
-            if periodic.period != revolution {
-                return Err(TurnError::Period { period: periodic.period, revolution });
-            }
-            for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
-                let (a, b) = (turns(pair[0]), turns(pair[1]));
-                let slope =
-                    &(&pi() * &(&a.magnitude() + &b.magnitude())) * &Interval::from_int(2 * i64::from(*k));
-                steepest = (&steepest + &slope).upper();
-                let words = (word(&a).ok_or(TurnError::Large)?, word(&b).ok_or(TurnError::Large)?);
-                let largest = words.0.unsigned_abs().max(words.1.unsigned_abs()) as f64;
-                // Cosine and sine, the rounding of both coefficients, and of both products.
-                truth.error += 2.0 * (largest * phase::ERROR as f64 * 2f64.powi(-(ONE_LOG2 as i32)) + 2.0);
-                truth.waves.push((u64::from(*k), words.0, words.1));
-            }
+        for (k, cosine, sine) in &wraps.waves {
+            let (a, b) = (turns(*cosine), turns(*sine));
+            let slope =
+                &(&pi() * &(&a.magnitude() + &b.magnitude())) * &Interval::from_int(2 * i64::from(*k));
+            steepest = (&steepest + &slope).upper();
+            let words = (word(&a).ok_or(TurnError::Large)?, word(&b).ok_or(TurnError::Large)?);
+            let largest = words.0.unsigned_abs().max(words.1.unsigned_abs()) as f64;
+            // Cosine and sine, the rounding of both coefficients, and of both products.
+            truth.error += 2.0 * (largest * phase::ERROR as f64 * 2f64.powi(-(ONE_LOG2 as i32)) + 2.0);
+            truth.waves.push((u64::from(*k), words.0, words.1));
         }
         truth.steepest = steepest.to_f64_up();
         if truth.steepest >= STEEPEST {
@@ -181,7 +171,7 @@ mod tests {
     fn what_has_no_inverse_is_refused() {
         assert!(matches!(Truth::new(&encoder(360.0, 0.0, &[60.0, 0.0])), Err(TurnError::Steep { .. })));
         let mut file = encoder(360.0, 0.0, &[1.0, 0.0]);
-        file.base.coefficients.push(0.5);
-        assert!(matches!(Truth::new(&file), Err(TurnError::Polynomial { order: 1 })));
+        file.base.coefficients.extend([0.5, 0.1]);
+        assert!(matches!(Truth::new(&file), Err(TurnError::Polynomial { order: 2 })));
     }
 }

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 
 use fitter::coefficients::{Coefficients, CoefficientsError};
 
+use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::Certificate;
 use crate::generate::{GenerateError, sha256};
 use crate::input::InputError;
@@ -152,6 +153,14 @@ pub enum UnitsError {
         bound: f64,
         /// Unit of both.
         bound_unit: String,
+    },
+    /// A unit of which the diagnosis left more than it named.
+    #[error("unit {unit}: {cause}")]
+    NotAccepted {
+        /// The unit.
+        unit: String,
+        /// Why.
+        cause: NotAccepted,
     },
     /// A coefficients file.
     #[error(transparent)]
@@ -356,6 +365,10 @@ fn matches(pattern: &str, name: &str) -> bool {
 /// # Errors
 /// [`UnitsError`], which says what to change.
 pub fn generate(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Generated, UnitsError> {
+    for unit in units {
+        let cause = |cause| UnitsError::NotAccepted { unit: unit.name.clone(), cause };
+        accepted(&unit.coefficients, options).map_err(cause)?;
+    }
     match &wanted.earlier {
         Some(earlier) => {
             let design = earlier::design(units, options, wanted, earlier)?;

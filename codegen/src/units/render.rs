@@ -10,13 +10,14 @@ use serde::Serialize;
 use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
 use super::structure::{Design, Fitted};
 use super::{Generated, Unit, UnitsError, Wanted};
+use crate::accepted::accepted;
 use crate::certificate::{
     Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, result_meaning, rust_type,
 };
 use crate::generate::{GenerateError, TOOL, sha256};
 use crate::options::{CShift, Options};
 use crate::program::Type;
-use crate::render::{Renderer, c_type, helpers, steps};
+use crate::render::{HEAD_COLUMNS, Renderer, c_type, helpers, steps};
 use crate::text;
 
 /// What is proved of a unit is told in so many parts of the result's unit.
@@ -113,7 +114,11 @@ pub fn files(
     let renderer = Renderer::new()?;
     let of_units: Vec<Value> = (units.iter().zip(&design.fitted))
         .map(|(unit, fitted)| {
-            context! { name => &*unit.name, sha256 => &*unit.sha256, bound_text => bound_text(&design, fitted.total) }
+            let open = reserved(unit, options).map(|open| text::wrapped(&open, HEAD_COLUMNS, "    "));
+            context! {
+                name => &*unit.name, sha256 => &*unit.sha256, open,
+                bound_text => bound_text(&design, fitted.total),
+            }
         })
         .collect();
     let provenance = renderer.render(
@@ -140,6 +145,11 @@ pub fn files(
     let text = serde_json::to_string_pretty(&certificate).map_err(json)? + "\n";
     files.insert(PathBuf::from("certificate.json"), text.into_bytes());
     Ok(Generated { name, files, certificate, design })
+}
+
+/// What the diagnosis of a unit left open, where it was to be taken all the same.
+fn reserved(unit: &Unit, options: &Options) -> Option<String> {
+    accepted(&unit.coefficients, options).ok().flatten()
 }
 
 fn bound_text(design: &Design, value: f64) -> String {
@@ -229,7 +239,8 @@ fn entry(design: &Design, name: &str) -> Entry {
         parts,
         minimax: quantity.in_bound_unit(largest(&|f| f.approximation)),
         input_resolution: 0.0,
-        estimated_band_95: None,
+        estimate: None,
+        left_out: Vec::new(),
         file: String::new(),
         file_sha256: String::new(),
     }
@@ -246,6 +257,8 @@ fn certificate(
     let recordings: Vec<&str> = units.iter().map(|unit| unit.coefficients.recording.file.as_str()).collect();
     let of_recordings: Vec<&str> =
         units.iter().map(|unit| unit.coefficients.recording.sha256.as_str()).collect();
+    let said = |unit: &Unit| Some(format!("{}: {}", unit.name, reserved(unit, options)?));
+    let open: Vec<String> = units.iter().filter_map(said).collect();
     let routines = [("rust", format!("src/{name}.rs")), ("c", format!("c/{name}.c"))];
     let routines = routines.map(|(language, file)| {
         let contents = files.get(&PathBuf::from(&file));
@@ -260,6 +273,7 @@ fn certificate(
         coefficients_sha256: sha256(&hashes.join("\n")),
         recording: recordings.join(", "),
         recording_sha256: sha256(&of_recordings.join("\n")),
+        reservation: (!open.is_empty()).then(|| open.join("\n")),
         routines: routines.to_vec(),
     }
 }

@@ -170,7 +170,10 @@ pub(super) fn prepare(
         Some(at) => range(units, &Options { range: Some(at), ..options.clone() }, &quantity)?,
         None => range(units, options, &quantity)?,
     };
-    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1));
+    // What serves the unit with the least noise serves all.
+    let noises = units.iter().filter_map(|unit| unit.coefficients.noise());
+    let noise = noises.reduce(f64::min);
+    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, noise));
     if !(target.is_finite() && target > 0.0) {
         return Err(RoutineError::Bound(target).into());
     }

@@ -86,7 +86,4 @@ fn what_cannot_be_generated_is_told() {
     assert!(refused(vec![term("jump", step, vec![1.0])], &none).contains("no bound is small"));
     let late = Operator::Exponential(exponential("t_s", 5.0, 60.0));
     assert!(refused(vec![term("late", late, vec![1.0])], &timed).contains("begins later"));
-    let periods = [600.0, 700.0]
-        .map(|p| term("periodic_error", Operator::Periodic(Periodic::of(p, 1)), vec![1.0, 0.0]));
-    assert!(refused(periods.to_vec(), &none).contains("do not repeat"));
 }

@@ -14,6 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let input = Input { arity: Arity::Probes, encoding: counts };
     codegen::Builder::new()
         // .coefficients("coefficients.json"): your own mirror's in place of the embedded recording.
+        .demo()
         .target(Core::CortexM4f)
         .bound_arcsec(0.01)
         .ends(Ends { input: Some(input), output: Some(Output::Nano), full_scale: None })

@@ -37,6 +37,7 @@ pub struct ApplyArgs {
 pub(super) fn run(args: &ApplyArgs, common: Common) -> Result<()> {
     output::not_the_input(&args.out, &[&args.recording, &args.coefficients]).into_diagnostic()?;
     let coefficients = crate::coefficients::read(&args.coefficients).into_diagnostic()?;
+    crate::acceptance::to_apply(&coefficients).into_diagnostic()?;
     let reading =
         Reading { purpose: Purpose::Apply, mappings: &args.map.map, sensor: Some(&coefficients.sensor) };
     let recording = read(&args.recording, &reading, common)?;

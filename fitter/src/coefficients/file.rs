@@ -6,7 +6,7 @@ use serde::Serialize;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use super::{Coefficients, SCHEMA, VERSION_TURN as NEWEST};
+use super::{Coefficients, Diagnosed, SCHEMA, VERSION_TURN as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
 use crate::mirror::is_identifier;
@@ -154,15 +154,35 @@ fn contradiction(file: &Coefficients) -> Option<String> {
     if let Some(reason) = file.turn.as_ref().and_then(Turn::contradiction) {
         return Some(reason);
     }
+    if let Some(reason) = file.diagnosis.as_ref().and_then(Diagnosed::contradiction) {
+        return Some(reason);
+    }
     finite("`base.coefficients`", &base.coefficients)
         .or_else(|| finite("`base.extrapolation`", &[base.extrapolation.constant, base.extrapolation.slope]))
         .or_else(|| file.terms.iter().find_map(Term::contradiction))
         .or_else(|| joint.iter().find_map(|row| finite("`joint_covariance`", row)))
         .or_else(|| finite("`base.centre`", &[base.centre]))
         .or_else(|| finite("`valid_range`", &[range.from, range.to]))
+        .or_else(|| file.observed.iter().find_map(|(name, ends)| finite(&format!("`observed.{name}`"), ends)))
 }
 
 impl Coefficients {
+    /// Whether the model can be evaluated, and the file read again once it is written.
+    ///
+    /// # Errors
+    /// What in it contradicts itself.
+    pub fn usable(&self) -> Result<(), String> {
+        if let Some(reason) = contradiction(self) {
+            return Err(reason);
+        }
+        // Numbers that JSON cannot hold may stand anywhere, in the statistics for example.
+        match parse("", &self.to_sealed_json()) {
+            Ok(_) => Ok(()),
+            Err(CoefficientsError::Damaged { reason, .. }) => Err(reason),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
     /// The file's text: JSON for people as well, every number with the digits that give it back exactly.
     pub fn to_json(&self) -> String {
         let mut text = Vec::new();

@@ -2,6 +2,7 @@
 //!
 //! Versioned; numbers survive a round trip exactly; a newer or damaged file is refused in a sentence.
 
+mod diagnosed;
 mod file;
 mod joint;
 

@@ -186,6 +186,8 @@ pub fn generate(codegen: &Path, case: &Case, shift: Shift, folder: &Path) -> Res
             .map_err(|e| Problem::Content { path: path.clone(), message: e.to_string() })?;
         std::fs::write(&path, text).map_err(Problem::file(&path))?;
         command.arg("--coefficients").arg(path);
+    } else {
+        command.arg("--demo");
     }
     run(&format!("generating {}", case.name), command.args(&case.options))?;
     read_certificate(case, folder)
