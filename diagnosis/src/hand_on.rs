@@ -56,9 +56,9 @@ impl HandOn<'_> {
         if let Some(turn) = &mut file.turn {
             turn.amplitudes = amplitudes(&file.terms, turn.revolution);
         }
-        match fitter::coefficients::parse("the model", &file.to_sealed_json()) {
-            Ok(_) => Ok(file),
-            Err(error) => Err(error.to_string()),
+        match fitter::acceptance::to_apply(&file) {
+            Ok(()) => Ok(file),
+            Err(refusal) => Err(refusal.to_string()),
         }
     }
 

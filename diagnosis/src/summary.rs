@@ -50,6 +50,12 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
     if d.verdict != Verdict::Consistent {
         text += &fit(d);
     }
+    for sentence in &d.judged {
+        text += &line("checked", sentence);
+    }
+    if let Some(reason) = &d.withheld {
+        text += &line("withheld", &format!("no coefficients are written: {reason}"));
+    }
     for sentence in d.unidentifiable.iter().filter(|_| verbose) {
         text += &line("open", sentence);
     }
