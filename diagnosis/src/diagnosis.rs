@@ -13,6 +13,7 @@ use crate::model::{self, Model};
 use crate::observe::{ObserveError, Simulated, observe};
 use crate::polish;
 use crate::rows::{Rows, mean, rms};
+use crate::screened::Screened;
 use crate::search::{Found, Term};
 use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
@@ -102,6 +103,8 @@ pub fn diagnose(
     held_out: Option<&Recording>,
     options: &Options,
 ) -> Result<Outcome, ObserveError> {
+    let screened = Screened::of(recording, mirror, simulated, held_out)?;
+    let (recording, simulated, held_out) = screened.parts();
     let full = observe(recording, mirror, simulated)?;
     let condensed = condense(&full);
     let (rows, per_cell) = match condensed {
@@ -161,6 +164,7 @@ pub fn diagnose(
     }
     let from = if full.passes().len() > 1 { "repeated passes" } else { "blocks" };
     let mut unidentifiable = said.unidentifiable;
+    unidentifiable.extend(screened.notes());
     if fit.after.held_out_rms.is_none() {
         unidentifiable.push(format!(
             "too short to hold anything out ({} readings, passes: {}): the improvement is shown on the fitted rows only",
@@ -183,7 +187,7 @@ pub fn diagnose(
         fit,
         unidentifiable,
         next_experiment: said.next_experiment,
-        bad_rows: Vec::new(),
+        bad_rows: screened.bad_rows(),
         judged: Vec::new(),
         withheld: None,
         plant: Vec::new(),

@@ -35,6 +35,7 @@ pub mod observe;
 pub mod polish;
 pub mod report;
 pub mod rows;
+pub mod screened;
 pub mod search;
 pub mod simulated;
 pub mod steps;

@@ -31,6 +31,12 @@ pub enum ObserveError {
     /// Readings of a sensor that turns cannot be put on their turns.
     #[error(transparent)]
     Turn(Box<fitter::FitError>),
+    /// Too much of the recording cannot be readings.
+    #[error(transparent)]
+    Faults(#[from] Box<fitter::faults::FaultError>),
+    /// The recording cannot be a calibration.
+    #[error(transparent)]
+    Implausible(Box<fitter::FitError>),
     /// The simulation does not fit the recording's rows.
     #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
     Simulation { file: String, found: String, expected: String },
@@ -77,6 +83,7 @@ pub fn observe(
     if n < FEWEST_ROWS {
         return Err(ObserveError::TooShort { file, rows: n, needed: FEWEST_ROWS });
     }
+    fitter::check(recording, mirror).map_err(|error| ObserveError::Implausible(Box::new(error)))?;
     if let Some(simulated) = simulated
         && simulated.reference.len() != n
     {
