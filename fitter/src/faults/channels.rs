@@ -37,7 +37,7 @@ impl<'a> Channels<'a> {
             .map(|(values, parts)| Channel { deviation: surroundings.deviation(&values), parts })
             .collect();
         let further = (recording.further.iter())
-            .filter(|column| !is_state(&column.values))
+            .filter(|column| !is_state(&column.values) && !wraps(&column.values))
             .map(|column| (column.name.as_str(), surroundings.deviation(&column.values)))
             .collect();
         Channels { recording, sensor, further }
@@ -120,4 +120,13 @@ fn is_state(values: &[f64]) -> bool {
         }
     }
     true
+}
+
+/// Whether a column starts again and again from one end of its range, as a count of turns does.
+fn wraps(values: &[f64]) -> bool {
+    let (low, high) = values
+        .iter()
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    values.windows(2).filter(|w| (w[1] - w[0]).abs() > 0.5 * (high - low)).count() > 4
 }

@@ -1,6 +1,6 @@
 //! Times, passes and directions that contradict the rows before and after.
 
-use super::scale::{least, median, trimmed};
+use super::scale::{least, median, with_tail};
 use super::{Fault, limits};
 use crate::recording::Recording;
 
@@ -94,8 +94,10 @@ fn uneven(t: &[f64]) -> Vec<(usize, f64, String)> {
         })
         .collect();
     let away: Vec<f64> = gaps.iter().zip(&usual).map(|(gap, usual)| gap - usual).collect();
-    let mut absolute: Vec<f64> = away.iter().map(|a| a.abs()).collect();
-    let scatter = trimmed(&mut absolute).max(least(&gaps)).max(1e-9 * t[t.len() - 1].abs());
+    let between_pauses = gaps.iter().zip(&usual).map(|(gap, usual)| *gap <= limits::PAUSE * usual.abs());
+    let mut absolute: Vec<f64> =
+        away.iter().zip(between_pauses).filter(|(_, kept)| *kept).map(|(a, _)| a.abs()).collect();
+    let scatter = with_tail(&mut absolute).max(least(&gaps)).max(limits::OF_RESOLUTION * printed(t));
     (1..t.len() - 1)
         .filter_map(|k| {
             let (before, after) = (away[k - 1], away[k]);
@@ -104,7 +106,7 @@ fn uneven(t: &[f64]) -> Vec<(usize, f64, String)> {
             // Every shift is seen in two intervals.
             let size = shift.abs() / (scatter * std::f64::consts::FRAC_1_SQRT_2);
             let whole = (before + after).abs() < limits::OUTLIER * scatter;
-            (opposite && whole && size >= limits::OUTLIER && shift.abs() > 0.05 * usual[k].abs()).then(|| {
+            (opposite && whole && size >= limits::OUTLIER && shift.abs() > limits::OF_INTERVAL * usual[k].abs()).then(|| {
                 let reason = format!(
                     "{shift:+.3} s away from the middle between the rows before and after: {size:.0} times the \
                      scatter of the intervals"
@@ -113,6 +115,12 @@ fn uneven(t: &[f64]) -> Vec<(usize, f64, String)> {
             })
         })
         .collect()
+}
+
+/// The last decimal in which the times are printed; 0 beyond a microsecond.
+fn printed(t: &[f64]) -> f64 {
+    let whole = |step: &f64| t.iter().all(|t| (t / step - (t / step).round()).abs() < 1e-6 * (1.0 + t.abs()));
+    [1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6].into_iter().find(whole).unwrap_or(0.0)
 }
 
 /// Which times belong to the longest series that never falls.

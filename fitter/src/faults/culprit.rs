@@ -29,7 +29,8 @@ fn beyond_the_tail(mut deviations: Vec<Fault>, rows: usize) -> Vec<Fault> {
     deviations.sort_by(|a, b| b.size.total_cmp(&a.size));
     let excepted = ((limits::TAIL_PART * rows as f64) as usize).max(2);
     let tail = deviations.get(excepted).map_or(0.0, |fault| fault.size);
-    let limit = limits::OUTLIER.max(limits::BEYOND_TAIL * tail);
+    let more = (rows as f64 / limits::USUAL_ROWS).max(1.0).log10();
+    let limit = (limits::OUTLIER * (1.0 + limits::PER_DECADE * more)).max(limits::BEYOND_TAIL * tail);
     deviations.retain(|fault| fault.size >= limit);
     deviations
 }

@@ -122,9 +122,8 @@ impl Surroundings {
             }
         }
         let in_time: Vec<usize> = (0..away.len()).collect();
-        for order in [&in_time, &self.by_angle] {
-            crowded(&away, &scatter, order, &mut shared);
-        }
+        crowded(&away, &scatter, &in_time, limits::CROWD, &mut shared);
+        crowded(&away, &scatter, &self.by_angle, limits::CROWD_AT_ANGLE, &mut shared);
         away.iter_mut().filter(|away| !away.is_finite()).for_each(|away| *away = 0.0);
         Deviation { away, shared, scatter }
     }
@@ -204,7 +203,7 @@ fn less_in_time(values: &[f64], window: usize) -> Vec<f64> {
 }
 
 /// Marks rows far out that have several others nearly as far out around them: there the scatter itself is larger.
-fn crowded(away: &[f64], scatter: &[f64], order: &[usize], shared: &mut [bool]) {
+fn crowded(away: &[f64], scatter: &[f64], order: &[usize], most: usize, shared: &mut [bool]) {
     let half = limits::LOCAL_ROWS / 2;
     for (k, row) in order.iter().enumerate() {
         let own = away[*row].abs();
@@ -213,6 +212,6 @@ fn crowded(away: &[f64], scatter: &[f64], order: &[usize], shared: &mut [bool]) 
         }
         let near = &order[k.saturating_sub(half)..(k + half + 1).min(order.len())];
         let others = near.iter().filter(|other| away[**other].abs() >= limits::CROWD_SIZE * own).count() - 1;
-        shared[*row] |= others > limits::CROWD;
+        shared[*row] |= others > most;
     }
 }

@@ -46,8 +46,8 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     if sorted.len() < limits::FEWEST_ROWS {
         return found;
     }
-    let [low, tenth, middle, ninetieth, high] =
-        [0.02, 0.1, 0.5, 0.9, 0.98].map(|part| quantile(&sorted, part));
+    let [low, quarter, middle, three_quarters, high] =
+        [0.02, 0.25, 0.5, 0.75, 0.98].map(|part| quantile(&sorted, part));
     let others = || (0..values.len()).filter(|row| values[*row].abs() <= LARGEST);
     if low == high {
         // A column that stands still but for one row.
@@ -57,7 +57,7 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
             found.push(fault(row, f64::INFINITY, reason));
         }
     }
-    let spread = (ninetieth - tenth).max(1e-3 * middle.abs()).max(f64::MIN_POSITIVE);
+    let spread = (three_quarters - quarter).max(1e-3 * middle.abs()).max(f64::MIN_POSITIVE);
     let is_code = |v: f64| limits::CODES.contains(&v.abs());
     let (from, to) = (sorted.iter().filter(|v| !is_code(**v)))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
@@ -77,7 +77,7 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
             found.push(fault(row, size, reason));
         } else if size > limits::ABSURD && low != high {
             let reason =
-                format!("{size:.0} times the column's spread (10 % to 90 %) away from its median {middle}");
+                format!("{size:.0} times the column's spread (25 % to 75 %) away from its median {middle}");
             found.push(fault(row, size, reason));
         }
     }

@@ -14,14 +14,21 @@ pub const TOGETHER: f64 = 0.7;
 /// rows adds, about a tenth, so that normal noise reaches it in one of two million cells; a cell 8 times the column's own
 /// noise off stays above it in 99 % of the cases.
 pub const OUTLIER: f64 = 5.0;
+/// Rows of a calibration in steps. A recording with more is a scan, in which a single row tells less and structure of the
+/// sensor is as narrow as a few rows:
+pub const USUAL_ROWS: f64 = 1000.0;
+/// for every ten times as many, by this part more.
+pub const PER_DECADE: f64 = 0.3;
 /// Part of its deviation that a cell must keep against each of its neighbours, and against every other way of
 /// predicting it: a bump two rows wide keeps half of its height beside its crest, one of a row and a half a third, a step all of it on one side.
 pub const ALONE: f64 = 0.35;
 /// Below this many times the scatter nothing is looked at more closely.
 pub const CLOSER_LOOK: f64 = 2.0;
-/// Other rows among the forty around, in time or in angle, that may deviate by half as much as an outlier does. More are
+/// Other rows among the forty around in time that may deviate by half as much as an outlier does. More are
 /// a stretch that scatters more: vibration, or a mirror that has not settled.
 pub const CROWD: usize = 2;
+/// The same among the forty around in angle: what comes again at an angle is the sensor's.
+pub const CROWD_AT_ANGLE: usize = 1;
 /// That half.
 pub const CROWD_SIZE: f64 = 0.5;
 /// A cell is listed only where it exceeds this many times all but [`TAIL_PART`] of the rows: in a channel whose
@@ -65,11 +72,11 @@ pub const ROWS_PER_TERM: usize = 6;
 /// Order of the base over time: drift and warm-up.
 pub const TIME_ORDER: usize = 3;
 
-/// A value this many times the spread of the column (10 % to 90 %) away from its median cannot be a reading of the same
+/// A value this many times the spread of the column (25 % to 75 %) away from its median cannot be a reading of the same
 /// quantity, alone or not.
 pub const ABSURD: f64 = 1e4;
 /// A value that programs write for "no reading" is one from this many times the spread on.
-pub const CODE: f64 = 3.0;
+pub const CODE: f64 = 5.0;
 /// What programs and converters write where there is no reading.
 pub const CODES: [f64; 14] = [
     999.0,
@@ -92,6 +99,8 @@ pub const LONGEST_PAUSE_S: f64 = 3.2e8;
 /// A first or last row this many times the duration of all others away is a wrong time, not a pause.
 pub const LONE_END: f64 = 10.0;
 
+/// Part of the usual interval that a time must be off to be listed: less does no harm, and clocks tick.
+pub const OF_INTERVAL: f64 = 0.6;
 /// A pause this many times the usual interval is told.
 pub const GAP: f64 = 20.0;
 /// Rows in a row with one and the same reading while the reference moves from which on a channel counts as stuck.
