@@ -16,6 +16,16 @@ pub struct Surroundings {
     at_angle: [Vec<Vec<usize>>; 2],
 }
 
+/// One way of predicting a channel.
+struct Way {
+    scatter: f64,
+    /// Which rows at the same angle were taken off before.
+    kind: usize,
+    /// Whether by a line over the time.
+    is_line: bool,
+    away: Vec<f64>,
+}
+
 /// Deviations of one channel.
 pub struct Deviation {
     /// Value less its prediction; 0 of a blank.
@@ -79,7 +89,7 @@ impl Surroundings {
         // The channel less what the same angle says elsewhere, then less what the rows before and after say.
         let by_angle: Vec<Vec<f64>> =
             std::iter::once(base.clone()).chain(self.at_angle.iter().map(|at| less(&base, at))).collect();
-        let mut ways: Vec<(f64, usize, Vec<f64>)> = Vec::new();
+        let mut ways: Vec<Way> = Vec::new();
         let mut one_sided = Vec::new();
         for (kind, channel) in by_angle.iter().enumerate() {
             let medians = limits::WINDOWS.map(|window| less_in_time(channel, window));
@@ -92,16 +102,17 @@ impl Surroundings {
                     all
                 });
             one_sided.push(sides);
-            for away in medians.into_iter().chain(both) {
+            let medians = medians.into_iter().map(|away| (false, away));
+            for (is_line, away) in medians.chain(both.into_iter().map(|away| (true, away))) {
                 let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
-                ways.push((with_tail(&mut absolute).max(floor), kind, away));
+                ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_line, away });
             }
         }
-        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (best, kind, mut away) = ways.remove(0);
+        ways.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
+        let Way { scatter: best, kind, is_line, mut away } = ways.remove(0);
         let scatter = self.scatter(&away, floor);
         let witnesses: Vec<&Vec<f64>> =
-            ways.iter().filter(|way| way.0 <= limits::WITNESS * best).map(|way| &way.2).collect();
+            ways.iter().filter(|way| way.scatter <= limits::WITNESS * best).map(|way| &way.away).collect();
         let channel = &by_angle[kind];
         let mut shared = vec![false; away.len()];
         for row in 0..away.len() {
@@ -111,8 +122,10 @@ impl Surroundings {
             }
             let keeps = |other: f64| !other.is_finite() || other * own.signum() >= limits::ALONE * own.abs();
             let beside = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
-            let alone =
-                beside.filter_map(|other| channel.get(other)).all(|other| keeps(channel[row] - other));
+            // Where the channel runs along a line its neighbours lie apart anyway, and the lines of either side tell.
+            let sides = one_sided[kind].iter().any(|side| side[row].is_finite());
+            let alone = (is_line && sides)
+                || beside.filter_map(|other| channel.get(other)).all(|other| keeps(channel[row] - other));
             // What goes on from the rows of one side is a bend, not an outlier.
             let bent = one_sided[kind]
                 .iter()
