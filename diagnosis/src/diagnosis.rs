@@ -15,6 +15,7 @@ use crate::model::{self, Model};
 use crate::observe::{ObserveError, Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::{Rows, mean, rms};
+use crate::screened::Screened;
 use crate::search::Found;
 use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
@@ -106,6 +107,8 @@ pub fn diagnose(
     held_out: Option<&Recording>,
     options: &Options,
 ) -> Result<Outcome, ObserveError> {
+    let screened = Screened::of(recording, mirror, simulated, held_out)?;
+    let (recording, simulated, held_out) = screened.parts();
     let full = observe(recording, mirror, simulated, options.base)?;
     let Condensed { rows, cell_of } = &condense(&full);
     let other = held_out.map(|r| observe(r, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
@@ -180,6 +183,7 @@ pub fn diagnose(
         fit.gain = None;
     }
     let mut unidentifiable = said.unidentifiable;
+    unidentifiable.extend(screened.notes());
     if fit.after.held_out_rms.is_none() {
         unidentifiable.push(format!(
             "too short to hold anything out ({} readings, passes: {}): the improvement is shown on the fitted rows only",
@@ -209,7 +213,7 @@ pub fn diagnose(
         fit,
         unidentifiable,
         next_experiment: said.next_experiment,
-        bad_rows: Vec::new(),
+        bad_rows: screened.bad_rows(),
         judged,
         withheld,
         plant: Vec::new(),

@@ -36,6 +36,7 @@ pub mod observe;
 pub mod refit;
 pub mod report;
 pub mod rows;
+pub mod screened;
 pub mod search;
 pub mod simulated;
 pub mod steps;

@@ -41,6 +41,12 @@ pub enum ObserveError {
          --order"
     )]
     NoTurn { file: String },
+    /// Too much of the recording cannot be readings.
+    #[error(transparent)]
+    Faults(#[from] Box<fitter::faults::FaultError>),
+    /// The recording cannot be a calibration.
+    #[error(transparent)]
+    Implausible(Box<fitter::FitError>),
     /// The simulation does not fit the recording's rows.
     #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
     Simulation { file: String, found: String, expected: String },
@@ -97,6 +103,7 @@ pub fn observe(
     if n < FEWEST_ROWS {
         return Err(ObserveError::TooShort { file, rows: n, needed: FEWEST_ROWS });
     }
+    fitter::check(recording, mirror).map_err(|error| ObserveError::Implausible(Box::new(error)))?;
     if let Some(simulated) = simulated
         && simulated.reference.len() != n
     {

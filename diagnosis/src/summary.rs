@@ -39,6 +39,7 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
     };
     let listed = if verbose { usize::MAX } else { LISTED };
     let mut text = format!("{style}{}{style:#}\n", sentence(d));
+    text += &fitter::faults::summary::styled(&d.bad_rows, &[], verbose);
     let floor = &d.noise_floor;
     text += &line("noise", &format!("{} from {}", figure(floor.value, &floor.unit), floor.from));
     for location in d.locations.iter().take(listed) {

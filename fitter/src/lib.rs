@@ -39,7 +39,7 @@ pub use apply::{Applied, ApplyError, ApplyNote, apply};
 pub use basis::{Basis, MAX_ORDER};
 pub use coefficients::Coefficients;
 pub use error_model::{ErrorModel, Sensor};
-pub use fit::{Calibrated, Fit, FitError, FitNote, Fitted, Options, Solver, choose_order, fit};
+pub use fit::{Calibrated, Fit, FitError, FitNote, Fitted, Options, Solver, check, choose_order, fit};
 pub use mirror::{Mirror, MirrorError};
 pub use recording::{Recording, RecordingError};
 

@@ -10,6 +10,9 @@ pub enum DynamicError {
     /// What can be wrong with any recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// Too much of the recording cannot be readings.
+    #[error(transparent)]
+    Faults(#[from] Box<fitter::faults::FaultError>),
     #[error(
         "{file}, line {line}, column `t_s`: found a step of {found} s, expected {expected} s as between most \
          rows: {what}; record without gaps, or resample it yourself (a resampling is never silent)"

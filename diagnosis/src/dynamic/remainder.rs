@@ -115,6 +115,7 @@ mod tests {
             period: None,
             amplitude: None,
             command: None,
+            bad_rows: Vec::new(),
         }
     }
 

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::progress::{read, waiting};
 use super::{Common, MapArgs, command_line, summarise};
+use crate::faults::{self, Screened};
 use crate::recording::{Purpose, Reading};
 use crate::{Fit, Fitted, Mirror, Options, Recording, Solver, output, summary};
 
@@ -105,16 +106,18 @@ impl ModelArgs {
         }
     }
 
-    /// Reads mirror and recording, and fits.
-    pub(super) fn fit(&self, path: &std::path::Path, common: Common) -> Result<(Recording, Fit)> {
+    /// Reads mirror and recording, leaves out what cannot be readings, and fits the rest.
+    pub(super) fn fit(&self, path: &std::path::Path, common: Common) -> Result<(Screened, Fit)> {
         let mirror = Mirror::read(&self.mirror).into_diagnostic()?;
         let reading =
             Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(&mirror.sensor) };
         let recording = read(path, &reading, common)?;
         let options = self.options();
-        let fit = waiting("fitting", recording.rows(), common, || crate::fit(&recording, &mirror, &options))
+        let screened = faults::screen(&recording, &mirror.sensor).into_diagnostic()?;
+        let recording = &screened.recording;
+        let fit = waiting("fitting", recording.rows(), common, || crate::fit(recording, &mirror, &options))
             .into_diagnostic()?;
-        Ok((recording, fit))
+        Ok((screened, fit))
     }
 
     /// As a further recording of the same sensor is read.
@@ -125,12 +128,13 @@ impl ModelArgs {
         common: Common,
     ) -> Result<Recording> {
         let reading = Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(sensor) };
-        read(path, &reading, common)
+        let recording = read(path, &reading, common)?;
+        Ok(faults::screen(&recording, sensor).into_diagnostic()?.recording)
     }
 }
 
 pub(super) fn run(args: &FitArgs, common: Common) -> Result<()> {
-    let (_, fit) = args.model.fit(&args.recording, common)?;
+    let (screened, fit) = args.model.fit(&args.recording, common)?;
     let text = fit.coefficients.to_sealed_json();
     output::not_the_input(&args.out, &[&args.recording, &args.model.mirror]).into_diagnostic()?;
     output::write_whole(&args.out, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
@@ -139,10 +143,16 @@ pub(super) fn run(args: &FitArgs, common: Common) -> Result<()> {
         common,
         || {
             let mut value = summary::json(&fit);
+            value["bad_rows"] = json!(screened.bad_rows);
+            value["findings"] = json!(screened.notes);
             value["written"] = json!(written);
             value
         },
-        || summary::styled(&fit, common.verbose) + &summary::line("written", &written),
+        || {
+            summary::styled(&fit, common.verbose)
+                + &faults::summary::styled(&screened.bad_rows, &screened.notes, common.verbose)
+                + &summary::line("written", &written)
+        },
     );
     Ok(())
 }

@@ -44,12 +44,13 @@ pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
     let Some((calibration, verifications)) = args.recordings.split_first() else {
         return Err(miette!("no recording was given"));
     };
-    let (recording, fit) = args.model.fit(calibration, common)?;
+    let (screened, fit) = args.model.fit(calibration, common)?;
+    let recording = &screened.recording;
     let sensor = &fit.coefficients.sensor;
     let verifications = (verifications.iter())
         .map(|path| args.model.read_other(path, sensor, common))
         .collect::<Result<Vec<_>>>()?;
-    let report = Report::of(&recording, &fit, &verifications).into_diagnostic()?;
+    let report = Report::of(recording, &fit, &verifications).into_diagnostic()?;
     let figures = report.figures();
     let page = report.page(&figures);
     let mut written = vec![args.out.display().to_string()];
@@ -74,6 +75,7 @@ pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
         common,
         || {
             let mut value = summary::json(&fit);
+            value["bad_rows"] = json!(screened.bad_rows);
             value["figures"] = json!(numbers);
             value["written"] = json!(written);
             value

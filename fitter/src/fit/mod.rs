@@ -161,6 +161,16 @@ pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<
     Ok(fit)
 }
 
+/// Refuses a recording that cannot be a calibration: all readings at one angle, displacements beyond the probes' distance,
+/// a reference in another unit or of the other sense. [`fit()`] makes the same checks.
+///
+/// # Errors
+/// One of [`FitError`], which names the column and the unit that it looks like.
+pub fn check(recording: &Recording, mirror: &Mirror) -> Result<(), FitError> {
+    let whole_turn = unwound(recording, &mirror.sensor)?.is_some_and(|unwound| unwound.whole);
+    if whole_turn { Ok(()) } else { Prepared::of(recording, mirror).map(|_| ()) }
+}
+
 /// Chooses the order by cross-validation, and identifies nothing: both curves (Eq. 9, 10) and what they say.
 ///
 /// # Errors

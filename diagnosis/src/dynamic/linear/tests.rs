@@ -93,6 +93,7 @@ fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
         period: Some(period),
         amplitude: Some(amplitude),
         command: None,
+        bad_rows: Vec::new(),
     }
 }
 

@@ -4,6 +4,7 @@
 //! `period`, `amplitude`, `command`. Any other column is ignored.
 
 mod checks;
+mod faults;
 mod read;
 
 use std::ops::Range;
@@ -38,6 +39,8 @@ pub struct DynamicRecording {
     pub amplitude: Option<Vec<f64>>,
     /// What the controller followed, from the column that the plant names.
     pub command: Option<Vec<f64>>,
+    /// Samples that cannot be readings; what the samples before and after say stands in their place.
+    pub bad_rows: Vec<fitter::faults::BadRow>,
 }
 
 impl DynamicRecording {

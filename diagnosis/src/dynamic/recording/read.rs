@@ -10,7 +10,7 @@ use fitter::recording::Place;
 use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
-use super::{DynamicRecording, checks};
+use super::{DynamicRecording, checks, faults};
 use crate::dynamic::fault::DynamicError;
 
 impl DynamicRecording {
@@ -222,12 +222,22 @@ fn build(
     let step_s = checks::step(file, &t_s, &runs, lines, resolution_s)?;
     let names = [&header.drives, &header.positions]
         .map(|group| group.iter().map(|c| header.names[*c].clone()).collect::<Vec<_>>());
+    let [mut drives, mut positions] =
+        [&header.drives, &header.positions].map(|group| group.iter().map(|c| take(*c)).collect::<Vec<_>>());
+    let mut bad_rows = Vec::new();
+    for (group, names, is_position) in [(&mut drives, &names[0], false), (&mut positions, &names[1], true)] {
+        for (values, name) in group.iter_mut().zip(names) {
+            let listed = faults::mend(file, name, values, &runs, lines, is_position).map_err(Box::new)?;
+            bad_rows.extend(listed);
+        }
+    }
     let recording = DynamicRecording {
         file: file.into(),
         sha256: String::new(),
         step_s,
-        drives: header.drives.iter().map(|c| take(*c)).collect(),
-        positions: header.positions.iter().map(|c| take(*c)).collect(),
+        drives,
+        positions,
+        bad_rows,
         runs,
         run_numbers,
         period,

@@ -1,0 +1,166 @@
+//! Samples that cannot be readings: listed, and replaced by what the samples before and after say, since the rows of a
+//! moving recording have to stay equidistant.
+
+use std::ops::Range;
+
+use fitter::faults::{BadRow, FaultError, limits};
+
+/// Multiples of the scatter around it from which on a single position counts as wrong. A position that jumps and is back
+/// at the next sample would need an acceleration that no other sample shows.
+const SPIKE: f64 = 20.0;
+/// Samples around from which that scatter is taken.
+const AROUND: usize = 100;
+/// How nearly the samples beside a spike must show its image, a cubic's weight of it, as a part of it.
+const IMAGE: f64 = 0.25;
+/// Spread of a column in multiples of that of its middle nine tenths beyond which a value is no reading.
+const BEYOND: f64 = 50.0;
+
+/// Replaces the samples of a column that cannot be readings. Of a drive those only that are codes for "no reading" or
+/// beyond all measure: a single high sample may be a pulse that was meant.
+///
+/// # Errors
+/// [`FaultError`] where more than a tenth of the samples are affected.
+pub fn mend(
+    file: &str,
+    column: &str,
+    values: &mut [f64],
+    runs: &[Range<usize>],
+    lines: &[u64],
+    is_position: bool,
+) -> Result<Vec<BadRow>, FaultError> {
+    let mut found = gross(values);
+    let bad: Vec<usize> = found.iter().map(|(row, _)| *row).collect();
+    let rows = values.len();
+    let listed = |(row, reason): &(usize, String), value: f64| BadRow {
+        line: lines[*row],
+        column: column.to_string(),
+        value: value.to_string(),
+        reason: format!("{reason}; replaced by what the samples before and after say"),
+    };
+    if bad.len() as f64 > limits::MOST_AFFECTED * rows as f64 {
+        let (row, reason) = &found[0];
+        return Err(FaultError::TooMany {
+            file: file.to_string(),
+            line: lines[*row],
+            column: column.to_string(),
+            found: format!("{:e}", values[*row]),
+            reason: reason.clone(),
+            affected: bad.len(),
+            rows,
+        });
+    }
+    let whole: Vec<f64> = values.to_vec();
+    fill(values, runs, &bad);
+    if is_position {
+        let spikes: Vec<(usize, String)> = runs.iter().flat_map(|run| spikes(values, run)).collect();
+        // More than a few are the movement itself.
+        if spikes.len() as f64 <= (limits::TAIL_PART * rows as f64).max(2.0) {
+            fill(values, runs, &spikes.iter().map(|(row, _)| *row).collect::<Vec<_>>());
+            found.extend(spikes);
+        }
+    }
+    found.sort_by_key(|(row, _)| *row);
+    Ok(found.iter().map(|one| listed(one, whole[one.0])).collect())
+}
+
+/// Codes for "no reading", and values beyond all measure.
+fn gross(values: &[f64]) -> Vec<(usize, String)> {
+    let mut sorted = values.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let at = |part: f64| sorted[((sorted.len() - 1) as f64 * part) as usize];
+    let (middle, spread) = (at(0.5), at(0.95) - at(0.05));
+    if spread <= 0.0 {
+        return Vec::new();
+    }
+    let of = |(row, value): (usize, &f64)| {
+        let size = (value - middle).abs() / spread;
+        let code = limits::CODES.contains(&value.abs()) && size > limits::CODE;
+        let absurd = size > limits::ABSURD;
+        let reason =
+            format!("{size:.0} times the column's spread (5 % to 95 %) away from its median {middle}");
+        (code && size > BEYOND || absurd).then_some((row, reason))
+    };
+    values.iter().enumerate().filter_map(of).collect()
+}
+
+/// Single positions far from the cubic through the two samples before and the two after.
+fn spikes(values: &[f64], run: &Range<usize>) -> Vec<(usize, String)> {
+    let y = &values[run.clone()];
+    if y.len() < 2 * AROUND {
+        return Vec::new();
+    }
+    let n = y.len();
+    let away = |k: usize| y[k] - (4.0 * (y[k - 1] + y[k + 1]) - y[k - 2] - y[k + 2]) / 6.0;
+    let away: Vec<f64> = (0..n).map(|k| if k < 2 || k + 2 >= n { 0.0 } else { away(k) }).collect();
+    (3..n - 3)
+        .filter_map(|k| {
+            let own = away[k];
+            let image = |other: f64| (other / own + 2.0 / 3.0).abs() < IMAGE;
+            if own == 0.0 || !image(away[k - 1]) || !image(away[k + 1]) {
+                return None;
+            }
+            let start = k.saturating_sub(AROUND).min(n - 2 * AROUND);
+            let mut around: Vec<f64> = (start..start + 2 * AROUND)
+                .filter(|other| other.abs_diff(k) > 2)
+                .map(|other| away[other].abs())
+                .collect();
+            around.sort_unstable_by(f64::total_cmp);
+            // The second largest of the others, so that neither a fast movement nor a second spike is mistaken.
+            let scatter = around[around.len() * 9 / 10].max(0.2 * around[around.len() - 6]);
+            let size = own.abs() / scatter.max(f64::MIN_POSITIVE);
+            let reason =
+                || format!("{own:+.6} away from the samples before and after, {size:.0} times their scatter");
+            (size > SPIKE && scatter > 0.0).then(|| (run.start + k, reason()))
+        })
+        .collect()
+}
+
+/// Puts a line between the nearest good samples of the same run in the place of bad ones.
+fn fill(values: &mut [f64], runs: &[Range<usize>], bad: &[usize]) {
+    for run in runs {
+        for &row in bad.iter().filter(|row| run.contains(row)) {
+            let good = |other: &usize| !bad.contains(other);
+            let before = (run.start..row).rev().find(good);
+            let after = (row + 1..run.end).find(good);
+            values[row] = match (before, after) {
+                (Some(a), Some(b)) => values[a] + (values[b] - values[a]) * (row - a) as f64 / (b - a) as f64,
+                (Some(one), None) | (None, Some(one)) => values[one],
+                (None, None) => values[row],
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn swing(rows: usize) -> Vec<f64> {
+        (0..rows).map(|k| (0.05 * k as f64).sin() + 1e-4 * (k as f64 * 12.9898).sin()).collect()
+    }
+
+    fn mended(values: &mut [f64]) -> Vec<BadRow> {
+        let lines: Vec<u64> = (0..values.len() as u64).map(|k| k + 2).collect();
+        mend("r.csv", "position", values, &[0..values.len()], &lines, true).unwrap()
+    }
+
+    #[test]
+    fn a_code_and_a_spike_are_listed_and_replaced() {
+        let clean = swing(1000);
+        let mut values = clean.clone();
+        values[400] = -9999.0;
+        values[700] += 0.1;
+        let listed = mended(&mut values);
+        assert_eq!(listed.iter().map(|bad| bad.line).collect::<Vec<_>>(), [402, 702]);
+        assert!((values[400] - clean[400]).abs() < 2e-3 && (values[700] - clean[700]).abs() < 2e-3);
+    }
+
+    #[test]
+    fn steps_and_clean_samples_are_left_alone() {
+        let mut values = swing(1000);
+        values[500..].iter_mut().for_each(|value| *value += 0.5);
+        let whole = values.clone();
+        assert_eq!(mended(&mut values), []);
+        assert_eq!(values, whole);
+    }
+}

@@ -1,0 +1,230 @@
+//! How far every row of a channel is from what the other rows say, in which the rows agree that predict it best.
+
+use super::base::Base;
+use super::scale::{least, median, trimmed, with_tail};
+use super::{limits, line};
+
+/// What the rows of all channels have in common.
+pub struct Surroundings {
+    base: Base,
+    time: Vec<f64>,
+    /// The angle of every row, from −1 to 1.
+    place: Vec<f64>,
+    /// Rows by ascending angle, and where every row stands among them.
+    by_angle: Vec<usize>,
+    /// For every row the nearest angles of other rows: of either direction, and of its own.
+    at_angle: [Vec<Vec<usize>>; 2],
+}
+
+/// One way of predicting a channel.
+struct Way {
+    scatter: f64,
+    /// Which rows at the same angle were taken off before.
+    kind: usize,
+    /// Whether by a line over the time.
+    is_line: bool,
+    away: Vec<f64>,
+}
+
+/// Deviations of one channel.
+pub struct Deviation {
+    /// Value less its prediction; 0 of a blank.
+    pub away: Vec<f64>,
+    /// Whether a neighbour shares the deviation, or another way of predicting the row sees none.
+    pub shared: Vec<bool>,
+    /// Scatter of such deviations around every row.
+    pub scatter: Vec<f64>,
+}
+
+impl Surroundings {
+    pub fn new(angle: &[f64], time: &[f64], direction: &[f64]) -> Surroundings {
+        let n = angle.len();
+        let mut by_angle: Vec<usize> = (0..n).collect();
+        by_angle.sort_by(|a, b| angle[*a].total_cmp(&angle[*b]));
+        let mut rank = vec![0; n];
+        by_angle.iter().enumerate().for_each(|(k, row)| rank[*row] = k);
+        let mut steps: Vec<f64> =
+            angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|s| *s > 0.0).collect();
+        let same = limits::SAME_ANGLE * if steps.is_empty() { 0.0 } else { median(&mut steps) };
+        let nearest = |row: usize, own: bool| {
+            let mut found = Vec::with_capacity(limits::AT_ANGLE);
+            let (mut below, mut above) = (rank[row], rank[row] + 1);
+            // So far is looked at most: in one pass of one direction there may be nothing to be found.
+            let end = (rank[row] + 4 * limits::AT_ANGLE + 8).min(n);
+            let start = rank[row].saturating_sub(4 * limits::AT_ANGLE + 8);
+            while found.len() < limits::AT_ANGLE && (below > start || above < end) {
+                let low = (below > start).then(|| (angle[row] - angle[by_angle[below - 1]]).abs());
+                let high = (above < end).then(|| (angle[by_angle[above]] - angle[row]).abs());
+                let other = if high.is_none() || low.is_some_and(|low| high.is_some_and(|high| low <= high)) {
+                    below -= 1;
+                    by_angle[below]
+                } else {
+                    above += 1;
+                    by_angle[above - 1]
+                };
+                let suits = !own || direction[other] == direction[row];
+                if other.abs_diff(row) > limits::NEAR_IN_TIME && suits {
+                    found.push(other);
+                }
+            }
+            // Rows of the very angle are better witnesses than those of the next, if there are a few.
+            let at_same = found.iter().filter(|other| (angle[**other] - angle[row]).abs() <= same).count();
+            if at_same >= 2 {
+                found.truncate(at_same);
+            }
+            found
+        };
+        let at_angle = [false, true].map(|own| (0..n).map(|row| nearest(row, own)).collect());
+        let (low, high) = (angle[by_angle[0]], angle[by_angle[n - 1]]);
+        let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
+        let place = angle.iter().map(|a| ((a - 0.5 * (low + high)) / half).clamp(-1.0, 1.0)).collect();
+        let (base, time) = (Base::new(angle, time, direction), time.to_vec());
+        Surroundings { base, time, place, by_angle, at_angle }
+    }
+
+    /// The deviations of a channel; a blank deviates by nothing.
+    pub fn deviation(&self, values: &[f64]) -> Deviation {
+        let base = self.base.residual(values);
+        let floor = least(values);
+        // The channel less what the same angle says elsewhere, then less what the rows before and after say.
+        let by_angle: Vec<Vec<f64>> =
+            std::iter::once(base.clone()).chain(self.at_angle.iter().map(|at| less(&base, at))).collect();
+        let mut ways: Vec<Way> = Vec::new();
+        let mut one_sided = Vec::new();
+        for (kind, channel) in by_angle.iter().enumerate() {
+            let medians = limits::WINDOWS.map(|window| less_in_time(channel, window));
+            let lines = limits::LINES.map(|window| line::less_line(channel, &self.time, window));
+            let [both, sides]: [Vec<Vec<f64>>; 2] =
+                lines.into_iter().fold([Vec::new(), Vec::new()], |mut all, line| {
+                    let [beside, before, after] = line;
+                    all[0].push(beside);
+                    all[1].extend([before, after]);
+                    all
+                });
+            one_sided.push(sides);
+            let medians = medians.into_iter().map(|away| (false, away));
+            for (is_line, away) in medians.chain(both.into_iter().map(|away| (true, away))) {
+                let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
+                ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_line, away });
+            }
+        }
+        ways.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
+        let Way { scatter: best, kind, is_line, mut away } = ways.remove(0);
+        let scatter = self.scatter(&away, floor);
+        let witnesses: Vec<&Vec<f64>> =
+            ways.iter().filter(|way| way.scatter <= limits::WITNESS * best).map(|way| &way.away).collect();
+        let channel = &by_angle[kind];
+        let mut shared = vec![false; away.len()];
+        for row in 0..away.len() {
+            let own = away[row];
+            if !own.is_finite() || own.abs() < limits::CLOSER_LOOK * scatter[row] {
+                continue;
+            }
+            let keeps = |other: f64| !other.is_finite() || other * own.signum() >= limits::ALONE * own.abs();
+            let beside = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
+            // Where the channel runs along a line its neighbours lie apart anyway, and the lines of either side tell.
+            let sides = one_sided[kind].iter().any(|side| side[row].is_finite());
+            let alone = (is_line && sides)
+                || beside.filter_map(|other| channel.get(other)).all(|other| keeps(channel[row] - other));
+            // What goes on from the rows of one side is a bend, not an outlier.
+            let bent = one_sided[kind]
+                .iter()
+                .any(|side| side[row].is_finite() && side[row] * own.signum() < limits::BEND * own.abs());
+            if bent || !alone || !witnesses.iter().all(|witness| keeps(witness[row])) {
+                shared[row] = true;
+            }
+        }
+        let in_time: Vec<usize> = (0..away.len()).collect();
+        crowded(&away, &scatter, &in_time, limits::CROWD, &mut shared);
+        crowded(&away, &scatter, &self.by_angle, limits::CROWD_AT_ANGLE, &mut shared);
+        away.iter_mut().filter(|away| !away.is_finite()).for_each(|away| *away = 0.0);
+        Deviation { away, shared, scatter }
+    }
+
+    /// The scatter around every row: over the angle a smooth one, and larger where the rows nearby in time or in angle
+    /// scatter more.
+    fn scatter(&self, away: &[f64], floor: f64) -> Vec<f64> {
+        let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
+        let common = trimmed(&mut absolute).max(floor);
+        let smooth = self.smooth_scatter(away, common);
+        let in_time: Vec<usize> = (0..away.len()).collect();
+        let mut result = smooth;
+        for order in [&in_time, &self.by_angle] {
+            let sizes: Vec<f64> = order.iter().map(|row| away[*row].abs()).collect();
+            for (k, row) in order.iter().enumerate() {
+                let start = k
+                    .saturating_sub(limits::LOCAL_ROWS / 2)
+                    .min(sizes.len().saturating_sub(limits::LOCAL_ROWS));
+                let end = (start + limits::LOCAL_ROWS).min(sizes.len());
+                let mut near: Vec<f64> =
+                    sizes[start..end].iter().copied().filter(|r| r.is_finite()).collect();
+                let local = limits::LOCAL_DISCOUNT * trimmed(&mut near);
+                result[*row] = result[*row].max(local);
+            }
+        }
+        result
+    }
+
+    /// A parabola over the angle through the sizes of the deviations, those beyond three times the scatter cut.
+    fn smooth_scatter(&self, away: &[f64], common: f64) -> Vec<f64> {
+        // Mean of normal absolute values, over their standard deviation.
+        const MEAN: f64 = 0.797_88;
+        let mut sums = nalgebra::Matrix2::zeros();
+        let mut right = nalgebra::Vector2::zeros();
+        for (r, x) in away.iter().zip(&self.place).filter(|(r, _)| r.is_finite()) {
+            let column = nalgebra::Vector2::new(1.0, x * x);
+            sums += column * column.transpose();
+            right += column * (r.abs().min(3.0 * common) / MEAN);
+        }
+        match sums.lu().solve(&right) {
+            Some(c) if away.len() >= 60 => {
+                (self.place.iter()).map(|x| (c[0] + c[1] * x * x).max(limits::LEAST_LOCAL * common)).collect()
+            }
+            _ => vec![common; away.len()],
+        }
+    }
+}
+
+/// Every row less the median of the given others.
+fn less(values: &[f64], others: &[Vec<usize>]) -> Vec<f64> {
+    let mut near = Vec::new();
+    (values.iter().zip(others))
+        .map(|(value, others)| {
+            near.clear();
+            near.extend(others.iter().map(|other| values[*other]).filter(|v| v.is_finite()));
+            if near.is_empty() { *value } else { value - median(&mut near) }
+        })
+        .collect()
+}
+
+/// Every row less the median of `window` rows before and after.
+fn less_in_time(values: &[f64], window: usize) -> Vec<f64> {
+    if window == 0 {
+        let mut all: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        let middle = median(&mut all);
+        return values.iter().map(|value| value - middle).collect();
+    }
+    let mut near = Vec::new();
+    (0..values.len())
+        .map(|row| {
+            near.clear();
+            let range = row.saturating_sub(window)..(row + window + 1).min(values.len());
+            near.extend(range.filter(|other| *other != row).map(|k| values[k]).filter(|v| v.is_finite()));
+            if near.is_empty() { values[row] } else { values[row] - median(&mut near) }
+        })
+        .collect()
+}
+
+/// Marks rows far out that have several others nearly as far out around them: there the scatter itself is larger.
+fn crowded(away: &[f64], scatter: &[f64], order: &[usize], most: usize, shared: &mut [bool]) {
+    let half = limits::LOCAL_ROWS / 2;
+    for (k, row) in order.iter().enumerate() {
+        let own = away[*row].abs();
+        if own < limits::CLOSER_LOOK * scatter[*row] {
+            continue;
+        }
+        let near = &order[k.saturating_sub(half)..(k + half + 1).min(order.len())];
+        let others = near.iter().filter(|other| away[**other].abs() >= limits::CROWD_SIZE * own).count() - 1;
+        shared[*row] |= others > most;
+    }
+}

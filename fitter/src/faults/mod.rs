@@ -1,0 +1,182 @@
+//! Cells that cannot be readings: found before anything is fitted, named with their line, and left out.
+//!
+//! A cell is held against what the other rows say: its neighbours in time, the same angle in other passes, and the
+//! other columns of its own row. Only a cell that stands alone is listed; several rows in a row that are high together
+//! are physics, and so is what comes again in other passes.
+
+mod base;
+mod channels;
+mod clock;
+mod culprit;
+mod deviation;
+mod findings;
+mod gross;
+pub mod limits;
+mod line;
+mod scale;
+pub mod summary;
+
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::error_model::Sensor;
+use crate::recording::{Note, Recording};
+use channels::Channels;
+
+/// A cell that cannot be a reading.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BadRow {
+    /// Its line in the file, the header being line 1.
+    pub line: u64,
+    /// Its column.
+    pub column: String,
+    /// What stands there.
+    pub value: String,
+    /// Why it cannot be a reading, with how far it is from what the other rows say.
+    pub reason: String,
+}
+
+/// A recording without the rows that cannot be readings.
+#[derive(Debug, Clone)]
+pub struct Screened {
+    /// The other rows; name, hash and line numbers are those of the whole file.
+    pub recording: Recording,
+    /// Which rows of the whole recording they are.
+    pub kept: Vec<usize>,
+    /// The cells for whose sake the others were left out, in the order of the file.
+    pub bad_rows: Vec<BadRow>,
+    /// What else was noticed, and removes nothing: gaps, repeated times, stuck or saturated stretches, a coarse
+    /// resolution.
+    pub notes: Vec<String>,
+}
+
+/// Why a recording is refused before anything is fitted.
+#[derive(Debug, Error)]
+pub enum FaultError {
+    /// Too much of the recording cannot be readings.
+    #[error(
+        "{file}, line {line}, column `{column}`: found {found} ({reason}), and {affected} of {rows} rows like it, \
+         expected at most a tenth; correct or drop these rows, or check the column's unit"
+    )]
+    TooMany {
+        /// File name.
+        file: String,
+        /// Line of the first cell.
+        line: u64,
+        /// Its column.
+        column: String,
+        /// What stands there.
+        found: String,
+        /// Why it cannot be a reading.
+        reason: String,
+        /// Rows that are affected.
+        affected: usize,
+        /// All rows.
+        rows: usize,
+    },
+}
+
+/// A cell that is to be listed, by its row.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Fault {
+    pub row: usize,
+    pub column: String,
+    pub value: f64,
+    pub reason: String,
+    /// Multiples of the scatter, for the order of the search.
+    pub size: f64,
+}
+
+/// Finds the cells that cannot be readings and leaves their rows out.
+///
+/// # Errors
+/// [`FaultError::TooMany`] where more than a tenth of the rows are affected.
+pub fn screen(recording: &Recording, sensor: &Sensor) -> Result<Screened, FaultError> {
+    let rows = recording.rows();
+    let mut faults = gross::faults(recording);
+    faults.extend(clock::faults(recording, &without(rows, &faults)));
+    check(recording, &faults)?;
+    for _ in 0..limits::ROUNDS {
+        let kept = without(rows, &faults);
+        if kept.len() < limits::FEWEST_ROWS {
+            break;
+        }
+        let rest = recording.select(&kept);
+        let channels = Channels::of(&rest, sensor);
+        let mut found = culprit::faults(&channels);
+        let largest = found.iter().fold(0.0_f64, |largest, fault| largest.max(fault.size));
+        // A cell far out draws the prediction of others with it: those are judged again without it.
+        found.retain(|fault| fault.size >= limits::TOGETHER * largest);
+        if found.is_empty() {
+            break;
+        }
+        faults.extend(found.into_iter().map(|fault| Fault { row: kept[fault.row], ..fault }));
+        check(recording, &faults)?;
+    }
+    faults.sort_by(|a, b| (a.row, &a.column).cmp(&(b.row, &b.column)));
+    let kept = without(rows, &faults);
+    let clean = selected(recording, &kept);
+    let notes = findings::notes(&clean);
+    let bad_rows = faults.iter().map(|fault| listed(recording, fault)).collect();
+    Ok(Screened { recording: clean, kept, bad_rows, notes })
+}
+
+/// The rows of `kept`; a note on time that runs backward is dropped where it no longer does.
+fn selected(recording: &Recording, kept: &[usize]) -> Recording {
+    if kept.len() == recording.rows() {
+        return recording.clone();
+    }
+    let mut clean = recording.select(kept);
+    if clean.time_s.windows(2).all(|pair| pair[0] <= pair[1]) {
+        clean.notes.retain(|note| !matches!(note, Note::TimeBackward { .. }));
+    }
+    clean
+}
+
+fn listed(recording: &Recording, fault: &Fault) -> BadRow {
+    BadRow {
+        line: recording.line(fault.row),
+        column: fault.column.clone(),
+        value: shown(fault.value),
+        reason: fault.reason.clone(),
+    }
+}
+
+/// A number as it may have stood in the file.
+fn shown(value: f64) -> String {
+    if value != 0.0 && !(1e-6..1e15).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+/// The rows that no fault is in.
+fn without(rows: usize, faults: &[Fault]) -> Vec<usize> {
+    let mut bad = vec![false; rows];
+    faults.iter().for_each(|fault| bad[fault.row] = true);
+    (0..rows).filter(|row| !bad[*row]).collect()
+}
+
+fn check(recording: &Recording, faults: &[Fault]) -> Result<(), FaultError> {
+    let rows = recording.rows();
+    let affected = rows - without(rows, faults).len();
+    match faults.iter().min_by_key(|fault| fault.row) {
+        Some(first) if affected as f64 > limits::MOST_AFFECTED * rows as f64 && affected > 1 => {
+            let BadRow { line, column, value, reason } = listed(recording, first);
+            Err(FaultError::TooMany {
+                file: recording.file.clone(),
+                line,
+                column,
+                found: value,
+                reason,
+                affected,
+                rows,
+            })
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,110 @@
+use super::*;
+use crate::recording::Readings;
+
+const CALIBRATION: &str = include_str!("../../data/calibration.csv");
+
+fn default() -> (Recording, Sensor) {
+    let (recording, mirror) = crate::default_recording().unwrap();
+    (recording, mirror.sensor)
+}
+
+/// The embedded recording with the cell of `column` on line 60 changed.
+fn with(column: &str, change: impl Fn(f64) -> f64) -> Recording {
+    let header: Vec<&str> = CALIBRATION.lines().next().unwrap().split(',').collect();
+    let index = header.iter().position(|name| *name == column).unwrap();
+    let line = |(k, line): (usize, &str)| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        if k == 59 {
+            cells[index] = change(cells[index].parse().unwrap()).to_string();
+        }
+        cells.join(",") + "\n"
+    };
+    let text: String = CALIBRATION.lines().enumerate().map(line).collect();
+    Recording::from_bytes("calibration.csv", text.as_bytes()).unwrap()
+}
+
+fn listed(recording: &Recording) -> Vec<(u64, String)> {
+    let (_, sensor) = default();
+    screen(recording, &sensor).unwrap().bad_rows.into_iter().map(|bad| (bad.line, bad.column)).collect()
+}
+
+#[test]
+fn a_clean_recording_loses_nothing() {
+    let (recording, sensor) = default();
+    let screened = screen(&recording, &sensor).unwrap();
+    assert_eq!(screened.bad_rows, []);
+    assert_eq!(screened.recording, recording);
+    assert!(screened.notes.is_empty(), "{:?}", screened.notes);
+}
+
+/// Eight and more times the scatter of a row: probes 34 nm, autocollimator and probes 0.55 arcsec together, thermometer
+/// 0.02 K, intervals 0.3 s; codes and the largest numbers as well.
+#[test]
+fn one_bad_cell_of_any_column_is_listed_with_its_line() {
+    for (column, size) in [
+        ("x1_mm", 3e-4),
+        ("x2_mm", 3e-4),
+        ("reference_arcsec", 5.0),
+        ("cross_arcsec", 3.0),
+        ("temperature_c", 0.25),
+        ("coil_a", 0.012),
+        ("command_deg", 0.01),
+        ("t_s", 2.6),
+    ] {
+        for change in [size, -size, 4.0 * size] {
+            let expected = vec![(60, column.to_string())];
+            assert_eq!(listed(&with(column, |value| value + change)), expected, "{change}");
+        }
+        for value in [-9999.0, 99999.0, 1e200] {
+            assert_eq!(listed(&with(column, |_| value)), [(60, column.to_string())], "{value}");
+        }
+    }
+    assert_eq!(listed(&with("direction", |direction| -direction)), [(60, "direction".to_string())]);
+}
+
+#[test]
+fn the_other_rows_stay_as_they_were() {
+    let (whole, sensor) = default();
+    let screened = screen(&with("x1_mm", |_| -9999.0), &sensor).unwrap();
+    let kept: Vec<usize> = (0..whole.rows()).filter(|row| *row != 58).collect();
+    assert_eq!(screened.kept, kept);
+    assert_eq!(screened.recording.readings, whole.select(&kept).readings);
+    assert_eq!(screened.recording.line(58), 61);
+}
+
+/// Steps, drifts and bumps of a row and more that come again are physics.
+#[test]
+fn physics_is_not_bad() {
+    let (mut recording, _) = default();
+    let angles = recording.command_deg.clone().unwrap();
+    let times = recording.time_s.clone();
+    let Readings::Pair { reference_arcsec: Some(reference), .. } = &mut recording.readings else { panic!() };
+    for (row, value) in reference.iter_mut().enumerate() {
+        // A defect one step wide, a step of the mount, and a drift.
+        *value += 30.0 * (-((angles[row] - 0.62) / 0.04).powi(2)).exp();
+        *value += if row > 100 { 20.0 } else { 0.0 } + 0.02 * times[row];
+    }
+    assert_eq!(listed(&recording), []);
+}
+
+#[test]
+fn too_many_bad_cells_are_refused_with_the_first_of_them() {
+    let (mut recording, sensor) = default();
+    let Readings::Pair { x1_mm, .. } = &mut recording.readings else { panic!() };
+    x1_mm.iter_mut().step_by(8).for_each(|value| *value = -9999.0);
+    let message = screen(&recording, &sensor).unwrap_err().to_string();
+    for part in ["line 2", "column `x1_mm`", "-9999", "27 of 210 rows", "at most a tenth"] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
+#[test]
+fn findings_remove_nothing() {
+    let (mut recording, sensor) = default();
+    recording.time_s[100..].iter_mut().for_each(|t| *t += 4000.0);
+    let Readings::Pair { x2_mm, .. } = &mut recording.readings else { panic!() };
+    x2_mm[0] += 0.0;
+    let screened = screen(&recording, &sensor).unwrap();
+    assert_eq!(screened.bad_rows, []);
+    assert!(screened.notes[0].contains("a pause of"), "{:?}", screened.notes);
+}
