@@ -109,8 +109,10 @@ pub fn diagnose(
     let (before, found) = rayon::join(|| whole(&data, &nominal_model), || whole(&data, &chosen.model));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
-    let case = Case { recording, nominal, simulated, held_out, data: &data, search: &search, units, seen, before };
-    judge::standing(recording, |withdrawn| {
+    let case =
+        Case { recording, nominal, simulated, held_out, data: &data, search: &search, units, seen, before };
+    let creeps = chosen.model.terms.iter().any(|t| t.effect.creep().is_some_and(|k| t.free[k]));
+    judge::standing(recording, creeps, |withdrawn| {
         let Some(model) = without(&chosen.model, withdrawn, &data) else {
             return Ok(case.answer(&chosen, &found));
         };

@@ -6,6 +6,7 @@
 use super::data::Data;
 use super::estimate::Fitted;
 use super::noise::Autoregression;
+use super::remainder::COLOURED;
 use super::spectrum::fourier::{coefficients, hann};
 use super::structure::Structure;
 
@@ -46,12 +47,18 @@ pub struct Floor {
 /// The lowest bound of the noise; none where the residual is within [`AT_FLOOR`] of every one.
 pub fn bound(found: &Fitted, simulated: &[f64], data: &Data, noise: &Autoregression) -> Option<Floor> {
     let residual: Vec<f64> = data.position.iter().zip(simulated).map(|(y, s)| y - s).collect();
-    let all = [by_time(&residual, data), by_motion(&residual, simulated, data, noise), by_band(&residual, found, data)];
+    let all = [
+        by_time(&residual, data),
+        by_motion(&residual, simulated, data, noise),
+        by_band(&residual, found, data),
+    ];
     let rms = power(data.runs.iter().flat_map(|r| &residual[r.clone()])).sqrt();
     all.into_iter()
         .flatten()
         .filter(|floor| rms > AT_FLOOR * floor.level)
         .min_by(|a, b| a.level.total_cmp(&b.level))
+        // Once the residual is known to be more, the noise is no more than its own past leaves of it.
+        .map(|floor| Floor { level: floor.level.min(COLOURED * noise.innovation), ..floor })
 }
 
 fn power<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
@@ -60,7 +67,13 @@ fn power<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
 }
 
 /// What stands where a part of the residual is above the noise.
-fn place(variable: &'static str, times: Option<&'static str>, part: f64, rows: usize, at: Option<(f64, f64)>) -> Structure {
+fn place(
+    variable: &'static str,
+    times: Option<&'static str>,
+    part: f64,
+    rows: usize,
+    at: Option<(f64, f64)>,
+) -> Structure {
     let gain = -(rows as f64) * (1.0 - part).max(1e-12).ln();
     Structure { variable, times, part, gain, fitted_gain: gain, shapes: 1, at }
 }
@@ -79,7 +92,8 @@ fn by_band(residual: &[f64], found: &Fitted, data: &Data) -> Option<Floor> {
     let (mut lines, mut stretches) = (vec![0.0; length / 2], 0usize);
     for run in &data.runs {
         for first in (run.start..(run.end + 1).saturating_sub(length)).step_by(length / 2) {
-            let values: Vec<f64> = residual[first..first + length].iter().zip(&window).map(|(x, w)| x * w).collect();
+            let values: Vec<f64> =
+                residual[first..first + length].iter().zip(&window).map(|(x, w)| x * w).collect();
             lines.iter_mut().zip(coefficients(&values)).for_each(|(sum, c)| *sum += c.norm_sqr());
             stretches += 1;
         }
@@ -198,4 +212,3 @@ fn by_time(residual: &[f64], data: &Data) -> Option<Floor> {
         place: place("t_s", None, part, rows, Some((start_s, start_s + length as f64 * data.step_s))),
     })
 }
-

@@ -50,7 +50,10 @@ mod tests {
                 for deviation in [0.0, 0.1 * value, 3.0 * value, 1e200, f64::INFINITY, f64::NAN] {
                     let [low, high] = around(value, deviation, sort);
                     assert!(low <= value && value <= high, "{sort:?} {value} {deviation}: {low} {high}");
-                    assert!(high - low <= 2001.0 * value.max(1.0), "{sort:?} {value} {deviation}: {low} {high}");
+                    assert!(
+                        high - low <= 2001.0 * value.max(1.0),
+                        "{sort:?} {value} {deviation}: {low} {high}"
+                    );
                     assert!(sort != Sort::Shape || low > 0.0);
                 }
             }

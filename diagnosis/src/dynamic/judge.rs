@@ -55,12 +55,14 @@ impl std::fmt::Display for Fault {
     }
 }
 
-/// The first answer that stands: `make` gives it without what was withdrawn.
+/// The first answer that stands: `make` gives it without what was withdrawn. `creeps`: its dry friction creeps while it
+/// holds, which no file states.
 ///
 /// # Errors
 /// What `make` refuses.
 pub fn standing(
     recording: &DynamicRecording,
+    creeps: bool,
     mut make: impl FnMut(&Withdrawn) -> Result<DynamicOutcome, DynamicError>,
 ) -> Result<DynamicOutcome, DynamicError> {
     let mut withdrawn = Withdrawn::default();
@@ -74,8 +76,10 @@ pub fn standing(
             _ => d.effects.last().map(|e| e.id.clone()),
         });
         match (&fault, culprit) {
-            (Some(Fault::Written { what }), Some(_)) if !withdrawn.creep => {
-                said.push(format!("{what}: dry friction was fitted again without creep, which no file states"));
+            (Some(Fault::Written { what }), Some(_)) if creeps && !withdrawn.creep => {
+                said.push(format!(
+                    "{what}: dry friction was fitted again without creep, which no file states"
+                ));
                 withdrawn.creep = true;
             }
             (Some(fault), Some(id)) if !withdrawn.effects.contains(&id) => {
@@ -97,7 +101,8 @@ fn faults(outcome: &DynamicOutcome, recording: &DynamicRecording) -> Option<Faul
     let d = &outcome.diagnosis;
     let parameters = || d.effects.iter().flat_map(|e| e.parameters.iter().map(move |p| (e, p)));
     let number = |(e, p): (&NamedEffect, &Parameter)| {
-        broken(p).map(|what| Fault::Number { effect: Some(e.id.clone()), what: format!("its {} {what}", p.name) })
+        broken(p)
+            .map(|what| Fault::Number { effect: Some(e.id.clone()), what: format!("its {} {what}", p.name) })
     };
     if let Some(fault) = parameters().find_map(number) {
         return Some(fault);
@@ -152,7 +157,12 @@ fn written(outcome: &DynamicOutcome, recording: &DynamicRecording) -> Option<Str
         drives: recording.drives.clone(),
         positions: own.clone(),
     };
-    let begin = if plant.plant.kind == Kind::SecondOrder { Begin::Recorded } else { Begin::Rest };
+    let begin = match plant.plant.kind {
+        Kind::SecondOrder => Begin::Recorded,
+        Kind::Linear if recording.period.is_some() => Begin::Rest,
+        // `simulate` begins such a plant at rest, and this recording did not.
+        Kind::Linear => return None,
+    };
     let simulated = match simulate("plant.toml", &plant, &series, begin) {
         Ok(simulated) => simulated.positions,
         Err(error) => return Some(format!("the plant as it is written cannot be simulated ({error})")),
@@ -185,12 +195,16 @@ fn settle(outcome: &mut DynamicOutcome, recording: &DynamicRecording) {
     let feedback = outcome.plant.plant.feedback.is_some();
     let d = &mut outcome.diagnosis;
     shares(&mut d.effects);
-    d.locations.iter_mut().for_each(|l| l.share = if l.share.is_nan() { 0.0 } else { l.share.clamp(0.0, 1.0) });
+    d.locations
+        .iter_mut()
+        .for_each(|l| l.share = if l.share.is_nan() { 0.0 } else { l.share.clamp(0.0, 1.0) });
     let before = d.fit.before.held_out_rms.unwrap_or(0.0).max(d.fit.before.train_rms);
     let most = FLOOR_OVER_BEFORE * before;
     if d.noise_floor.value > most {
         let floor = d.noise_floor.value;
-        d.judged.push(format!("the noise floor {floor:.4} was above what the nominal plant leaves, and is now that"));
+        d.judged.push(format!(
+            "the noise floor {floor:.4} was above what the nominal plant leaves, and is now that"
+        ));
         d.noise_floor.value = before;
     }
     let Some(left) = d.fit.after.held_out_rms else { return };

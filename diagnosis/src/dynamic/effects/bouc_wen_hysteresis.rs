@@ -48,9 +48,7 @@ impl DynamicEffect for BoucWenHysteresis {
         Part::Force
     }
     fn parameters(&self) -> &'static [Parameter] {
-        const {
-            &[amount("stiffness", "1/s²"), shape("yield", "p"), shape("beta", "1"), shape("exponent", "1")]
-        }
+        const { &[amount("stiffness", "1/s²"), shape("yield", "p"), shape("beta", "1"), shape("exponent", "1")] }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
         [0.02, 0.06, 0.2, 0.6].iter().map(|part| vec![0.0, part * scale.stroke, USUAL[0], USUAL[1]]).collect()
