@@ -11,6 +11,7 @@ use super::floor::AT_FLOOR;
 use super::interval::undetermined;
 use super::recording::DynamicRecording;
 use super::{plant, score};
+use crate::held_out::Score;
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict};
 
 /// A residual with the effects may be larger than without by this factor: both are estimates from the same rows, and
@@ -33,26 +34,10 @@ pub struct Withdrawn {
     pub creep: bool,
 }
 
-/// What an answer breaks.
-#[derive(Debug)]
-enum Fault {
-    /// A number that is none, or an interval beyond reason.
-    Number { effect: Option<String>, what: String },
-    /// The residual with the effects is larger than without.
-    Worse { rows: &'static str, before: f64, after: f64 },
-    /// The plant of the file does something else.
-    Written { what: String },
-}
-
-impl std::fmt::Display for Fault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Fault::Number { what, .. } | Fault::Written { what } => f.write_str(what),
-            Fault::Worse { rows, before, after } => {
-                write!(f, "the rms on the {rows} rows rose from {before:.4} to {after:.4}")
-            }
-        }
-    }
+/// What an answer breaks, and the effect that breaks it, where one does.
+struct Fault {
+    what: String,
+    effect: Option<String>,
 }
 
 /// The first answer that stands: `make` gives it without what was withdrawn. `creeps`: its dry friction creeps while it
@@ -69,25 +54,39 @@ pub fn standing(
     let mut said: Vec<String> = Vec::new();
     loop {
         let mut outcome = make(&withdrawn)?;
-        let fault = faults(&outcome, recording);
-        let d = &mut outcome.diagnosis;
-        let culprit = fault.as_ref().and_then(|fault| match fault {
-            Fault::Number { effect, .. } => effect.clone(),
-            _ => d.effects.last().map(|e| e.id.clone()),
-        });
-        match (&fault, culprit) {
-            (Some(Fault::Written { what }), Some(_)) if creeps && !withdrawn.creep => {
-                said.push(format!(
-                    "{what}: dry friction was fitted again without creep, which no file states"
-                ));
-                withdrawn.creep = true;
+        let mut fault = faults(&outcome);
+        if fault.is_none() {
+            match written(&outcome, recording) {
+                Written::Same => {}
+                Written::Unusable(what) => fault = Some(Fault { what, effect: None }),
+                Written::Other(..) if creeps && !withdrawn.creep => {
+                    said.push(
+                        "dry friction was fitted again without creep, which the plant's file cannot state"
+                            .into(),
+                    );
+                    withdrawn.creep = true;
+                    continue;
+                }
+                Written::Other(positions, factor) => {
+                    said.push(format!(
+                        "the figures after are those of the written plant as `simulate` runs it, {factor:.3} times what \
+                         the fit's own integration leaves"
+                    ));
+                    adopt(&mut outcome, positions, factor);
+                    fault = faults(&outcome);
+                }
             }
+        }
+        let d = &mut outcome.diagnosis;
+        let weakest = || d.effects.last().map(|e| e.id.clone());
+        let culprit = fault.as_ref().and_then(|f| f.effect.clone().or_else(weakest));
+        match (fault, culprit) {
             (Some(fault), Some(id)) if !withdrawn.effects.contains(&id) => {
-                said.push(format!("`{id}` was withdrawn: {fault}"));
+                said.push(format!("`{id}` was withdrawn: {}", fault.what));
                 withdrawn.effects.push(id);
             }
-            _ => {
-                said.extend(fault.map(|fault| format!("left as it is: {fault}")));
+            (fault, _) => {
+                said.extend(fault.map(|fault| format!("left as it is: {}", fault.what)));
                 d.judged.append(&mut said);
                 settle(&mut outcome, recording);
                 return Ok(outcome);
@@ -96,25 +95,25 @@ pub fn standing(
     }
 }
 
-/// The first thing that an answer breaks.
-fn faults(outcome: &DynamicOutcome, recording: &DynamicRecording) -> Option<Fault> {
+/// The first thing that an answer breaks by its own numbers.
+fn faults(outcome: &DynamicOutcome) -> Option<Fault> {
     let d = &outcome.diagnosis;
-    let parameters = || d.effects.iter().flat_map(|e| e.parameters.iter().map(move |p| (e, p)));
+    let parameters = d.effects.iter().flat_map(|e| e.parameters.iter().map(move |p| (e, p)));
     let number = |(e, p): (&NamedEffect, &Parameter)| {
-        broken(p)
-            .map(|what| Fault::Number { effect: Some(e.id.clone()), what: format!("its {} {what}", p.name) })
+        broken(p).map(|what| Fault { what: format!("its {} {what}", p.name), effect: Some(e.id.clone()) })
     };
-    if let Some(fault) = parameters().find_map(number) {
-        return Some(fault);
-    }
     let (before, after) = (&d.fit.before, &d.fit.after);
-    let worse = |rows, before: f64, after: f64| {
-        (after > NO_WORSE * before || !after.is_finite()).then_some(Fault::Worse { rows, before, after })
+    let worse = |rows: &str, before: f64, after: f64| {
+        (after > NO_WORSE * before || !after.is_finite()).then(|| Fault {
+            what: format!("the rms on the {rows} rows rose from {before:.4e} to {after:.4e}"),
+            effect: None,
+        })
     };
     let held = before.held_out_rms.zip(after.held_out_rms);
-    worse("fitted", before.train_rms, after.train_rms)
+    { parameters }
+        .find_map(number)
+        .or_else(|| worse("fitted", before.train_rms, after.train_rms))
         .or_else(|| held.and_then(|(before, after)| worse("held-out", before, after)))
-        .or_else(|| written(outcome, recording).map(|what| Fault::Written { what }))
 }
 
 /// What is wrong with a parameter.
@@ -133,44 +132,68 @@ fn broken(p: &Parameter) -> Option<String> {
     None
 }
 
-/// What the plant as it is written leaves where that is not what the figures say.
-fn written(outcome: &DynamicOutcome, recording: &DynamicRecording) -> Option<String> {
-    let text = outcome.plant.to_toml();
-    let plant = match PlantFile::parse("plant.toml", &text) {
-        Ok(plant) => plant,
-        Err(error) => return Some(format!("the plant as it is written cannot be read ({error})")),
-    };
-    if plant.plant.kind == Kind::SecondOrder
-        && let Err(error) = plant::given("plant.toml", &plant)
-    {
-        return Some(format!("the plant as it is written cannot be used ({error})"));
-    }
-    // Under feedback a simulated position runs away; the drive that was predicted is judged by its figures.
-    if plant.plant.feedback.is_some() || recording.rows() > MOST_ROWS {
-        return None;
-    }
+/// What becomes of a plant on its way through its file.
+enum Written {
+    /// Nothing.
+    Same,
+    /// Other positions, and the factor by which they leave more.
+    Other(Vec<Vec<f64>>, f64),
+    /// It cannot be read or simulated.
+    Unusable(String),
+}
+
+/// The plant read back from its text and simulated.
+fn written(outcome: &DynamicOutcome, recording: &DynamicRecording) -> Written {
     let own = &outcome.own.after;
+    let positions = match simulated(&outcome.plant.to_toml(), own, recording) {
+        Ok(Some(positions)) => positions,
+        Ok(None) => return Written::Same,
+        Err(what) => return Written::Unusable(format!("the plant as it is written {what}")),
+    };
+    let factor = rms(recording, &positions) / rms(recording, own).max(f64::MIN_POSITIVE);
+    if (factor - 1.0).abs() <= WRITTEN { Written::Same } else { Written::Other(positions, factor) }
+}
+
+/// The positions of a plant's text, begun as the diagnosis's own simulation; none where no simulation can be compared.
+fn simulated(
+    text: &str,
+    own: &[Vec<f64>],
+    recording: &DynamicRecording,
+) -> Result<Option<Vec<Vec<f64>>>, String> {
+    let file = PlantFile::parse("plant.toml", text).map_err(|error| format!("cannot be read ({error})"))?;
+    if file.plant.kind == Kind::SecondOrder {
+        plant::given("plant.toml", &file).map_err(|error| format!("cannot be used ({error})"))?;
+    }
+    // Under feedback a simulated position runs away, and the drive that is predicted is judged by its figures; a linear
+    // plant is written by its matrices.
+    if file.plant.feedback.is_some() || file.plant.kind == Kind::Linear || recording.rows() > MOST_ROWS {
+        return Ok(None);
+    }
     let series = Series {
         t_s: recording.t_s.clone(),
         run: (recording.runs.len() > 1).then(|| runs(recording)),
         period: recording.period.as_ref().map(|p| p.iter().map(|n| *n as u32).collect()),
         drives: recording.drives.clone(),
-        positions: own.clone(),
+        positions: own.to_vec(),
     };
-    let begin = match plant.plant.kind {
-        Kind::SecondOrder => Begin::Recorded,
-        Kind::Linear if recording.period.is_some() => Begin::Rest,
-        // `simulate` begins such a plant at rest, and this recording did not.
-        Kind::Linear => return None,
+    let simulated = simulate("plant.toml", &file, &series, Begin::Recorded);
+    simulated.map(|s| Some(s.positions)).map_err(|error| format!("cannot be simulated ({error})"))
+}
+
+/// Lets an answer speak of what its file does.
+fn adopt(outcome: &mut DynamicOutcome, positions: Vec<Vec<f64>>, factor: f64) {
+    let scaled = |score: &mut Score| {
+        score.train_rms *= factor;
+        score.held_out_rms.iter_mut().for_each(|rms| *rms *= factor);
     };
-    let simulated = match simulate("plant.toml", &plant, &series, begin) {
-        Ok(simulated) => simulated.positions,
-        Err(error) => return Some(format!("the plant as it is written cannot be simulated ({error})")),
-    };
-    let said = rms(recording, own);
-    let got = rms(recording, &simulated);
-    let agree = (got - said).abs() <= WRITTEN * said;
-    (!agree).then(|| format!("the plant as it is written leaves {got:.4}, the fitted one {said:.4}"))
+    let fit = &mut outcome.diagnosis.fit;
+    scaled(&mut fit.after);
+    // Without effects the plant before is the same one.
+    if outcome.diagnosis.effects.is_empty() && outcome.own.before == outcome.own.after {
+        scaled(&mut fit.before);
+        outcome.own.before.clone_from(&positions);
+    }
+    outcome.own.after = positions;
 }
 
 fn runs(recording: &DynamicRecording) -> Vec<u32> {
