@@ -205,7 +205,8 @@ fn hard_recordings_have_answers_that_hold() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(refused.len() * 3 <= cases.len(), "refused: {refused:?}");
+    // Six of them may be refused: five have no drive or no whole position, one stands a million units from zero.
+    assert!(refused.len() <= 6, "refused: {refused:?}");
 }
 
 #[test]
