@@ -158,14 +158,10 @@ fn simulated(scene: &Scene, stem: &str, recording: &str) -> Result<f64, String> 
     let after = |line: &str| line.rsplit(',').next().and_then(|v| v.parse().ok()).unwrap_or(f64::NAN);
     series.positions[0] = own.lines().skip(1).map(after).collect();
     let made = simulate("plant.toml", &plant, &series, Begin::Recorded).map_err(|e| e.to_string())?;
-    let (mut sum, mut count) = (0.0, 0.0);
-    for run in series.runs() {
-        for k in run.start + 50..run.end {
-            sum += (recorded[k] - made.positions[0][k]).powi(2);
-            count += 1.0;
-        }
-    }
-    Ok((sum / f64::max(count, 1.0)).sqrt())
+    let apart: Vec<f64> = recorded.iter().zip(&made.positions[0]).map(|(y, s)| (y - s).powi(2)).collect();
+    let scored: Vec<f64> =
+        series.runs().into_iter().flat_map(|run| apart[run.start + 50..run.end].to_vec()).collect();
+    Ok((scored.iter().sum::<f64>() / scored.len().max(1) as f64).sqrt())
 }
 
 #[test]

@@ -182,10 +182,11 @@ impl Case<'_> {
             Some(_) => None,
             None => floor::bound(found, &simulation, data, &noise),
         };
-        let left: Vec<&Structure> = (verdict::significant(&left).into_iter())
-            .chain(&tone)
-            .chain(bound.as_ref().map(|b| &b.place))
-            .collect();
+        let mut left: Vec<&Structure> = verdict::significant(&left).into_iter().chain(&tone).collect();
+        if left.is_empty() {
+            // A family of forces or a tone says better where the rest lives.
+            left.extend(bound.as_ref().map(|b| &b.place));
+        }
         let level = repeated.or(bound.as_ref().map(|b| b.level));
         let above = remainder::above(found, level, &noise, !left.is_empty());
         let said = verdict::verdict(before, found, &left, above);
