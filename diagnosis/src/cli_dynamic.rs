@@ -80,10 +80,13 @@ fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
         Kind::SecondOrder => {
             let all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
             file.check_effects(&name, &all).into_diagnostic()?;
+            let names = |id: &str| dynamic::effects::effect(id).map_or(Vec::new(), |e| e.names());
+            file.check_parameters(&name, names).into_diagnostic()?;
             dynamic::plant::given(&name, file).into_diagnostic()
         }
         Kind::Linear => {
             file.check_effects(&name, &[linear::file::ID, linear::offset::ID]).into_diagnostic()?;
+            file.check_parameters(&name, linear::file::names).into_diagnostic()?;
             Ok(Vec::new())
         }
     }

@@ -48,6 +48,15 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
     for effect in d.effects.iter().take(listed) {
         text += &line("what", &described(effect));
     }
+    for p in &d.plant {
+        text += &line(
+            "plant",
+            &format!("{} {:.5} [{:.5}, {:.5}] {}", p.name, p.value, p.ci95[0], p.ci95[1], p.unit),
+        );
+    }
+    for sentence in &d.judged {
+        text += &line("checked", sentence);
+    }
     if d.verdict != Verdict::Consistent {
         text += &fit(d);
     }

@@ -210,6 +210,11 @@ pub enum PlantError {
         nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
     )]
     UnknownEffect { file: String, id: String, expected: String, nearest: Option<String> },
+    #[error(
+        "{file}: effect `{id}` has no parameter `{name}`, expected {expected}{}",
+        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
+    )]
+    UnknownParameter { file: String, id: String, name: String, expected: String, nearest: Option<String> },
     #[error("{file}: `{key}` is missing, expected {expected}; add it")]
     MissingKey { file: String, key: &'static str, expected: &'static str },
     #[error("{file}: `{key}` is {found}, expected {expected}; correct it")]
@@ -269,6 +274,30 @@ impl PlantFile {
                 nearest: nearest(&effect.id, known.iter().copied()).map(str::to_string),
             }),
         }
+    }
+
+    /// Refuses parameters that an effect does not have; `known` gives their names by its id.
+    ///
+    /// # Errors
+    /// [`PlantError::UnknownParameter`], with the nearest known one.
+    pub fn check_parameters(
+        &self,
+        file: &str,
+        known: impl Fn(&str) -> Vec<&'static str>,
+    ) -> Result<(), PlantError> {
+        for effect in &self.effects {
+            let known = known(&effect.id);
+            if let Some(name) = effect.parameters.keys().find(|name| !known.contains(&name.as_str())) {
+                return Err(PlantError::UnknownParameter {
+                    file: file.to_string(),
+                    id: effect.id.clone(),
+                    name: name.clone(),
+                    nearest: nearest(name, known.iter().copied()).map(str::to_string),
+                    expected: known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// The file's text; [`PlantFile::parse`] gives the same plant back, to the last bit.

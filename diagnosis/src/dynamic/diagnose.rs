@@ -4,15 +4,17 @@ use fitter::plant::{Plant, PlantFile};
 use rayon::prelude::*;
 
 use super::data::{ALL, Data, SCORE};
+use super::effects::HARD;
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::fault::DynamicError;
+use super::judge::{self, Withdrawn};
 use super::model::{Model, Term};
-use super::noise::autoregression;
+use super::noise::{Autoregression, autoregression};
 use super::recording::DynamicRecording;
 use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
 use super::structure::{Structure, structure};
 use super::verdict::{self, Units};
-use super::{expected, feedback, plant, remainder, score};
+use super::{expected, feedback, floor, plant, remainder, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::{Fit, Score};
 use crate::verdict::Verdict;
@@ -94,102 +96,215 @@ pub fn diagnose(
         return feedback::diagnose(recording, nominal, simulated, held_out, options);
     }
     let data = Data::new(recording);
-    let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
     let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
     let seen = expected::nominal(recording, &data.windows(START_ROWS), simulated, &options.given)?;
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
-    let given = seen.model.terms.len();
-    let search = Search::new(&windows, &options.skip, given);
+    let search = Search::new(&windows, &options.skip, seen.model.terms.len());
     let mut chosen = search.with_seldom(search.settled(search.run(&seen)));
-    // The whole recording: its initial states follow from the first rows.
-    let whole = |model: &Model, folds| fit(model, &data.first_states(), &data, folds, PATIENCE);
     if windows.count(ALL) < data.count(ALL) {
         chosen = decided(&search, &data, chosen);
     }
     let nominal_model = seen.model.clone();
-    let (before, found) = rayon::join(|| whole(&nominal_model, ALL), || whole(&chosen.model, ALL));
+    let (before, found) = rayon::join(|| whole(&data, &nominal_model), || whole(&data, &chosen.model));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
-    // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
-    let without = |f: &Fitted| fit(&f.model, &f.states, &data, PROOF, PATIENCE);
-    let (proof_before, proof_after) = rayon::join(|| without(&before), || without(&found));
-    let residual = |f: &Fitted, data: &Data| -> Vec<f64> {
-        let y = f.positions(data).unwrap_or_default();
-        data.position.iter().zip(&y).map(|(a, b)| a - b).collect()
-    };
-    let rest = residual(&found, &data);
-    let noise = autoregression(&rest, &data.runs);
-    let small = search.complete(&chosen);
-    let families = |f: &Fitted| {
-        let noise = autoregression(&residual(f, &windows), &windows.runs);
-        structure(f, &windows, &noise.coefficients)
-    };
-    let left = families(&small);
-    let tone = remainder::tone(&rest, &data);
-    let left: Vec<&Structure> = verdict::significant(&left).into_iter().chain(&tone).collect();
-    let above = remainder::above(&found, repeated(recording), &noise, !left.is_empty());
-    let said = verdict::verdict(&before, &found, &left, above);
-    // What no named effect explains is located beside the nominal plant.
-    let (around, tone) = match said {
-        Verdict::Unexplained if found.model.terms.len() > given => {
-            (families(&seen), remainder::tone(&residual(&before, &data), &data))
+    let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
+    let case =
+        Case { recording, nominal, simulated, held_out, data: &data, search: &search, units, seen, before };
+    let creeps = chosen.model.terms.iter().any(|t| t.effect.creep().is_some_and(|k| t.free[k]));
+    judge::standing(recording, creeps, |withdrawn| {
+        let Some(model) = without(&chosen.model, withdrawn, &data) else {
+            return Ok(case.answer(&chosen, &found));
+        };
+        let small = fit(&model, &chosen.states, &windows, FIT_ROWS, PATIENCE).ok_or_else(lost)?;
+        let found = whole(&data, &small.model).ok_or_else(lost)?;
+        Ok(case.answer(&small, &found))
+    })
+}
+
+/// A model on the whole recording: its initial states follow from the first rows.
+fn whole(data: &Data, model: &Model) -> Option<Fitted> {
+    fit(model, &data.first_states(), data, ALL, PATIENCE)
+}
+
+/// A model without what the judge withdrew; none where that is nothing.
+fn without(model: &Model, withdrawn: &Withdrawn, data: &Data) -> Option<Model> {
+    let mut model = model.clone();
+    let (terms, free) = (model.terms.len(), model.free());
+    model.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id()));
+    for term in model.terms.iter_mut().filter(|_| withdrawn.creep) {
+        if let Some(creep) = term.effect.creep() {
+            term.free[creep] = false;
+            term.parameters[creep] = HARD * data.scale.speed;
         }
-        _ => (Vec::new(), None),
-    };
-    let around = match found.model.terms.len() == given {
-        true => left.clone(),
-        false => verdict::significant(&around).into_iter().chain(&tone).collect(),
-    };
-    let named = match said {
-        Verdict::Unexplained | Verdict::Consistent => Vec::new(),
-        _ => {
-            let imperfect = said == Verdict::PartlyExplained;
-            verdict::effects(&search, &data, &small, &found, &noise, imperfect, &units)
+    }
+    (model.terms.len() < terms || model.free() < free).then_some(model)
+}
+
+/// What an answer is made from.
+struct Case<'a> {
+    recording: &'a DynamicRecording,
+    nominal: &'a Plant,
+    simulated: Option<&'a OwnSimulation>,
+    held_out: Option<&'a DynamicRecording>,
+    data: &'a Data<'a>,
+    search: &'a Search<'a>,
+    units: Units,
+    /// The nominal plant on the windows of the search, and on the whole recording.
+    seen: Fitted,
+    before: Fitted,
+}
+
+impl Case<'_> {
+    /// Everything that is said of a model: `small` on the windows of the search, `found` on the whole recording.
+    fn answer(&self, small: &Fitted, found: &Fitted) -> DynamicOutcome {
+        let (data, search, before) = (self.data, self.search, &self.before);
+        let given = search.given;
+        // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
+        let proof_of = |f: &Fitted| fit(&f.model, &f.states, data, PROOF, PATIENCE);
+        let (proof_before, proof_after) = rayon::join(|| proof_of(before), || proof_of(found));
+        let positions = |f: &Fitted, data: &Data| f.positions(data).unwrap_or_default();
+        let residual = |f: &Fitted, data: &Data| -> Vec<f64> {
+            data.position.iter().zip(&positions(f, data)).map(|(a, b)| a - b).collect()
+        };
+        let simulation = positions(found, data);
+        let rest: Vec<f64> = data.position.iter().zip(&simulation).map(|(a, b)| a - b).collect();
+        let noise = autoregression(&rest, &data.runs);
+        let small = search.complete(small);
+        let families = |f: &Fitted| {
+            let noise = autoregression(&residual(f, search.data), &search.data.runs);
+            structure(f, search.data, &noise.coefficients)
+        };
+        let left = families(&small);
+        let tone = remainder::tone(&rest, data);
+        let repeated = repeated(self.recording);
+        let bound = match repeated {
+            Some(_) => None,
+            None => floor::bound(found, &simulation, data, &noise),
+        };
+        let mut left: Vec<&Structure> = verdict::significant(&left).into_iter().chain(&tone).collect();
+        if left.is_empty() {
+            // A family of forces or a tone says better where the rest lives.
+            left.extend(bound.as_ref().map(|b| &b.place));
         }
-    };
-    // What mimics an effect that is in no catalogue is not handed on.
-    let after = if named.is_empty() { &before } else { &found };
-    let explained = 1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE);
-    let families = if named.is_empty() { &around } else { &left };
-    let locations = match said {
-        Verdict::Consistent => Vec::new(),
-        _ => verdict::locations(&data, &recording.t_s, &named, explained, families),
-    };
-    let own = Predicted {
-        t_s: recording.t_s.clone(),
-        before: vec![match simulated {
-            Some(s) => s.positions.clone(),
-            None => before.positions(&data).unwrap_or_default(),
-        }],
-        after: vec![after.positions(&data).unwrap_or_default()],
-    };
-    let other = held_out.map(|r| predict(r, &before.model, &after.model));
-    let proof_after = if named.is_empty() { &proof_before } else { &proof_after };
-    let fit = proof(
-        recording,
-        &data,
-        &units,
-        &own,
-        [proof_before.as_ref(), proof_after.as_ref()],
-        held_out.zip(other.as_ref()),
-    );
-    let floor = floor(recording, &noise, &found, &left, &units);
-    let diagnosis = Diagnosis {
-        schema: 1,
-        recording: recording.file.clone(),
-        verdict: said,
-        noise_floor: floor,
-        unidentifiable: verdict::unidentifiable(&named),
-        next_experiment: verdict::next_experiment(said, &named, &locations),
-        locations,
-        effects: verdict::listed(named),
-        fit,
-        bad_rows: Vec::new(),
-        judged: Vec::new(),
-        withheld: None,
-        plant: Vec::new(),
-    };
-    Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
+        let level = repeated.or(bound.as_ref().map(|b| b.level));
+        let above = remainder::above(found, level, &noise, !left.is_empty());
+        let said = verdict::verdict(before, found, &left, above);
+        // What no named effect explains is located beside the nominal plant.
+        let (around, tone) = match said {
+            Verdict::Unexplained if found.model.terms.len() > given => {
+                (families(&self.seen), remainder::tone(&residual(before, data), data))
+            }
+            _ => (Vec::new(), None),
+        };
+        let around = match found.model.terms.len() == given {
+            true => left.clone(),
+            false => verdict::significant(&around).into_iter().chain(&tone).collect(),
+        };
+        let covariance_of = |f: &Fitted| {
+            let noise = autoregression(&residual(f, data), &data.runs);
+            verdict::covariance(f, data, &noise)
+        };
+        let covariance = covariance_of(found);
+        let named = match said {
+            Verdict::Unexplained | Verdict::Consistent => Vec::new(),
+            _ => {
+                let imperfect = said == Verdict::PartlyExplained;
+                verdict::effects(search, data, &small, found, &covariance, imperfect, &self.units)
+            }
+        };
+        // What mimics an effect that is in no catalogue is not handed on.
+        let after = if named.is_empty() { before } else { found };
+        let covariance = if named.is_empty() { covariance_of(before) } else { covariance };
+        let deviations = [0, 1, 2].map(|k| covariance.at(k, k).sqrt());
+        let plant = verdict::nominal(after.model.nominal, deviations, &self.units);
+        let explained = 1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE);
+        let families = if named.is_empty() { &around } else { &left };
+        let locations = match said {
+            Verdict::Consistent => Vec::new(),
+            _ => verdict::locations(data, &self.recording.t_s, &named, explained, families),
+        };
+        let own = Predicted {
+            t_s: self.recording.t_s.clone(),
+            before: vec![match self.simulated {
+                Some(s) => s.positions.clone(),
+                None => positions(before, data),
+            }],
+            after: vec![positions(after, data)],
+        };
+        let other = self.held_out.map(|r| predict(r, &before.model, &after.model));
+        let proof_after = if named.is_empty() { &proof_before } else { &proof_after };
+        let fit = self.proof(&own, [proof_before.as_ref(), proof_after.as_ref()], other.as_ref());
+        let diagnosis = Diagnosis {
+            schema: 1,
+            recording: self.recording.file.clone(),
+            verdict: said,
+            noise_floor: self.floor(repeated, bound.as_ref(), &noise, found, &left),
+            unidentifiable: verdict::unidentifiable(&named),
+            next_experiment: verdict::next_experiment(said, &named, &locations),
+            locations,
+            effects: verdict::listed(named),
+            fit,
+            bad_rows: Vec::new(),
+            judged: Vec::new(),
+            withheld: None,
+            plant,
+        };
+        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, self.nominal), own, other }
+    }
+
+    /// The figures before and after.
+    fn proof(&self, own: &Predicted, fits: [Option<&Fitted>; 2], other: Option<&Predicted>) -> Fit {
+        let (recording, data) = (self.recording, self.data);
+        let recorded = &recording.positions[0];
+        let figures = |which: usize| -> Score {
+            let column = if which == 0 { &own.before[0] } else { &own.after[0] };
+            if let Some((file, predicted)) = self.held_out.zip(other) {
+                let there = if which == 0 { &predicted.before[0] } else { &predicted.after[0] };
+                return Score {
+                    train_rms: score::rms(recording, recorded, column, |_| true).unwrap_or(0.0),
+                    held_out_rms: score::rms(file, &file.positions[0], there, |_| true),
+                };
+            }
+            // The user's simulation was fitted to nothing.
+            let there = match (which, self.simulated) {
+                (0, Some(simulated)) => Some(simulated.positions.clone()),
+                _ => fits[which].and_then(|f| f.positions(data).ok()),
+            };
+            let there = there.as_ref().unwrap_or(column);
+            let of = |wanted: &dyn Fn(usize) -> bool| score::rms(recording, recorded, there, wanted);
+            Score {
+                train_rms: of(&|k| data.fold[k] as usize != SCORE).unwrap_or(0.0),
+                held_out_rms: of(&|k| data.fold[k] as usize == SCORE),
+            }
+        };
+        Fit {
+            unit: self.units.position.clone(),
+            held_out_by: self.held_out.map_or("block".into(), |file| file.file.clone()),
+            before: figures(0),
+            after: figures(1),
+            gain: None,
+            of_explainable: None,
+        }
+    }
+
+    fn floor(
+        &self,
+        repeated: Option<f64>,
+        bound: Option<&floor::Floor>,
+        noise: &Autoregression,
+        found: &Fitted,
+        left: &[&Structure],
+    ) -> NoiseFloor {
+        let (value, from) = match (repeated, bound) {
+            (Some(value), _) => (value, "repeated periods"),
+            (None, Some(bound)) => (bound.level, bound.from),
+            (None, None) if left.is_empty() => (found.rms(ALL), "what the identified model leaves"),
+            (None, None) => (noise.innovation, "what the residual's own past does not predict"),
+        };
+        let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
+        NoiseFloor { value, unit: self.units.position.clone(), from: from.into(), autocorrelation }
+    }
 }
 
 /// The model, or one of its close rivals where the whole recording prefers that.
@@ -218,63 +333,6 @@ fn predict(recording: &DynamicRecording, before: &Model, after: &Model) -> Predi
         before: vec![score::free_run(before, recording).unwrap_or_else(still)],
         after: vec![score::free_run(after, recording).unwrap_or_else(still)],
     }
-}
-
-fn proof(
-    recording: &DynamicRecording,
-    data: &Data,
-    units: &Units,
-    own: &Predicted,
-    fits: [Option<&Fitted>; 2],
-    other: Option<(&DynamicRecording, &Predicted)>,
-) -> Fit {
-    let figures = |which: usize| -> Score {
-        let column = if which == 0 { &own.before[0] } else { &own.after[0] };
-        let recorded = &recording.positions[0];
-        match other {
-            Some((file, predicted)) => {
-                let there = if which == 0 { &predicted.before[0] } else { &predicted.after[0] };
-                Score {
-                    train_rms: score::rms(recording, recorded, column, |_| true).unwrap_or(0.0),
-                    held_out_rms: score::rms(file, &file.positions[0], there, |_| true),
-                }
-            }
-            None => {
-                let there = fits[which].and_then(|f| f.positions(data).ok());
-                let of = |wanted: &dyn Fn(usize) -> bool| {
-                    there.as_ref().and_then(|y| score::rms(recording, recorded, y, wanted))
-                };
-                Score {
-                    train_rms: of(&|k| data.fold[k] as usize != SCORE).unwrap_or(0.0),
-                    held_out_rms: of(&|k| data.fold[k] as usize == SCORE),
-                }
-            }
-        }
-    };
-    Fit {
-        unit: units.position.clone(),
-        held_out_by: other.map_or("block".into(), |(file, _)| file.file.clone()),
-        before: figures(0),
-        after: figures(1),
-        gain: None,
-        of_explainable: None,
-    }
-}
-
-fn floor(
-    recording: &DynamicRecording,
-    noise: &super::noise::Autoregression,
-    found: &Fitted,
-    left: &[&Structure],
-    units: &Units,
-) -> NoiseFloor {
-    let (value, from) = match repeated(recording) {
-        Some(value) => (value, "repeated periods"),
-        None if left.is_empty() => (found.rms(ALL), "what the identified model leaves"),
-        None => (noise.innovation, "what the residual's own past does not predict"),
-    };
-    let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
-    NoiseFloor { value, unit: units.position.clone(), from: from.into(), autocorrelation }
 }
 
 /// Standard deviation of a reading from successive periods of a steady state.

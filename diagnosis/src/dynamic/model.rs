@@ -27,9 +27,9 @@ pub struct Term {
 }
 
 impl Term {
-    /// An effect all of whose parameters are free but its creep.
+    /// An effect all of whose parameters are free but those that keep their value.
     pub fn new(effect: &'static dyn DynamicEffect, parameters: Vec<f64>) -> Term {
-        let free = (0..parameters.len()).map(|k| effect.creep() != Some(k)).collect();
+        let free = (0..parameters.len()).map(|k| !effect.kept(k)).collect();
         Term { effect, parameters, free, probe: false }
     }
 }

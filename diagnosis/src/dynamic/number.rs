@@ -39,6 +39,13 @@ pub trait Number:
         let x = self.value();
         self.chain(x.atanh(), 1.0 / (1.0 - x * x))
     }
+    /// A non-negative number to a fixed power.
+    fn powf(self, exponent: f64) -> Self {
+        let x = self.value();
+        // At zero the slope of a power below one has no value; the force itself is what counts there.
+        let slope = if x > 0.0 { exponent * x.powf(exponent - 1.0) } else { 0.0 };
+        self.chain(x.powf(exponent), slope)
+    }
     /// Its magnitude.
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }

@@ -33,9 +33,13 @@ pub fn given(file: &str, plant: &PlantFile) -> Result<Vec<Term>, DynamicError> {
         let known = effect(&given.id)
             .ok_or_else(|| wrong("is not in the catalogue; correct its id or leave it out".into()))?;
         let parameters = known.parameters_from(&|name| given.number(name)).ok_or_else(|| {
-            let names: Vec<&str> = known.parameters().iter().map(|p| p.name).collect();
-            wrong(format!("expected the parameters {}; add what is missing", names.join(", ")))
+            let names = known.names();
+            wrong(format!("expected the parameters {}, each a number; add what is missing", names.join(", ")))
         })?;
+        let shapes = known.parameters().iter().zip(&parameters).filter(|(p, _)| p.shape);
+        if let Some((p, value)) = shapes.into_iter().find(|(_, value)| **value <= 0.0) {
+            return Err(wrong(format!("`{}` is {value}, expected a number above zero; correct it", p.name)));
+        }
         Ok(Term::new(known, parameters))
     };
     plant.effects.iter().map(one).collect()

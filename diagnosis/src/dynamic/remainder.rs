@@ -15,7 +15,7 @@ const ABOVE: f64 = 1.1;
 const PREDICTED: f64 = 0.12;
 /// How many times its innovation the noise may be where a residual holds structure: a noise that is alike over
 /// eighteen samples is that.
-const COLOURED: f64 = 3.0;
+pub const COLOURED: f64 = 3.0;
 /// Power on one line over the median of that of the lines around it from which on it is a tone: in noise none of
 /// 10¹⁰ lines reaches 34, and the flank of a resonance is far below.
 const TONE: f64 = 80.0;

@@ -9,6 +9,7 @@ use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Reading, unit_of};
 use super::estimate::{Fitted, PATIENCE, fit};
 use super::gram::grams;
+use super::interval::{Sort, around};
 use super::model::Model;
 use super::noise::Autoregression;
 use super::search::{FIT_ROWS, Search, gain, last_id};
@@ -29,6 +30,9 @@ const LEFT_GAIN_PER_SHAPE: f64 = 6.0;
 /// Structure that is left, as a part of what the effects explain, from which on they are not the physics
 /// but something like it: an effect with the right formula leaves nothing that is worth a hundredth.
 const MIMICRY: f64 = 0.01;
+
+/// A variance beyond all others whose product with the square of a slope is still a number.
+const WITHOUT_END: f64 = 1e200;
 
 /// Units of the plant.
 #[derive(Debug, Clone)]
@@ -80,11 +84,10 @@ pub fn effects(
     data: &Data,
     small: &Fitted,
     found: &Fitted,
-    noise: &Autoregression,
+    covariance: &Symmetric,
     imperfect: bool,
     units: &Units,
 ) -> Vec<NamedEffect> {
-    let covariance = covariance(found, data, noise);
     let mut said: Vec<(f64, NamedEffect)> = Vec::new();
     let mut first = found.model.nominal_free.iter().filter(|f| **f).count();
     for (k, term) in found.model.terms.iter().enumerate() {
@@ -104,13 +107,13 @@ pub fn effects(
         let parameters = readings
             .iter()
             .map(|r| {
-                let deviation = 1.96 * variance(r, term, &own, &covariance).sqrt();
+                let deviation = variance(r, term, &own, covariance).sqrt();
                 let unit = unit_of(r.unit, &units.position, &units.drive);
                 Parameter {
                     name: r.name.into(),
                     value: r.value,
                     unit,
-                    ci95: [r.value - deviation, r.value + deviation],
+                    ci95: around(r.value, deviation, sort(term, r)),
                 }
             })
             .collect();
@@ -120,7 +123,7 @@ pub fn effects(
             NamedEffect {
                 id: term.effect.id().into(),
                 title: term.effect.title().into(),
-                p_value: p_value(gain(&without, found, ALL), term.parameters.len()),
+                p_value: p_value(gain(&without, found, ALL), term.free.iter().filter(|f| **f).count()),
                 share: lost,
                 parameters,
                 alternatives: alternatives(search, small, k, imperfect),
@@ -181,7 +184,38 @@ pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmet
     let mut inverse = matrix.factor().inverse();
     let square = whole.cost(ALL) / whole.rows(ALL).max(1) as f64;
     inverse.entries.iter_mut().for_each(|e| *e *= square);
+    // What the rows do not determine has a variance without end, not none.
+    for i in 0..free {
+        let own = inverse.at(i, i);
+        if !(own > 0.0 && own.is_finite()) {
+            (0..free).for_each(|j| (*inverse.at_mut(i, j), *inverse.at_mut(j, i)) = (0.0, 0.0));
+            *inverse.at_mut(i, i) = WITHOUT_END;
+        }
+    }
     inverse
+}
+
+/// What a reading is to its effect.
+pub fn sort(term: &super::model::Term, reading: &Reading) -> Sort {
+    let shape = term.effect.parameters().iter().any(|p| p.shape && p.name == reading.name);
+    match reading.unit {
+        "rad" => Sort::Phase,
+        _ if shape => Sort::Shape,
+        _ => Sort::Amount,
+    }
+}
+
+/// Damping, stiffness and gain of the identified plant; `deviations` are their standard deviations.
+pub fn nominal(values: [f64; 3], deviations: [f64; 3], units: &Units) -> Vec<Parameter> {
+    let gain = format!("{}/s²/{}", units.position, units.drive);
+    let all = [("damping", "1/s"), ("stiffness", "1/s²"), ("gain", gain.as_str())];
+    let one = |k: usize| Parameter {
+        name: all[k].0.into(),
+        value: values[k],
+        unit: all[k].1.into(),
+        ci95: around(values[k], deviations[k], Sort::Amount),
+    };
+    (0..3).map(one).collect()
 }
 
 fn variance(

@@ -59,6 +59,8 @@ pub fn moved(
         .collect()
 }
 
+/// Not every test that uses this module writes such rows.
+#[allow(dead_code)]
 pub fn csv(rows: &[(f64, f64)]) -> String {
     let line = |(k, (u, x)): (usize, &(f64, f64))| format!("{:.4},{u:.6},{x:.3}\n", k as f64 * STEP_S);
     String::from("t_s,drive,position\n") + &rows.iter().enumerate().map(line).collect::<String>()

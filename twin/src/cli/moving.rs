@@ -65,7 +65,8 @@ pub struct Simulate {
     /// A recording with the columns t_s and drive (drive_1, drive_2, …), .csv or .csv.gz.
     #[arg(long)]
     drive: PathBuf,
-    /// How each run begins. recorded: as the first 50 rows of the recorded position say, if there is one; rest:
+    /// How each run begins. recorded: as the first 50 rows of the recorded position (or one period of the mechanism's
+    /// own vibration) say, if there is one; rest:
     /// at rest. A recording with a column `period` is simulated in its steady state.
     #[arg(long, value_enum)]
     begin: Option<Beginning>,

@@ -13,12 +13,22 @@ use crate::effects::EffectError;
 pub enum Begin {
     /// At rest at position 0.
     Rest,
-    /// As the first 50 rows of the recorded position say.
+    /// As the first rows of the recorded position say: 50 of them, or one period of the mechanism's own vibration.
     Recorded,
 }
 
-/// Rows of a run from which its initial state is taken.
+/// Rows of a run from which its initial state is taken, at least.
 pub const INITIAL_ROWS: usize = 50;
+/// Part of a run from which it is taken at most, where one period of the mechanism's own vibration has more rows: a
+/// shorter stretch tells its position from its velocity badly.
+const INITIAL_PART: usize = 8;
+
+/// Rows of a run of so many from which its initial state is taken.
+fn initial_rows(model: &Model, sample_s: f64, rows: usize) -> usize {
+    let period = std::f64::consts::TAU / (model.stiffness.max(0.0).sqrt() * sample_s);
+    // As a float the cast is saturating.
+    (period.ceil() as usize).min(rows / INITIAL_PART).max(INITIAL_ROWS)
+}
 
 /// Why a plant cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -112,7 +122,12 @@ pub fn simulate(
                     (None, Begin::Rest) => REST,
                     (None, Begin::Recorded) => match &recording.positions[..] {
                         [position] => model
-                            .start_of(&drives, sample_s, &position[rows.clone()], INITIAL_ROWS)
+                            .start_of(
+                                &drives,
+                                sample_s,
+                                &position[rows.clone()],
+                                initial_rows(&model, sample_s, rows.len()),
+                            )
                             .map_err(wrong)?,
                         others => {
                             return Err(SimulateError::Positions { expected: 1, found: others.len() });

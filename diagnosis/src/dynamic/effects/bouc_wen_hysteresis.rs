@@ -1,18 +1,27 @@
 //! Bouc–Wen hysteresis: a spring that yields: a restoring force with a memory of the motion, which dissipates at any speed.
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount, shape};
+use super::{DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape};
 use crate::dynamic::number::Number;
 
-/// x″ −= k z, z′ = v − ½(|v| z + v |z|)/Y; k in 1/s², Y in p
+/// β and n where `plant.toml` does not give them, and as the search has them.
+const USUAL: [f64; 2] = [0.5, 1.0];
+
+/// x″ −= k z, z′ = v − (β |v| sign z + (1 − β) v)·|z/Y|ⁿ; β = ½ and n = 1 unless given
 pub struct BoucWenHysteresis;
 
 impl<T: Number> Physics<T> for BoucWenHysteresis {
     #[inline(always)]
     fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
         let (v, z) = (*flow.velocity, flow.states[0]);
-        let yielding = (v.abs() * z + v * z.abs()) * 0.5;
+        let [beta, exponent] = [parameters[2].value(), parameters[3].value()];
         *flow.acceleration = *flow.acceleration - parameters[0] * z;
-        flow.rates[0] = v - yielding / parameters[1];
+        flow.rates[0] = if [beta, exponent] == USUAL {
+            v - (v.abs() * z + v * z.abs()) * 0.5 / parameters[1]
+        } else {
+            let sign = if z.value() < 0.0 { -1.0 } else { 1.0 };
+            let yielding = v.abs() * (beta * sign) + v * (1.0 - beta);
+            v - yielding * (z.abs() / parameters[1]).powf(exponent)
+        };
     }
 }
 
@@ -39,13 +48,28 @@ impl DynamicEffect for BoucWenHysteresis {
         Part::Force
     }
     fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("stiffness", "1/s²"), shape("yield", "p")] }
+        const { &[amount("stiffness", "1/s²"), shape("yield", "p"), shape("beta", "1"), shape("exponent", "1")] }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
-        [0.02, 0.06, 0.2, 0.6].iter().map(|part| vec![0.0, part * scale.stroke]).collect()
+        [0.02, 0.06, 0.2, 0.6].iter().map(|part| vec![0.0, part * scale.stroke, USUAL[0], USUAL[1]]).collect()
     }
     fn states(&self) -> usize {
         1
+    }
+    fn kept(&self, parameter: usize) -> bool {
+        parameter >= 2
+    }
+    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
+        let count = if parameters[2..] == USUAL { 2 } else { 4 };
+        plain_readings(self.parameters(), parameters, count)
+    }
+    fn names(&self) -> Vec<&'static str> {
+        self.parameters().iter().map(|p| p.name).collect()
+    }
+    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
+        let usual = |name, usual: f64| Some(value(name).unwrap_or(usual));
+        let all = [value("stiffness"), value("yield"), usual("beta", USUAL[0]), usual("exponent", USUAL[1])];
+        all.into_iter().collect()
     }
     fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
         // A spring that never yields is a spring, one that yields at once is dry friction.

@@ -180,6 +180,14 @@ pub trait DynamicEffect:
     fn creep(&self) -> Option<usize> {
         None
     }
+    /// Whether a parameter keeps the value it was given: no search fits it.
+    fn kept(&self, parameter: usize) -> bool {
+        self.creep() == Some(parameter)
+    }
+    /// The names that its parameters have in `plant.toml`.
+    fn names(&self) -> Vec<&'static str> {
+        self.readings(&vec![1.0; self.parameters().len()]).iter().map(|r| r.name).collect()
+    }
     /// The fastest angular frequency that it brings into the equation of motion, rad/s.
     fn fastest(&self, _parameters: &[f64]) -> f64 {
         0.0
@@ -225,7 +233,7 @@ fn plain_readings(known: &[Parameter], parameters: &[f64], count: usize) -> Vec<
 /// The speed of creep of a dry friction that holds.
 const CREEP: Parameter = shape("creep_velocity", "p/s");
 /// Creep that is none, as a part of the recorded speed.
-const HARD: f64 = 1e-9;
+pub const HARD: f64 = 1e-9;
 
 /// All effects, in the order in which ties are broken: the simpler explanation first.
 pub static CATALOGUE: [&dyn DynamicEffect; 17] = [

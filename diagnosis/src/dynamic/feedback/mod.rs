@@ -14,7 +14,8 @@ use super::diagnose::{DynamicOutcome, Options, OwnSimulation, Predicted};
 use super::effects::{CATALOGUE, DynamicEffect, Scale, effect};
 use super::fault::DynamicError;
 use super::recording::DynamicRecording;
-use super::{plant, score};
+use super::verdict::Units;
+use super::{judge, plant, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::{Fit, Score};
 use crate::verdict::Verdict;
@@ -59,7 +60,6 @@ pub fn diagnose(
     let present = along.search(&catalogue, &scale).ok_or_else(lost)?;
     let nominal_inverse = Inverse { stiffness: present.stiffness, terms: Vec::new() };
     let all = |inverse: &Inverse| solve(inverse, &motion, &|_| true);
-    let after = all(&present).ok_or_else(lost)?;
     let theirs = simulated.map(|own| expected(own, recording, &along, &scale)).transpose()?;
     let before = match &theirs {
         Some(solved) => solved.clone(),
@@ -67,82 +67,93 @@ pub fn diagnose(
     };
     let proof = |inverse: &Inverse| solve(inverse, &motion, &|k| data.fold[k] as usize != SCORE);
     let proof_before = theirs.or_else(|| proof(&nominal_inverse));
-    let proof_after = proof(&present);
-    let effects = say::named(&along, &present, &after, &catalogue, &scale, nominal);
-    let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
-    let locations = say::locations(&effects, explained, &motion);
-    let own = predictions(recording, &motion, &before, &after);
-    let other = held_out.map(|r| {
-        let there = Motion::new(r, motion.cutoff_hz, Some(motion.slow()));
-        predictions(r, &there, &before, &after)
-    });
-    let figures = |which: usize| -> Score {
-        let pick = |p: &Predicted| if which == 0 { p.before[0].clone() } else { p.after[0].clone() };
-        match held_out.zip(other.as_ref()) {
-            Some((file, predicted)) => Score {
-                train_rms: score::rms(recording, &recording.drives[0], &pick(&own), |_| true).unwrap_or(0.0),
-                held_out_rms: score::rms(file, &file.drives[0], &pick(predicted), |_| true),
-            },
-            None => {
-                let solved = if which == 0 { &proof_before } else { &proof_after };
-                let there = solved.as_ref().map(|s| predict(&s.model, &motion));
-                let of = |wanted: &dyn Fn(usize) -> bool| {
-                    there.as_ref().and_then(|y| score::rms(recording, &recording.drives[0], y, wanted))
-                };
-                Score {
-                    train_rms: of(&|k| data.fold[k] as usize != SCORE).unwrap_or(0.0),
-                    held_out_rms: of(&|k| data.fold[k] as usize == SCORE),
+    let found = present;
+    judge::standing(recording, false, |withdrawn| {
+        let mut present = found.clone();
+        present.terms.retain(|(effect, _)| withdrawn.effects.iter().all(|id| id != effect.id()));
+        let after = all(&present).ok_or_else(lost)?;
+        let proof_after = proof(&present);
+        let effects = say::named(&along, &present, &after, &catalogue, &scale, nominal);
+        let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
+        let locations = say::locations(&effects, explained, &motion);
+        let own = predictions(recording, &motion, &before, &after);
+        let other = held_out.map(|r| {
+            let there = Motion::new(r, motion.cutoff_hz, Some(motion.slow()));
+            predictions(r, &there, &before, &after)
+        });
+        let figures = |which: usize| -> Score {
+            let pick = |p: &Predicted| if which == 0 { p.before[0].clone() } else { p.after[0].clone() };
+            match held_out.zip(other.as_ref()) {
+                Some((file, predicted)) => Score {
+                    train_rms: score::rms(recording, &recording.drives[0], &pick(&own), |_| true)
+                        .unwrap_or(0.0),
+                    held_out_rms: score::rms(file, &file.drives[0], &pick(predicted), |_| true),
+                },
+                None => {
+                    let solved = if which == 0 { &proof_before } else { &proof_after };
+                    let there = solved.as_ref().map(|s| predict(&s.model, &motion));
+                    let of = |wanted: &dyn Fn(usize) -> bool| {
+                        there.as_ref().and_then(|y| score::rms(recording, &recording.drives[0], y, wanted))
+                    };
+                    Score {
+                        train_rms: of(&|k| data.fold[k] as usize != SCORE).unwrap_or(0.0),
+                        held_out_rms: of(&|k| data.fold[k] as usize == SCORE),
+                    }
                 }
             }
-        }
-    };
-    let fit = Fit {
-        unit: nominal.drive_unit.clone(),
-        held_out_by: held_out.map_or("block".into(), |r| r.file.clone()),
-        before: figures(0),
-        after: figures(1),
-        gain: None,
-        of_explainable: None,
-    };
-    let verdict = if effects.is_empty() {
-        Verdict::Consistent
-    } else if say::coloured(&after.residual, &motion) {
-        Verdict::PartlyExplained
-    } else {
-        Verdict::Explained
-    };
-    let mut unidentifiable = vec![
-        "the controller: position and drive determine the mechanism, not what drove it".to_string(),
-        "inertia and the drive's unit: everything is per inertia".to_string(),
-        // The controller answers to the reading noise, so that regressors and drive share it: curves without physics
-        // explain two fifths of what is left where there is nothing.
-        "structure of no known effect: under feedback it is not told from what the reading noise makes"
-            .to_string(),
-    ];
-    if !present.stiffness {
-        unidentifiable.push("stiffness: none that this recording shows; it is left at zero".into());
-    }
-    let diagnosis = Diagnosis {
-        schema: 1,
-        recording: recording.file.clone(),
-        verdict,
-        noise_floor: NoiseFloor {
-            value: square(&after.residual).sqrt(),
+        };
+        let fit = Fit {
             unit: nominal.drive_unit.clone(),
-            from: format!("what the inverse model leaves below {:.0} Hz", motion.cutoff_hz),
-            autocorrelation: 0.0,
-        },
-        next_experiment: super::verdict::next_experiment(verdict, &effects, &locations),
-        locations,
-        effects,
-        fit,
-        unidentifiable,
-        bad_rows: Vec::new(),
-        judged: Vec::new(),
-        withheld: None,
-        plant: Vec::new(),
-    };
-    Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
+            held_out_by: held_out.map_or("block".into(), |r| r.file.clone()),
+            before: figures(0),
+            after: figures(1),
+            gain: None,
+            of_explainable: None,
+        };
+        let verdict = if effects.is_empty() {
+            Verdict::Consistent
+        } else if say::coloured(&after.residual, &motion) {
+            Verdict::PartlyExplained
+        } else {
+            Verdict::Explained
+        };
+        let mut unidentifiable = vec![
+            "the controller: position and drive determine the mechanism, not what drove it".to_string(),
+            "inertia and the drive's unit: everything is per inertia".to_string(),
+            // The controller answers to the reading noise, so that regressors and drive share it: curves without physics
+            // explain two fifths of what is left where there is nothing.
+            "structure of no known effect: under feedback it is not told from what the reading noise makes"
+                .to_string(),
+        ];
+        if !present.stiffness {
+            unidentifiable.push("stiffness: none that this recording shows; it is left at zero".into());
+        }
+        let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
+        let deviations = [0, 1, 2].map(|k| after.deviations[0].get(k).copied().unwrap_or(0.0));
+        let mut plant = super::verdict::nominal(after.model.nominal, deviations, &units);
+        plant.retain(|p| present.stiffness || p.name != "stiffness");
+        let diagnosis = Diagnosis {
+            schema: 1,
+            recording: recording.file.clone(),
+            verdict,
+            noise_floor: NoiseFloor {
+                value: square(&after.residual).sqrt(),
+                unit: nominal.drive_unit.clone(),
+                from: format!("what the inverse model leaves below {:.0} Hz", motion.cutoff_hz),
+                autocorrelation: 0.0,
+            },
+            next_experiment: super::verdict::next_experiment(verdict, &effects, &locations),
+            locations,
+            effects,
+            fit,
+            unidentifiable,
+            bad_rows: Vec::new(),
+            judged: Vec::new(),
+            withheld: None,
+            plant,
+        };
+        Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
+    })
 }
 
 /// The mechanism that the user's simulation states: inertia, damping and stiffness by which its motion goes

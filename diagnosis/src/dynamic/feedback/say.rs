@@ -8,7 +8,8 @@ use super::search::{ALTERNATIVE, Along};
 use super::{filter, square};
 use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Scale, effect, unit_of};
-use crate::dynamic::verdict::p_value;
+use crate::dynamic::interval::around;
+use crate::dynamic::verdict::{p_value, sort};
 use crate::rows::range;
 use crate::verdict::{Location, NamedEffect, Parameter};
 
@@ -52,13 +53,12 @@ pub fn named(
             .map(|r| {
                 let variance: f64 =
                     r.gradient.iter().zip(&after.deviations[1 + t]).map(|(g, d)| (g * d).powi(2)).sum();
-                let half = 1.96 * variance.sqrt();
                 let unit = unit_of(r.unit, &nominal.position_unit, &nominal.drive_unit);
                 Parameter {
                     name: r.name.into(),
                     value: r.value,
                     unit,
-                    ci95: [r.value - half, r.value + half],
+                    ci95: around(r.value, variance.sqrt(), sort(term, r)),
                 }
             })
             .collect();
@@ -66,7 +66,7 @@ pub fn named(
         said.push(NamedEffect {
             id: term.effect.id().into(),
             title: term.effect.title().into(),
-            p_value: p_value(gain, term.parameters.len()),
+            p_value: p_value(gain, term.free.iter().filter(|f| **f).count()),
             share: lost.max(0.0),
             parameters,
             alternatives,

@@ -116,7 +116,7 @@ impl Along<'_> {
         let mut shapes = start.to_vec();
         let mut best = self.fit(&build(&shapes))?;
         let shaped: Vec<usize> = (0..shapes.len())
-            .filter(|j| effect.parameters()[*j].shape && !is_lag(effect) && effect.creep() != Some(*j))
+            .filter(|j| effect.parameters()[*j].shape && !is_lag(effect) && !effect.kept(*j))
             .collect();
         let mut width = 1.5;
         for _ in 0..if shaped.is_empty() { 0 } else { 6 } {

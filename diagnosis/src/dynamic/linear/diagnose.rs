@@ -12,6 +12,7 @@ use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::diagnose::Predicted;
+use crate::dynamic::judge;
 use crate::dynamic::spectrum::experiments::mean_period;
 use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
 use crate::held_out::{Fit, Score};
@@ -75,101 +76,104 @@ pub fn diagnose_linear(
         name(recording, &plan, &before, &start, &fitting, &judged)
     };
     let responses = verdict::responses(recording, &plan);
-    let mut effects = Vec::new();
-    let after = match &named {
-        Some(found) => {
-            let error = sensitivity::exponent_error(&found.model, &fitting);
-            let mut effect = verdict::hysteresis(&found.model, found.gain, &responses, error);
-            effect.alternatives.extend(found.rival.then(|| "cubic_stiffness".to_string()));
-            effects.push(effect);
-            &found.model
-        }
-        None => &before,
-    };
-    let mut own = predict(recording, &before, after);
-    let mut other = held_out.map(|r| predict(r, &before, after));
-    let stated = Offset::stated(plant, recording.positions.len());
-    if let Some(stated) = &stated {
-        for predicted in std::iter::once(&mut own).chain(&mut other) {
-            stated.add_to(&mut predicted.before);
-            stated.add_to(&mut predicted.after);
-        }
-    }
-    let constant =
-        if skip.iter().any(|id| id == offset::ID) { None } else { offset(recording, &own.after, &plan) };
-    if let Some(found) = &constant {
-        found.add_to(&mut own.after);
-        other.iter_mut().for_each(|o| found.add_to(&mut o.after));
-        effects.push(found.named(&plant.plant.position_unit, recording.drives.len()));
-    }
     let noise = period_noise(recording, &plan);
-    let all: Vec<Range<usize>> = recording.runs.clone();
-    let judged_rows = if held.is_empty() { &all } else { &held };
-    let left = rms(recording, &own.after, judged_rows);
-    let level = noise.map_or(left, |(level, _)| level);
-    let around = verdict::locations(recording, &plan, &before.linear, &responses);
-    // Without repeated periods nothing tells noise from distortion but its dependence on the amplitude.
-    let grows = around.iter().any(|l| l.variable == "amplitude" && l.share > GROWS);
-    let said = match (effects.first(), noise) {
-        (Some(_), Some(_)) if left > NOISE * level => Verdict::PartlyExplained,
-        (Some(_), _) => Verdict::Explained,
-        (None, Some(_)) if left > NOISE * level => Verdict::Unexplained,
-        (None, None) if grows => Verdict::Unexplained,
-        (None, _) => Verdict::Consistent,
-    };
-    let locations = if said == Verdict::Consistent { Vec::new() } else { around };
-    let score = |own_columns: &[Vec<f64>], other_columns: Option<&Vec<Vec<f64>>>| Score {
-        train_rms: rms(recording, own_columns, &plan.fitted()),
-        held_out_rms: match (held_out, other_columns) {
-            (Some(r), Some(columns)) => Some(rms(r, columns, &r.runs)),
-            _ if held.is_empty() => None,
-            _ => Some(rms(recording, own_columns, &held)),
-        },
-    };
-    let fit = Fit {
-        unit: plant.plant.position_unit.clone(),
-        held_out_by: held_out.map_or(plan.held_out_by.to_string(), |r| r.file.clone()),
-        before: score(&own.before, other.as_ref().map(|o| &o.before)),
-        after: score(&own.after, other.as_ref().map(|o| &o.after)),
-        gain: None,
-        of_explainable: None,
-    };
-    let next_experiment = match said {
-        Verdict::Unexplained => Some(String::from(
-            "repeat the excitation at two amplitudes or more, of each more runs than drives: then what depends on the amplitude \
-             is told from what the order of the model leaves",
-        )),
-        Verdict::PartlyExplained if plan.groups.len() < 2 => Some(String::from(
-            "repeat the excitation at another amplitude: one alone does not show the growth",
-        )),
-        _ => None,
-    };
-    let diagnosis = Diagnosis {
-        schema: 1,
-        recording: recording.file.clone(),
-        verdict: said,
-        noise_floor: NoiseFloor {
-            value: level,
+    judge::standing(recording, false, |withdrawn| {
+        let out = |id: &str| skip.iter().chain(&withdrawn.effects).any(|other| other == id);
+        let named = named.as_ref().filter(|_| !out(file::ID));
+        let mut effects = Vec::new();
+        let after = match named {
+            Some(found) => {
+                let error = sensitivity::exponent_error(&found.model, &fitting);
+                let mut effect = verdict::hysteresis(&found.model, found.gain, &responses, error);
+                effect.alternatives.extend(found.rival.then(|| "cubic_stiffness".to_string()));
+                effects.push(effect);
+                &found.model
+            }
+            None => &before,
+        };
+        let mut own = predict(recording, &before, after);
+        let mut other = held_out.map(|r| predict(r, &before, after));
+        let stated = Offset::stated(plant, recording.positions.len());
+        if let Some(stated) = &stated {
+            for predicted in std::iter::once(&mut own).chain(&mut other) {
+                stated.add_to(&mut predicted.before);
+                stated.add_to(&mut predicted.after);
+            }
+        }
+        let constant = if out(offset::ID) { None } else { offset(recording, &own.after, &plan) };
+        if let Some(found) = &constant {
+            found.add_to(&mut own.after);
+            other.iter_mut().for_each(|o| found.add_to(&mut o.after));
+            effects.push(found.named(&plant.plant.position_unit, recording.drives.len()));
+        }
+        let all: Vec<Range<usize>> = recording.runs.clone();
+        let judged_rows = if held.is_empty() { &all } else { &held };
+        let left = rms(recording, &own.after, judged_rows);
+        let level = noise.map_or(left, |(level, _)| level);
+        let around = verdict::locations(recording, &plan, &before.linear, &responses);
+        // Without repeated periods nothing tells noise from distortion but its dependence on the amplitude.
+        let grows = around.iter().any(|l| l.variable == "amplitude" && l.share > GROWS);
+        let said = match (effects.first(), noise) {
+            (Some(_), Some(_)) if left > NOISE * level => Verdict::PartlyExplained,
+            (Some(_), _) => Verdict::Explained,
+            (None, Some(_)) if left > NOISE * level => Verdict::Unexplained,
+            (None, None) if grows => Verdict::Unexplained,
+            (None, _) => Verdict::Consistent,
+        };
+        let locations = if said == Verdict::Consistent { Vec::new() } else { around };
+        let score = |own_columns: &[Vec<f64>], other_columns: Option<&Vec<Vec<f64>>>| Score {
+            train_rms: rms(recording, own_columns, &plan.fitted()),
+            held_out_rms: match (held_out, other_columns) {
+                (Some(r), Some(columns)) => Some(rms(r, columns, &r.runs)),
+                _ if held.is_empty() => None,
+                _ => Some(rms(recording, own_columns, &held)),
+            },
+        };
+        let fit = Fit {
             unit: plant.plant.position_unit.clone(),
-            from: if noise.is_some() { "repeated periods" } else { "what the model leaves" }.into(),
-            autocorrelation: noise.map_or(0.0, |(_, correlation)| correlation),
-        },
-        locations,
-        effects,
-        fit,
-        unidentifiable: vec![String::from(
-            "the states of the linear model: any regular change of their coordinates gives the same positions",
-        )],
-        next_experiment,
-        bad_rows: Vec::new(),
-        judged: Vec::new(),
-        withheld: None,
-        plant: Vec::new(),
-    };
-    let mut written = file::to_file(after, &plant.plant);
-    let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
-    written.effects.extend(constant.map(|o| o.effect()));
-    Ok(DynamicOutcome { diagnosis, plant: written, own, other })
+            held_out_by: held_out.map_or(plan.held_out_by.to_string(), |r| r.file.clone()),
+            before: score(&own.before, other.as_ref().map(|o| &o.before)),
+            after: score(&own.after, other.as_ref().map(|o| &o.after)),
+            gain: None,
+            of_explainable: None,
+        };
+        let next_experiment = match said {
+            Verdict::Unexplained => Some(String::from(
+                "repeat the excitation at two amplitudes or more, of each more runs than drives: then what depends on the amplitude \
+             is told from what the order of the model leaves",
+            )),
+            Verdict::PartlyExplained if plan.groups.len() < 2 => Some(String::from(
+                "repeat the excitation at another amplitude: one alone does not show the growth",
+            )),
+            _ => None,
+        };
+        let diagnosis = Diagnosis {
+            schema: 1,
+            recording: recording.file.clone(),
+            verdict: said,
+            noise_floor: NoiseFloor {
+                value: level,
+                unit: plant.plant.position_unit.clone(),
+                from: if noise.is_some() { "repeated periods" } else { "what the model leaves" }.into(),
+                autocorrelation: noise.map_or(0.0, |(_, correlation)| correlation),
+            },
+            locations,
+            effects,
+            fit,
+            unidentifiable: vec![String::from(
+                "the states of the linear model: any regular change of their coordinates gives the same positions",
+            )],
+            next_experiment,
+            bad_rows: Vec::new(),
+            judged: Vec::new(),
+            withheld: None,
+            plant: Vec::new(),
+        };
+        let mut written = file::to_file(after, &plant.plant);
+        let constant = constant.map(|found| found.and(stated.as_ref())).or(stated.clone());
+        written.effects.extend(constant.map(|o| o.effect()));
+        Ok(DynamicOutcome { diagnosis, plant: written, own, other })
+    })
 }
 
 /// The linear model of all amplitudes, and that of the lowest, both of one order.

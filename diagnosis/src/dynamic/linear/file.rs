@@ -14,6 +14,14 @@ use super::subspace::to_blocks;
 /// Id of the effect that carries the loop.
 pub const ID: &str = "rayleigh_hysteresis";
 
+/// The names of an effect's parameters in the file of a `linear` plant.
+pub fn names(id: &str) -> Vec<&'static str> {
+    match id {
+        ID => vec!["into_state", "into_position", "from_state", "from_drive", "thresholds", "weights"],
+        _ => vec!["offset"],
+    }
+}
+
 /// The plant file of a model; a memoryless loop has no place in it and is left out.
 pub fn to_file(model: &Looped, nominal: &Plant) -> PlantFile {
     let lin = &model.linear;

@@ -83,6 +83,8 @@ pub fn page(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
         growth => growth,
         locations => locations,
         effects => effects,
+        plant => d.plant.iter().map(parameter).collect::<Vec<_>>(),
+        judged => d.judged.clone(),
         held_out_by => fit.held_out_by.clone(),
         before_train => rms(Some(fit.before.train_rms)),
         before_held => rms(fit.before.held_out_rms),
