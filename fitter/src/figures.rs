@@ -65,7 +65,7 @@ fn decimal(value: f64, decimals: i32, size: f64) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
-    if size < SHORT || size >= LONG {
+    if !(SHORT..LONG).contains(&size) {
         let digits = (exponent(value) + decimals).clamp(0, MOST) as usize;
         return format!("{value:.digits$e}");
     }
