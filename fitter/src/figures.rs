@@ -123,7 +123,7 @@ pub fn plus_minus(value: f64, half_width: f64, unit: &str) -> String {
 /// # Example
 /// ```
 /// use fitter::figures::with_interval;
-/// assert_eq!(with_interval(0.0030412, [0.0030299, 0.0030525], "s"), "3.041 ms [3.030, 3.053]");
+/// assert_eq!(with_interval(0.0030412, [0.0030299, 0.0030527], "s"), "3.041 ms [3.030, 3.053]");
 /// assert_eq!(with_interval(2.0, [f64::NEG_INFINITY, 3.0], "mm"), "2.00 mm");
 /// ```
 pub fn with_interval(value: f64, ci95: [f64; 2], unit: &str) -> String {
