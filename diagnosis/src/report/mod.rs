@@ -204,7 +204,7 @@ pub(crate) fn readable(variable: &str) -> String {
 pub(crate) fn parameter(p: &Parameter) -> minijinja::Value {
     let ([value, from, to], unit) = figures::cells(p.value, p.ci95, &p.unit);
     context! {
-        name => without_unit(&p.name),
+        name => without_unit(&p.name, &p.unit),
         value => typeset(&value),
         unit => if unit == "1" { String::new() } else { unit },
         from => typeset(&from),
@@ -213,9 +213,9 @@ pub(crate) fn parameter(p: &Parameter) -> minijinja::Value {
 }
 
 /// A parameter's name without the unit that stands beside its value.
-fn without_unit(name: &str) -> String {
-    const UNITS: [&str; 5] = ["arcsec", "ppm", "deg", "s", "mm"];
-    name.split('_').take_while(|word| !UNITS.contains(word)).collect::<Vec<_>>().join(" ")
+pub(crate) fn without_unit(name: &str, unit: &str) -> String {
+    let unit = unit.split(['/', '^', '·']).next().unwrap_or_default().to_lowercase();
+    name.split('_').take_while(|word| *word != unit).collect::<Vec<_>>().join(" ")
 }
 
 /// Four significant digits.
@@ -253,9 +253,9 @@ mod tests {
 
     #[test]
     fn names_and_probabilities_read_well() {
-        assert_eq!(without_unit("time_constant_s"), "time constant");
-        assert_eq!(without_unit("coefficient_arcsec_per_k"), "coefficient");
-        assert_eq!(without_unit("harmonics"), "harmonics");
+        assert_eq!(without_unit("time_constant_s", "s"), "time constant");
+        assert_eq!(without_unit("coefficient_arcsec_per_k", "arcsec/K"), "coefficient");
+        assert_eq!(without_unit("harmonics", "1"), "harmonics");
         assert_eq!(probability(2.2e-8), "2·10⁻⁸");
         assert_eq!(probability(0.25), "0.250");
     }
