@@ -1,11 +1,13 @@
 //! From rows to the set of terms that explains them, and the search that found it: noise about a saturated
 //! model first, then, once something is found, noise about what was found and the search again.
 
+use std::sync::Arc;
+
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
-use crate::linear::least_squares;
+use crate::linear::{dot, least_squares};
 use crate::noise::{Noise, estimate, estimate_white};
 use crate::rows::Rows;
 use crate::search::{Found, Search, Term};
@@ -30,14 +32,18 @@ const MISFIT_OF_A_CURVE: f64 = 0.1;
 /// Other effects that would do as well, from which on a name beside a curve says nothing.
 const ANY_WILL_DO: usize = 5;
 
-/// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of sixty, far
+/// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of forty, far
 /// beyond what hides in noise.
-const GROSS: f64 = 4.0;
+const GROSS: f64 = 3.0;
 /// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
 /// part of the whole that all of them may.
 const STAGES: usize = 6;
 const STAGE_GAIN: f64 = 0.95;
 const MOSTLY: f64 = 0.5;
+/// Correlation of neighbouring residuals beyond which they are one.
+const LONGEST_MEMORY: f64 = 0.98;
+/// Rows of a held-out pass count as unmeasured: their σ, in multiples of the floor.
+const UNMEASURED: f64 = 1e6;
 
 /// What was found.
 pub struct Explanation<'a> {
@@ -49,6 +55,9 @@ pub struct Explanation<'a> {
     pub chosen: usize,
     /// Standard deviation of the noise of a row about the saturated model: the floor.
     pub floor: f64,
+    /// Whether the mismatch is many times the noise, so that the effects were found one by one and structure may be
+    /// left.
+    pub gross: bool,
 }
 
 /// What the noise's variance may depend on.
@@ -75,15 +84,14 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let slow = slow_structure(rows);
     let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
     let floor = noise.level;
-    let beside = Beside { base: &base, covariates: &covariates, slow: &slow };
-    if left_by(&base, &rows.error) > GROSS * floor
-        && let Some(explanation) = explain_gross(rows, catalogue, skip, &beside, floor)
+    if left_by(&base, &rows.error, None) > GROSS * floor
+        && let Some(explanation) = explain_gross(rows, catalogue, skip, &base, floor)
     {
         return explanation;
     }
     let search = Search::new(rows, catalogue, order, noise, skip);
     if !strongest(&search).is_some_and(|found| search.significant(&found)) {
-        return Explanation { search, terms: Vec::new(), chosen: 0, floor };
+        return Explanation { search, terms: Vec::new(), chosen: 0, floor, gross: false };
     }
     let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut last: Option<Search> = None;
@@ -135,7 +143,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     }
     let search = last.unwrap_or(search);
     let floor = search.noise.level;
-    Explanation { search, terms, chosen, floor }
+    Explanation { search, terms, chosen, floor, gross: false }
 }
 
 /// The terms with the strongest significant effect more; of those that do nearly as well the simplest, since what the
@@ -151,63 +159,111 @@ fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     Some(next)
 }
 
-/// What the noise is measured beside.
-struct Beside<'b> {
-    base: &'b [Vec<f64>],
-    covariates: &'b [Vec<f64>],
-    slow: &'b [Vec<Vec<f64>>],
-}
-
-/// Root mean square of what columns leave of the errors.
-fn left_by(columns: &[Vec<f64>], error: &[f64]) -> f64 {
-    (least_squares(columns, error).rss / error.len().max(1) as f64).sqrt()
-}
-
-/// Explains a mismatch many times the noise. Beside it the saturated model is no model any more: what it leaves is
-/// structure, which would be taken for noise with a memory and whiten the mismatch away. So what is not yet explained
-/// counts as noise without a memory, as strong as it is, and the strongest effects are found first; each brings the
-/// noise down. None where no effect explains most of the mismatch.
-fn explain_gross<'a>(
-    rows: &'a Rows,
-    catalogue: &'a [Box<dyn Effect>],
-    skip: &[String],
-    beside: &Beside,
-    floor: f64,
-) -> Option<Explanation<'a>> {
-    let order = first_order(rows);
-    let columns = |terms: &[Term]| -> Vec<Vec<f64>> {
-        let of_terms = terms.iter().flat_map(|t| t.columns.iter().cloned());
-        beside.base.iter().cloned().chain(of_terms).collect()
+/// Root mean square of what columns leave of the errors of the rows that are not held out.
+fn left_by(columns: &[Vec<f64>], error: &[f64], held: Option<&[bool]>) -> f64 {
+    let taken = |v: &[f64]| -> Vec<f64> {
+        v.iter().enumerate().filter(|(i, _)| held.is_none_or(|held| !held[*i])).map(|(_, v)| *v).collect()
     };
-    let before = left_by(beside.base, &rows.error);
-    let mut terms: Vec<Term> = Vec::new();
-    let mut left = before;
-    let mut last: Option<Search> = None;
+    let error = taken(error);
+    let columns: Vec<Vec<f64>> = columns.iter().map(|column| taken(column)).collect();
+    (least_squares(&columns, &error).rss / error.len().max(1) as f64).sqrt()
+}
+
+/// The base's columns and the terms'.
+fn columns_with(base: &[Vec<f64>], terms: &[Term]) -> Vec<Vec<f64>> {
+    base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).cloned().collect()
+}
+
+/// The strongest effects one by one, by rows that are not held out: what is not yet explained counts as noise without a
+/// memory, as strong as it is, and each effect brings it down. With what they leave, and the base alone.
+fn stages(
+    search: &Search,
+    base: &[Vec<f64>],
+    start: Vec<Term>,
+    held: Option<&[bool]>,
+) -> (Vec<Term>, f64, f64) {
+    let rows = search.rows;
+    let covariates = covariates(rows);
+    let before = left_by(base, &rows.error, held);
+    let mut left = left_by(&columns_with(base, &start), &rows.error, held);
+    let mut terms = start;
     for _ in 0..STAGES {
-        let noise = estimate_white(&rows.error, &rows.t_s, &columns(&terms), beside.covariates);
-        let search = match &last {
-            Some(known) => Search::with_noise(known, noise),
-            None => Search::new(rows, catalogue, order, noise, skip),
-        };
-        let next = simplest(&search, &terms);
-        last = Some(search);
-        let Some(next) = next else { break };
-        let now = left_by(&columns(&next), &rows.error);
+        let mut noise =
+            estimate_white(&rows.error, &rows.t_s, &columns_with(base, &terms), &covariates);
+        let unmeasured = |(sigma, held): (&mut f64, &bool)| *sigma *= if *held { UNMEASURED } else { 1.0 };
+        noise.sigma.iter_mut().zip(held.unwrap_or_default()).for_each(unmeasured);
+        let Some(next) = simplest(&Search::with_noise(search, noise), &terms) else { break };
+        let now = left_by(&columns_with(base, &next), &rows.error, held);
         if now > STAGE_GAIN * left {
             break;
         }
         (terms, left) = (next, now);
     }
+    (terms, left, before)
+}
+
+/// What `fit` already found of a sensor that turns, as terms.
+fn found_by_fit(search: &Search) -> Vec<Term> {
+    let Some(turn) = &search.rows.turn else { return Vec::new() };
+    let found = [("read_lag", turn.directions.lag_corrected), ("turn_slope", turn.slope.is_some())];
+    let families = 0..search.dictionary.families.len();
+    let is = |f: &usize, id: &str| search.effect(*f).is_some_and(|e| search.catalogue[e].id() == id);
+    found
+        .iter()
+        .filter(|(_, found)| *found)
+        .filter_map(|(id, _)| families.clone().find(|f| is(f, id)))
+        .map(|family| {
+            let candidate = &search.dictionary.candidates[search.dictionary.families[family].candidates.start];
+            Term { family, shape: candidate.shape.clone(), columns: Arc::clone(&candidate.columns) }
+        })
+        .collect()
+}
+
+/// Explains a mismatch many times the noise. Beside it the saturated model is no model any more: what it leaves is
+/// structure, which would be taken for noise with a memory and whiten the mismatch away. So the strongest effects are
+/// found one by one, and fitted with every row alike. None where they do not explain most of the mismatch.
+fn explain_gross<'a>(
+    rows: &'a Rows,
+    catalogue: &'a [Box<dyn Effect>],
+    skip: &[String],
+    base: &[Vec<f64>],
+    floor: f64,
+) -> Option<Explanation<'a>> {
+    let covariates = covariates(rows);
+    let noise = estimate_white(&rows.error, &rows.t_s, base, &covariates);
+    let search = Search::new(rows, catalogue, first_order(rows), noise, skip);
+    let (terms, left, before) = stages(&search, base, found_by_fit(&search), None);
     if left > MOSTLY * before {
         return None;
     }
-    let light = columns(&terms);
-    let noise = estimate(&rows.error, &rows.t_s, &light, &light, beside.covariates, beside.slow);
-    let search = Search::new(rows, catalogue, order, noise, skip);
+    let mut noise = estimate_white(&rows.error, &rows.t_s, &columns_with(base, &terms), &covariates);
+    // Neighbouring rows repeat each other: so many fewer of them count.
+    let whitened = &noise.whitened_residual;
+    let lagged: f64 = whitened.windows(2).map(|w| w[0] * w[1]).sum();
+    let typical = (lagged / dot(whitened, whitened).max(1e-300)).clamp(0.0, LONGEST_MEMORY);
+    let spread = ((1.0 + typical) / (1.0 - typical)).sqrt();
+    noise.sigma.iter_mut().for_each(|sigma| *sigma *= spread);
+    let search = Search::with_noise(&search, noise);
     let chosen = terms.len();
-    // What is left is located, not named.
-    terms.extend(search.remainder(&terms).map(|rest| rest.term));
-    Some(Explanation { search, terms, chosen, floor })
+    Some(Explanation { search, terms, chosen, floor, gross: true })
+}
+
+/// The same search where some rows are held out.
+pub fn without_held<'a>(whole: &Explanation<'a>, held: &[bool]) -> Explanation<'a> {
+    let search = &whole.search;
+    let mut noise = search.noise.clone();
+    noise.sigma.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
+    let again = Search::with_noise(search, noise);
+    // Where nothing was found in all rows, nothing is sought in some of them.
+    let terms = match (whole.terms.is_empty(), whole.gross) {
+        (true, _) => Vec::new(),
+        (false, false) => again.run(Vec::new()),
+        (false, true) => {
+            let base = base_columns(search.rows, first_order(search.rows));
+            stages(search, &base, found_by_fit(search), Some(held)).0
+        }
+    };
+    Explanation { search: again, chosen: terms.len(), terms, floor: whole.floor, gross: whole.gross }
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name

@@ -8,19 +8,16 @@ use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::base::base_columns;
-use crate::explain::{Explanation, first_order};
+use crate::explain::{Explanation, first_order, without_held};
 use crate::generic::saturated;
 use crate::hand_on::HandOn;
 use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
-use crate::noise::Noise;
 use crate::rows::{Rows, mean, rms};
-use crate::search::{Search, Term};
+use crate::search::Term;
 
 /// Most folds.
 const FOLDS: usize = 4;
-/// Rows of a held-out pass count as unmeasured: their σ, in multiples of the floor.
-const UNMEASURED: f64 = 1e6;
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
@@ -158,12 +155,7 @@ pub fn prove<'a>(explanation: &Explanation<'a>, hand_on: &HandOn, before: &Model
         .into_par_iter()
         .map(|fold| {
             let held: Vec<bool> = group.iter().map(|g| out_of(*g) == Some(fold)).collect();
-            let mut noise: Noise = search.noise.clone();
-            noise.sigma.iter_mut().zip(&held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
-            let again = Search::with_noise(search, noise);
-            // Where nothing was found in all rows, nothing is sought in some of them.
-            let terms = if explanation.terms.is_empty() { Vec::new() } else { again.run(Vec::new()) };
-            let inner = Explanation { search: again, chosen: terms.len(), terms, floor: explanation.floor };
+            let inner = without_held(explanation, &held);
             let order = choose_order(&inner, &[]).max(1).min(before.order);
             let base = predictive(&inner, &[], rows.order.unwrap_or(order));
             Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner })
