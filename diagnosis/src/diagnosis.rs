@@ -1,5 +1,7 @@
 //! One recording from rows to everything that is said of it.
 
+use std::sync::OnceLock;
+
 use fitter::coefficients::Diagnosed;
 use fitter::faults::BadRow;
 use fitter::{Coefficients, Mirror, Recording};
@@ -9,14 +11,14 @@ use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
 use crate::explain::{Explanation, explain};
 use crate::hand_on::HandOn;
-use crate::held_out::{self, Fit, Proof, Score};
+use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge};
 use crate::model::{self, Model};
 use crate::observe::{ObserveError, Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::{Rows, mean, rms};
 use crate::screened::Screened;
-use crate::search::Found;
+use crate::search::{Found, Term};
 use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
 /// The noise floor.
@@ -130,17 +132,20 @@ pub fn diagnose(
     let Some(before_left) = hand_on.left(&before, None) else {
         return Err(unusable(recording, "the base model cannot be applied".into()));
     };
-    let proof = held_out::prove(&explanation, &hand_on, &before);
+    let proof = held_out::prove(&explanation, &hand_on, &before, Groups::Passes);
     let (explanation, proof) = (&explanation, proof.as_ref());
-    let settled = Judge {
+    let judge = Judge {
         explanation,
         catalogue: &effects,
         hand_on: &hand_on,
         before: &before,
         before_left: &before_left,
         proof,
-    }
-    .settle();
+        blocks: OnceLock::new(),
+    };
+    let settled = judge.settle();
+    let kept: Vec<Term> = settled.handed.terms.iter().map(|t| t.term.clone()).collect();
+    let proof = judge.proof_of(&kept);
     let mut said = verdict::say(explanation, &effects, &settled);
     let parameters = settled.handed.base.len();
     let level = Condensed::of_rows(rows, cell_of, &full, explanation.floor);

@@ -60,6 +60,9 @@ pub struct Dictionary {
 /// Orders up to which the base polynomial may be raised beyond the one absorbed from the start.
 pub const HIGHEST_ORDER: usize = 13;
 
+/// The same of a single move.
+const HIGHEST_OF_A_MOVE: usize = 9;
+
 /// Part of a column's length that must be left outside the model for it to be a candidate at all: what is
 /// left of a smooth curve after a polynomial is mostly the noise of its argument.
 pub const SMALLEST_PART: f64 = 0.02;
@@ -267,7 +270,9 @@ pub fn highest_order(rows: &Rows) -> usize {
     let held_out = (0.3 * positions as f64).round() as usize;
     let by_positions = positions.saturating_sub(held_out + 2);
     let by_rows = rows.len() / 6;
-    HIGHEST_ORDER.min(by_places).min(by_positions).min(by_rows).max(1)
+    // Of a single move nothing repeats, and a wandering error passes for shape.
+    let highest = if rows.single_move() { HIGHEST_OF_A_MOVE } else { HIGHEST_ORDER };
+    highest.min(by_places).min(by_positions).min(by_rows).max(1)
 }
 
 #[cfg(test)]

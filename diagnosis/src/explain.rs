@@ -9,7 +9,7 @@ use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
 use crate::linear::{dot, least_squares};
 use crate::noise::{Noise, estimate, estimate_white};
-use crate::rows::Rows;
+use crate::rows::{Rows, rms};
 use crate::search::{Found, Search, Term};
 use crate::verdict::ALTERNATIVE_MARGIN;
 
@@ -32,14 +32,16 @@ const MISFIT_OF_A_CURVE: f64 = 0.1;
 /// Other effects that would do as well, from which on a name beside a curve says nothing.
 const ANY_WILL_DO: usize = 5;
 
-/// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of forty, far
+/// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of ninety, far
 /// beyond what hides in noise.
-const GROSS: f64 = 3.0;
+const GROSS: f64 = 6.0;
 /// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
 /// part of the whole that all of them may.
 const STAGES: usize = 6;
-const STAGE_GAIN: f64 = 0.95;
-const MOSTLY: f64 = 0.5;
+const STAGE_GAIN: f64 = 0.9;
+const MOSTLY: f64 = 0.75;
+/// Part of the mismatch's variance by which explanations do nearly as well: what an ideal play misses of a real one.
+const NEARLY: f64 = 0.02;
 /// Correlation of neighbouring residuals beyond which they are one.
 const LONGEST_MEMORY: f64 = 0.98;
 /// Rows of a held-out pass count as unmeasured: their σ, in multiples of the floor.
@@ -53,7 +55,7 @@ pub struct Explanation<'a> {
     pub terms: Vec<Term>,
     /// How many of them the search chose; one more may stand for what the names leave.
     pub chosen: usize,
-    /// Standard deviation of the noise of a row about the saturated model: the floor.
+    /// Standard deviation of a row's noise, outliers included: the floor.
     pub floor: f64,
     /// Whether the mismatch is many times the noise, so that the effects were found one by one and structure may be
     /// left.
@@ -83,7 +85,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     let covariates = covariates(rows);
     let slow = slow_structure(rows);
     let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
-    let floor = noise.level;
+    let floor = reading_noise(&noise, rows);
     if left_by(&base, &rows.error, None) > GROSS * floor
         && let Some(explanation) = explain_gross(rows, catalogue, skip, &base, floor)
     {
@@ -142,19 +144,28 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
         terms.push(rest.term);
     }
     let search = last.unwrap_or(search);
-    let floor = search.noise.level;
+    let floor = reading_noise(&search.noise, rows);
     Explanation { search, terms, chosen, floor, gross: false }
 }
 
-/// The terms with the strongest significant effect more; of those that do nearly as well the simplest, since what the
-/// others do better is a part of what is left.
+/// Standard deviation of a reading as it was read, outliers and all.
+fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
+    let moved: Vec<f64> = rows.error.iter().zip(&noise.clean).map(|(y, clean)| y - clean).collect();
+    noise.level.hypot(rms(&moved))
+}
+
+/// The terms with the strongest significant effect more; of those that do nearly as well one that a correction can undo,
+/// and then the simplest, since what the others do better is a part of what is left.
 fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
-    let found = search.contenders(terms, |f| search.effect(f).is_some());
-    let best = search.gain(found.iter().find(|f| search.significant(f))?);
-    let free = |f: &&Found| search.effect(f.term.family).map_or(0, |e| search.free_shapes(e));
-    let near = found.iter().filter(|f| search.significant(f) && search.gain(f) > best - ALTERNATIVE_MARGIN);
+    let mut found = search.contenders(terms, |f| search.effect(f).is_some());
+    found.retain(|f| search.significant(f));
+    let best = search.gain(found.first()?);
+    let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);
+    let effect = |f: &&Found| search.effect(f.term.family).map(|e| (e, &search.catalogue[e]));
+    let rank = |f: &&Found| effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)));
+    let near = found.iter().filter(|f| search.gain(f) > best - margin);
     let mut next = terms.to_vec();
-    next.push(near.min_by_key(free)?.term.clone());
+    next.push(near.min_by_key(rank)?.term.clone());
     search.backfit(&mut next);
     Some(next)
 }

@@ -65,19 +65,32 @@ fn fold_of(group: usize, count: usize, folds: usize, by: &str) -> Option<usize> 
     (group > 0 && group + 1 < count).then(|| (group - 1) % folds)
 }
 
+/// What is held out together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Groups {
+    /// Whole passes, where enough of each direction are there.
+    Passes,
+    /// Blocks of rows: of what happened at one time in the recording only (a step, a warm-up) other passes say nothing.
+    Blocks,
+}
+
+/// Blocks into which a pass is cut.
+const BLOCKS_OF_A_PASS: usize = 4;
+
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
-pub fn groups(rows: &Rows) -> (Vec<usize>, usize, &'static str) {
+fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     let passes = rows.passes();
     let passes_of = |sign: f64| {
         let of = rows.pass.iter().zip(&rows.direction).filter(|(_, d)| **d * sign > 0.0).map(|(p, _)| p);
         of.collect::<BTreeSet<_>>().len()
     };
     // Without its only pass of a direction a recording says nothing of what the direction does.
-    if passes.len() >= 2 && passes_of(1.0) != 1 && passes_of(-1.0) != 1 {
+    let several = passes.len() >= 2 && passes_of(1.0) != 1 && passes_of(-1.0) != 1;
+    if several && wanted == Groups::Passes {
         let of = |p: &i64| passes.iter().position(|q| q == p).unwrap_or(0);
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
     }
-    let blocks = (rows.len() / 20).clamp(1, 12);
+    let blocks = if several { BLOCKS_OF_A_PASS * passes.len() } else { (rows.len() / 20).clamp(1, 12) };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
 
@@ -137,10 +150,15 @@ pub enum Choice<'a> {
 }
 
 /// Holds out every group in turn; none where nothing can be held out.
-pub fn prove<'a>(explanation: &Explanation<'a>, hand_on: &HandOn, before: &Model) -> Option<Proof<'a>> {
+pub fn prove<'a>(
+    explanation: &Explanation<'a>,
+    hand_on: &HandOn,
+    before: &Model,
+    wanted: Groups,
+) -> Option<Proof<'a>> {
     let search = &explanation.search;
     let rows = search.rows;
-    let (group, count, by) = groups(rows);
+    let (group, count, by) = groups(rows, wanted);
     let folds = count.min(FOLDS);
     let neighbours = |g: usize| fold_of(g, count, folds, by);
     // Where the passes went to different places, folds of every other pass.

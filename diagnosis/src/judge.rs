@@ -2,11 +2,13 @@
 //! the named effects' parameters, the handed-on model and the verdict claim must agree with each other. What does not
 //! is withdrawn, and said.
 
+use std::sync::OnceLock;
+
 use crate::diagnosis::NoiseFloor;
 use crate::effects::Effect;
 use crate::explain::{Explanation, first_order};
 use crate::hand_on::HandOn;
-use crate::held_out::{Choice, Proof, Shown};
+use crate::held_out::{Choice, Groups, Proof, Shown, prove};
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::rows::rms;
 use crate::search::Term;
@@ -54,11 +56,13 @@ pub struct Judge<'a, 'b> {
     pub before: &'b Model,
     /// What the base alone leaves of every reading.
     pub before_left: &'b [f64],
-    /// The held-out rows; none where nothing can be held out.
+    /// The held-out passes; none where nothing can be held out.
     pub proof: Option<&'b Proof<'a>>,
+    /// The held-out blocks, made where they are needed.
+    pub blocks: OnceLock<Option<Proof<'a>>>,
 }
 
-impl Judge<'_, '_> {
+impl<'a> Judge<'a, '_> {
     /// Withdraws effects until the answer agrees with itself; the base alone always does.
     pub fn settle(&self) -> Settled {
         let search = &self.explanation.search;
@@ -97,6 +101,15 @@ impl Judge<'_, '_> {
             withdrawn.extend(joint.terms.iter().find(is_worst).cloned());
             named.remove(worst);
         }
+    }
+
+    /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording.
+    pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
+        let effect = |t: &Term| self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
+        if named.iter().filter_map(effect).all(|effect| effect.runtime_correctable()) {
+            return self.proof;
+        }
+        self.blocks.get_or_init(|| prove(self.explanation, self.hand_on, self.before, Groups::Blocks)).as_ref()
     }
 
     fn id(&self, term: &Term) -> &'static str {
@@ -155,7 +168,7 @@ impl Judge<'_, '_> {
                 return Err((worst, reason));
             }
         };
-        let Some(proof) = self.proof else { return Ok((handed, left, None)) };
+        let Some(proof) = self.proof_of(named) else { return Ok((handed, left, None)) };
         let order = handed.order;
         let shows = |choice: &Choice| {
             proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= WORSE * proof.before())
