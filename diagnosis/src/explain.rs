@@ -38,7 +38,7 @@ const GROSS: f64 = 6.0;
 /// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
 /// part of the whole that all of them may.
 const STAGES: usize = 6;
-const STAGE_GAIN: f64 = 0.9;
+pub const STAGE_GAIN: f64 = 0.9;
 const MOSTLY: f64 = 0.75;
 /// Part of the mismatch's variance by which explanations do nearly as well: what an ideal play misses of a real one.
 const NEARLY: f64 = 0.02;
@@ -157,7 +157,8 @@ fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
 /// The terms with the strongest significant effect more; of those that do nearly as well one that a correction can undo,
 /// and then the simplest, since what the others do better is a part of what is left.
 fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
-    let mut found = search.contenders(terms, |f| search.effect(f).is_some());
+    let named = |f| search.effect(f).is_some();
+    let mut found = search.contenders_refined(terms, named, usize::MAX);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);

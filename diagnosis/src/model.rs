@@ -8,11 +8,11 @@ use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::dictionary::{Kind, highest_order};
 use crate::effects::{Effect, Reading};
-use crate::explain::{Explanation, first_order};
+use crate::explain::{Explanation, STAGE_GAIN, first_order};
 use crate::intervals::{Beside, widening};
 use crate::linear::{Basis, dot, least_squares};
 use crate::noise::Noise;
-use crate::rows::Rows;
+use crate::rows::{Rows, rms};
 use crate::search::{Search, Term};
 
 /// Surprise at which further orders of the base are kept: some ten blocks are tried, and one in fifteen
@@ -81,6 +81,9 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     }
     let mut residual = search.noise.whiten(&search.noise.clean);
     basis.project_off(&mut residual);
+    if explanation.gross {
+        return simplest_order(rows, terms, lowest, &all);
+    }
     // Where structure is left that no order follows, it is the noise that an order is judged by.
     let mut highest_basis = basis.clone();
     for column in &all[lowest + 1..] {
@@ -107,6 +110,25 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
         }
     }
     order
+}
+
+/// The lowest order of the base beside which a higher one makes what is left hardly smaller: where structure is left in
+/// any case, orders follow it.
+fn simplest_order(rows: &Rows, terms: &[Term], lowest: usize, all: &[Vec<f64>]) -> usize {
+    let mut basis = Basis::new(rows.len());
+    for column in all.iter().take(lowest + 1).chain(terms.iter().flat_map(|t| t.columns.iter())) {
+        basis.add(column);
+    }
+    let mut residual = rows.error.clone();
+    basis.project_off(&mut residual);
+    let mut left = vec![rms(&residual)];
+    for column in &all[lowest + 1..] {
+        basis.add(column);
+        basis.project_off(&mut residual);
+        left.push(rms(&residual));
+    }
+    let least = left.last().copied().unwrap_or(0.0);
+    lowest + left.iter().position(|left| STAGE_GAIN * left <= least).unwrap_or(0)
 }
 
 /// Fits base and terms jointly, without anything about parameters: what is needed to predict.

@@ -7,7 +7,7 @@ use super::fit::{self, Targets};
 use super::proof::{Proof, prove};
 use super::shape::{Arithmetic, Filling, Shape, Words};
 use super::truth::Truth;
-use super::{TurnError, USUAL_BOUND, USUAL_FLASH_BYTES};
+use super::{MOST_FLASH_BYTES, TurnError, USUAL_BOUND, USUAL_FLASH_BYTES};
 use crate::cost::{Core, Cost};
 use crate::options::Options;
 use crate::program::Program;
@@ -58,7 +58,6 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
         return Err(TurnError::Bound { wanted: bound, half, unit, output });
     }
     let core = wanted.core.unwrap_or(Core::CortexM4f);
-    let flash = wanted.flash_bytes.unwrap_or(USUAL_FLASH_BYTES);
     let targets = Targets::new(&truth, words);
     let mut candidates: Vec<(Shape, Cost)> =
         Shape::all(words).into_iter().map(|shape| (shape, rough_cost(shape, words, core))).collect();
@@ -67,22 +66,33 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
         let ((a0, a1), (b0, b1)) = (key(a), key(b));
         a0.total_cmp(&b0).then(a1.total_cmp(&b1))
     });
-    for (shape, _) in candidates.into_iter().filter(|(_, cost)| cost.flash_bytes <= flash) {
-        let Ok((filling, off)) = fit::fill(shape, &targets) else { continue };
-        // Before rounding they are already too far away.
-        if 0.5 + off > in_counts + 0.5 {
-            continue;
+    // Where the user set no limit, what does not fit the usual one may take as much as a table of anything else.
+    let limits = match wanted.flash_bytes {
+        Some(given) => vec![given],
+        None => vec![USUAL_FLASH_BYTES, MOST_FLASH_BYTES],
+    };
+    let mut least = 0;
+    for flash in &limits {
+        for (shape, _) in candidates.iter().filter(|(_, cost)| (least..=*flash).contains(&cost.flash_bytes)) {
+            let (shape, words) = (*shape, words);
+            let Ok((filling, off)) = fit::fill(shape, &targets) else { continue };
+            // Before rounding they are already too far away.
+            if 0.5 + off > in_counts + 0.5 {
+                continue;
+            }
+            let program = shape.program(words, &filling);
+            let cost = cost(&program, shape, &filling, core);
+            let Ok(proof) = prove(&program, words, &targets.exact) else { continue };
+            if proof.bound <= in_counts && cost.flash_bytes <= *flash {
+                return Ok(TurnRoutine { shape, filling, program, words, proof, core, cost, unit_per_count });
+            }
         }
-        let program = shape.program(words, &filling);
-        let cost = cost(&program, shape, &filling, core);
-        let Ok(proof) = prove(&program, words, &targets.exact) else { continue };
-        if proof.bound <= in_counts && cost.flash_bytes <= flash {
-            return Ok(TurnRoutine { shape, filling, program, words, proof, core, cost, unit_per_count });
-        }
+        least = flash + 1;
     }
     let filling = fit::fill(Shape::PerCount, &targets)?.0;
     let program = Shape::PerCount.program(words, &filling);
     let table = cost(&program, Shape::PerCount, &filling, core).flash_bytes;
+    let flash = limits.last().copied().unwrap_or(USUAL_FLASH_BYTES);
     Err(TurnError::Nothing { wanted: bound, unit, flash, table })
 }
 

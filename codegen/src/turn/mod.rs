@@ -46,6 +46,8 @@ pub struct Encoder {
 /// Flash that a routine may take unless more, or less, is granted. A table of every count of a 14-bit encoder would
 /// take 16 KiB and save a few instructions.
 pub const USUAL_FLASH_BYTES: usize = 2048;
+/// What it may take where no routine of the usual size reaches the bound and the user set no limit.
+pub const MOST_FLASH_BYTES: usize = 65_536;
 
 /// The bound unless one is named, in counts of the result: half a count is lost by rounding, whatever is done.
 pub const USUAL_BOUND: f64 = 0.55;

@@ -23,6 +23,16 @@ const REFINED: usize = 5;
 impl Search<'_> {
     /// The best candidates beside the terms by merit, refined; `wanted` filters families.
     pub fn contenders(&self, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
+        self.contenders_refined(terms, wanted, REFINED)
+    }
+
+    /// The same with `most` of them refined.
+    pub fn contenders_refined(
+        &self,
+        terms: &[Term],
+        wanted: impl Fn(usize) -> bool,
+        most: usize,
+    ) -> Vec<Found> {
         let beside = self.beside(terms);
         let mut found: Vec<&Found> = beside
             .found
@@ -37,7 +47,7 @@ impl Search<'_> {
                 let shaped = self.effect(found[k].term.family).is_some() && !found[k].term.shape.is_empty();
                 shaped && found[k].explained * 1.5 > best.max(0.0)
             })
-            .take(REFINED)
+            .take(most)
             .collect();
         let mut out: Vec<Found> = (0..found.len())
             .into_par_iter()
