@@ -33,7 +33,7 @@ pub const CROWD_AT_ANGLE: usize = 1;
 pub const CROWD_SIZE: f64 = 0.5;
 /// A cell is listed only where it exceeds this many times all but [`TAIL_PART`] of the rows: in a channel whose
 /// deviations have a long tail an outlier is one that stands out from the tail.
-pub const BEYOND_TAIL: f64 = 1.5;
+pub const BEYOND_TAIL: f64 = 1.3;
 /// Part of the rows that may be outliers themselves.
 pub const TAIL_PART: f64 = 0.005;
 /// Part of its deviation that a cell must keep against the line through the rows of one side alone, which is half again
