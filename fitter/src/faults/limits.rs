@@ -99,6 +99,9 @@ pub const LONGEST_PAUSE_S: f64 = 3.2e8;
 /// A first or last row this many times the duration of all others away is a wrong time, not a pause.
 pub const LONE_END: f64 = 10.0;
 
+/// Intervals that a time must lie from its place to be wrong where times run backward: rows that have changed places lie
+/// one and a half away.
+pub const BACKWARD: f64 = 2.5;
 /// Part of the usual interval that a time must be off to be listed: less does no harm, and clocks tick.
 pub const OF_INTERVAL: f64 = 0.6;
 /// A pause this many times the usual interval is told.
