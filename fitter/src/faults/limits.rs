@@ -110,5 +110,7 @@ pub const GAP: f64 = 20.0;
 pub const STUCK_ROWS: usize = 6;
 /// Part of the rows at one extreme value from which on a channel counts as saturated.
 pub const SATURATED: f64 = 0.02;
+/// Rows in a row at it, which no turn of the movement has.
+pub const CUT_OFF_ROWS: usize = 4;
 /// Resolution in multiples of the scatter from which on it is told.
 pub const COARSE: f64 = 2.0;
