@@ -86,12 +86,35 @@ fn a_thermometer_of_noise_alone_is_no_alternative_to_anything() {
     assert!(alternatives.iter().all(|a| !a.as_str().is_some_and(|a| a.starts_with("thermal"))));
 }
 
+/// One wrong cell of any column: its row is named and left out, and nothing else changes.
+#[test]
+fn one_wrong_cell_is_listed_and_the_rest_diagnosed_as_without_it() {
+    let wrong = |column: usize, value: &'static str| {
+        let json = diagnosed(6, move |row, cells| {
+            with_step(row, cells);
+            if row == 50 {
+                cells[column] = value.into();
+            }
+        });
+        assert_eq!(names(&json), ["mount_step"], "{value}");
+        let listed = json["bad_rows"].as_array().expect("bad rows");
+        assert_eq!(listed.len(), 1, "{listed:?}");
+        assert_eq!(listed[0]["line"], 52);
+        listed[0]["column"].as_str().expect("a column").to_string()
+    };
+    assert_eq!(wrong(0, "12"), "t_s");
+    assert_eq!(wrong(3, "-9999"), "x1_mm");
+    assert_eq!(wrong(4, "99999"), "x2_mm");
+    assert_eq!(wrong(5, "1e200"), "reference_arcsec");
+    assert_eq!(wrong(6, "85"), "temperature_c");
+}
+
 #[test]
 fn time_that_runs_backward_is_replaced_by_the_order_of_the_rows() {
     let json = diagnosed(6, |row, cells| {
         with_step(row, cells);
-        if row == 50 {
-            cells[0] = "12".into();
+        if (50..60).contains(&row) {
+            cells[0] = (3 * (110 - row)).to_string();
         }
     });
     sentence(&json, &["backward", "per row"]);

@@ -122,11 +122,13 @@ fn is_state(values: &[f64]) -> bool {
     true
 }
 
-/// Whether a column starts again and again from one end of its range, as a count of turns does.
+/// Whether a column starts again and again from one end of its range, as a count of turns does, and moves little in
+/// between.
 fn wraps(values: &[f64]) -> bool {
-    let (low, high) = values
-        .iter()
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    values.windows(2).filter(|w| (w[1] - w[0]).abs() > 0.5 * (high - low)).count() > 4
+    let finite = || values.iter().copied().filter(|v| v.is_finite());
+    let range = finite().fold(f64::NEG_INFINITY, f64::max) - finite().fold(f64::INFINITY, f64::min);
+    let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    steps.retain(|step| step.is_finite());
+    let jumps = steps.iter().filter(|step| **step > 0.5 * range).count();
+    jumps > 4 && super::scale::median(&mut steps) < 0.15 * range
 }

@@ -57,8 +57,8 @@ fn times(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
                 (None, after) => after.copied().unwrap_or(0.0) - usual,
             };
             let away = t[k] - expected;
-            // Two rows of one time within the resolution of the column are no contradiction.
-            if t[k] != expected && away.abs() > usual {
+            // Two rows that have changed places are in a wrong order, not wrong.
+            if away.abs() > limits::BACKWARD * usual {
                 let size = away.abs() / usual;
                 list(
                     k,

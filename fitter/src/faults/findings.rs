@@ -70,7 +70,7 @@ fn column(recording: &Recording, name: &str, values: &[f64]) -> Vec<String> {
         if 10 * changes > 7 * n
             && rows as f64 > limits::SATURATED * n as f64
             && 5 * rows > 4 * inside
-            && rows > 3
+            && values.windows(limits::CUT_OFF_ROWS).any(|rows| rows.iter().all(|v| *v == extreme))
         {
             notes.push(format!(
                 "{name}: {rows} rows at its {end} value {extreme}, as if it were cut off there"

@@ -33,7 +33,7 @@ pub const CROWD_AT_ANGLE: usize = 1;
 pub const CROWD_SIZE: f64 = 0.5;
 /// A cell is listed only where it exceeds this many times all but [`TAIL_PART`] of the rows: in a channel whose
 /// deviations have a long tail an outlier is one that stands out from the tail.
-pub const BEYOND_TAIL: f64 = 1.5;
+pub const BEYOND_TAIL: f64 = 1.3;
 /// Part of the rows that may be outliers themselves.
 pub const TAIL_PART: f64 = 0.005;
 /// Part of its deviation that a cell must keep against the line through the rows of one side alone, which is half again
@@ -99,6 +99,9 @@ pub const LONGEST_PAUSE_S: f64 = 3.2e8;
 /// A first or last row this many times the duration of all others away is a wrong time, not a pause.
 pub const LONE_END: f64 = 10.0;
 
+/// Intervals that a time must lie from its place to be wrong where times run backward: rows that have changed places lie
+/// one and a half away.
+pub const BACKWARD: f64 = 2.5;
 /// Part of the usual interval that a time must be off to be listed: less does no harm, and clocks tick.
 pub const OF_INTERVAL: f64 = 0.6;
 /// A pause this many times the usual interval is told.
@@ -107,5 +110,7 @@ pub const GAP: f64 = 20.0;
 pub const STUCK_ROWS: usize = 6;
 /// Part of the rows at one extreme value from which on a channel counts as saturated.
 pub const SATURATED: f64 = 0.02;
+/// Rows in a row at it, which no turn of the movement has.
+pub const CUT_OFF_ROWS: usize = 4;
 /// Resolution in multiples of the scatter from which on it is told.
 pub const COARSE: f64 = 2.0;
