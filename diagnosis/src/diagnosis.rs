@@ -165,7 +165,11 @@ pub fn diagnose(
             held_out_rms: settled.shown.as_ref().map(|shown| shown.rms),
         },
         gain: settled.shown.as_ref().filter(|_| named).map(|shown| held_out::gain(&shown.gains)),
-        of_explainable: if named { held_out::of_explainable(explanation, &before, &settled.joint) } else { None },
+        of_explainable: if named {
+            held_out::of_explainable(explanation, &before, &settled.joint)
+        } else {
+            None
+        },
     };
     let mut judged = settled.judged;
     let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
@@ -177,7 +181,9 @@ pub fn diagnose(
         verdict::locate_rest(explanation, &effects, &settled.handed, &mut said);
     }
     let file = match (simulated.is_some(), hand_on.file(&settled.handed, None)) {
-        (true, _) => Err("the model holds beside your own simulation only, which no coefficients file holds".into()),
+        (true, _) => {
+            Err("the model holds beside your own simulation only, which no coefficients file holds".into())
+        }
         (false, file) => file,
     };
     if let Some((other, other_rows)) = &other {

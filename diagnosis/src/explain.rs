@@ -163,7 +163,8 @@ fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);
     let effect = |f: &&Found| search.effect(f.term.family).map(|e| (e, &search.catalogue[e]));
-    let rank = |f: &&Found| effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)));
+    let rank =
+        |f: &&Found| effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)));
     let near = found.iter().filter(|f| search.gain(f) > best - margin);
     let mut next = terms.to_vec();
     next.push(near.min_by_key(rank)?.term.clone());
@@ -200,8 +201,7 @@ fn stages(
     let mut left = left_by(&columns_with(base, &start), &rows.error, held);
     let mut terms = start;
     for _ in 0..STAGES {
-        let mut noise =
-            estimate_white(&rows.error, &rows.t_s, &columns_with(base, &terms), &covariates);
+        let mut noise = estimate_white(&rows.error, &rows.t_s, &columns_with(base, &terms), &covariates);
         let unmeasured = |(sigma, held): (&mut f64, &bool)| *sigma *= if *held { UNMEASURED } else { 1.0 };
         noise.sigma.iter_mut().zip(held.unwrap_or_default()).for_each(unmeasured);
         let Some(next) = simplest(&Search::with_noise(search, noise), &terms) else { break };
@@ -225,7 +225,8 @@ fn found_by_fit(search: &Search) -> Vec<Term> {
         .filter(|(_, found)| *found)
         .filter_map(|(id, _)| families.clone().find(|f| is(f, id)))
         .map(|family| {
-            let candidate = &search.dictionary.candidates[search.dictionary.families[family].candidates.start];
+            let candidate =
+                &search.dictionary.candidates[search.dictionary.families[family].candidates.start];
             Term { family, shape: candidate.shape.clone(), columns: Arc::clone(&candidate.columns) }
         })
         .collect()

@@ -143,8 +143,7 @@ fn coefficients(
     }
     if let Some(turn) = turn.filter(|_| model.base.len() > 1) {
         let (waves, n) = (&model.base[1..], model.base.len());
-        let covariance =
-            (1..n).map(|i| (1..n).map(|k| model.covariance[i * fitted + k]).collect()).collect();
+        let covariance = (1..n).map(|i| (1..n).map(|k| model.covariance[i * fitted + k]).collect()).collect();
         linear.extend((1..n).map(|k| (0..fitted).map(|i| f64::from(u8::from(i == k))).collect()));
         file.terms.push(Term {
             effect: "periodic_error".into(),

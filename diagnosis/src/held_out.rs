@@ -198,7 +198,11 @@ impl Proof<'_> {
     }
 
     /// Of the held-out rows of the groups for which `wanted` holds, the errors without them.
-    fn errors<'b>(&'b self, of: impl Fn(&'b Fold) -> &'b Vec<f64>, wanted: impl Fn(usize) -> bool) -> Vec<f64> {
+    fn errors<'b>(
+        &'b self,
+        of: impl Fn(&'b Fold) -> &'b Vec<f64>,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<f64> {
         let row = |i: usize| {
             let fold = self.fold_of_row[i].filter(|_| wanted(self.group_of_row[i]))?;
             Some(of(&self.folds[fold])[i])
@@ -238,8 +242,13 @@ impl Proof<'_> {
             let after: Vec<f64> = (0..self.fold_of_row.len()).filter_map(row).collect();
             (rms(&self.errors(|fold| &fold.before, wanted)), rms(&after))
         };
-        let mut held: Vec<usize> =
-            self.group_of_row.iter().zip(&self.fold_of_row).filter(|(_, f)| f.is_some()).map(|(g, _)| *g).collect();
+        let mut held: Vec<usize> = self
+            .group_of_row
+            .iter()
+            .zip(&self.fold_of_row)
+            .filter(|(_, f)| f.is_some())
+            .map(|(g, _)| *g)
+            .collect();
         held.sort_unstable();
         held.dedup();
         let gains = held.iter().map(|g| both(&|h| h == *g)).map(|(before, after)| before - after).collect();

@@ -68,8 +68,7 @@ impl<'a> Judge<'a, '_> {
         let search = &self.explanation.search;
         let is_named = |t: &&Term| search.effect(t.family).is_some();
         let mut named: Vec<Term> = self.explanation.terms.iter().filter(is_named).cloned().collect();
-        let unnamed: Vec<Term> =
-            self.explanation.terms.iter().filter(|t| !is_named(t)).cloned().collect();
+        let unnamed: Vec<Term> = self.explanation.terms.iter().filter(|t| !is_named(t)).cloned().collect();
         let (mut judged, mut withdrawn) = (Vec::new(), Vec::new());
         loop {
             let all: Vec<Term> = named.iter().chain(&unnamed).cloned().collect();
@@ -95,9 +94,8 @@ impl<'a> Judge<'a, '_> {
             let Some((worst, reason)) = fault else { continue };
             let id = self.id(&named[worst]);
             judged.push(format!("{id} is withdrawn: {reason}"));
-            let is_worst = |t: &&FittedTerm| {
-                t.term.family == named[worst].family && t.term.shape == named[worst].shape
-            };
+            let is_worst =
+                |t: &&FittedTerm| t.term.family == named[worst].family && t.term.shape == named[worst].shape;
             withdrawn.extend(joint.terms.iter().find(is_worst).cloned());
             named.remove(worst);
         }
@@ -109,7 +107,9 @@ impl<'a> Judge<'a, '_> {
         if named.iter().filter_map(effect).all(|effect| effect.runtime_correctable()) {
             return self.proof;
         }
-        self.blocks.get_or_init(|| prove(self.explanation, self.hand_on, self.before, Groups::Blocks)).as_ref()
+        self.blocks
+            .get_or_init(|| prove(self.explanation, self.hand_on, self.before, Groups::Blocks))
+            .as_ref()
     }
 
     fn id(&self, term: &Term) -> &'static str {

@@ -105,8 +105,7 @@ fn estimate_with(
         (basis, clean) = robust_fit(y, model, &shape);
     }
     let residual = standardised(&clean, &basis, &shape);
-    let posterior =
-        if with_memory { correlation.posterior(&clean, model, &shape) } else { vec![(0.0, 1.0)] };
+    let posterior = if with_memory { correlation.posterior(&clean, model, &shape) } else { vec![(0.0, 1.0)] };
     let correlation = correlation.mean(&posterior);
 
     // The overall level about the whitened saturated model.

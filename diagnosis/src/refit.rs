@@ -114,7 +114,9 @@ fn settle(file: &mut Coefficients, recording: &Recording, rows: &Rows, used: &[b
         let before = of_used(&left);
         let mut next = file.clone();
         step(&mut next, recording, rows, &left, used)?;
-        let Some(errors) = errors(&next, recording, rows).filter(|_| steepest(&next) < STEEP.1) else { break };
+        let Some(errors) = errors(&next, recording, rows).filter(|_| steepest(&next) < STEEP.1) else {
+            break;
+        };
         let after = of_used(&errors);
         if after.is_nan() || after >= before {
             break;

@@ -122,7 +122,8 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
     let rows = search.rows;
     let model = &settled.joint;
     let named = model.terms.iter().filter(|t| t.effect.is_some()).count();
-    let unnamed = settled.withdrawn.iter().map(|t| FittedTerm { effect: None, ..t.clone() }).collect::<Vec<_>>();
+    let unnamed =
+        settled.withdrawn.iter().map(|t| FittedTerm { effect: None, ..t.clone() }).collect::<Vec<_>>();
     let mut order: Vec<&FittedTerm> = model.terms.iter().chain(&unnamed).collect();
     order.sort_by(|a, b| b.explained.total_cmp(&a.explained));
     let total: f64 = order.iter().map(|t| t.explained).sum::<f64>().max(1e-300);

@@ -110,7 +110,8 @@ fn contradictions(path: &Path, d: &serde_json::Value) -> Vec<String> {
     for effect in d["effects"].as_array().into_iter().flatten() {
         shares += effect["share"].as_f64().unwrap_or(f64::NAN);
         for p in effect["parameters"].as_array().into_iter().flatten() {
-            let [v, low, high] = [&p["value"], &p["ci95"][0], &p["ci95"][1]].map(|v| v.as_f64().unwrap_or(f64::NAN));
+            let [v, low, high] =
+                [&p["value"], &p["ci95"][0], &p["ci95"][1]].map(|v| v.as_f64().unwrap_or(f64::NAN));
             let slack = 1e-9 * (low.abs() + high.abs());
             if !(low - slack <= v && v <= high + slack) {
                 wrong.push(format!("{}.{} {v} not in [{low}, {high}]", effect["id"], p["name"]));
@@ -160,8 +161,10 @@ fn applied(path: &Path, file: &Coefficients, bad: &[u64]) -> (f64, f64) {
     let recording = Recording::read(path).expect("the recording");
     let applied = fitter::apply(&recording, file).expect("corrected readings");
     let kept: Vec<usize> = (0..recording.rows()).filter(|row| !bad.contains(&recording.line(*row))).collect();
-    let errors: Vec<f64> =
-        kept.iter().map(|row| applied.corrected[*row] - recording.reference(*row).unwrap_or(f64::NAN)).collect();
+    let errors: Vec<f64> = kept
+        .iter()
+        .map(|row| applied.corrected[*row] - recording.reference(*row).unwrap_or(f64::NAN))
+        .collect();
     let n = errors.len() as f64;
     let mean = errors.iter().sum::<f64>() / n;
     let outside = kept.iter().filter(|row| applied.extrapolated[**row]).count() as f64 / n;
