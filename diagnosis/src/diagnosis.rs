@@ -1,24 +1,22 @@
 //! One recording from rows to everything that is said of it.
 
-use std::sync::OnceLock;
-
 use fitter::coefficients::Diagnosed;
 use fitter::faults::BadRow;
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
+use crate::attempt::{self, Attempt};
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
-use crate::explain::{Explanation, explain};
+use crate::explain::Explanation;
 use crate::hand_on::HandOn;
-use crate::held_out::{self, Fit, Groups, Proof, Score};
-use crate::judge::{self, Judge};
-use crate::model::{self, Model};
+use crate::held_out::{Fit, Score};
+use crate::model::Model;
 use crate::observe::{ObserveError, Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::{Rows, mean, rms};
 use crate::screened::Screened;
-use crate::search::{Found, Term};
+use crate::search::Found;
 use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
 /// The noise floor.
@@ -115,7 +113,6 @@ pub fn diagnose(
     let Condensed { rows, cell_of } = &condense(&full);
     let other = held_out.map(|r| observe(r, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
-    let explanation = explain(rows, &effects, &options.skip);
     let hand_on = HandOn {
         recording,
         mirror,
@@ -127,59 +124,9 @@ pub fn diagnose(
         command: &options.command,
         simulated: simulated.is_some(),
     };
-    let before = model::expected(&explanation, &effects);
-    let before_file = hand_on.file(&before, None).map_err(|reason| unusable(recording, reason))?;
-    let Some(before_left) = hand_on.left(&before, None) else {
-        return Err(unusable(recording, "the base model cannot be applied".into()));
-    };
-    let proof = held_out::prove(&explanation, &hand_on, &before, Groups::Passes);
-    let (explanation, proof) = (&explanation, proof.as_ref());
-    let judge = Judge {
-        explanation,
-        catalogue: &effects,
-        hand_on: &hand_on,
-        before: &before,
-        before_left: &before_left,
-        proof,
-        blocks: OnceLock::new(),
-    };
-    let settled = judge.settle();
-    let kept: Vec<Term> = settled.handed.terms.iter().map(|t| t.term.clone()).collect();
-    let proof = judge.proof_of(&kept);
-    let mut said = verdict::say(explanation, &effects, &settled);
-    let parameters = settled.handed.base.len();
-    let level = Condensed::of_rows(rows, cell_of, &full, explanation.floor);
-    let noise_floor = NoiseFloor {
-        value: judge::floor(level, &settled.left, parameters),
-        unit: rows.unit.clone(),
-        from: if full.passes().len() > 1 { "repeated passes" } else { "blocks" }.into(),
-        autocorrelation: explanation.search.noise.correlation.typical(),
-    };
-    let named = !said.effects.is_empty();
-    let mut fit = Fit {
-        unit: rows.unit.clone(),
-        held_out_by: proof.map_or("nothing", Proof::by).into(),
-        before: Score { train_rms: rms(&before_left), held_out_rms: proof.map(Proof::before) },
-        after: Score {
-            train_rms: rms(&settled.left),
-            held_out_rms: settled.shown.as_ref().map(|shown| shown.rms),
-        },
-        gain: settled.shown.as_ref().filter(|_| named).map(|shown| held_out::gain(&shown.gains)),
-        of_explainable: if named {
-            held_out::of_explainable(explanation, &before, &settled.joint)
-        } else {
-            None
-        },
-    };
-    let mut judged = settled.judged;
-    let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
     let accuracy = mirror.reference_accuracy_arcsec.filter(|_| rows.pair);
-    let (allowed, why) = judge::allowed(said.verdict, left, &noise_floor, accuracy);
-    if let Some(why) = why {
-        judged.push(why);
-        said.verdict = allowed;
-        verdict::locate_rest(explanation, &effects, &settled.handed, &mut said);
-    }
+    let Attempt { explanation, before, settled, mut fit, noise_floor, said } =
+        attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let file = match (simulated.is_some(), hand_on.file(&settled.handed, None)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -189,7 +136,8 @@ pub fn diagnose(
     if let Some((other, other_rows)) = &other {
         let offset = |file: &Coefficients| score(other, other_rows, file);
         fit.held_out_by = other.file.clone();
-        fit.before = Score { held_out_rms: offset(&before_file), ..fit.before };
+        let before = hand_on.file(&before, None);
+        fit.before = Score { held_out_rms: before.ok().as_ref().and_then(offset), ..fit.before };
         fit.after = Score { held_out_rms: file.as_ref().ok().and_then(offset), ..fit.after };
         fit.gain = None;
     }
@@ -225,11 +173,11 @@ pub fn diagnose(
         unidentifiable,
         next_experiment: said.next_experiment,
         bad_rows: screened.bad_rows(),
-        judged,
+        judged: settled.judged,
         withheld,
         plant: Vec::new(),
     };
-    let map = map(explanation, &effects);
+    let map = map(&explanation, &effects);
     let after = settled.handed;
     Ok(Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, map })
 }

@@ -10,7 +10,7 @@ use crate::generic::{saturated, scaled, slow_structure, times};
 use crate::linear::{dot, least_squares};
 use crate::noise::{Noise, estimate, estimate_white};
 use crate::rows::{Rows, rms};
-use crate::search::{Found, Search, Term};
+use crate::search::{self, Search, Term};
 use crate::verdict::ALTERNATIVE_MARGIN;
 
 /// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
@@ -78,22 +78,27 @@ fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
     out
 }
 
+/// An explanation, and the noise floor about the saturated model where the mismatch is gross beside it.
+pub struct Found<'a> {
+    /// The explanation.
+    pub explanation: Explanation<'a>,
+    /// The floor; none where the mismatch is not gross.
+    pub gross: Option<f64>,
+}
+
 /// Explains a recording. `skip` leaves effects out of the catalogue by id.
-pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[String]) -> Explanation<'a> {
+pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[String]) -> Found<'a> {
     let order = first_order(rows);
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
     let slow = slow_structure(rows);
     let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
     let floor = reading_noise(&noise, rows);
-    if left_by(&base, &rows.error, None) > GROSS * floor
-        && let Some(explanation) = explain_gross(rows, catalogue, skip, &base, floor)
-    {
-        return explanation;
-    }
+    let gross = Some(floor).filter(|floor| left_by(&base, &rows.error, None) > GROSS * floor);
     let search = Search::new(rows, catalogue, order, noise, skip);
     if !strongest(&search).is_some_and(|found| search.significant(&found)) {
-        return Explanation { search, terms: Vec::new(), chosen: 0, floor, gross: false };
+        let explanation = Explanation { search, terms: Vec::new(), chosen: 0, floor, gross: false };
+        return Found { explanation, gross };
     }
     let mut terms = search.reshuffle(search.run(Vec::new()));
     let mut last: Option<Search> = None;
@@ -145,7 +150,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     }
     let search = last.unwrap_or(search);
     let floor = reading_noise(&search.noise, rows);
-    Explanation { search, terms, chosen, floor, gross: false }
+    Found { explanation: Explanation { search, terms, chosen, floor, gross: false }, gross }
 }
 
 /// Standard deviation of a reading as it was read, outliers and all.
@@ -162,9 +167,10 @@ fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);
-    let effect = |f: &&Found| search.effect(f.term.family).map(|e| (e, &search.catalogue[e]));
-    let rank =
-        |f: &&Found| effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)));
+    let effect = |f: &&search::Found| search.effect(f.term.family).map(|e| (e, &search.catalogue[e]));
+    let rank = |f: &&search::Found| {
+        effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)))
+    };
     let near = found.iter().filter(|f| search.gain(f) > best - margin);
     let mut next = terms.to_vec();
     next.push(near.min_by_key(rank)?.term.clone());
@@ -235,13 +241,13 @@ fn found_by_fit(search: &Search) -> Vec<Term> {
 /// Explains a mismatch many times the noise. Beside it the saturated model is no model any more: what it leaves is
 /// structure, which would be taken for noise with a memory and whiten the mismatch away. So the strongest effects are
 /// found one by one, and fitted with every row alike. None where they do not explain most of the mismatch.
-fn explain_gross<'a>(
+pub fn explain_gross<'a>(
     rows: &'a Rows,
     catalogue: &'a [Box<dyn Effect>],
     skip: &[String],
-    base: &[Vec<f64>],
     floor: f64,
 ) -> Option<Explanation<'a>> {
+    let base = &base_columns(rows, first_order(rows));
     let covariates = covariates(rows);
     let noise = estimate_white(&rows.error, &rows.t_s, base, &covariates);
     let search = Search::new(rows, catalogue, first_order(rows), noise, skip);
@@ -299,7 +305,7 @@ fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
         .map(|k| {
             let family = terms[k].family;
             let rival = |f: usize| f != family && search.effect(f).is_some();
-            let as_good = |found: &Found| found.explained > own[k] - ALTERNATIVE_MARGIN;
+            let as_good = |found: &search::Found| found.explained > own[k] - ALTERNATIVE_MARGIN;
             let rivals = || search.contenders(&others(k), rival).into_iter().filter(as_good).count();
             search.effect(family).is_none() || own[k] >= MISFIT_OF_A_CURVE * curves && rivals() < ANY_WILL_DO
         })
@@ -309,7 +315,7 @@ fn drop_what_a_curve_leaves(search: &Search, terms: &mut Vec<Term>) {
 }
 
 /// The family with the smallest p-value beside the base alone.
-fn strongest(search: &Search) -> Option<Found> {
+fn strongest(search: &Search) -> Option<search::Found> {
     search
         .survey(&[])
         .into_iter()

@@ -74,8 +74,8 @@ pub enum Groups {
     Blocks,
 }
 
-/// Blocks into which a pass is cut.
-const BLOCKS_OF_A_PASS: usize = 4;
+/// Rows of a block where passes repeat: few, since of a step within one nobody can tell the row.
+const ROWS_OF_A_BLOCK: usize = 2;
 
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
 fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
@@ -90,7 +90,7 @@ fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
         let of = |p: &i64| passes.iter().position(|q| q == p).unwrap_or(0);
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
     }
-    let blocks = if several { BLOCKS_OF_A_PASS * passes.len() } else { (rows.len() / 20).clamp(1, 12) };
+    let blocks = if several { (rows.len() / ROWS_OF_A_BLOCK).max(1) } else { (rows.len() / 20).clamp(1, 12) };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
 

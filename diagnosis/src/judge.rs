@@ -24,6 +24,11 @@ const BOUNDLESS: f64 = 1e12;
 /// Widths by which an estimate may lie outside its interval for the interval to be extended to it; beyond, estimate and
 /// interval speak of different places.
 const BESIDE: f64 = 1.0;
+/// Correlation of neighbouring readings from which on noise has a memory, and how much more than the scatter about the
+/// saturated model it may be. By judgement: of 250 simulated recordings of correlated noise alone four left 1.30 to 1.41
+/// times that scatter.
+const REMEMBERS: f64 = 0.1;
+const FOLLOWED: f64 = 1.5;
 /// How far above the reference's stated accuracy a noise floor may lie: the sensor's own noise adds to the
 /// reference's, in the trials by less than this.
 const ABOVE_ACCURACY: f64 = 5.0;
@@ -208,10 +213,13 @@ fn least(count: usize, figure: impl Fn(usize) -> f64) -> usize {
     (0..count).rev().min_by(|a, b| figures[*a].total_cmp(&figures[*b])).unwrap_or(0)
 }
 
-/// The noise floor that a model's own residual allows: no reading is noisier than what is left of all of them.
-pub fn floor(estimated: f64, left: &[f64], parameters: usize) -> f64 {
+/// The noise floor that a model's own residual allows: no reading is noisier than what is left of all of them. Noise
+/// with a memory moves whole passes, and the saturated model follows a part of it: up to [`FOLLOWED`], what is left is
+/// its measure.
+pub fn floor(estimated: f64, correlation: f64, left: &[f64], parameters: usize) -> f64 {
     let n = left.len() as f64;
-    estimated.min(rms(left) * (n / (n - parameters as f64).max(1.0)).sqrt())
+    let left = rms(left) * (n / (n - parameters as f64).max(1.0)).sqrt();
+    if correlation > REMEMBERS && left < FOLLOWED * estimated { left } else { estimated.min(left) }
 }
 
 /// The verdict that the figures allow, and why it is lower than the one that was meant. `left` is what remains of

@@ -7,6 +7,7 @@
 //! [`search`] chooses among them, [`model`] fits what was chosen, [`held_out`] proves it, and [`verdict`] says
 //! it.
 
+pub mod attempt;
 pub mod averaging;
 pub mod base;
 pub mod calibrate;

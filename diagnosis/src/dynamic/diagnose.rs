@@ -245,7 +245,7 @@ impl Case<'_> {
             locations,
             effects: verdict::listed(named),
             fit,
-            bad_rows: Vec::new(),
+            bad_rows: self.recording.bad_rows.clone(),
             judged: Vec::new(),
             withheld: None,
             plant,

@@ -147,7 +147,7 @@ pub fn diagnose(
             effects,
             fit,
             unidentifiable,
-            bad_rows: Vec::new(),
+            bad_rows: recording.bad_rows.clone(),
             judged: Vec::new(),
             withheld: None,
             plant,

@@ -164,7 +164,7 @@ pub fn diagnose_linear(
                 "the states of the linear model: any regular change of their coordinates gives the same positions",
             )],
             next_experiment,
-            bad_rows: Vec::new(),
+            bad_rows: recording.bad_rows.clone(),
             judged: Vec::new(),
             withheld: None,
             plant: Vec::new(),

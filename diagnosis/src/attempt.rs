@@ -1,0 +1,111 @@
+//! One explanation, judged: what is kept of it, and its figures before and after. Where the mismatch is gross, two
+//! explanations are tried, and held-out readings decide.
+
+use std::sync::OnceLock;
+
+use crate::condense::Condensed;
+use crate::diagnosis::NoiseFloor;
+use crate::explain::{Explanation, Found, explain, explain_gross};
+use crate::hand_on::HandOn;
+use crate::held_out::{self, Fit, Groups, Proof, Score};
+use crate::judge::{self, Judge, Settled};
+use crate::model::{self, Model};
+use crate::rows::rms;
+use crate::search::Term;
+use crate::verdict::{self, Said};
+
+/// Part of what one explanation leaves of held-out readings that another must leave at most to be preferred.
+const CLEARLY: f64 = 0.9;
+
+/// An explanation and what became of it.
+pub struct Attempt<'a> {
+    /// What was found.
+    pub explanation: Explanation<'a>,
+    /// The base alone.
+    pub before: Model,
+    /// What is kept.
+    pub settled: Settled,
+    /// The figures.
+    pub fit: Fit,
+    /// The noise floor.
+    pub noise_floor: NoiseFloor,
+    /// What is said of it.
+    pub said: Said,
+}
+
+/// The best judged explanation of a recording. `accuracy` is that of the reference, in the recording's unit.
+///
+/// # Errors
+/// Why not even the base makes a model.
+pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) -> Result<Attempt<'a>, String> {
+    let Found { explanation, gross } = explain(hand_on.rows, hand_on.catalogue, skip);
+    let first = attempt(explanation, hand_on, accuracy)?;
+    let Some(floor) = gross.filter(|_| first.said.verdict != verdict::Verdict::Explained) else {
+        return Ok(first);
+    };
+    let second = explain_gross(hand_on.rows, hand_on.catalogue, skip, floor)
+        .and_then(|explanation| attempt(explanation, hand_on, accuracy).ok());
+    let left = |attempt: &Attempt| attempt.fit.after.held_out_rms.unwrap_or(attempt.fit.after.train_rms);
+    Ok(match second {
+        Some(second) if left(&second) < CLEARLY * left(&first) => second,
+        _ => first,
+    })
+}
+
+/// Judges one explanation.
+fn attempt<'a>(
+    explanation: Explanation<'a>,
+    hand_on: &HandOn<'a>,
+    accuracy: Option<f64>,
+) -> Result<Attempt<'a>, String> {
+    let rows = hand_on.rows;
+    let before = model::expected(&explanation, hand_on.catalogue);
+    hand_on.file(&before, None)?;
+    let before_left =
+        hand_on.left(&before, None).ok_or_else(|| "the base model cannot be applied".to_string())?;
+    let proof = held_out::prove(&explanation, hand_on, &before, Groups::Passes);
+    let judge = Judge {
+        explanation: &explanation,
+        catalogue: hand_on.catalogue,
+        hand_on,
+        before: &before,
+        before_left: &before_left,
+        proof: proof.as_ref(),
+        blocks: OnceLock::new(),
+    };
+    let mut settled = judge.settle();
+    let kept: Vec<Term> = settled.handed.terms.iter().map(|t| t.term.clone()).collect();
+    let proof = judge.proof_of(&kept);
+    let mut said = verdict::say(&explanation, hand_on.catalogue, &settled);
+    let correlation = explanation.search.noise.correlation.typical();
+    let level = Condensed::of_rows(rows, hand_on.cell_of, hand_on.full, explanation.floor);
+    let noise_floor = NoiseFloor {
+        value: judge::floor(level, correlation, &settled.left, settled.handed.base.len()),
+        unit: rows.unit.clone(),
+        from: if hand_on.full.passes().len() > 1 { "repeated passes" } else { "blocks" }.into(),
+        autocorrelation: correlation,
+    };
+    let named = !said.effects.is_empty();
+    let fit = Fit {
+        unit: rows.unit.clone(),
+        held_out_by: proof.map_or("nothing", Proof::by).into(),
+        before: Score { train_rms: rms(&before_left), held_out_rms: proof.map(Proof::before) },
+        after: Score {
+            train_rms: rms(&settled.left),
+            held_out_rms: settled.shown.as_ref().map(|shown| shown.rms),
+        },
+        gain: settled.shown.as_ref().filter(|_| named).map(|shown| held_out::gain(&shown.gains)),
+        of_explainable: match named {
+            true => held_out::of_explainable(&explanation, &before, &settled.joint),
+            false => None,
+        },
+    };
+    let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
+    let (allowed, why) = judge::allowed(said.verdict, left, &noise_floor, accuracy);
+    if let Some(why) = why {
+        settled.judged.push(why);
+        said.verdict = allowed;
+        verdict::locate_rest(&explanation, hand_on.catalogue, &settled.handed, &mut said);
+    }
+    Ok(Attempt { before, settled, fit, noise_floor, said, explanation })
+}
