@@ -38,7 +38,7 @@ const GROSS: f64 = 6.0;
 /// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
 /// part of the whole that all of them may.
 const STAGES: usize = 6;
-pub const STAGE_GAIN: f64 = 0.9;
+pub const STAGE_GAIN: f64 = 0.8;
 const MOSTLY: f64 = 0.75;
 /// Part of the mismatch's variance by which explanations do nearly as well: what an ideal play misses of a real one.
 const NEARLY: f64 = 0.02;

@@ -237,9 +237,12 @@ fn starts_over(range: Range, count: usize) -> Vec<Vec<f64>> {
     logarithmic(range.low, range.high, count).into_iter().map(|value| vec![value]).collect()
 }
 
-/// Whether time passes at all and is not tied to the angle.
+/// Whether time passes at all and is tied neither to the angle nor to the direction.
 fn time_passes(rows: &Rows) -> Result<(), String> {
     time_apart(rows)?;
+    if rows.direction.windows(2).filter(|pair| pair[0] != pair[1]).count() == 1 {
+        return Err("one move each way: time runs with the direction".into());
+    }
     if rows.t_s.last() > rows.t_s.first() { Ok(()) } else { Err("time stands still".into()) }
 }
 

@@ -50,7 +50,7 @@ impl Effect for MountStep {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
-        super::time_apart(rows)?;
+        super::time_passes(rows)?;
         if rows.len() >= 8 { Ok(()) } else { Err("too few rows for a step".into()) }
     }
 

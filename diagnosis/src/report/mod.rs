@@ -101,6 +101,9 @@ pub fn page(outcome: &Outcome) -> String {
         after_held => rms(fit.after.held_out_rms),
         gain => fit.gain.as_ref().map(|g| typeset(&figures::with_interval(g.value, g.ci95, unit))),
         of_explainable => fit.of_explainable.map(|f| format!("{:.0} %", 100.0 * f)),
+        judged => d.judged.clone(),
+        withheld => d.withheld.clone(),
+        bad_rows => minijinja::Value::from_serialize(&d.bad_rows),
         unidentifiable => d.unidentifiable.clone(),
         next => d.next_experiment.clone(),
     };
