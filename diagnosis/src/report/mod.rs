@@ -3,6 +3,7 @@
 pub(crate) mod charts;
 mod map;
 
+use fitter::faults::BadRow;
 use fitter::figures;
 use minijinja::{Environment, context};
 
@@ -103,7 +104,7 @@ pub fn page(outcome: &Outcome) -> String {
         of_explainable => fit.of_explainable.map(|f| format!("{:.0} %", 100.0 * f)),
         judged => d.judged.clone(),
         withheld => d.withheld.clone(),
-        bad_rows => minijinja::Value::from_serialize(&d.bad_rows),
+        bad_rows => d.bad_rows.iter().map(bad_row).collect::<Vec<String>>(),
         unidentifiable => d.unidentifiable.clone(),
         next => d.next_experiment.clone(),
     };
@@ -111,6 +112,11 @@ pub fn page(outcome: &Outcome) -> String {
     environment.render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(|error| {
         format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
     })
+}
+
+/// A cell that was left out, in a sentence.
+fn bad_row(b: &BadRow) -> String {
+    format!("line {}, column {}: found {}, {}; the row was left out", b.line, b.column, b.value, b.reason)
 }
 
 /// The templates that pages share. They are part of the program: adding them cannot fail on other data.
