@@ -160,9 +160,13 @@ fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
 }
 
 /// The terms with the strongest significant effect more; of those that do nearly as well one that a correction can undo,
-/// and then the simplest, since what the others do better is a part of what is left.
+/// and then the simplest, since what the others do better is a part of what is left. What is easily taken for an effect
+/// that is there already would describe it twice.
 fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
-    let named = |f| search.effect(f).is_some();
+    let effect_of = |f: usize| search.effect(f).map(|e| &search.catalogue[e]);
+    let taken: Vec<&str> =
+        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| e.confused_with()).copied().collect();
+    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&e.id()));
     let mut found = search.contenders_refined(terms, named, usize::MAX);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
