@@ -26,9 +26,11 @@ impl Damage {
     fn draw(seed: u64) -> Damage {
         let mut normal = normal(seed * 977 + 5);
         let mut pick = |count: usize| (normal().abs() * 1e6) as usize % count;
+        let positions: usize = [4, 6, 17, 35, 80][pick(5)];
         Damage {
-            passes: [1, 2, 4, 6][pick(4)],
-            positions: [4, 6, 17, 35, 80][pick(5)],
+            // Of fewer than sixteen readings nothing is said.
+            passes: [1, 2, 4, 6][pick(4)].max(16_usize.div_ceil(positions)),
+            positions,
             scale: [1e-6, 1.0, 1e3][pick(3)],
             offset: [0.0, 1e3][pick(2)],
             one_way: pick(4) == 0,
@@ -190,6 +192,5 @@ fn no_answer_contradicts_itself() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // One pass of four or six positions is too short for anything: three of forty draws.
-    assert!(refused.len() as f64 <= 0.15 * count as f64, "{}", refused.join("\n"));
+    assert!(refused.len() as f64 <= 0.05 * count as f64, "{}", refused.join("\n"));
 }

@@ -25,7 +25,7 @@ pub fn around(value: f64, deviation: f64, sort: Sort) -> [f64; 2] {
     let half = if deviation.is_finite() { WIDTH * deviation } else { f64::MAX };
     let straight = |most: f64| [value - half.min(most), value + half.min(most)];
     match sort {
-        Sort::Shape if deviation > STRAIGHT * value.abs() => {
+        Sort::Shape if !(deviation.is_finite() && deviation <= STRAIGHT * value.abs()) => {
             let factor = (half / value.abs()).min(MOST.ln()).exp();
             [value / factor, value * factor]
         }
