@@ -106,10 +106,14 @@ impl<'a> Judge<'a, '_> {
         }
     }
 
-    /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording.
+    /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording,
+    /// its beginning among them.
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
-        let effect = |t: &Term| self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
-        if named.iter().filter_map(effect).all(|effect| effect.runtime_correctable()) {
+        let of_one_time = |t: &Term| {
+            let effect = self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
+            effect.is_some_and(|e| !e.runtime_correctable() || e.begins_before(&t.shape))
+        };
+        if !named.iter().any(of_one_time) {
             return self.proof;
         }
         self.blocks

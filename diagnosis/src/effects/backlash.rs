@@ -102,6 +102,10 @@ impl Effect for Backlash {
         vec![reading(format!("half_width_{}", rows.unit), amplitudes[0].abs(), rows.unit.as_str())]
     }
 
+    fn begins_before(&self, shape: &[f64]) -> bool {
+        shape[1] == FORWARD || shape[1] == BACKWARD
+    }
+
     fn reluctance(&self, shape: &[f64]) -> f64 {
         if shape[1] == STATED { RELUCTANCE } else { 0.0 }
     }

@@ -55,6 +55,10 @@ impl Effect for Hysteresis {
         if rows.both_directions() { Ok(()) } else { Err("the recording moves in one direction only".into()) }
     }
 
+    fn begins_before(&self, shape: &[f64]) -> bool {
+        shape[1] == FROM_ZERO
+    }
+
     fn starts(&self, _rows: &Rows) -> Vec<Vec<f64>> {
         [0.3, 0.6, 1.0, 2.0].iter().flat_map(|part| [vec![*part, AT_EASE], vec![*part, FROM_ZERO]]).collect()
     }

@@ -92,6 +92,10 @@ pub trait Effect: Sync + Send {
     fn runtime_correctable(&self) -> bool {
         true
     }
+    /// Whether a shape says how things stood before the first row, which the first rows alone can tell.
+    fn begins_before(&self, _shape: &[f64]) -> bool {
+        false
+    }
     /// Why this recording cannot show it.
     ///
     /// # Errors

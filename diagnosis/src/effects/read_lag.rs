@@ -38,6 +38,7 @@ impl Effect for ReadLag {
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
+        super::time_apart(rows)?;
         let velocity = velocity(rows);
         // Settled readings are taken at one pace; only a recording that moves is taken at several speeds.
         if rows.command_deg.is_some() && !several_speeds(rows, &velocity) {
