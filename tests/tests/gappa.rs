@@ -146,7 +146,7 @@ fn terms_of_further_physics_are_proved_by_gappa() {
         assert!(!proved(&product, CONTROL_SECONDS), "{what}: a sum that is another");
         let given = damage(&|l| l.trim_start().starts_with("g_") && l.contains(" in ["), &|l| {
             let (name, rest) = l.split_once(" in [").unwrap();
-            format!("{name} in [-0x1p12, 0x1p12]{}", rest.split_once(']').unwrap().1)
+            format!("{name} in [-0x1p24, 0x1p24]{}", rest.split_once(']').unwrap().1)
         });
         assert!(!proved(&given, CONTROL_SECONDS), "{what}: a word further from exact");
     }
