@@ -218,7 +218,7 @@ fn least(count: usize, figure: impl Fn(usize) -> f64) -> usize {
 }
 
 /// The noise floor that a model's own residual allows: no reading is noisier than what is left of all of them. Noise
-/// with a memory moves whole passes, and the saturated model follows a part of it: up to [`FOLLOWED`], what is left is
+/// with a memory moves whole passes, and the saturated model follows a part of it: up to a limit, what is left is
 /// its measure.
 pub fn floor(estimated: f64, correlation: f64, left: &[f64], parameters: usize) -> f64 {
     let n = left.len() as f64;
