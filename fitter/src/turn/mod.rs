@@ -5,7 +5,7 @@
 //! m − r = c + P(r) + k·(m − m₀) + h·direction − τ·dm/dt: a constant, harmonics 1 … K of the turn, a slope over the
 //! travelled angle, half the distance between forward and backward, and the lag of a moving reading. c goes into the
 //! base polynomial, of order 0; P into a term `periodic`, whose number of harmonics is chosen by held-out error. k and τ
-//! go into terms of their own where they are significant ([`correct`]): neither is in a single reading, so `apply`
+//! go into terms of their own where they are significant (`correct.rs`): neither is in a single reading, so `apply`
 //! corrects them and a routine *counts in → counts out* does not. h is reported and not corrected, because a reading does
 //! not tell where it came from. The harmonics are of the *true* position: an eccentric scale then needs one, and the
 //! quantisation of the reading stays on the side of the error, where least squares expects it.
