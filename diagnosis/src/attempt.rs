@@ -17,6 +17,10 @@ use crate::verdict::{self, Said};
 /// Part of what one explanation leaves of held-out readings that another must leave at most to be preferred.
 const CLEARLY: f64 = 0.9;
 
+/// What is said where a search without the held-out rows does not find effects that predict them.
+const CHOSEN_WITH_ALL: &str = "the effects were chosen with all readings, and only fitted without the held-out ones: the held-out figures are \
+     of the fit, not of the choice";
+
 /// An explanation and what became of it.
 pub struct Attempt<'a> {
     /// What was found.
@@ -100,6 +104,9 @@ fn attempt<'a>(
             false => None,
         },
     };
+    if settled.shown.as_ref().is_some_and(|shown| !shown.chosen_without) {
+        settled.judged.push(CHOSEN_WITH_ALL.into());
+    }
     let left = fit.after.held_out_rms.unwrap_or(fit.after.train_rms);
     let (allowed, why) = judge::allowed(said.verdict, left, &noise_floor, accuracy);
     if let Some(why) = why {

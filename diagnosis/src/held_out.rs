@@ -139,6 +139,8 @@ pub struct Shown {
     pub rms: f64,
     /// Of the groups: rms before less rms after.
     pub gains: Vec<f64>,
+    /// Whether the effects were chosen without the held-out rows, too, and not only fitted.
+    pub chosen_without: bool,
 }
 
 /// Which terms a model has in each fold.
@@ -252,7 +254,8 @@ impl Proof<'_> {
         held.sort_unstable();
         held.dedup();
         let gains = held.iter().map(|g| both(&|h| h == *g)).map(|(before, after)| before - after).collect();
-        Some(Shown { rms: both(&|_| true).1, gains })
+        let chosen_without = matches!(choice, Choice::Searched);
+        Some(Shown { rms: both(&|_| true).1, gains, chosen_without })
     }
 }
 

@@ -30,7 +30,7 @@ const BESIDE: f64 = 1.0;
 const REMEMBERS: f64 = 0.1;
 const FOLLOWED: f64 = 1.5;
 /// How far above the reference's stated accuracy a noise floor may lie: the sensor's own noise adds to the
-/// reference's, in the trials by less than this.
+/// reference's. By judgement: simulated recordings have half the stated accuracy.
 const ABOVE_ACCURACY: f64 = 5.0;
 
 /// An answer that agrees with itself.
@@ -83,7 +83,11 @@ impl<'a> Judge<'a, '_> {
                 model::fit(self.explanation, self.catalogue, &all, None)
             };
             if named.is_empty() {
-                let shown = self.proof.map(|proof| Shown { rms: proof.before(), gains: Vec::new() });
+                let shown = self.proof.map(|proof| Shown {
+                    rms: proof.before(),
+                    gains: Vec::new(),
+                    chosen_without: true,
+                });
                 let (handed, left) = (self.before.clone(), self.before_left.to_vec());
                 return Settled { joint, handed, left, shown, withdrawn, judged };
             }

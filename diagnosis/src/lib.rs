@@ -4,8 +4,8 @@
 //! [`diagnosis::diagnose`] runs it all: [`observe`] takes a recording apart into observables, [`noise`]
 //! measures the floor and [`correlation`] how it hangs together in time, [`dictionary`] holds every candidate
 //! explanation, [`calibrate`] learns by resampling how strong the strongest of them is when there is nothing,
-//! [`search`] chooses among them, [`model`] fits what was chosen, [`held_out`] proves it, and [`verdict`] says
-//! it.
+//! [`search`] chooses among them, [`model`] fits what was chosen, [`held_out`] shows it on rows that were not fitted,
+//! [`judge`] holds the answer against itself, and [`verdict`] says it.
 
 pub mod attempt;
 pub mod averaging;
