@@ -1,8 +1,9 @@
 //! The log of a recording: its rows, and the CSV file that they are written to.
 
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use fitter::output::{OutputError, write_whole};
 use flate2::{Compression, GzBuilder};
 
 /// One settled reading, in the units of the CSV columns and with the resolution that they print.
@@ -38,13 +39,8 @@ pub const HEADER: &str =
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file or the folder that it lies in cannot be written.
-    #[error("cannot write `{}`: {reason}; expected a file in an existing folder that may be written to", .path.display())]
-    Io {
-        /// The file that was asked for.
-        path: PathBuf,
-        /// What the system said.
-        reason: io::ErrorKind,
-    },
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// The file name does not say a format that is known.
     #[error(
         "`{}` is no name for a recording: expected one that ends in `.csv` or `.csv.gz`", .path.display()
@@ -103,29 +99,5 @@ pub(crate) fn write_as(
             fill(to)
         }
     })
-    .map_err(|error| WriteError::Io { path: path.to_owned(), reason: error.kind() })
-}
-
-/// Lets `fill` write a temporary neighbour of `path`, then renames it.
-fn write_whole(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    if path.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
-    }
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As any new file: the user's mask takes away what it takes away.
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let mut neighbour = builder.prefix(".recording-").tempfile_in(folder)?;
-    let mut buffered = BufWriter::new(neighbour.as_file_mut());
-    fill(&mut buffered)?;
-    buffered.flush()?;
-    drop(buffered);
-    neighbour.persist(path).map(drop).map_err(|error| error.error)
+    .map_err(WriteError::from)
 }
