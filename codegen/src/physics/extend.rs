@@ -139,7 +139,7 @@ impl Physics {
                     };
                     // Coefficients are in the statistics' unit per unit of the observable.
                     let observed = Observed::of(name, &variable, &given)?.ok_or_else(needs)?;
-                    self.subtract_one(b, sum, other, &weights, &observed)?;
+                    self.subtract_one(b, sum, other, &weights, observed)?;
                 }
             }
         }
@@ -154,16 +154,16 @@ impl Physics {
         sum: &mut Sum,
         operator: &Operator,
         weights: &[Interval],
-        observed: &Observed,
+        observed: Observed,
     ) -> Result<(), PhysicsError> {
         let weight = &weights[0];
-        match (operator, observed) {
+        match (operator, &observed) {
             (Operator::Play(play), _) => play::subtract(b, sum, play, weights, observed),
-            (Operator::Lag(lag), _) => lag::subtract(b, sum, lag, weight, observed, self.period_s),
+            (Operator::Lag(lag), _) => lag::subtract(b, sum, lag, weight, &observed, self.period_s),
             (Operator::Rate(_), _) => rate::subtract(b, sum, weight, observed, self.period_s),
-            (Operator::Hinge(hinge), _) => hinge::subtract(b, sum, hinge, weight, observed),
-            (Operator::Gaussian(gaussian), _) => gaussian::subtract(b, sum, gaussian, weight, observed),
-            (Operator::Exponential(e), _) => exponential::subtract(b, sum, e, weight, observed),
+            (Operator::Hinge(hinge), _) => hinge::subtract(b, sum, hinge, weight, &observed),
+            (Operator::Gaussian(gaussian), _) => gaussian::subtract(b, sum, gaussian, weight, &observed),
+            (Operator::Exponential(e), _) => exponential::subtract(b, sum, e, weight, &observed),
             (Operator::Step(step), Observed::Given(given)) => step::subtract(b, sum, step, weight, given),
             // Refused where terms are selected, or not of one observable.
             (Operator::Step(_) | Operator::Product(_) | Operator::Periodic(_), _) => Ok(()),

@@ -26,8 +26,13 @@ const MOST_SEGMENTS_LOG2: u32 = 12;
 /// How much longer than the range a turn of the table is then: an eighth on either side, so that the segment in which
 /// the turn's ends meet is out of reach.
 const LONGER: f64 = 1.25;
-/// Terms of the series about the middle of a segment.
-const SERIES: i64 = 14;
+/// Most terms of the Taylor series about the middle of a segment; it ends earlier where the rest no longer matters.
+const MOST_TERMS: i64 = 40;
+/// Part of a word to which the residual's maximum is searched, as a power of two; what the series leaves out and what
+/// is dropped of its polynomials stay a thirty-second of that.
+const FINE_LOG2: i64 = -3;
+/// Points of a segment at which the residual is tried in f64 before it is bounded in exact arithmetic.
+const TRIED: i32 = 8;
 
 /// All harmonics, in turns: A(T) = Σ aₖcos 2πkT + bₖsin 2πkT.
 struct Harmonics {
@@ -165,43 +170,51 @@ impl Harmonics {
         let mut truth = t;
         for _ in 0..60 {
             let (value, slope) = self.at(truth);
-            truth -= (truth + value - t) / (1.0 + slope);
+            let step = (truth + value - t) / (1.0 + slope);
+            truth -= step;
+            if step.abs() <= f64::EPSILON * truth.abs() {
+                break;
+            }
         }
         t - truth
     }
 
-    /// A(centre + δ(w)) as a polynomial of w, |w| ≤ ½, with what it is off.
-    fn around(&self, centre: &Interval, delta: &Polynomial) -> (Polynomial, Interval) {
+    /// A(centre + δ(w)) as a polynomial of w, |w| ≤ ½, with what it is off: the Taylor series of A about the centre,
+    /// whose powers of δ all harmonics share. What is left out of it is at most ΣrateⁿR·|δ|ⁿ/n!, R = √(a² + b²).
+    fn around(&self, centre: &Interval, delta: &Polynomial, tolerance: &Interval) -> (Polynomial, Interval) {
         let half = Interval::from_int(1).mul_pow2(-1);
-        let tolerance = Interval::from_int(1).mul_pow2(-90);
-        let mut sum = Polynomial::constant(Interval::zero());
-        let mut off = Interval::zero();
-        for (k, a, s) in &self.parts {
-            let rate = &pi().mul_pow2(1) * k;
-            let (cosine, sine) = cos_sin(&turned(&(centre * k)));
-            let alpha = delta.scale(&rate);
-            let largest = alpha.range_around_zero(&half).magnitude();
-            // a cos(γ + α) + s sin(γ + α) = even·cos α + odd·sin α.
-            let even = &(a * &cosine) + &(s * &sine);
-            let odd = &(s * &cosine) - &(a * &sine);
-            let mut power = Polynomial::constant(Interval::from_int(1));
-            let mut left = Interval::from_int(1);
-            for n in 0..SERIES {
-                let sign = if n % 4 < 2 { 1 } else { -1 };
-                let weight = if n % 2 == 0 { &even } else { &odd };
-                sum = sum.add(&power.scale(&(weight * &Interval::from_int(sign))));
-                power = power.mul(&alpha).scale(&Interval::from_ratio(1, n + 1));
-                let dropped = power.truncate(&half, &tolerance);
-                off = (&off + &dropped).upper();
-                left = (&left * &largest).div(&Interval::from_int(n + 1)).upper();
+        let reach = delta.range_around_zero(&half).magnitude();
+        // Of every harmonic: its rate, and rateⁿ/n! times its value and its derivative over the rate at the centre.
+        let mut harmonics: Vec<_> = (self.parts.iter())
+            .map(|(k, a, s)| {
+                let (cosine, sine) = cos_sin(&turned(&(centre * k)));
+                (&pi().mul_pow2(1) * k, &(a * &cosine) + &(s * &sine), &(s * &cosine) - &(a * &sine))
+            })
+            .collect();
+        let mut series = Vec::new();
+        let mut power = Interval::from_int(1);
+        let mut left = Interval::zero();
+        for n in 0..MOST_TERMS {
+            left = harmonics.iter().fold(Interval::zero(), |sum, (_, value, slope)| {
+                (&sum + &(&(&value.magnitude() + &slope.magnitude()) * &power)).upper()
+            });
+            if left.certainly_le(tolerance) {
+                break;
             }
-            // The first power left out; where |α| ≤ 7 those after it fall by half each.
-            let size = &even.magnitude() + &odd.magnitude();
-            let falls = largest.certainly_le(&Interval::from_int(SERIES / 2));
-            let rest = if falls { left.mul_pow2(1) } else { Interval::from_int(1) };
-            off = (&off + &(&size * &rest)).upper();
+            series.push(harmonics.iter().fold(Interval::zero(), |sum, (_, value, _)| &sum + value));
+            power = (&power * &reach).upper();
+            for (rate, value, slope) in &mut harmonics {
+                let factor = rate.div(&Interval::from_int(n + 1));
+                (*value, *slope) = (&*slope * &factor, -(&*value * &factor));
+            }
         }
-        (sum, off)
+        let mut sum = Polynomial::constant(Interval::zero());
+        let mut dropped = Interval::zero();
+        for c in series.into_iter().rev() {
+            sum = sum.mul(delta).add(&Polynomial::constant(c));
+            dropped = (&(&dropped * &reach) + &sum.truncate(&half, &tolerance.mul_pow2(-4))).upper();
+        }
+        (sum, (&left + &dropped).upper())
     }
 }
 
@@ -220,7 +233,7 @@ struct Table {
 }
 
 impl Table {
-    /// The smallest one that is within the tolerance.
+    /// The smallest one that is within the tolerance, or the largest.
     fn new(
         harmonics: &Harmonics,
         turn: &Interval,
@@ -231,46 +244,92 @@ impl Table {
         let words_per_turn = turn.mul_pow2(sum.bits);
         // Rounded coefficients leave a residual of a word, whatever the number of segments.
         let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
-        let mut table = None;
-        for segments_log2 in sizes {
-            let next = Table::of(harmonics, &words_per_turn, rest, segments_log2);
-            let good = next.distance.certainly_le(&wanted);
-            table = Some(next);
-            if good {
-                break;
+        let largest = *sizes.end();
+        let mut segments_log2 = *sizes.start();
+        loop {
+            let segments = Segments { harmonics, words_per_turn: &words_per_turn, rest, segments_log2 };
+            let rows: Vec<Vec<i64>> = (0..segments.count()).map(|row| segments.coefficients(row)).collect();
+            let last = segments_log2 >= largest;
+            // Exact arithmetic only where f64 does not show that this size is too coarse.
+            if last || segments.tried(&rows) <= wanted.to_f64_up() {
+                let distance = segments.distance(&rows);
+                if last || distance.certainly_le(&wanted) {
+                    return Table { segments_log2, rows, distance };
+                }
             }
+            segments_log2 += 1;
         }
-        table.unwrap_or(Table { segments_log2: 3, rows: Vec::new(), distance: Interval::zero() })
+    }
+}
+
+/// A turn in 2^`segments_log2` segments of the phase.
+struct Segments<'a> {
+    harmonics: &'a Harmonics,
+    words_per_turn: &'a Interval,
+    /// 1 − L, L being the steepest slope of the harmonics.
+    rest: &'a Interval,
+    segments_log2: u32,
+}
+
+impl Segments<'_> {
+    fn count(&self) -> i64 {
+        1 << self.segments_log2
     }
 
-    fn of(harmonics: &Harmonics, words_per_turn: &Interval, rest: &Interval, segments_log2: u32) -> Table {
-        let count = 1i64 << segments_log2;
-        let scale = words_per_turn.to_f64();
-        let half = Interval::from_int(1).mul_pow2(-1);
-        let mut distance = Interval::zero();
-        let mut rows = Vec::new();
-        for row in 0..count {
-            // Row 0 begins at phase −½.
-            let place = Interval::from_ratio(2 * row + 1 - count, 2 * count);
-            let turns = (harmonics.middle - place.to_f64()).round() as i64;
-            let middle = &place + &Interval::from_int(turns);
-            let value = |w: f64| -scale * harmonics.solution(middle.to_f64() + w / count as f64);
-            let c: Vec<i64> = interpolated(&value).iter().map(|c| c.round() as i64).collect();
-            // q̂(w) in turns, exactly as the table has it.
-            let q =
-                Polynomial::new(c.iter().map(|c| -(Interval::from_int(*c).div(words_per_turn))).collect());
-            let start = q.coefficients()[0].clone();
-            let delta = Polynomial::linear(Interval::zero(), Interval::from_ratio(1, count))
-                .sub(&q.sub(&Polynomial::constant(start.clone())));
-            let (value, off) = harmonics.around(&(&middle - &start), &delta);
-            let residual = value.sub(&q);
-            let fine = Interval::from_int(1).mul_pow2(-3).div(words_per_turn).lower();
-            let supremum = residual.supremum(&-half.clone(), &half, &fine).magnitude();
-            let here = &(&supremum + &off).div(&rest.lower()) * words_per_turn;
-            distance = distance.hull(&here.upper()).magnitude();
-            rows.push(c);
+    /// The middle of a segment, in turns; row 0 begins at phase −½.
+    fn middle(&self, row: i64) -> Interval {
+        let place = Interval::from_ratio(2 * row + 1 - self.count(), 2 * self.count());
+        let turns = (self.harmonics.middle - place.to_f64()).round() as i64;
+        &place + &Interval::from_int(turns)
+    }
+
+    /// The cubic of −Q in a segment, in words.
+    fn coefficients(&self, row: i64) -> Vec<i64> {
+        let (middle, scale) = (self.middle(row).to_f64(), self.words_per_turn.to_f64());
+        let value = |w: f64| -scale * self.harmonics.solution(middle + w / self.count() as f64);
+        interpolated(&value).iter().map(|c| c.round() as i64).collect()
+    }
+
+    /// The largest distance from the solution that f64 finds at some points, in words: no bound, but the bound is not
+    /// smaller.
+    fn tried(&self, rows: &[Vec<i64>]) -> f64 {
+        let (scale, rest) = (self.words_per_turn.to_f64(), self.rest.to_f64_up());
+        let mut largest = 0.0_f64;
+        for (row, c) in (0..).zip(rows) {
+            let middle = self.middle(row).to_f64();
+            for point in 0..=TRIED {
+                let w = f64::from(point) / f64::from(TRIED) - 0.5;
+                let q = -c.iter().rev().fold(0.0, |sum, c| sum * w + *c as f64) / scale;
+                let truth = middle + w / self.count() as f64 - q;
+                let (value, _) = self.harmonics.at(truth);
+                largest = largest.max((value - q).abs() * scale / rest);
+            }
         }
-        Table { segments_log2, rows, distance: distance.upper() }
+        largest
+    }
+
+    /// A bound of the distance from the solution, in words.
+    fn distance(&self, rows: &[Vec<i64>]) -> Interval {
+        let half = Interval::from_int(1).mul_pow2(-1);
+        let fine = Interval::from_int(1).mul_pow2(FINE_LOG2).div(self.words_per_turn).lower();
+        let tolerance = fine.mul_pow2(-5);
+        let mut distance = Interval::zero();
+        for (row, c) in (0..).zip(rows) {
+            // q̂(w) in turns, exactly as the table has it.
+            let q = Polynomial::new(
+                c.iter().map(|c| -(Interval::from_int(*c).div(self.words_per_turn))).collect(),
+            );
+            let start = q.coefficients()[0].clone();
+            let delta = Polynomial::linear(Interval::zero(), Interval::from_ratio(1, self.count()))
+                .sub(&q.sub(&Polynomial::constant(start.clone())));
+            let (value, off) = self.harmonics.around(&(&self.middle(row) - &start), &delta, &tolerance);
+            let mut residual = value.sub(&q);
+            let off = &off + &residual.truncate(&half, &tolerance);
+            let supremum = residual.supremum(&-half.clone(), &half, &fine).magnitude();
+            let here = &(&supremum + &off).div(&self.rest.lower()) * self.words_per_turn;
+            distance = distance.hull(&here.upper()).magnitude();
+        }
+        distance.upper()
     }
 }
 

@@ -24,8 +24,9 @@ pub(super) fn subtract(
     sum: &mut Sum,
     play: &Play,
     weights: &[Interval],
-    observed: &Observed,
+    observed: Observed,
 ) -> Result<(), PhysicsError> {
+    let (observed, middle) = observed.centred();
     // v as a word of 2²⁹…2³⁰ at most; what it is off counts twice for every element.
     let bits = observed.bits();
     let all = weights.iter().fold(Interval::from_f64(1e-6), |sum, w| &sum + &w.magnitude()).upper();
@@ -42,16 +43,16 @@ pub(super) fn subtract(
         if sum.leaves_out(&largest) {
             continue;
         }
-        follow(b, sum, (&v, bits), element, weight)?;
+        follow(b, sum, (&v, bits, &middle), element, weight)?;
     }
     Ok(())
 }
 
-/// One element of it; the observable is a word v·2^bits.
+/// One element of it; the observable less `middle` is a word v·2^bits.
 fn follow(
     b: &mut Builder,
     sum: &mut Sum,
-    (v, bits): (&Tracked, i64),
+    (v, bits, middle): (&Tracked, i64, &Interval),
     element: &Element,
     weight: &Interval,
 ) -> Result<(), PhysicsError> {
@@ -67,7 +68,7 @@ fn follow(
     let v = b.mul_add(&v_name, (&Tracked::constant(&scale(n).mul_pow2(32)), v), 0, &none, "")?;
     let start = match element.initial {
         None => v.clone(),
-        Some(at) => Tracked::constant(&(&Interval::from_f64(at) * &scale(n)).mul_pow2(bits)),
+        Some(at) => Tracked::constant(&(&(&Interval::from_f64(at) - middle) * &scale(n)).mul_pow2(bits)),
     };
     // The upper limit is one word short of r.
     let one = Interval::from_int(1);

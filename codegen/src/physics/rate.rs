@@ -13,9 +13,10 @@ pub(super) fn subtract(
     b: &mut Builder,
     sum: &mut Sum,
     weight: &Interval,
-    observed: &Observed,
+    observed: Observed,
     period_s: f64,
 ) -> Result<(), PhysicsError> {
+    let (observed, _) = observed.centred();
     let number = b.program.state.len() + 1;
     let per_call = weight.div(&Interval::from_f64(period_s));
     let bits = observed.bits();
