@@ -142,14 +142,20 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[Str
     // The noise about the saturated model has no part in whatever the names leave, and judges it.
     let chosen = terms.len();
     let named = terms.iter().any(|t| search.effect(t.family).is_some());
-    if named
-        && !terms.iter().any(|t| search.is_generic(t.family))
-        && let Some(rest) = search.remainder(&terms)
-    {
-        terms.push(rest.term);
+    let rest = match named && !terms.iter().any(|t| search.is_generic(t.family)) {
+        true => search.modulation(&terms).or_else(|| search.remainder(&terms).map(|rest| rest.term)),
+        false => None,
+    };
+    let about = last.as_ref().unwrap_or(&search);
+    let mut floor = reading_noise(&about.noise, rows);
+    if let Some(rest) = rest {
+        terms.push(rest);
+        // What is found is no noise.
+        let model = columns_with(&base, &terms);
+        let noise = estimate(&rows.error, &rows.t_s, &model, &model, &covariates, &slow);
+        floor = floor.min(reading_noise(&noise, rows));
     }
     let search = last.unwrap_or(search);
-    let floor = reading_noise(&search.noise, rows);
     Found { explanation: Explanation { search, terms, chosen, floor, gross: false }, gross }
 }
 

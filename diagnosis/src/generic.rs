@@ -50,7 +50,7 @@ pub fn observables(rows: &Rows) -> Vec<Scaled> {
 }
 
 /// An observable less its smooth dependence on the angle, where that is nearly all of it; else itself.
-fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
+pub fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
     let mut smooth = crate::linear::Basis::new(x.len());
     for column in legendre(x, 3) {
         smooth.add(&column);

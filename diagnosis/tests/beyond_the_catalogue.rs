@@ -95,3 +95,23 @@ fn a_defect_between_two_starts_is_no_probe_at_its_end() {
     let json = diagnosed(defect, &white(8), 8);
     assert_eq!(said(&json), ("explained [\"local_defect\"]".into(), "angle_deg".into()));
 }
+
+#[test]
+fn a_ripple_whose_phase_moves_with_the_temperature_is_not_taken_for_noise() {
+    for (seed, per_degree) in [(1, 0.0), (2, 0.03), (3, 0.06)] {
+        let ripple = |_, angle: f64, t: f64| {
+            5.0 * (std::f64::consts::TAU * angle / 0.37 + per_degree * (t - 27.0)).sin()
+        };
+        let json = diagnosed(ripple, &white(seed), seed);
+        let floor = json["noise_floor"]["value"].as_f64().expect("a floor");
+        assert!(floor < 0.65, "the floor at {per_degree} per K is {floor}");
+        if per_degree == 0.0 {
+            assert_eq!(said(&json), (r#"explained ["periodic_error"]"#.into(), "angle_deg".into()));
+            continue;
+        }
+        assert_eq!(json["verdict"], "partly_explained", "{per_degree} per K");
+        let places = json["locations"].as_array().expect("places");
+        let moves = |place: &Value| place["variable"] == "temperature_c" && place["times"] == "angle_deg";
+        assert!(places.iter().any(moves), "{places:?}");
+    }
+}

@@ -3,7 +3,13 @@
 //! name alone is worse than a right one with a reservation: so the same test of every place, calibrated by the
 //! same resamples, is made at a level of its own and without favour to the catalogue.
 
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
 use super::{Found, Search, Term};
+use crate::dictionary::Kind;
+use crate::effects::Place;
+use crate::generic::{observables, own_part, scaled, times};
+use crate::linear::dot;
 
 /// Part of the models with all the right names that are said to leave something.
 pub const MISFIT: f64 = 0.03;
@@ -27,5 +33,58 @@ impl Search<'_> {
         let beside = self.beside(terms);
         let generic = beside.found.iter().filter(|f| self.is_generic(f.term.family));
         generic.max_by(|a, b| a.surprise.total_cmp(&b.surprise)).cloned()
+    }
+    /// The strongest dependence of a named effect's size on an observable or the time (of a ripple: of its phase, too),
+    /// where that is beyond doubt. The scatter about the terms themselves is the measure, since noise that was
+    /// estimated without it holds it.
+    pub fn modulation(&self, terms: &[Term]) -> Option<Term> {
+        if self.rows.single_move() {
+            return None;
+        }
+        let x = self.rows.scaled_reading();
+        let mut moving: Vec<(String, Vec<f64>)> =
+            observables(self.rows).into_iter().map(|o| (o.name, own_part(&o.z, &x))).collect();
+        moving.push(("t_s".into(), scaled(&self.rows.t_s)));
+        let of_the_angle = |term: &&Term| {
+            let place = self.effect(term.family).map(|e| self.catalogue[e].place(self.rows));
+            place.is_some_and(|place| place == Place::on("angle_deg"))
+        };
+        let named: Vec<&Term> = terms.iter().filter(of_the_angle).collect();
+        let level = BEYOND_DOUBT / (named.len() * moving.len()) as f64;
+        let mut best: Option<(f64, Term)> = None;
+        for (name, z) in &moving {
+            let Some(family) = self.family_of(&Place::product(name, "angle_deg")) else { continue };
+            for term in &named {
+                let columns: Vec<Vec<f64>> = term.columns.iter().map(|column| times(column, z)).collect();
+                let (explained, probability) = self.share_beside(terms, &columns);
+                if probability < level && best.as_ref().is_none_or(|(most, _)| explained > *most) {
+                    best = Some((explained, Term { family, shape: Vec::new(), columns: columns.into() }));
+                }
+            }
+        }
+        best.map(|(_, term)| term)
+    }
+
+    fn family_of(&self, place: &Place) -> Option<usize> {
+        let is = |kind: &Kind| matches!(kind, Kind::Generic(other) if other == place);
+        self.dictionary.families.iter().position(|family| is(&family.kind))
+    }
+
+    /// The part of what the terms leave that further columns explain, and the probability that columns of noise explain
+    /// as much (F-test).
+    fn share_beside(&self, terms: &[Term], columns: &[Vec<f64>]) -> (f64, f64) {
+        let beside = self.beside(terms);
+        let mut basis = beside.basis.clone();
+        let before = basis.rank();
+        for column in columns {
+            basis.add(&self.whitener.whiten(column));
+        }
+        let whole = dot(&beside.residual, &beside.residual);
+        let explained: f64 =
+            (before..basis.rank()).map(|k| dot(basis.columns.get(k), &beside.residual).powi(2)).sum();
+        let (rank, free) = ((basis.rank() - before) as f64, self.rows.len() as f64 - basis.rank() as f64);
+        let ratio = explained / rank / ((whole - explained).max(f64::MIN_POSITIVE) / free);
+        let probability = FisherSnedecor::new(rank, free).map_or(1.0, |f| f.sf(ratio));
+        (explained / whole, probability)
     }
 }
