@@ -21,8 +21,8 @@ const WORSE: f64 = 1.02;
 const EXPLAINED: f64 = 1.3;
 /// Ends of an interval beyond which nothing is determined.
 const BOUNDLESS: f64 = 1e12;
-/// Widths by which an estimate may lie outside its interval for the interval to be extended to it; beyond, estimate and
-/// interval speak of different places.
+/// Widths by which an estimate may lie outside its interval without a word; beyond, estimate and interval speak of
+/// different places that do nearly as well.
 const BESIDE: f64 = 1.0;
 /// Correlation of neighbouring readings from which on noise has a memory, and how much more than the scatter about the
 /// saturated model it may be. By judgement: of 250 simulated recordings of correlated noise alone four left 1.30 to 1.41
@@ -91,10 +91,12 @@ impl<'a> Judge<'a, '_> {
                 let (handed, left) = (self.before.clone(), self.before_left.to_vec());
                 return Settled { joint, handed, left, shown, withdrawn, judged };
             }
-            let fault = match self.parameters(&mut joint) {
+            let mut extended = Vec::new();
+            let fault = match self.parameters(&mut joint, &mut extended) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
                     Ok((handed, left, shown)) => {
+                        judged.append(&mut extended);
                         return Settled { joint, handed, left, shown, withdrawn, judged };
                     }
                     Err(fault) => Some(fault),
@@ -129,11 +131,12 @@ impl<'a> Judge<'a, '_> {
         self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id())
     }
 
-    /// The first named effect whose estimates contradict their intervals, by its place among the named ones, and why.
-    /// Where an estimate lies just beside its interval the interval is extended.
-    fn parameters(&self, joint: &mut Model) -> Option<(usize, String)> {
+    /// The first named effect of which nothing is determined, by its place among the named ones, and why. Where an
+    /// estimate lies beside its interval the interval is extended to it, and `extended` says so.
+    fn parameters(&self, joint: &mut Model, extended: &mut Vec<String>) -> Option<(usize, String)> {
         let named = joint.terms.iter_mut().filter(|t| t.effect.is_some());
         for (place, term) in named.enumerate() {
+            let id = self.id(&term.term);
             for (reading, ci95) in &mut term.parameters {
                 let [low, high] = *ci95;
                 let known = |v: f64| v.is_finite() && v.abs() < BOUNDLESS;
@@ -142,9 +145,9 @@ impl<'a> Judge<'a, '_> {
                 }
                 let beside = (low - reading.value).max(reading.value - high);
                 if beside > BESIDE * (high - low) + f64::EPSILON * reading.value.abs() {
-                    return Some((
-                        place,
-                        format!("its `{}` and the interval of it contradict each other", reading.name),
+                    extended.push(format!(
+                        "{id}: the interval of `{}` is extended to the estimate, since two places do nearly as well",
+                        reading.name
                     ));
                 }
                 *ci95 = [low.min(reading.value), high.max(reading.value)];

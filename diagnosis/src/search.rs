@@ -32,6 +32,12 @@ const HANDICAP_PER_COLUMN: f64 = 1.5;
 /// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
 pub const SHAPE_PRICE: f64 = 3.0;
 
+/// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously.
+const GRID_LOSS: f64 = 1.5;
+/// Tops of the grid that are refined beside the highest. Angles read in windows far apart give a period's likelihood tops
+/// of nearly one height: with four windows one of two tops either side of the right one is the highest on the grid.
+const MOST_RIVALS: usize = 6;
+
 /// One term of a model.
 #[derive(Debug, Clone)]
 pub struct Term {
@@ -54,6 +60,8 @@ pub struct Found {
     pub rank: usize,
     /// −ln of its family's p-value.
     pub surprise: f64,
+    /// Shapes at the other tops of the grid, from which refinement may come out higher; empty once refined.
+    pub rivals: Vec<Vec<f64>>,
 }
 
 /// Everything that a search of one recording needs.
@@ -252,13 +260,15 @@ impl<'a> Search<'a> {
                 return self.best_step(f, &jumps, residual);
             }
             let mut best: Option<(f64, usize, f64, usize)> = None;
+            let mut explained_by = Vec::new();
             for c in family.candidates.clone() {
                 projected.scores(c, &products, count, family.smallest_part, scratch);
                 let scores = &scratch.scores;
+                let s = dot(scores, scores);
+                explained_by.push(s);
                 if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let s = dot(scores, scores);
                 let m = log_tail(s, scores.len());
                 if best.is_none_or(|b| m > b.0) && self.plausible_beside(f, c, basis, residual) {
                     best = Some((m, c, s, scores.len()));
@@ -272,11 +282,29 @@ impl<'a> Search<'a> {
                     explained,
                     rank,
                     surprise: self.calibration.families[f].surprise(m),
+                    rivals: self.rivals(f, c, &explained_by),
                 }
             })
         };
         let families = 0..self.dictionary.families.len();
         families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
+    }
+
+    /// The shapes at the highest tops of a family's grid beside the best candidate's, as far as refinement can bring them
+    /// past it; none where its shape is no single number, in whose order tops are seen.
+    fn rivals(&self, family: usize, best: usize, explained: &[f64]) -> Vec<Vec<f64>> {
+        if !self.effect(family).is_some_and(|e| self.free_shapes(e) == 1) {
+            return Vec::new();
+        }
+        let first = self.dictionary.families[family].candidates.start;
+        let at = |k: usize| explained.get(k).copied().unwrap_or(0.0);
+        let is_top = |k: &usize| at(*k) >= at(*k + 1) && (*k == 0 || at(*k) > at(*k - 1));
+        let mut tops: Vec<usize> = (0..explained.len())
+            .filter(is_top)
+            .filter(|k| first + k != best && at(*k) * GRID_LOSS > at(best - first))
+            .collect();
+        tops.sort_by(|a, b| at(*b).total_cmp(&at(*a)));
+        tops.iter().take(MOST_RIVALS).map(|k| self.dictionary.candidates[first + k].shape.clone()).collect()
     }
 
     /// The best step of a family that begins at a row.
@@ -289,6 +317,7 @@ impl<'a> Search<'a> {
             explained,
             rank: 1,
             surprise: self.calibration.families[family].surprise(log_tail(explained, 1)),
+            rivals: Vec::new(),
         })
     }
 

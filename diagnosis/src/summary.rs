@@ -55,9 +55,6 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
             &format!("{} {:.5} [{:.5}, {:.5}] {}", p.name, p.value, p.ci95[0], p.ci95[1], p.unit),
         );
     }
-    for sentence in &d.judged {
-        text += &line("checked", sentence);
-    }
     if d.verdict != Verdict::Consistent {
         text += &fit(d);
     }

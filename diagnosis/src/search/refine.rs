@@ -57,12 +57,23 @@ impl Search<'_> {
             explained,
             rank: scores.len(),
             surprise,
+            rivals: Vec::new(),
         })
     }
 
-    /// Improves the shape of a candidate beside a model by a compass search, down to steps that are `precision`
-    /// of the first ones.
-    pub(super) fn refine(&self, found: Found, basis: &Basis, residual: &[f64], precision: f64) -> Found {
+    /// Improves the shape of a candidate beside a model from every top of its grid, down to steps that are `precision` of
+    /// the first ones.
+    pub(super) fn refine(&self, mut found: Found, basis: &Basis, residual: &[f64], precision: f64) -> Found {
+        let rivals = std::mem::take(&mut found.rivals);
+        let family = found.term.family;
+        let others = rivals.iter().filter_map(|shape| self.try_shape(family, shape, basis, residual));
+        let refined = |found| self.refine_one(found, basis, residual, precision);
+        let best = refined(found);
+        others.map(refined).fold(best, |best, next| if next.explained > best.explained { next } else { best })
+    }
+
+    /// The same from one shape, by a compass search.
+    fn refine_one(&self, found: Found, basis: &Basis, residual: &[f64], precision: f64) -> Found {
         let family = found.term.family;
         let Some(e) = self.effect(family) else { return found };
         let effect = &self.catalogue[e];

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::refine::ROUGH;
-use super::{Found, Search, Term, handicap};
+use super::{Found, GRID_LOSS, Search, Term, handicap};
 
 /// Most terms in a model.
 const MOST_TERMS: usize = 6;
@@ -41,11 +41,10 @@ impl Search<'_> {
             .collect();
         found.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
         let best = found.first().map_or(0.0, |f| self.gain(f));
-        // Refinement brings at most what the grid lost: a third, generously.
         let promising: Vec<usize> = (0..found.len())
             .filter(|&k| {
                 let shaped = self.effect(found[k].term.family).is_some() && !found[k].term.shape.is_empty();
-                shaped && found[k].explained * 1.5 > best.max(0.0)
+                shaped && found[k].explained * GRID_LOSS > best.max(0.0)
             })
             .take(most)
             .collect();
