@@ -40,6 +40,8 @@ const TABLES_LOG2: std::ops::RangeInclusive<u32> = 4..=9;
 
 /// Bits of the last sum that terms of further physics may take at most.
 const MOST_HEADROOM: i64 = 6;
+/// Part of the bound that is wanted below which the distance of the polynomial does not matter.
+const NO_MATTER: f64 = 1e-3;
 
 /// Why there is no routine.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -251,6 +253,10 @@ pub fn design(
         }
         if best.as_ref().is_none_or(|(b, ..)| bound < *b) {
             best = Some((bound, degree, design));
+        }
+        // What keeps the bound above the target then is not the polynomial, and a longer one has more roundings.
+        if approximation < NO_MATTER * target {
+            break;
         }
     }
     if best.as_ref().is_some_and(|(bound, ..)| *bound <= largest)

@@ -101,11 +101,14 @@ impl Polynomial {
     /// Drops the highest terms whose sum stays below `tolerance` where |v| ≤ `radius`; returns what was
     /// dropped at most.
     pub fn truncate(&mut self, radius: &Interval, tolerance: &Interval) -> Interval {
+        let one = Interval::from_int(1);
+        let powers: Vec<Interval> = std::iter::successors(Some(one), |p| Some((p * radius).upper()))
+            .take(self.coefficients.len())
+            .collect();
         let mut dropped = Interval::zero();
         while self.coefficients.len() > 1 {
             let k = self.coefficients.len() - 1;
-            let power = (0..k).fold(Interval::from_int(1), |p, _| (&p * radius).upper());
-            let next = (&dropped + &(&self.coefficients[k].magnitude() * &power)).upper();
+            let next = (&dropped + &(&self.coefficients[k].magnitude() * &powers[k])).upper();
             if !next.certainly_le(tolerance) {
                 break;
             }
@@ -141,10 +144,21 @@ impl Polynomial {
     /// no longer matter on it are dropped and their bound is kept. After `MOST_PIECES` of them the bound stays as
     /// coarse as it is: then it may exceed the maximum by more than the tolerance, but is a bound.
     pub fn supremum(&self, from: &Interval, to: &Interval, tolerance: &Interval) -> Interval {
+        self.supremum_beside(from, to, tolerance, &Interval::zero())
+    }
+
+    /// The same of the larger of |p| and `least`, which is found sooner where |p| stays below.
+    pub fn supremum_beside(
+        &self,
+        from: &Interval,
+        to: &Interval,
+        tolerance: &Interval,
+        least: &Interval,
+    ) -> Interval {
         let centre = from.hull(to).midpoint();
         let radius = (&from.hull(to) - &centre).magnitude();
-        let mut reached = self.at(from).magnitude_lower();
-        let mut bound = Interval::zero();
+        let mut reached = self.at(from).magnitude_lower().magnitude_max(least);
+        let mut bound = least.clone();
         let mut open =
             vec![Piece { local: self.shift(&centre), radius, dropped: Interval::zero(), depth: 2 }];
         let mut pieces = 0;

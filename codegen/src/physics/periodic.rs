@@ -313,7 +313,8 @@ impl Segments<'_> {
         let half = Interval::from_int(1).mul_pow2(-1);
         let fine = Interval::from_int(1).mul_pow2(FINE_LOG2).div(self.words_per_turn).lower();
         let tolerance = fine.mul_pow2(-5);
-        let mut distance = Interval::zero();
+        // In turns, and before the slope enlarges it.
+        let mut largest = Interval::zero();
         for (row, c) in (0..).zip(rows) {
             // q̂(w) in turns, exactly as the table has it.
             let q = Polynomial::new(
@@ -325,11 +326,12 @@ impl Segments<'_> {
             let (value, off) = self.harmonics.around(&(&self.middle(row) - &start), &delta, &tolerance);
             let mut residual = value.sub(&q);
             let off = &off + &residual.truncate(&half, &tolerance);
-            let supremum = residual.supremum(&-half.clone(), &half, &fine).magnitude();
-            let here = &(&supremum + &off).div(&self.rest.lower()) * self.words_per_turn;
-            distance = distance.hull(&here.upper()).magnitude();
+            // Rows that are nearer than another need not be looked at closely.
+            let least = (&largest - &off).lower().hull(&Interval::zero()).upper();
+            let here = residual.supremum_beside(&-half.clone(), &half, &fine, &least);
+            largest = (&here.upper() + &off).upper();
         }
-        distance.upper()
+        (&largest.div(&self.rest.lower()) * self.words_per_turn).upper()
     }
 }
 
