@@ -141,20 +141,35 @@ pub fn apply_screened(recording: &Recording, coefficients: &Coefficients) -> Res
     without(recording, coefficients, &used_and_bad(recording, coefficients))
 }
 
-/// Cells that cannot be readings, in columns that the correction uses. Without terms no row depends on another, and only
-/// what is beyond all measure matters.
+/// Cells that cannot be readings, in columns that the correction uses. Without terms no row depends on another: there
+/// only a reading matters for which the whole recording would pass for one in another unit.
 fn used_and_bad(recording: &Recording, coefficients: &Coefficients) -> Vec<Fault> {
+    if coefficients.terms.is_empty() && !in_another_unit(range(recording, 0..recording.rows()), coefficients)
+    {
+        return Vec::new();
+    }
     let used: Vec<&str> = coefficients.terms.iter().flat_map(|term| term.operator.observables()).collect();
     let mut screened = recording.clone();
     screened.further.retain(|column| used.contains(&column.name.as_str()));
     // Lags and rates use the time and the passes.
     let always = ["t_s", "pass", "x1_mm", "x2_mm", "measured"];
-    let mut found = match coefficients.terms.is_empty() {
-        true => faults::absurd(&screened),
-        false => faults::find(&screened, &coefficients.sensor),
-    };
+    let mut found = faults::find(&screened, &coefficients.sensor);
     found.retain(|fault| always.contains(&fault.column.as_str()) || used.contains(&fault.column.as_str()));
     found
+}
+
+/// The smallest and the largest reading of some rows.
+fn range(recording: &Recording, rows: impl Iterator<Item = usize>) -> (f64, f64) {
+    rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+        (low.min(recording.reading(row)), high.max(recording.reading(row)))
+    })
+}
+
+/// An eddy-current pair cannot leave its calibrated range by much; a direct sensor may be anywhere.
+fn in_another_unit((from, to): (f64, f64), coefficients: &Coefficients) -> bool {
+    let valid = &coefficients.valid_range;
+    let (largest, calibrated) = (from.abs().max(to.abs()), valid.from.abs().max(valid.to.abs()));
+    matches!(coefficients.sensor, Sensor::EddyCurrentPair { .. }) && largest > 100.0 * calibrated
 }
 
 /// Corrects every row, as if those of the faults were not there.
@@ -178,16 +193,10 @@ fn without(
     let valid = &coefficients.valid_range;
     let rows = recording.rows();
     let kept = faults::without(rows, found);
-    let (from, to) = kept.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
-        (low.min(recording.reading(*row)), high.max(recording.reading(*row)))
-    });
-    // An eddy-current pair cannot leave its calibrated range by much; a direct sensor may be anywhere.
-    if matches!(sensor, Sensor::EddyCurrentPair { .. }) {
-        let (largest, calibrated) = (from.abs().max(to.abs()), valid.from.abs().max(valid.to.abs()));
-        if largest > 100.0 * calibrated {
-            let (variable, valid_from, valid_to) = (valid.variable.clone(), valid.from, valid.to);
-            return Err(ApplyError::Unit { file: file(), variable, from, to, valid_from, valid_to });
-        }
+    let (from, to) = range(recording, kept.iter().copied());
+    if in_another_unit((from, to), coefficients) {
+        let (variable, valid_from, valid_to) = (valid.variable.clone(), valid.from, valid.to);
+        return Err(ApplyError::Unit { file: file(), variable, from, to, valid_from, valid_to });
     }
     let same = recording.sha256 == coefficients.recording.sha256;
     let evaluate = |recording: &Recording| {

@@ -23,7 +23,6 @@ use thiserror::Error;
 use crate::error_model::Sensor;
 use crate::recording::{Note, Recording};
 use channels::Channels;
-pub(crate) use gross::faults as absurd;
 
 /// A cell that cannot be a reading.
 #[derive(Debug, Clone, PartialEq, Serialize)]
