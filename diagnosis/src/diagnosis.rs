@@ -1,7 +1,7 @@
 //! One recording from rows to everything that is said of it.
 
 use fitter::coefficients::Diagnosed;
-use fitter::faults::BadRow;
+use fitter::faults::{BadRow, left};
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
@@ -108,6 +108,20 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Outcome, ObserveError> {
     let screened = Screened::of(recording, mirror, simulated, held_out)?;
+    let (outcome, far_out) = of_readings(&screened, mirror, options)?;
+    if far_out.is_empty() {
+        return Ok(outcome);
+    }
+    // A model of which single readings are far out was fitted to them as well: once more without.
+    Ok(of_readings(&screened.without(far_out), mirror, options)?.0)
+}
+
+/// The diagnosis of rows that are readings as far as the screen can tell, and those that it left far out.
+fn of_readings(
+    screened: &Screened,
+    mirror: &Mirror,
+    options: &Options,
+) -> Result<(Outcome, Vec<(usize, BadRow)>), ObserveError> {
     let (recording, simulated, held_out) = screened.parts();
     let full = observe(recording, mirror, simulated, options.base)?;
     let Condensed { rows, cell_of } = &condense(&full);
@@ -178,8 +192,14 @@ pub fn diagnose(
         plant: Vec::new(),
     };
     let map = map(&explanation, &effects);
+    // Of means of rows no single reading is known, and where structure is left none is far out of noise.
+    let explained = !matches!(diagnosis.verdict, Verdict::PartlyExplained | Verdict::Unexplained);
+    let far_out = match explained && rows.len() == full.len() {
+        true => left::beyond_noise(recording, &settled.left, &explanation.search.noise.sigma),
+        false => Vec::new(),
+    };
     let after = settled.handed;
-    Ok(Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, map })
+    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, map }, far_out))
 }
 
 /// The error of a recording of which not even the base makes a model.

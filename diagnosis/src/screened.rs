@@ -36,6 +36,16 @@ impl Screened {
         Ok(Screened { recording: screened, simulated, held_out })
     }
 
+    /// The same without further rows of the recording.
+    pub fn without(self, further: Vec<(usize, BadRow)>) -> Screened {
+        let kept: Vec<usize> =
+            (0..self.recording.kept.len()).filter(|row| further.iter().all(|(bad, _)| bad != row)).collect();
+        let simulated = self.simulated.map(|simulated| Simulated {
+            reference: kept.iter().map(|row| simulated.reference[*row]).collect(),
+        });
+        Screened { recording: self.recording.without(further), simulated, held_out: self.held_out }
+    }
+
     /// Recording, simulation and held-out recording.
     pub fn parts(&self) -> (&Recording, Option<&Simulated>, Option<&Recording>) {
         (&self.recording.recording, self.simulated.as_ref(), self.held_out.as_ref())

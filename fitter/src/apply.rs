@@ -3,6 +3,9 @@
 //! Inside the valid range that is θ − Δθ − terms (Eq. 13 with the terms of further effects). Outside it a
 //! polynomial of high order is worth nothing: there the least-squares line through it stands in its place,
 //! and of the terms only those that extrapolate (constant, slope, periodic).
+//!
+//! Play, lags and rates remember the rows before. A cell that cannot be a reading must not be remembered: [`apply_screened`]
+//! corrects every other row as if its row were not there.
 
 use std::io::Write;
 use std::path::Path;
@@ -11,6 +14,7 @@ use thiserror::Error;
 
 use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
+use crate::faults::{self, BadRow, Fault};
 use crate::output::{OutputError, write_whole};
 use crate::recording::{Readings, Recording};
 use crate::terms::{self, Evaluated, Observables};
@@ -66,6 +70,8 @@ pub enum ApplyNote {
     OtherRecording { effect: String },
     /// A term was left out on rows with a blank.
     Blank { effect: String, rows: usize },
+    /// Cells that cannot be readings: the first of them, and how many rows have one.
+    Bad { first: BadRow, rows: usize },
 }
 
 impl std::fmt::Display for ApplyNote {
@@ -90,6 +96,17 @@ impl std::fmt::Display for ApplyNote {
                     "{rows} rows have a blank in a column that `{effect}` depends on: not corrected there"
                 )
             }
+            ApplyNote::Bad { first: BadRow { line, column, value, reason }, rows } => {
+                let more = match rows - 1 {
+                    0 => String::new(),
+                    more => format!(", and {more} rows more have such a cell"),
+                };
+                write!(
+                    f,
+                    "line {line}, {column} {value}: {reason}{more}; marked in the column `extrapolated`, and no other row \
+                     depends on it"
+                )
+            }
         }
     }
 }
@@ -99,17 +116,68 @@ impl std::fmt::Display for ApplyNote {
 pub struct Applied {
     /// Corrected angle in radians; direct: corrected reading in the sensor's unit. One per row.
     pub corrected: Vec<f64>,
-    /// Whether the row lies outside the valid range.
+    /// Whether the row lies outside the valid range, or has a cell that cannot be a reading.
     pub extrapolated: Vec<bool>,
+    /// The cells that cannot be readings, of the columns that the correction uses.
+    pub bad_rows: Vec<BadRow>,
     /// What a reader should know.
     pub notes: Vec<ApplyNote>,
 }
 
-/// Corrects every row of a recording.
+/// Corrects every row of a recording, each of which is taken as it is.
 ///
 /// # Errors
 /// [`ApplyError`] if the recording is of another kind of sensor, or in another unit.
 pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
+    without(recording, coefficients, &[])
+}
+
+/// Corrects every row of a recording. What the correction remembers passes over rows with a cell that cannot be a
+/// reading; they have the terms of the row before.
+///
+/// # Errors
+/// As [`apply`].
+pub fn apply_screened(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
+    without(recording, coefficients, &used_and_bad(recording, coefficients))
+}
+
+/// Cells that cannot be readings, in columns that the correction uses. Without terms no row depends on another: there
+/// only a reading matters for which the whole recording would pass for one in another unit.
+fn used_and_bad(recording: &Recording, coefficients: &Coefficients) -> Vec<Fault> {
+    if coefficients.terms.is_empty() && !in_another_unit(range(recording, 0..recording.rows()), coefficients)
+    {
+        return Vec::new();
+    }
+    let used: Vec<&str> = coefficients.terms.iter().flat_map(|term| term.operator.observables()).collect();
+    let mut screened = recording.clone();
+    screened.further.retain(|column| used.contains(&column.name.as_str()));
+    // Lags and rates use the time and the passes.
+    let always = ["t_s", "pass", "x1_mm", "x2_mm", "measured"];
+    let mut found = faults::find(&screened, &coefficients.sensor);
+    found.retain(|fault| always.contains(&fault.column.as_str()) || used.contains(&fault.column.as_str()));
+    found
+}
+
+/// The smallest and the largest reading of some rows.
+fn range(recording: &Recording, rows: impl Iterator<Item = usize>) -> (f64, f64) {
+    rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
+        (low.min(recording.reading(row)), high.max(recording.reading(row)))
+    })
+}
+
+/// An eddy-current pair cannot leave its calibrated range by much; a direct sensor may be anywhere.
+fn in_another_unit((from, to): (f64, f64), coefficients: &Coefficients) -> bool {
+    let valid = &coefficients.valid_range;
+    let (largest, calibrated) = (from.abs().max(to.abs()), valid.from.abs().max(valid.to.abs()));
+    matches!(coefficients.sensor, Sensor::EddyCurrentPair { .. }) && largest > 100.0 * calibrated
+}
+
+/// Corrects every row, as if those of the faults were not there.
+fn without(
+    recording: &Recording,
+    coefficients: &Coefficients,
+    found: &[Fault],
+) -> Result<Applied, ApplyError> {
     let sensor = &coefficients.sensor;
     let (pair, direct) = ("an eddy-current pair", "a direct sensor");
     let file = || recording.file.clone();
@@ -124,24 +192,27 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
     }
     let valid = &coefficients.valid_range;
     let rows = recording.rows();
-    let (from, to) = (0..rows).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
-        (low.min(recording.reading(row)), high.max(recording.reading(row)))
-    });
-    // An eddy-current pair cannot leave its calibrated range by much; a direct sensor may be anywhere.
-    if matches!(sensor, Sensor::EddyCurrentPair { .. }) {
-        let (largest, calibrated) = (from.abs().max(to.abs()), valid.from.abs().max(valid.to.abs()));
-        if largest > 100.0 * calibrated {
-            let (variable, valid_from, valid_to) = (valid.variable.clone(), valid.from, valid.to);
-            return Err(ApplyError::Unit { file: file(), variable, from, to, valid_from, valid_to });
-        }
+    let kept = faults::without(rows, found);
+    let (from, to) = range(recording, kept.iter().copied());
+    if in_another_unit((from, to), coefficients) {
+        let (variable, valid_from, valid_to) = (valid.variable.clone(), valid.from, valid.to);
+        return Err(ApplyError::Unit { file: file(), variable, from, to, valid_from, valid_to });
     }
     let same = recording.sha256 == coefficients.recording.sha256;
-    let evaluated = terms::evaluate(&coefficients.terms, &Observables { recording, sensor }, same);
+    let evaluate = |recording: &Recording| {
+        terms::evaluate(&coefficients.terms, &Observables { recording, sensor }, same)
+    };
+    let evaluated = if kept.len() == rows {
+        evaluate(recording)
+    } else {
+        evaluate(&recording.select(&kept)).spread(&kept, rows)
+    };
     let model = coefficients.error_model();
     let scale = sensor.per_internal();
     let mut applied = Applied {
         corrected: Vec::with_capacity(rows),
         extrapolated: Vec::with_capacity(rows),
+        bad_rows: found.iter().map(|fault| faults::listed(recording, fault)).collect(),
         notes: Vec::new(),
     };
     for row in 0..rows {
@@ -171,7 +242,12 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
         });
         applied.extrapolated.push(!inside);
     }
+    found.iter().for_each(|fault| applied.extrapolated[fault.row] = false);
     applied.notes = notes(&applied, &evaluated, coefficients, (from, to));
+    found.iter().for_each(|fault| applied.extrapolated[fault.row] = true);
+    if let Some(first) = applied.bad_rows.first().cloned() {
+        applied.notes.push(ApplyNote::Bad { first, rows: rows - kept.len() });
+    }
     Ok(applied)
 }
 
@@ -211,7 +287,8 @@ pub fn column_name(sensor: &Sensor) -> String {
     }
 }
 
-/// Writes `t_s`, the corrected reading (arcseconds; direct: the sensor's unit) and `extrapolated` (0 or 1).
+/// Writes `t_s`, the corrected reading (arcseconds; direct: the sensor's unit) and `extrapolated` (0, or 1 of a row
+/// outside the valid range or with a cell that cannot be a reading).
 ///
 /// # Errors
 /// [`OutputError`]; nothing is left behind.

@@ -7,7 +7,9 @@ use fitter::terms::{
     Element, Exponential, Factor, Gaussian, Hinge, Lag, Operator, Periodic, Play, Product, Rate, Scope, Side,
     Step, Term,
 };
-use fitter::{ApplyNote, Coefficients, ErrorModel, Options, Recording, apply, coefficients, fit};
+use fitter::{
+    ApplyNote, Coefficients, ErrorModel, Options, Recording, apply, apply_screened, coefficients, fit,
+};
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -187,6 +189,56 @@ fn outside_the_range_only_what_extrapolates_is_used() {
 }
 
 /// The slit axis of a beam line: a polynomial of the resolver's error says nothing 24 mm away, a line does.
+/// Play, a lag and a rate remember: a cell that cannot be a reading must not be remembered.
+#[test]
+fn no_row_depends_on_a_cell_that_cannot_be_a_reading() {
+    let line = |row: usize, x2: &str, temperature: &str| {
+        let s = 0.3 * (f64::from(row as u32) / 9.0).sin();
+        let x2 = if x2.is_empty() { format!("{:.7}", 0.5 * s) } else { x2.to_string() };
+        let temperature = if temperature.is_empty() {
+            format!("{:.3}", 20.0 + 0.05 * row as f64)
+        } else {
+            temperature.into()
+        };
+        let wobble = 1e-3 * ((row * 7919) % 11) as f64;
+        format!("{row},0,1,{:.7},{x2},{:.4},{temperature},0.5", -0.5 * s, arcsec((s / D_MM).atan()) + wobble)
+    };
+    let of = |bad: &[(usize, &str, &str)]| {
+        let lines: Vec<String> = (0..80)
+            .map(|row| {
+                let bad = bad.iter().find(|bad| bad.0 == row);
+                bad.map_or_else(|| line(row, "", ""), |(_, x2, temperature)| line(row, x2, temperature))
+            })
+            .collect();
+        recording(&lines.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    let terms = vec![
+        term("backlash", Scope::Device, Operator::Play(Play::of("angle_arcsec", &[40.0])), &[0.5]),
+        term("thermal_lag", Scope::Device, Operator::Lag(Lag::of("temperature_c", 5.0, 20.0)), &[2.0]),
+        term("read_lag", Scope::Device, Operator::Rate(Rate::of("angle_arcsec")), &[0.1]),
+    ];
+    let file = with_terms(perfect_pair(), terms);
+    let whole = apply(&of(&[]), &file).unwrap();
+    let damaged = of(&[(20, "9999", ""), (50, "", "-9999")]);
+    let screened = apply_screened(&damaged, &file).unwrap();
+    let told: Vec<(u64, &str)> =
+        screened.bad_rows.iter().map(|bad| (bad.line, bad.column.as_str())).collect();
+    assert_eq!(told, [(22, "x2_mm"), (52, "temperature_c")]);
+    assert!(matches!(screened.notes.as_slice(), [ApplyNote::Bad { rows: 2, .. }]), "{:?}", screened.notes);
+    for row in 0..80 {
+        assert_eq!(screened.extrapolated[row], row == 20 || row == 50, "{row}");
+        let away = arcsec(screened.corrected[row] - whole.corrected[row]).abs();
+        // The row after has the rate and the lag of two steps in place of one; a cell of another column takes nothing
+        // from the correction of its own row but what the row before had.
+        let allowed = if row == 20 { f64::INFINITY } else { 10.0 };
+        assert!(away < allowed, "{row}: {away}");
+        assert!(row <= 21 || row == 50 || row == 51 || away < 0.1, "{row}: {away}");
+    }
+    // Taken as they are, the cells are remembered.
+    let taken = apply(&of(&[(50, "", "-9999")]), &file).unwrap();
+    assert!(arcsec(taken.corrected[51] - whole.corrected[51]).abs() > 100.0);
+}
+
 #[test]
 fn a_real_sensor_outside_its_range() {
     let Some(folder) = std::env::var_os("ARCSMITH_RECORDINGS") else {

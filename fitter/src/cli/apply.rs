@@ -45,14 +45,14 @@ pub(super) fn run(args: &ApplyArgs, common: Common) -> Result<()> {
         crate::apply::check_columns(&recording, &coefficients).into_diagnostic()?;
     }
     let (file, rows) = (&recording.file, recording.rows());
-    let applied = waiting("correcting", rows, common, || crate::apply(&recording, &coefficients));
+    let applied = waiting("correcting", rows, common, || crate::apply_screened(&recording, &coefficients));
     let applied = applied.into_diagnostic()?;
     let write = || crate::apply::write(&args.out, &recording, &coefficients.sensor, &applied);
     waiting("writing", rows, common, write).into_diagnostic()?;
     for note in &applied.notes {
         warn(&note.to_string(), common);
     }
-    let extrapolated = applied.extrapolated.iter().filter(|outside| **outside).count();
+    let extrapolated = applied.extrapolated.iter().filter(|marked| **marked).count();
     let written = args.out.display().to_string();
     summarise(
         common,
@@ -61,6 +61,7 @@ pub(super) fn run(args: &ApplyArgs, common: Common) -> Result<()> {
                 "recording": file,
                 "rows": rows,
                 "extrapolated": extrapolated,
+                "bad_rows": applied.bad_rows,
                 "read": recording.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
                 "warnings": applied.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
                 "written": written,

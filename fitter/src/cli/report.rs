@@ -10,7 +10,7 @@ use super::fit::ModelArgs;
 use super::{Common, summarise};
 use crate::report::Report;
 use crate::summary::line;
-use crate::{output, summary};
+use crate::{faults, output, summary};
 
 /// Arguments of `fitter report`.
 #[derive(Args)]
@@ -52,7 +52,7 @@ pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let report = Report::of(recording, &fit, &verifications).into_diagnostic()?;
     let figures = report.figures();
-    let page = report.page(&figures);
+    let page = report.page(&figures, &screened.bad_rows);
     let mut written = vec![args.out.display().to_string()];
     output::write_whole(&args.out, |file| file.write_all(page.as_bytes())).into_diagnostic()?;
     let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());
@@ -83,6 +83,7 @@ pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
         || {
             let svg = if args.no_svg { "" } else { ", and each as SVG beside it" };
             summary::styled(&fit, common.verbose)
+                + &faults::summary::styled(&screened.bad_rows, &screened.notes, common.verbose)
                 + &line("figures", &numbers.join(", "))
                 + &line("written", &format!("{}{svg}", args.out.display()))
         },

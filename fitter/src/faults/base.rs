@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::limits;
-use super::scale::{median, trimmed};
+use super::scale::{median, range, trimmed};
 
 /// Deviations beyond so many times the scatter count as if they were no larger (Huber).
 const LINEAR: f64 = 2.0;
@@ -20,7 +20,8 @@ impl Base {
         let n = angle.len();
         let mut sorted = angle.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);
-        let near = 1e-3 * (sorted[n - 1] - sorted[0]);
+        let (low, high) = range(angle);
+        let near = 1e-3 * (high - low);
         let positions = 1 + sorted.windows(2).filter(|pair| pair[1] - pair[0] > near).count();
         let order = limits::BASE_ORDER.min(2 * positions / 5).min(n / limits::ROWS_PER_TERM);
         let over_time = limits::TIME_ORDER.min(n / 40);
@@ -85,8 +86,7 @@ impl Base {
 }
 
 fn scaled(values: &[f64]) -> Vec<f64> {
-    let finite = values.iter().filter(|v| v.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = range(values);
     let (middle, half) = (0.5 * (low + high), (0.5 * (high - low)).max(f64::MIN_POSITIVE));
     values.iter().map(|v| if v.is_finite() { (v - middle) / half } else { 0.0 }).collect()
 }

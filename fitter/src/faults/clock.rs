@@ -49,7 +49,7 @@ fn times(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
     let alone = |k: &usize| (*k == 0 || growing[k - 1]) && growing.get(k + 1).copied().unwrap_or(true);
     let mut gaps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 0.0).collect();
     let usual = median(&mut gaps);
-    if back.iter().all(alone) && back.len() as f64 <= 0.05 * n as f64 {
+    if back.iter().all(alone) && back.len() as f64 <= limits::MOST_AFFECTED * n as f64 {
         for k in back {
             let expected = match (k.checked_sub(1).map(|k| t[k]), t.get(k + 1)) {
                 (Some(before), Some(after)) => 0.5 * (before + after),

@@ -4,6 +4,9 @@ use super::channels::{Channel, Channels};
 use super::{Fault, limits};
 use crate::recording::{Readings, Recording};
 
+/// What tells of a cell before anything is fitted.
+const NEARBY: &str = "the rows nearby in time and angle and its own row's other columns";
+
 /// The cells that are far out, row by row.
 pub fn faults(channels: &Channels) -> Vec<Fault> {
     let recording = channels.recording;
@@ -14,7 +17,7 @@ pub fn faults(channels: &Channels) -> Vec<Fault> {
         let values = recording.column(name).unwrap_or_default();
         let of = |row: usize| {
             let (away, size) = (deviation.away[row], deviation.away[row].abs() / deviation.scatter[row]);
-            let (column, reason) = (name.to_string(), reason(away, name, size));
+            let (column, reason) = (name.to_string(), reason(away, name, NEARBY, size));
             let counts = size > limits::CLOSER_LOOK && !deviation.shared[row];
             counts.then(|| Fault { row, column, value: values[row], reason, size })
         };
@@ -25,7 +28,7 @@ pub fn faults(channels: &Channels) -> Vec<Fault> {
 }
 
 /// The outliers among deviations: beyond the limit, and beyond the tail that the others have.
-fn beyond_the_tail(mut deviations: Vec<Fault>, rows: usize) -> Vec<Fault> {
+pub(super) fn beyond_the_tail(mut deviations: Vec<Fault>, rows: usize) -> Vec<Fault> {
     deviations.sort_by(|a, b| b.size.total_cmp(&a.size));
     let excepted = ((limits::TAIL_PART * rows as f64) as usize).max(2);
     let tail = deviations.get(excepted).map_or(0.0, |fault| fault.size);
@@ -35,15 +38,13 @@ fn beyond_the_tail(mut deviations: Vec<Fault>, rows: usize) -> Vec<Fault> {
     deviations
 }
 
-fn reason(away: f64, column: &str, size: f64) -> String {
+/// How far a cell is from what tells its value, and how many times the scatter that is.
+pub(super) fn reason(away: f64, column: &str, what: &str, size: f64) -> String {
     let unit = column.rsplit_once('_').map_or(String::new(), |(_, unit)| format!(" {unit}"));
     let digits = (3 - away.abs().log10().floor() as i32).clamp(0, 9) as usize;
     let away = if away.abs() < 1e9 { format!("{away:+.digits$}") } else { format!("{away:+.3e}") };
     let size = if size < 1e9 { format!("{size:.0}") } else { format!("{size:.0e}") };
-    format!(
-        "{away}{unit} away from what the rows nearby in time and angle and its own row's other columns say: {size} times \
-         their scatter"
-    )
+    format!("{away}{unit} away from what {what} say: {size} times their scatter")
 }
 
 /// The one column of the sensor's that explains the row best, if it is far out.
@@ -76,7 +77,9 @@ fn of_sensor(recording: &Recording, channels: &[Channel], row: usize) -> Option<
         signature[channel] = 1.0;
         explains(signature).0.abs()
     });
-    if size.abs() < limits::CLOSER_LOOK || moved > size.abs() {
+    let elsewhere = (0..channels.len()).filter(|c| Some(*c) != together);
+    let elsewhere = elsewhere.fold(0.0_f64, |largest, c| largest.max(shown[c].abs()));
+    if size.abs() < limits::CLOSER_LOOK || (moved > size.abs() && elsewhere < limits::OUTLIER) {
         return None;
     }
     let name = match name {
@@ -87,7 +90,7 @@ fn of_sensor(recording: &Recording, channels: &[Channel], row: usize) -> Option<
         if name == "reference" && channels.len() == 1 { -channels[0].deviation.away[row] } else { away };
     let value = value(recording, name, row);
     let size = size.abs();
-    Some(Fault { row, column: name.to_string(), value, reason: reason(away, name, size), size })
+    Some(Fault { row, column: name.to_string(), value, reason: reason(away, name, NEARBY, size), size })
 }
 
 fn value(recording: &Recording, column: &str, row: usize) -> f64 {
@@ -102,7 +105,7 @@ fn value(recording: &Recording, column: &str, row: usize) -> f64 {
 
 /// Of measured and reference the one that stands out more from the rows before and after; nothing else tells them
 /// apart.
-fn jumping(recording: &Recording, row: usize) -> &'static str {
+pub(super) fn jumping(recording: &Recording, row: usize) -> &'static str {
     let Readings::Direct { measured, reference: Some(reference) } = &recording.readings else {
         return "measured";
     };

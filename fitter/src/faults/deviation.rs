@@ -1,8 +1,8 @@
 //! How far every row of a channel is from what the other rows say, in which the rows agree that predict it best.
 
 use super::base::Base;
-use super::scale::{least, median, trimmed, with_tail};
-use super::{limits, line};
+use super::scale::{least, median, range, trimmed, with_tail};
+use super::{limits, trend};
 
 /// What the rows of all channels have in common.
 pub struct Surroundings {
@@ -12,17 +12,22 @@ pub struct Surroundings {
     place: Vec<f64>,
     /// Rows by ascending angle, and where every row stands among them.
     by_angle: Vec<usize>,
+    /// Rows after a turn of the movement, the first included: play may not be crossed there.
+    turned: Vec<usize>,
     /// For every row the nearest angles of other rows: of either direction, and of its own.
     at_angle: [Vec<Vec<usize>>; 2],
 }
+
+/// Median of normal absolute values, over their standard deviation.
+const MEDIAN: f64 = 0.6745;
 
 /// One way of predicting a channel.
 struct Way {
     scatter: f64,
     /// Which rows at the same angle were taken off before.
     kind: usize,
-    /// Whether by a line over the time.
-    is_line: bool,
+    /// Whether by a trend over the time.
+    is_trend: bool,
     away: Vec<f64>,
 }
 
@@ -74,46 +79,45 @@ impl Surroundings {
             }
             found
         };
-        let at_angle = [false, true].map(|own| (0..n).map(|row| nearest(row, own)).collect());
-        let (low, high) = (angle[by_angle[0]], angle[by_angle[n - 1]]);
+        // A row whose angle is far out has no place among the others, nor a witness at it.
+        let (low, high) = range(angle);
+        let has_place = |row: usize| (low..=high).contains(&angle[row]);
+        let of = |row: usize, own: bool| if has_place(row) { nearest(row, own) } else { Vec::new() };
+        let at_angle = [false, true].map(|own| (0..n).map(|row| of(row, own)).collect());
+        by_angle.retain(|row| has_place(*row));
         let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
         let place = angle.iter().map(|a| ((a - 0.5 * (low + high)) / half).clamp(-1.0, 1.0)).collect();
+        let turned = (0..n).filter(|row| *row == 0 || direction[*row] != direction[row - 1]).collect();
         let (base, time) = (Base::new(angle, time, direction), time.to_vec());
-        Surroundings { base, time, place, by_angle, at_angle }
+        Surroundings { base, time, place, by_angle, turned, at_angle }
     }
 
     /// The deviations of a channel; a blank deviates by nothing.
     pub fn deviation(&self, values: &[f64]) -> Deviation {
         let base = self.base.residual(values);
         let floor = least(values);
-        // The channel less what the same angle says elsewhere, then less what the rows before and after say.
-        let by_angle: Vec<Vec<f64>> =
-            std::iter::once(base.clone()).chain(self.at_angle.iter().map(|at| less(&base, at))).collect();
+        // The channel as it is, less its smooth part, and less what the same angle says elsewhere; then less what the rows
+        // before and after say.
+        let at_angle = self.at_angle.iter().map(|at| less(&base, at));
+        let by_angle: Vec<Vec<f64>> = [values.to_vec(), base.clone()].into_iter().chain(at_angle).collect();
         let mut ways: Vec<Way> = Vec::new();
         let mut one_sided = Vec::new();
         for (kind, channel) in by_angle.iter().enumerate() {
-            let medians = limits::WINDOWS.map(|window| less_in_time(channel, window));
-            let lines = limits::LINES.map(|window| line::less_line(channel, &self.time, window));
-            let [both, sides]: [Vec<Vec<f64>>; 2] =
-                lines.into_iter().fold([Vec::new(), Vec::new()], |mut all, line| {
-                    let [beside, before, after] = line;
-                    all[0].push(beside);
-                    all[1].extend([before, after]);
-                    all
-                });
-            one_sided.push(sides);
-            let medians = medians.into_iter().map(|away| (false, away));
-            for (is_line, away) in medians.chain(both.into_iter().map(|away| (true, away))) {
+            let medians = limits::WINDOWS.map(|window| (false, less_in_time(channel, window)));
+            let [trend, before, after] = trend::less_trend(channel, &self.time);
+            one_sided.push([before, after]);
+            for (is_trend, away) in medians.into_iter().chain([(true, trend)]) {
                 let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
-                ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_line, away });
+                ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_trend, away });
             }
         }
         ways.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
-        let Way { scatter: best, kind, is_line, mut away } = ways.remove(0);
+        let Way { scatter: best, kind, is_trend, mut away } = ways.remove(0);
         let scatter = self.scatter(&away, floor);
         let witnesses: Vec<&Vec<f64>> =
             ways.iter().filter(|way| way.scatter <= limits::WITNESS * best).map(|way| &way.away).collect();
-        let channel = &by_angle[kind];
+        // Where the channel follows a trend its neighbours lie apart anyway.
+        let beside_it = if is_trend { away.clone() } else { by_angle[kind].clone() };
         let mut shared = vec![false; away.len()];
         for row in 0..away.len() {
             let own = away[row];
@@ -122,10 +126,8 @@ impl Surroundings {
             }
             let keeps = |other: f64| !other.is_finite() || other * own.signum() >= limits::ALONE * own.abs();
             let beside = [row.checked_sub(1), Some(row + 1)].into_iter().flatten();
-            // Where the channel runs along a line its neighbours lie apart anyway, and the lines of either side tell.
-            let sides = one_sided[kind].iter().any(|side| side[row].is_finite());
-            let alone = (is_line && sides)
-                || beside.filter_map(|other| channel.get(other)).all(|other| keeps(channel[row] - other));
+            let alone =
+                beside.filter_map(|other| beside_it.get(other)).all(|other| keeps(beside_it[row] - other));
             // What goes on from the rows of one side is a bend, not an outlier.
             let bent = one_sided[kind]
                 .iter()
@@ -135,8 +137,16 @@ impl Surroundings {
             }
         }
         let in_time: Vec<usize> = (0..away.len()).collect();
-        crowded(&away, &scatter, &in_time, limits::CROWD, &mut shared);
-        crowded(&away, &scatter, &self.by_angle, limits::CROWD_AT_ANGLE, &mut shared);
+        let sizes: Vec<f64> = away.iter().zip(&scatter).map(|(away, scatter)| away / scatter).collect();
+        let either_sign = |own: f64, other: f64| other.abs() >= limits::CROWD_SIZE * own.abs();
+        // What a cell far out leaves in the prediction of others at its angle is of the other sign.
+        let same_sign = |own: f64, other: f64| other * own.signum() >= limits::CROWD_SIZE * own.abs();
+        crowded(&sizes, &in_time, limits::CROWD, either_sign, &mut shared);
+        crowded(&sizes, &self.by_angle, limits::CROWD_AT_ANGLE, same_sign, &mut shared);
+        for (row, size) in sizes.iter().enumerate() {
+            let again = |other: &usize| same_sign(*size, sizes[*other]);
+            shared[row] |= size.abs() >= limits::CLOSER_LOOK && self.at_angle[0][row].iter().any(again);
+        }
         away.iter_mut().filter(|away| !away.is_finite()).for_each(|away| *away = 0.0);
         Deviation { away, shared, scatter }
     }
@@ -148,9 +158,10 @@ impl Surroundings {
         let common = trimmed(&mut absolute).max(floor);
         let smooth = self.smooth_scatter(away, common);
         let in_time: Vec<usize> = (0..away.len()).collect();
-        let mut result = smooth;
+        let size = |row: &usize| away[*row].abs() / smooth[*row];
+        let mut larger = vec![1.0_f64; away.len()];
         for order in [&in_time, &self.by_angle] {
-            let sizes: Vec<f64> = order.iter().map(|row| away[*row].abs()).collect();
+            let sizes: Vec<f64> = order.iter().map(size).collect();
             for (k, row) in order.iter().enumerate() {
                 let start = k
                     .saturating_sub(limits::LOCAL_ROWS / 2)
@@ -158,11 +169,15 @@ impl Surroundings {
                 let end = (start + limits::LOCAL_ROWS).min(sizes.len());
                 let mut near: Vec<f64> =
                     sizes[start..end].iter().copied().filter(|r| r.is_finite()).collect();
-                let local = limits::LOCAL_DISCOUNT * trimmed(&mut near);
-                result[*row] = result[*row].max(local);
+                larger[*row] = larger[*row].max(limits::LOCAL_DISCOUNT * trimmed(&mut near));
             }
         }
-        result
+        if self.turned.len() >= limits::TURNS {
+            let mut sizes: Vec<f64> = self.turned.iter().map(size).filter(|size| size.is_finite()).collect();
+            let here = median(&mut sizes) / MEDIAN;
+            self.turned.iter().for_each(|row| larger[*row] = larger[*row].max(here));
+        }
+        smooth.iter().zip(larger).map(|(smooth, larger)| smooth * larger).collect()
     }
 
     /// A parabola over the angle through the sizes of the deviations, those beyond three times the scatter cut.
@@ -215,16 +230,23 @@ fn less_in_time(values: &[f64], window: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Marks rows far out that have several others nearly as far out around them: there the scatter itself is larger.
-fn crowded(away: &[f64], scatter: &[f64], order: &[usize], most: usize, shared: &mut [bool]) {
+/// Marks rows far out that have several others nearly as far out around them, in multiples of the scatter: there the
+/// scatter itself is larger.
+fn crowded(
+    sizes: &[f64],
+    order: &[usize],
+    most: usize,
+    counts: impl Fn(f64, f64) -> bool,
+    shared: &mut [bool],
+) {
     let half = limits::LOCAL_ROWS / 2;
     for (k, row) in order.iter().enumerate() {
-        let own = away[*row].abs();
-        if own < limits::CLOSER_LOOK * scatter[*row] {
+        let own = sizes[*row];
+        if own.is_nan() || own.abs() < limits::CLOSER_LOOK {
             continue;
         }
         let near = &order[k.saturating_sub(half)..(k + half + 1).min(order.len())];
-        let others = near.iter().filter(|other| away[**other].abs() >= limits::CROWD_SIZE * own).count() - 1;
+        let others = near.iter().filter(|other| counts(own, sizes[**other])).count() - 1;
         shared[*row] |= others > most;
     }
 }

@@ -34,19 +34,21 @@ pub const CROWD_SIZE: f64 = 0.5;
 /// A cell is listed only where it exceeds this many times all but [`TAIL_PART`] of the rows: in a channel whose
 /// deviations have a long tail an outlier is one that stands out from the tail.
 pub const BEYOND_TAIL: f64 = 1.3;
-/// Part of the rows that may be outliers themselves.
-pub const TAIL_PART: f64 = 0.005;
-/// Part of its deviation that a cell must keep against the line through the rows of one side alone, which is half again
-/// less certain than one through both.
+/// Part of the rows that may be outliers themselves: an autocollimator in moving air has two in a hundred.
+pub const TAIL_PART: f64 = 0.03;
+/// Part of its deviation that a cell must keep against what the rows of one side alone say.
 pub const BEND: f64 = 0.2;
+/// One side is heard where its prediction is at most this many times as uncertain as usual from both: at an end of the
+/// recording, and beyond a pause in which the channel wanders, it knows too little.
+pub const SIDE: f64 = 3.0;
 /// Ways of predicting a cell that are within this factor of the best are heard as witnesses; a worse one knows too
 /// little to acquit.
 pub const WITNESS: f64 = 1.5;
 /// Rows before and after from which a cell is predicted; none leaves the smooth base alone.
 pub const WINDOWS: [usize; 4] = [0, 2, 4, 8];
-/// Rows before and after through which a line is laid, for what changes fast and evenly, as a temperature.
-pub const LINES: [usize; 2] = [2, 4];
-/// An interval this many times the usual one is a pause, over which no line is laid.
+/// Rows of which it is learnt how far a trend wanders.
+pub const TREND_ROWS: usize = 2000;
+/// An interval this many times the usual one is a pause, which tells nothing of the clock.
 pub const PAUSE: f64 = 3.0;
 /// Rows at the nearest angles from which a cell is predicted: as many as a calibration of eight passes and more has.
 pub const AT_ANGLE: usize = 8;
@@ -56,6 +58,8 @@ pub const SAME_ANGLE: f64 = 0.25;
 pub const NEAR_IN_TIME: usize = 3;
 /// Rows over which the scatter is measured where it changes with time or angle.
 pub const LOCAL_ROWS: usize = 40;
+/// Turns of the movement from which on the scatter of the rows after them is known by itself.
+pub const TURNS: usize = 4;
 /// A scatter over forty rows is uncertain by an eighth; so much is taken off before it may exceed the common one.
 pub const LOCAL_DISCOUNT: f64 = 0.8;
 /// The smooth scatter over the angle is not believed to fall below this part of the common one.

@@ -11,10 +11,11 @@ mod culprit;
 mod deviation;
 mod findings;
 mod gross;
+pub mod left;
 pub mod limits;
-mod line;
 mod scale;
 pub mod summary;
+mod trend;
 
 use serde::Serialize;
 use thiserror::Error;
@@ -92,13 +93,24 @@ pub(crate) struct Fault {
 /// # Errors
 /// [`FaultError::TooMany`] where more than a tenth of the rows are affected.
 pub fn screen(recording: &Recording, sensor: &Sensor) -> Result<Screened, FaultError> {
+    let faults = find(recording, sensor);
+    check(recording, &faults)?;
+    let kept = without(recording.rows(), &faults);
+    let clean = selected(recording, &kept);
+    let notes = findings::notes(&clean);
+    let bad_rows = faults.iter().map(|fault| listed(recording, fault)).collect();
+    Ok(Screened { recording: clean, kept, bad_rows, notes })
+}
+
+/// The cells that cannot be readings, in the order of the file; no further ones are looked for once too much of the
+/// recording is affected.
+pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
     let rows = recording.rows();
     let mut faults = gross::faults(recording);
     faults.extend(clock::faults(recording, &without(rows, &faults)));
-    check(recording, &faults)?;
     for _ in 0..limits::ROUNDS {
         let kept = without(rows, &faults);
-        if kept.len() < limits::FEWEST_ROWS {
+        if kept.len() < limits::FEWEST_ROWS || check(recording, &faults).is_err() {
             break;
         }
         let rest = recording.select(&kept);
@@ -111,14 +123,9 @@ pub fn screen(recording: &Recording, sensor: &Sensor) -> Result<Screened, FaultE
             break;
         }
         faults.extend(found.into_iter().map(|fault| Fault { row: kept[fault.row], ..fault }));
-        check(recording, &faults)?;
     }
     faults.sort_by(|a, b| (a.row, &a.column).cmp(&(b.row, &b.column)));
-    let kept = without(rows, &faults);
-    let clean = selected(recording, &kept);
-    let notes = findings::notes(&clean);
-    let bad_rows = faults.iter().map(|fault| listed(recording, fault)).collect();
-    Ok(Screened { recording: clean, kept, bad_rows, notes })
+    faults
 }
 
 /// The rows of `kept`; a note on time that runs backward is dropped where it no longer does.
@@ -133,7 +140,8 @@ fn selected(recording: &Recording, kept: &[usize]) -> Recording {
     clean
 }
 
-fn listed(recording: &Recording, fault: &Fault) -> BadRow {
+/// A fault as it is told.
+pub(crate) fn listed(recording: &Recording, fault: &Fault) -> BadRow {
     BadRow {
         line: recording.line(fault.row),
         column: fault.column.clone(),
@@ -152,7 +160,7 @@ fn shown(value: f64) -> String {
 }
 
 /// The rows that no fault is in.
-fn without(rows: usize, faults: &[Fault]) -> Vec<usize> {
+pub(crate) fn without(rows: usize, faults: &[Fault]) -> Vec<usize> {
     let mut bad = vec![false; rows];
     faults.iter().for_each(|fault| bad[fault.row] = true);
     (0..rows).filter(|row| !bad[*row]).collect()

@@ -21,6 +21,16 @@ pub fn quantile(sorted: &[f64], part: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * part).round() as usize]
 }
 
+/// From where to where finite values go, but for some far out: those beyond twice the range of the middle four fifths.
+pub fn range(values: &[f64]) -> (f64, f64) {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return (0.0, 0.0) };
+    let (low, high) = (quantile(&sorted, 0.1), quantile(&sorted, 0.9));
+    let beyond = 2.0 * (high - low);
+    (first.max(low - beyond), last.min(high + beyond))
+}
+
 /// Mean of the smaller nine tenths of normal absolute values, over their standard deviation.
 const TRIMMED: f64 = 0.6573;
 /// 97 % quantile of normal absolute values, over their standard deviation.

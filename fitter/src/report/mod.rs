@@ -13,6 +13,7 @@ use minijinja::{Environment, context};
 
 use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
+use crate::faults::BadRow;
 use crate::fit::Fit;
 use crate::recording::Recording;
 use crate::summary;
@@ -87,8 +88,8 @@ impl<'a> Report<'a> {
         self.corrected.first().map(|corrected| figures::overview(self.fit, corrected))
     }
 
-    /// The page.
-    pub fn page(&self, figures: &[Figure]) -> String {
+    /// The page, with the cells that were left out before the fit.
+    pub fn page(&self, figures: &[Figure], bad_rows: &[BadRow]) -> String {
         let file = &self.fit.coefficients;
         let statistics = file.statistics.as_ref();
         let figures: Vec<_> = (figures.iter())
@@ -130,6 +131,7 @@ impl<'a> Report<'a> {
             before => statistics.map(|s| spread(&s.before)),
             after => statistics.map(|s| spread(&s.after)),
             verified => verified,
+            bad_rows => bad_rows.iter().map(told).collect::<Vec<String>>(),
             notes => self.fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
             depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
@@ -192,4 +194,8 @@ fn angle_unit(sensor: &Sensor) -> &str {
 /// Four significant digits, for a reader.
 pub(crate) fn digits(value: f64) -> String {
     crate::figures::plain(value).replace('-', "−")
+}
+/// A cell that was left out.
+fn told(bad: &BadRow) -> String {
+    format!("line {}, {} {}: {}", bad.line, bad.column, bad.value, bad.reason)
 }

@@ -67,6 +67,16 @@ pub fn evaluate(terms: &[Term], observables: &Observables, same_recording: bool)
 }
 
 impl Evaluated {
+    /// Over `rows` rows, of which it was evaluated over the ascending `kept`: each other has the terms of the row kept
+    /// before it, or of the first.
+    pub fn spread(self, kept: &[usize], rows: usize) -> Evaluated {
+        let held = |values: &[f64]| -> Vec<f64> {
+            let at = |row: usize| kept.partition_point(|kept| *kept <= row).saturating_sub(1);
+            (0..rows).map(|row| values.get(at(row)).copied().unwrap_or(0.0)).collect()
+        };
+        Evaluated { inside: held(&self.inside), outside: held(&self.outside), ..self }
+    }
+
     /// The corrected angle Θ, given θ less all other errors: Θ + Σ periodic(Θ) = `observed`.
     pub fn solve_periodic(&self, observed: f64) -> f64 {
         if self.periodic.is_empty() {

@@ -22,8 +22,9 @@ pub(crate) fn fit(mut problem: Harmonics) -> Result<Fit, FitError> {
         notes.push(FitNote::SinglePass);
     }
     let mut coefficients = found.file(&problem, choice.selection, &choice.solution);
-    let applied = found.corrections.any().then(|| left_by(&coefficients, &problem)).flatten();
-    let residual = applied.unwrap_or_else(|| found.corrected_residual(&problem, &choice.solution));
+    // The harmonics are of the true angle: applied, they are solved for it, and a steep flank leaves more than the fit did.
+    let residual = left_by(&coefficients, &problem)
+        .unwrap_or_else(|| found.corrected_residual(&problem, &choice.solution));
     coefficients.statistics = Some(found.statistics(&problem, &residual));
     let Harmonics { unwound, points, .. } = problem;
     let weights = vec![1.0; points.count()];
