@@ -285,11 +285,9 @@ pub fn fit(
             basis.project_off(&mut direction);
             let widening = widening(freedom) * crate::memory::spread(noise, &direction, &whole_residual);
             let beside = Beside { rows, noise, basis, residual, widening, left: &left[index] };
-            let deviation: Vec<f64> =
-                (width..positions.len()).map(|k| covariance_of(k, k).max(0.0).sqrt()).collect();
             let effect = catalogue[e].as_ref();
             let rivals = rivals(search, effect, &terms, &whole_basis, &whole_residual);
-            beside.parameters(effect, &term.shape, &amplitudes, &deviation, &rivals)
+            beside.parameters(effect, &term.shape, &amplitudes, &rivals)
         });
         let covariance = (0..width * width).map(|k| covariance_of(k / width, k % width)).collect();
         fitted.push(FittedTerm {
