@@ -37,7 +37,7 @@ fn terms(outcome: &diagnosis::Outcome) -> Vec<(Scope, f64)> {
 
 #[test]
 fn a_part_stays_here_where_a_drift_may_be_what_happened() {
-    let (outcome, recording) = drift(0.05);
+    let (outcome, recording) = drift(0.09);
     let of_temperature = terms(&outcome);
     let [(Scope::Device, device), (Scope::Recording, here)] = of_temperature[..] else {
         panic!("{of_temperature:?}: {:?}", outcome.diagnosis.effects);
