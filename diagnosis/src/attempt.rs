@@ -80,7 +80,9 @@ fn attempt<'a>(
     let mut settled = judge.settle();
     let kept: Vec<Term> = settled.handed.terms.iter().map(|t| t.term.clone()).collect();
     let proof = judge.proof_of(&kept);
-    let mut said = verdict::say(&explanation, hand_on.catalogue, &settled);
+    let rivals = verdict::rivals(&explanation, hand_on.catalogue, &settled.joint);
+    let mut said = verdict::say(&explanation, hand_on.catalogue, &settled, &rivals);
+    said.unidentifiable.extend(verdict::reach(&explanation, hand_on.catalogue, &mut settled, &rivals));
     let correlation = explanation.search.noise.correlation.typical();
     let level = Condensed::of_rows(rows, hand_on.cell_of, hand_on.full, explanation.floor);
     let noise_floor = NoiseFloor {

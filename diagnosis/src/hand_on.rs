@@ -53,6 +53,7 @@ impl HandOn<'_> {
         }
         let used: Vec<bool> = self.cell_of.iter().map(|cell| held.is_none_or(|held| !held[*cell])).collect();
         refit::refit(&mut file, self.recording, self.full, &used, self.rows.len(), self.harmonics);
+        share_out(&mut file, model);
         if let Some(turn) = &mut file.turn {
             turn.amplitudes = amplitudes(&file.terms, turn.revolution);
         }
@@ -195,6 +196,42 @@ fn coefficients(
     file.joint_covariance = propagated(&linear, &model.covariance);
     file.observed = observed(recording, mirror, &file.terms);
     file
+}
+
+/// Puts every effect of which only a part reaches other recordings in two terms: that part, and what holds here alone.
+fn share_out(file: &mut Coefficients, model: &Model) {
+    let reach: Vec<f64> = model.terms.iter().filter(|t| t.effect.is_some()).map(|t| t.reach).collect();
+    if reach.iter().all(|reach| *reach == 1.0) {
+        return;
+    }
+    let harmonics_of_turn = file.terms.len() - reach.len();
+    // Of every coefficient of the new file: which one of the old it is a part of, and what part.
+    let mut parts: Vec<(usize, f64)> = (0..file.base.coefficients.len()).map(|k| (k, 1.0)).collect();
+    let mut first = parts.len();
+    let mut terms = Vec::with_capacity(2 * file.terms.len());
+    for (k, term) in std::mem::take(&mut file.terms).into_iter().enumerate() {
+        let own = first..first + term.coefficients.len();
+        first = own.end;
+        let reach = k.checked_sub(harmonics_of_turn).map_or(1.0, |k| reach[k]);
+        for (scope, part) in [(term.scope, reach), (Scope::Recording, 1.0 - reach)] {
+            if part > 0.0 {
+                let scaled = |by: f64, values: &[f64]| values.iter().map(|v| by * v).collect::<Vec<f64>>();
+                parts.extend(own.clone().map(|k| (k, part)));
+                terms.push(Term {
+                    scope,
+                    coefficients: scaled(part, &term.coefficients),
+                    covariance: term.covariance.iter().map(|row| scaled(part * part, row)).collect(),
+                    ..term.clone()
+                });
+            }
+        }
+    }
+    file.terms = terms;
+    if !file.joint_covariance.is_empty() {
+        let old = std::mem::take(&mut file.joint_covariance);
+        let row = |(i, p): &(usize, f64)| parts.iter().map(|(k, q)| p * q * old[*i][*k]).collect();
+        file.joint_covariance = parts.iter().map(row).collect();
+    }
 }
 
 /// The polynomial of Eq. 5 from the Legendre series of the base, and α₀ in internal units: both linear in the series.

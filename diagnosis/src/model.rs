@@ -36,6 +36,9 @@ pub struct FittedTerm {
     pub parameters: Vec<(Reading, [f64; 2])>,
     /// Sum of squares that it alone explains beside the others.
     pub explained: f64,
+    /// The part of it that reaches other recordings of the device: less than 1 where something that happened at one time
+    /// of this recording may be what is seen.
+    pub reach: f64,
 }
 
 /// The augmented model.
@@ -164,6 +167,7 @@ pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Mo
                 contribution: sum(&solution.coefficients[own.clone()], &raw[own]),
                 parameters: Vec::new(),
                 explained: 0.0,
+                reach: 1.0,
             }
         })
         .collect();
@@ -285,11 +289,9 @@ pub fn fit(
             basis.project_off(&mut direction);
             let widening = widening(freedom) * crate::memory::spread(noise, &direction, &whole_residual);
             let beside = Beside { rows, noise, basis, residual, widening, left: &left[index] };
-            let deviation: Vec<f64> =
-                (width..positions.len()).map(|k| covariance_of(k, k).max(0.0).sqrt()).collect();
             let effect = catalogue[e].as_ref();
             let rivals = rivals(search, effect, &terms, &whole_basis, &whole_residual);
-            beside.parameters(effect, &term.shape, &amplitudes, &deviation, &rivals)
+            beside.parameters(effect, &term.shape, &amplitudes, &rivals)
         });
         let covariance = (0..width * width).map(|k| covariance_of(k / width, k % width)).collect();
         fitted.push(FittedTerm {
@@ -300,6 +302,7 @@ pub fn fit(
             contribution,
             parameters,
             explained,
+            reach: 1.0,
         });
         first += width;
     }

@@ -4,11 +4,13 @@
 use fitter::figures::with_interval;
 use serde::Serialize;
 
+use crate::base::base_columns;
 use crate::dictionary::Kind;
 use crate::effects::{Effect, Place};
 use crate::experiment;
 use crate::explain::Explanation;
 use crate::judge::Settled;
+use crate::linear::{Basis, dot};
 use crate::model::{FittedTerm, Model};
 use crate::rows::{Rows, centred, range};
 use crate::search::{SHAPE_PRICE, Term};
@@ -16,6 +18,10 @@ use crate::search::{SHAPE_PRICE, Term};
 /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
 /// between two explanations that are equally good in truth the difference seldom exceeds it.
 pub const ALTERNATIVE_MARGIN: f64 = 7.0;
+/// Part of an effect that is handed on to other recordings in any case: of its square a four-hundredth.
+const LITTLE: f64 = 0.05;
+/// Largest log odds of another explanation beside the named one: more is certainty.
+const MOST_LOG_ODDS: f64 = 30.0;
 /// Most alternatives that are listed: a reader can weigh so many, and where more fit, the recording tells nothing of them.
 pub(crate) const MOST_ALTERNATIVES: usize = 5;
 /// What a thermometer's noise takes from an explanation, in its share of the thermometer's variance, allowing for
@@ -116,17 +122,86 @@ pub struct Said {
     pub next_experiment: Option<String>,
 }
 
+/// A catalogued effect that does nearly as well in a named one's place.
+pub struct Rival {
+    /// Index in the catalogue.
+    effect: usize,
+    /// What part of it it explains.
+    part: f64,
+    /// How likely it is beside the named one.
+    odds: f64,
+}
+
+/// For every term the effects that do nearly as well in its place, the likeliest first.
+pub fn rivals(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Model) -> Vec<Vec<Rival>> {
+    let of = |term: &FittedTerm| match term.effect {
+        Some(_) => alternatives(explanation, catalogue, model, &term.term),
+        None => Vec::new(),
+    };
+    model.terms.iter().map(of).collect()
+}
+
+/// What of an effect reaches other recordings, where something that happened at one time of this one (a step, a drift)
+/// does nearly as well in its place. With the probability p that it is not that, all effects being equally likely before,
+/// a part f of it leaves least on another recording in the mean (a model average): of what the base would not have taken
+/// up without it (1 − f)² p + f² (1 − p), of the rest (1 − f)². Says so in sentences.
+pub fn reach(
+    explanation: &Explanation,
+    catalogue: &[Box<dyn Effect>],
+    settled: &mut Settled,
+    rivals: &[Vec<Rival>],
+) -> Vec<String> {
+    let rows = explanation.search.rows;
+    let mut base = Basis::new(rows.len());
+    for column in base_columns(rows, settled.handed.order) {
+        base.add(&column);
+    }
+    let mut said = Vec::new();
+    for (term, rivals) in settled.joint.terms.iter().zip(rivals) {
+        let Some(e) = term.effect.filter(|e| catalogue[*e].runtime_correctable()) else { continue };
+        let of_one_time = || rivals.iter().filter(|r| !catalogue[r.effect].runtime_correctable());
+        let odds: f64 = of_one_time().map(|r| r.odds).sum();
+        let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
+        let Some(handed) = settled.handed.terms.iter_mut().find(same) else { continue };
+        let about = centred(&handed.contribution);
+        let mut own = about.clone();
+        base.project_off(&mut own);
+        let own = dot(&own, &own) / dot(&about, &about).max(1e-300);
+        let rest = own * odds / (1.0 + odds);
+        if rest < LITTLE {
+            continue;
+        }
+        handed.reach = 1.0 - rest;
+        let others: Vec<&str> = of_one_time().map(|r| catalogue[r.effect].id()).collect();
+        said.push(format!(
+            "{}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed on \
+             to them",
+            catalogue[e].id(),
+            others.join(" or "),
+            100.0 * handed.reach
+        ));
+    }
+    said
+}
+
 /// Forms the verdict. An effect that was withdrawn is structure, and keeps its place.
-pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &Settled) -> Said {
+pub fn say(
+    explanation: &Explanation,
+    catalogue: &[Box<dyn Effect>],
+    settled: &Settled,
+    rivals: &[Vec<Rival>],
+) -> Said {
     let search = &explanation.search;
     let rows = search.rows;
     let model = &settled.joint;
     let named = model.terms.iter().filter(|t| t.effect.is_some()).count();
     let unnamed =
         settled.withdrawn.iter().map(|t| FittedTerm { effect: None, ..t.clone() }).collect::<Vec<_>>();
-    let mut order: Vec<&FittedTerm> = model.terms.iter().chain(&unnamed).collect();
-    order.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-    let total: f64 = order.iter().map(|t| t.explained).sum::<f64>().max(1e-300);
+    let none = Vec::new();
+    let with_rivals = model.terms.iter().zip(rivals).chain(unnamed.iter().map(|t| (t, &none)));
+    let mut order: Vec<(&FittedTerm, &Vec<Rival>)> = with_rivals.collect();
+    order.sort_by(|a, b| b.0.explained.total_cmp(&a.0.explained));
+    let total: f64 = order.iter().map(|(t, _)| t.explained).sum::<f64>().max(1e-300);
     let verdict = match (named, order.len() - named) {
         (0, 0) => Verdict::Consistent,
         (_, 0) => Verdict::Explained,
@@ -137,7 +212,7 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
     let mut further: Vec<Location> = Vec::new();
     let mut effects: Vec<NamedEffect> = Vec::new();
     let mut open: Vec<String> = Vec::new();
-    for term in &order {
+    for (term, rivals) in &order {
         let share = (term.explained / total).clamp(0.0, 1.0);
         let surprise = search.calibration.families[term.term.family]
             .surprise(crate::calibrate::log_tail(term.explained, term.term.columns.len()));
@@ -146,12 +221,11 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
         let place = place_of(explanation, catalogue, &term.term);
         push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
         let Some(e) = term.effect else { continue };
-        let mut rivals = alternatives(explanation, catalogue, model, &term.term);
         open.extend(too_many(catalogue[e].id(), rivals.len()));
-        rivals.truncate(MOST_ALTERNATIVES);
-        for (rival, part) in &rivals {
-            let place = catalogue[*rival].place(rows);
-            further.push(locate(rows, &place, &term.contribution, (share * part).min(share), p_value));
+        let rivals = &rivals[..rivals.len().min(MOST_ALTERNATIVES)];
+        for rival in rivals {
+            let place = catalogue[rival.effect].place(rows);
+            further.push(locate(rows, &place, &term.contribution, (share * rival.part).min(share), p_value));
         }
         effects.push(NamedEffect {
             id: catalogue[e].id().into(),
@@ -168,7 +242,7 @@ pub fn say(explanation: &Explanation, catalogue: &[Box<dyn Effect>], settled: &S
                     ci95: *ci95,
                 })
                 .collect(),
-            alternatives: rivals.iter().map(|(r, _)| catalogue[*r].id().to_string()).collect(),
+            alternatives: rivals.iter().map(|r| catalogue[r.effect].id().to_string()).collect(),
             runtime_correctable: catalogue[e].runtime_correctable(),
         });
     }
@@ -222,13 +296,13 @@ pub fn place_of(explanation: &Explanation, catalogue: &[Box<dyn Effect>], term: 
     }
 }
 
-/// Catalogued effects that do nearly as well in the term's place, with what part of it they explain.
+/// Catalogued effects that do nearly as well in the term's place.
 fn alternatives(
     explanation: &Explanation,
     catalogue: &[Box<dyn Effect>],
     model: &Model,
     term: &Term,
-) -> Vec<(usize, f64)> {
+) -> Vec<Rival> {
     let search = &explanation.search;
     let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
     // Not beside what stands for the names' rest: a curve of many columns may hold most of the effect, too.
@@ -249,7 +323,7 @@ fn alternatives(
         search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
     };
     let free = |f: usize| search.effect(f).map_or(0, |e| search.free_shapes(e));
-    let mut found: Vec<(usize, f64)> = search
+    let mut found: Vec<Rival> = search
         .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
         .into_iter()
         .filter(|f| {
@@ -259,10 +333,15 @@ fn alternatives(
             let margin = ALTERNATIVE_MARGIN + SHAPE_PRICE * richer;
             f.explained > best - margin - if thermal { blurred * best } else { 0.0 }
         })
-        .filter_map(|f| search.effect(f.term.family).map(|e| (e, f.explained / best.max(1e-300))))
+        .filter_map(|f| {
+            let effect = search.effect(f.term.family)?;
+            let simpler = free(term.family) as f64 - free(f.term.family) as f64;
+            let odds = (0.5 * (f.explained - best + SHAPE_PRICE * simpler)).min(MOST_LOG_ODDS).exp();
+            Some(Rival { effect, part: f.explained / best.max(1e-300), odds })
+        })
         .collect();
-    found.sort_by(|a, b| b.1.total_cmp(&a.1));
-    found.retain(|(e, _)| catalogue[*e].testable(search.rows).is_ok());
+    found.sort_by(|a, b| b.part.total_cmp(&a.part));
+    found.retain(|r| catalogue[r.effect].testable(search.rows).is_ok());
     found
 }
 

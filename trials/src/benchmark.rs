@@ -151,7 +151,8 @@ mod tests {
     use crate::truth::Group;
 
     fn found(group: Group) -> usize {
-        let assignments = (0..12).map(|number| Assignment { group, number, seed: 300 + number as u64 });
+        let assignments =
+            (0..12).map(|number| Assignment { group, number, seed: 300 + number as u64, cell: None });
         let trials = assignments.map(|a| Trial::draw(&a, "r.csv".to_owned()).unwrap());
         trials.filter(|trial| trial.benchmark() == Some(true)).count()
     }
@@ -172,7 +173,8 @@ mod tests {
         let points: Vec<(f64, bool)> = (0..120usize)
             .into_par_iter()
             .filter_map(|number| {
-                let assignment = Assignment { group: Group::Weak, number, seed: 9_000 + number as u64 };
+                let assignment =
+                    Assignment { group: Group::Weak, number, seed: 9_000 + number as u64, cell: None };
                 let trial = Trial::draw(&assignment, "r.csv".to_owned()).unwrap();
                 Some((trial.truth.least_rho(), trial.benchmark()?))
             })

@@ -7,12 +7,13 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
+use twin::Reading;
 
 use crate::answer::Answer;
 use crate::benchmark;
 use crate::draw::Trial;
-use crate::fresh::{self, Twice};
-use crate::plan;
+use crate::fresh::{self, Fresh, Twice};
+use crate::plan::{self, Counts};
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
 use crate::truth::{Group, Truth};
@@ -26,10 +27,8 @@ const MIRROR: &str = include_str!("mirror.toml");
 /// What a campaign is asked for.
 #[derive(Debug, Clone)]
 pub struct Campaign {
-    /// Trials with something concealed.
-    pub trials: usize,
-    /// Nulls of each noise family.
-    pub nulls: usize,
+    /// How many trials of each kind.
+    pub counts: Counts,
     /// Seed of everything.
     pub seed: u64,
     /// Threads.
@@ -84,7 +83,7 @@ impl Campaign {
 
     /// Draws every trial and writes its recording under a name that says nothing.
     fn draw(&self, folders: &Folders) -> Result<Vec<Trial>, CampaignError> {
-        let assignments = plan::assignments(self.trials, self.nulls, self.seed);
+        let assignments = plan::assignments(&self.counts, self.seed);
         let mut numbers: Vec<usize> = (0..assignments.len()).collect();
         let mut generator = ChaCha12Rng::seed_from_u64(self.seed);
         generator.set_stream(1);
@@ -133,8 +132,11 @@ impl Campaign {
             true => Some(answer_of(&folders.without, &stem)?),
             false => None,
         };
-        let compared =
-            answer.is_some() && !matches!(trial.truth.group, Group::Null | Group::Ambiguous | Group::Outside);
+        let compared = answer.is_some()
+            && !matches!(
+                trial.truth.group,
+                Group::Null | Group::Ambiguous | Group::Outside | Group::Interval
+            );
         let mut fresh = None;
         if compared {
             let log = trial.record_fresh();
@@ -153,6 +155,10 @@ impl Campaign {
                         distance_mm: trial.distance_mm(),
                     };
                     fresh = fresh::compare(&twice, &angles);
+                    if trial.truth.group == Group::Twice {
+                        let fit_arcsec = base_alone(programs, folders, &stem, &log)?;
+                        fresh = fresh.map(|fresh| Fresh { fit_arcsec, ..fresh });
+                    }
                 }
                 Err(reason) => eprintln!("{stem}: the coefficients were refused: {reason}"),
             }
@@ -169,5 +175,29 @@ impl Campaign {
             && trial.truth.least_rho() < benchmark::FAINT;
         let benchmark = if faint { trial.benchmark() } else { None };
         Ok(Case { truth: trial.truth, answer, fresh, without, left_by_names, benchmark })
+    }
+}
+
+/// Error on a fresh recording of the base model alone, as `fitter fit` makes it from the first; none where it is
+/// refused.
+fn base_alone(
+    programs: &Programs,
+    folders: &Folders,
+    stem: &str,
+    log: &[Reading],
+) -> Result<Option<f64>, CampaignError> {
+    let coefficients = folders.fresh.join(format!("{stem}.base.json"));
+    let angles = folders.fresh.join(format!("{stem}.base.csv"));
+    let fitted = programs.fit(&folders.blind, &format!("{stem}.csv"), &coefficients)?;
+    let applied = match fitted {
+        Ok(()) => programs.apply(&folders.fresh.join(format!("{stem}.csv")), &coefficients, &angles)?,
+        refused => refused,
+    };
+    match applied {
+        Ok(()) => Ok(fresh::error_of(&angles, log)),
+        Err(reason) => {
+            eprintln!("{stem}: the base alone was refused: {reason}");
+            Ok(None)
+        }
     }
 }

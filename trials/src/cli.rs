@@ -7,10 +7,11 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 use fitter::cli::Common;
 use fitter::cli::common::program;
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, miette};
 use serde::Serialize;
 
 use crate::campaign::{Campaign, put};
+use crate::plan::{Counts, cells};
 use crate::report::Report;
 use crate::summary::Telling;
 use crate::{dynamic, examples, real, workspace};
@@ -32,6 +33,8 @@ pub const EXAMPLES: &str = "\
 Examples:
   trials static                                              3000 trials and 8000 nulls: an hour or two
   trials static --trials 300 --nulls 50 --skip-without       some minutes
+  trials static --trials 0 --nulls 0 --coverage 400 --only local_defect --only sensor_clipping
+  trials static --trials 0 --nulls 0 --twice 1000            some minutes
   trials dynamic --trials 50 --seed 2 --json";
 
 /// The commands.
@@ -79,6 +82,17 @@ pub struct Static {
     /// Nulls of each of the four noise families
     #[arg(long, default_value_t = 2000)]
     nulls: usize,
+    /// Devices with one effect that is found for certain (ρ ≥ 8.2), for every effect in every schedule: how often its
+    /// intervals hold the truth
+    #[arg(long, default_value_t = 0)]
+    coverage: usize,
+    /// With --coverage: this effect alone; may be repeated
+    #[arg(long, requires = "coverage")]
+    only: Vec<String>,
+    /// Devices with one to three effects of any strength that are recorded twice: how often the model of the first
+    /// recording makes the second worse than the base alone
+    #[arg(long, default_value_t = 0)]
+    twice: usize,
     /// Seed of everything: the same seed gives the same report
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -151,14 +165,18 @@ const OPENED: &str = "Opened examples of an independent laboratory";
 
 fn run_static(args: &Static, telling: &mut Telling) -> Result<bool> {
     let jobs = threads(args.jobs)?;
-    let campaign = Campaign {
+    if let Some(unknown) = args.only.iter().find(|id| !cells().iter().any(|cell| cell.0 == **id)) {
+        return Err(miette!("--only {unknown}: found no such effect; `diagnose --effects` lists them"));
+    }
+    let counts = Counts {
         trials: args.trials,
         nulls: args.nulls,
-        seed: args.seed,
-        jobs,
-        without: !args.skip_without,
-        out: args.out.clone(),
+        intervals: args.coverage,
+        only: args.only.clone(),
+        twice: args.twice,
     };
+    let campaign =
+        Campaign { counts, seed: args.seed, jobs, without: !args.skip_without, out: args.out.clone() };
     let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
     let report = Report::of_static(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;

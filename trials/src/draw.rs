@@ -145,7 +145,10 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
         for round in 0..3 {
             added = contributions(&device, &protocol, seed, &feedback);
             rho = metric.rho(&added);
-            if round == 0 && several_are_one(&rho, &metric.rho_alone(&added)) {
+            // What any detector sees of effects that are one is what each of them is alone.
+            if assignment.group == Group::Twice {
+                rho = metric.rho_alone(&added);
+            } else if round == 0 && several_are_one(&rho, &metric.rho_alone(&added)) {
                 return None;
             }
             if round == 2 {
@@ -167,7 +170,7 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
         }
         for (index, effect) in effects.iter().enumerate() {
             let imitation = match assignment.group {
-                Group::Weak | Group::Ambiguous => None,
+                Group::Weak | Group::Ambiguous | Group::Interval | Group::Twice => None,
                 _ => [
                     metric.closest_imitation(&columns, &added, &drawn.ids, index),
                     metric.without(&columns, &added, &drawn.ids, index),
@@ -219,11 +222,14 @@ pub fn step_window_s(time_s: Option<f64>, t_s: &[f64]) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::assignments;
+    use crate::plan::{Counts, assignments};
 
     #[test]
     fn a_trial_has_the_strength_that_was_wanted_and_comes_again_from_its_seed() {
-        for assignment in assignments(20, 0, 4).iter().filter(|a| a.group == Group::Pair) {
+        for assignment in assignments(&Counts { trials: 20, ..Counts::default() }, 4)
+            .iter()
+            .filter(|a| a.group == Group::Pair)
+        {
             let trial = Trial::draw(assignment, "r.csv".to_owned()).unwrap();
             assert_eq!(trial.truth.effects.len(), 2);
             assert!(trial.truth.effects.iter().all(|e| (8.0..31.0).contains(&e.rho)));
@@ -283,7 +289,8 @@ mod tests {
     #[test]
     fn what_was_concealed_is_what_the_table_says() {
         for number in 0..15 {
-            let assignment = Assignment { group: Group::Strong, number, seed: 77 + number as u64 };
+            let assignment =
+                Assignment { group: Group::Strong, number, seed: 77 + number as u64, cell: None };
             let trial = Trial::draw(&assignment, "r.csv".to_owned()).unwrap();
             let columns = Columns::new(&trial.record(), 12.0);
             let metric = Metric::new(&columns, &trial.covariance(), 12.0).unwrap();

@@ -19,6 +19,8 @@ pub struct Fresh {
     pub answer_arcsec: f64,
     /// With the base model alone.
     pub base_arcsec: f64,
+    /// With the base model alone as `fitter fit` makes it, where that was asked.
+    pub fit_arcsec: Option<f64>,
     /// With a model that was told the ids.
     pub told_arcsec: f64,
     /// With a model that was told the ids and the covariance of the noise, where that is known.
@@ -70,12 +72,21 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     Some(Fresh {
         answer_arcsec: deviation(&error),
         base_arcsec: deviation(&rest(&[], &equal)),
+        fit_arcsec: None,
         told_arcsec: deviation(&told),
         told_more_arcsec: known.map(|known| deviation(&rest(twice.ids, &known))),
         inside_ratio: inside(&error) / inside(&told),
         extrapolated: outside.iter().filter(|out| **out).count(),
         rows: error.len(),
     })
+}
+
+/// Error of the corrected angles of a recording at `angles`, about its mean; none where the file does not hold a
+/// row for each reading.
+pub fn error_of(angles: &Path, log: &[Reading]) -> Option<f64> {
+    let (angle_arcsec, _) = read_column(angles, "angle_arcsec")?;
+    let error: Vec<f64> = angle_arcsec.iter().zip(log).map(|(a, r)| a - r.reference_arcsec).collect();
+    (angle_arcsec.len() == log.len()).then(|| deviation(&error))
 }
 
 /// Corrected readings as `fitter apply` wrote them, and which rows are marked as extrapolated.
@@ -156,14 +167,14 @@ impl Told {
 mod tests {
     use super::*;
     use crate::draw::Trial;
-    use crate::plan::{Assignment, assignments};
+    use crate::plan::{Assignment, Counts, assignments};
     use crate::truth::Group;
 
     /// A model that knows the ids must come down to the noise, or the comparison is worth nothing.
     #[test]
     fn a_model_that_was_told_leaves_noise_on_a_fresh_recording() {
         let mut checked = 0;
-        let list = assignments(60, 0, 9);
+        let list = assignments(&Counts { trials: 60, ..Counts::default() }, 9);
         let strong: Vec<&Assignment> = list.iter().filter(|a| a.group == Group::Strong).collect();
         for assignment in strong {
             let trial = Trial::draw(assignment, "r.csv".to_owned()).unwrap();

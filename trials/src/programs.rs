@@ -78,6 +78,7 @@ impl Program {
 pub struct Programs {
     diagnose: Program,
     apply: Program,
+    fit: Program,
 }
 
 impl Programs {
@@ -89,12 +90,18 @@ impl Programs {
         let own = std::env::current_exe().unwrap_or_default();
         if own.file_stem().is_some_and(|name| name == FRONT_DOOR) {
             let itself = |before| Program { path: own.clone(), before };
-            return Ok(Self { diagnose: itself(&["diagnose"]), apply: itself(&["apply"]) });
+            return Ok(Self {
+                diagnose: itself(&["diagnose"]),
+                apply: itself(&["apply"]),
+                fit: itself(&["fit"]),
+            });
         }
         let folder = own.parent().map(Path::to_owned).unwrap_or_default();
+        let fitter = |before| Ok(Program { path: beside(&folder, "fitter", "fitter")?, before });
         Ok(Self {
             diagnose: Program { path: beside(&folder, "diagnose", "diagnosis")?, before: &[] },
-            apply: Program { path: beside(&folder, "fitter", "fitter")?, before: &["apply"] },
+            apply: fitter(&["apply"])?,
+            fit: fitter(&["fit"])?,
         })
     }
 
@@ -133,6 +140,18 @@ impl Programs {
         command.current_dir(blind).args(files).args([nominal.option(), nominal.file()]);
         command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]).args(options);
         run(command, &self.diagnose.path)
+    }
+
+    /// The coefficients of the base model alone, fitted to a recording of the folder `blind` and written to `out`;
+    /// whether it was accepted.
+    ///
+    /// # Errors
+    /// [`ProgramError::Start`].
+    pub fn fit(&self, blind: &Path, recording: &str, out: &Path) -> Result<Result<(), String>, ProgramError> {
+        let mut command = self.fit.command();
+        command.current_dir(blind).arg(recording).args(["--mirror", Nominal::Mirror.file()]);
+        command.arg("--out").arg(out);
+        run(command, &self.fit.path)
     }
 
     /// The corrected readings of `recording` by `coefficients`, written to `out`; whether they were accepted.

@@ -23,6 +23,10 @@ pub enum Group {
     Ambiguous,
     /// Physics outside the table of effects.
     Outside,
+    /// One effect that is found for certain, in a given schedule: how often its intervals hold the truth.
+    Interval,
+    /// One to three effects of any strength, whose device is recorded twice.
+    Twice,
 }
 
 /// The truth of one recording.

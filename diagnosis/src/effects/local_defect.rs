@@ -7,6 +7,26 @@ use crate::rows::Rows;
 
 /// Fewest readings within a width of the centre.
 const FEWEST_SEEN: usize = 3;
+/// Narrowest width in steps of the angle, and the narrowest from which the search starts. Below a third of a step one
+/// position alone sees it, and every width does as well: what is narrower than a twentieth would have to be hit by
+/// chance.
+const NARROWEST: f64 = 0.05;
+const NARROWEST_START: f64 = 0.5;
+/// Distances over which a bump stays much the same: in its place in widths, and in the logarithm of its width.
+const ALIKE: [f64; 2] = [0.7, 0.35];
+
+/// A width in steps of the angle within what can be told: narrower than a three-hundredth of the stroke it is one
+/// reading of many.
+fn in_steps(rows: &Rows, steps: f64) -> f64 {
+    let (low, high) = rows.stroke();
+    (steps * rows.step()).clamp((high - low) / 300.0, 0.5 * widest(rows))
+}
+
+/// Wider than an eighth of the stroke, it is a polynomial.
+fn widest(rows: &Rows) -> f64 {
+    let (low, high) = rows.stroke();
+    (high - low) / 8.0
+}
 
 /// See the module's description.
 pub struct LocalDefect;
@@ -52,9 +72,8 @@ impl Effect for LocalDefect {
 
     fn starts(&self, rows: &Rows) -> Vec<Vec<f64>> {
         let (low, high) = rows.stroke();
-        let widths = self.ranges(rows)[1];
         let mut starts = Vec::new();
-        for width in logarithmic(widths.low * 1.3, widths.high * 0.8, 3) {
+        for width in logarithmic(in_steps(rows, NARROWEST_START) * 1.3, widest(rows) * 0.8, 3) {
             // What a polynomial leaves of a bump changes its sign within a width.
             let count = (((high - low) / (0.8 * width)).ceil() as usize).clamp(6, 48);
             for k in 0..=count {
@@ -66,17 +85,14 @@ impl Effect for LocalDefect {
 
     fn ranges(&self, rows: &Rows) -> Vec<Range> {
         let (low, high) = rows.stroke();
-        // Narrower than half a step it is one reading; wider than an eighth of the stroke, a polynomial.
-        let widest = (high - low) / 8.0;
         vec![
             Range { low, high, logarithmic: false, whole: false },
-            Range {
-                low: (0.5 * rows.step()).clamp((high - low) / 300.0, 0.5 * widest),
-                high: widest,
-                logarithmic: true,
-                whole: false,
-            },
+            Range { low: in_steps(rows, NARROWEST), high: widest(rows), logarithmic: true, whole: false },
         ]
+    }
+
+    fn spacing(&self, k: usize, shape: &[f64]) -> Option<f64> {
+        Some(if k == 0 { ALIKE[0] * shape[1] } else { ALIKE[1] })
     }
 
     fn possible_shape(&self, rows: &Rows, shape: &[f64]) -> bool {

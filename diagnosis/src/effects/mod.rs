@@ -115,6 +115,11 @@ pub trait Effect: Sync + Send {
     fn possible_shape(&self, _rows: &Rows, _shape: &[f64]) -> bool {
         true
     }
+    /// Over what distance of shape parameter `k` (of its logarithm, where it is sought on that scale) the signature stays
+    /// much the same; none where a hundredth of the range is little enough.
+    fn spacing(&self, _k: usize, _shape: &[f64]) -> Option<f64> {
+        None
+    }
     /// Whether the column is a measurement of its own: whatever is left of it beside a model is then real, and
     /// not the rounding or the noise of another column that it was computed from.
     fn measured(&self) -> bool {

@@ -54,12 +54,20 @@ where
 impl Report<Score> {
     /// Scores a campaign of static trials.
     pub fn of_static(campaign: &Campaign, outcome: &Outcome) -> Self {
-        let without = if campaign.without { "" } else { " --skip-without" };
+        let counts = &campaign.counts;
+        let mut further = if campaign.without { String::new() } else { " --skip-without".to_owned() };
+        if counts.intervals > 0 {
+            further += &format!(" --coverage {}", counts.intervals);
+            further.extend(counts.only.iter().map(|id| format!(" --only {id}")));
+        }
+        if counts.twice > 0 {
+            further += &format!(" --twice {}", counts.twice);
+        }
         Self {
             schema: 1,
             command: format!(
-                "trials static --trials {} --nulls {} --seed {}{without}",
-                campaign.trials, campaign.nulls, campaign.seed
+                "trials static --trials {} --nulls {} --seed {}{further}",
+                counts.trials, counts.nulls, campaign.seed
             ),
             sealed_sha256: outcome.sealed.clone(),
             recordings: outcome.cases.len(),
@@ -108,12 +116,18 @@ pub(crate) fn class(figure: &Figure) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plan::Counts;
     use crate::score::tests::some_cases;
 
     #[test]
     fn the_page_is_whole_and_says_every_figure() {
-        let campaign =
-            Campaign { trials: 1, nulls: 1, seed: 1, jobs: 1, without: true, out: std::path::PathBuf::new() };
+        let campaign = Campaign {
+            counts: Counts { trials: 1, nulls: 1, ..Counts::default() },
+            seed: 1,
+            jobs: 1,
+            without: true,
+            out: std::path::PathBuf::new(),
+        };
         let outcome = Outcome { cases: some_cases(), sealed: "00".to_owned() };
         let report = Report::of_static(&campaign, &outcome);
         let page = report.page();

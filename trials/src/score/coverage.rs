@@ -4,11 +4,14 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Case, Figure, Share};
-use crate::statistics::binomial_p_value;
+use super::{Case, Figure, Misses, Share};
+use crate::answer::Parameter;
+use crate::statistics::{binomial_p_value, percentile};
+use crate::truth::Group;
 
-/// What the intervals claim.
+/// What the intervals claim, and what is wanted of each effect's in each schedule.
 const CLAIMED: f64 = 0.95;
+const WANTED: std::ops::RangeInclusive<f64> = 0.92..=0.98;
 /// The chance of calling any parameter inconsistent although all are right, over all of them.
 const OVER_ALL: f64 = 0.01;
 
@@ -27,21 +30,138 @@ pub struct Covered {
     pub consistent: bool,
 }
 
+/// Coverage of one parameter in one schedule.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cell {
+    /// The effect.
+    pub id: String,
+    /// The parameter.
+    pub parameter: String,
+    /// The schedule.
+    pub schedule: String,
+    /// How many intervals hold the truth.
+    pub covered: Share,
+    /// How many lie above the truth.
+    pub above: u64,
+    /// How many estimates lie inside their own interval.
+    pub own: Share,
+    /// The median width beside the median of |truth|.
+    pub width: f64,
+    /// Whether the coverage is refuted to lie within 92 and 98 % (two-sided, 1 % over all cells).
+    pub refuted: bool,
+}
+
+/// The parameters of concealed effects that were named, each with its truth. A number of harmonics is counted,
+/// not measured.
+fn told(case: &Case) -> Vec<(&str, &Parameter, f64)> {
+    let Some(answer) = &case.answer else { return Vec::new() };
+    let mut list = Vec::new();
+    for effect in &case.truth.effects {
+        let Some(named) = answer.effects.iter().find(|n| n.id == effect.id) else { continue };
+        for parameter in named.parameters.iter().filter(|p| p.name != "harmonics") {
+            let Some(truth) = effect.parameters.get(&parameter.name) else { continue };
+            list.push((effect.id.as_str(), parameter, *truth));
+        }
+    }
+    list
+}
+
+fn holds([from, to]: [f64; 2], value: f64) -> bool {
+    from <= value && value <= to
+}
+
+/// The intervals of effects that are found for certain, by schedule.
+pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Vec<Cell> {
+    let mut cells: BTreeMap<(&str, &str, &str), Vec<(&Parameter, f64)>> = BTreeMap::new();
+    for case in cases.iter().filter(|c| c.truth.group == Group::Interval) {
+        for (id, parameter, truth) in told(case) {
+            let key = (id, parameter.name.as_str(), case.truth.schedule.as_str());
+            cells.entry(key).or_default().push((parameter, truth));
+            if !holds(parameter.ci95, truth) {
+                let [from, to] = parameter.ci95;
+                let said = format!("{} {} in [{from}, {to}], truth {truth}", parameter.name, parameter.value);
+                misses.add("coverage by schedule", case, said);
+            }
+        }
+    }
+    let count = cells.len().max(1) as f64;
+    let rows: Vec<Cell> = cells
+        .into_iter()
+        .map(|((id, parameter, schedule), told)| {
+            let (mut covered, mut own) = (Share::default(), Share::default());
+            for (parameter, truth) in &told {
+                covered.count(holds(parameter.ci95, *truth));
+                own.count(holds(parameter.ci95, parameter.value));
+            }
+            let median = |of: &dyn Fn(&(&Parameter, f64)) -> f64| {
+                percentile(&told.iter().map(of).collect::<Vec<f64>>(), 0.5).unwrap_or(0.0)
+            };
+            let width = median(&|(p, _)| p.ci95[1] - p.ci95[0]) / median(&|(_, truth)| truth.abs());
+            // The nearest share that is wanted.
+            let nearest = covered.value().unwrap_or(CLAIMED).clamp(*WANTED.start(), *WANTED.end());
+            let inside = covered.value().is_some_and(|value| WANTED.contains(&value));
+            let p_value = binomial_p_value(covered.hits, covered.of, nearest);
+            Cell {
+                id: id.to_owned(),
+                parameter: parameter.to_owned(),
+                schedule: schedule.to_owned(),
+                covered,
+                above: told.iter().filter(|(p, truth)| *truth < p.ci95[0]).count() as u64,
+                own,
+                width,
+                refuted: !inside && p_value < OVER_ALL / count,
+            }
+        })
+        .collect();
+    if rows.is_empty() {
+        return rows;
+    }
+    let list = |wrong: &dyn Fn(&Cell) -> bool| -> (usize, String) {
+        let wrong: Vec<String> = rows
+            .iter()
+            .filter(|r| wrong(r))
+            .map(|r| format!("{} {} {} {}/{}", r.id, r.parameter, r.schedule, r.covered.hits, r.covered.of))
+            .collect();
+        let measured = match wrong.len() {
+            0 => format!("none of {}", rows.len()),
+            count => format!("{count} of {}: {}", rows.len(), wrong.join(", ")),
+        };
+        (wrong.len(), measured)
+    };
+    let outside = |cell: &Cell| cell.covered.value().is_some_and(|value| !WANTED.contains(&value));
+    let (_, measured) = list(&outside);
+    figures.push(Figure {
+        figure: "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %"
+            .to_owned(),
+        wanted: "–".to_owned(),
+        measured,
+        passed: None,
+    });
+    let (refuted, measured) = list(&|cell| cell.refuted);
+    figures.push(Figure {
+        figure: "the same beyond chance (1 % over all)".to_owned(),
+        wanted: "none".to_owned(),
+        measured,
+        passed: Some(refuted == 0),
+    });
+    let mut own = Share::default();
+    rows.iter().for_each(|r| {
+        own.hits += r.own.hits;
+        own.of += r.own.of;
+    });
+    figures.push(Figure::at_least("estimates inside their own interval", 1.0, own));
+    rows
+}
+
 pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>) -> Vec<Covered> {
     let mut shares: BTreeMap<(String, String), Share> = BTreeMap::new();
     let mut pooled = Share::default();
-    for case in cases.iter().filter(|c| !c.truth.ambiguous()) {
-        let Some(answer) = &case.answer else { continue };
-        for effect in &case.truth.effects {
-            let Some(named) = answer.effects.iter().find(|n| n.id == effect.id) else { continue };
-            // A number of harmonics is counted, not measured.
-            for parameter in named.parameters.iter().filter(|p| p.name != "harmonics") {
-                let Some(truth) = effect.parameters.get(&parameter.name) else { continue };
-                let [from, to] = parameter.ci95;
-                let hit = from <= *truth && *truth <= to;
-                shares.entry((effect.id.clone(), parameter.name.clone())).or_default().count(hit);
-                pooled.count(hit);
-            }
+    let drawn = |c: &&Case| !c.truth.ambiguous() && !matches!(c.truth.group, Group::Interval | Group::Twice);
+    for case in cases.iter().filter(drawn) {
+        for (id, parameter, truth) in told(case) {
+            let hit = holds(parameter.ci95, truth);
+            shares.entry((id.to_owned(), parameter.name.clone())).or_default().count(hit);
+            pooled.count(hit);
         }
     }
     let count = shares.len().max(1) as f64;

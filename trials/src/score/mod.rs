@@ -16,11 +16,11 @@ use crate::statistics::{lower_limit, upper_limit};
 use crate::truth::Truth;
 
 pub use breakdown::Breakdown;
-pub use coverage::Covered;
+pub use coverage::{Cell, Covered};
 pub use detection::FalseAlarms;
 pub use names::Confusion;
 pub use outside::{OutsideRow, WithoutRow};
-pub use worth::Worth;
+pub use worth::{Harm, Worth};
 
 /// One trial, unsealed.
 pub struct Case {
@@ -189,8 +189,12 @@ pub struct Score {
     pub without: Vec<WithoutRow>,
     /// Coverage by effect and parameter.
     pub coverage: Vec<Covered>,
+    /// Coverage by effect, parameter and schedule, of effects that are found for certain.
+    pub cells: Vec<Cell>,
     /// Worth on fresh recordings.
     pub worth: Worth,
+    /// Devices that were recorded twice: the second beside the base alone.
+    pub harm: Harm,
     /// The main shares by circumstance.
     pub breakdown: Vec<Breakdown>,
     /// Every answer that was not right.
@@ -205,7 +209,9 @@ pub fn score(cases: &[Case]) -> Score {
     let confusion = names::figures(cases, &mut figures, &mut misses);
     let (outside, without) = outside::figures(cases, &mut figures, &mut misses);
     let coverage = coverage::figures(cases, &mut figures);
+    let cells = coverage::by_schedule(cases, &mut figures, &mut misses);
     let worth = worth::figures(cases, &mut figures, &mut misses);
+    let harm = worth::harm(cases, &mut figures, &mut misses);
     let misses = misses.0;
     let breakdown = breakdown::breakdown(cases);
     Score {
@@ -217,7 +223,9 @@ pub fn score(cases: &[Case]) -> Score {
         outside,
         without,
         coverage,
+        cells,
         worth,
+        harm,
         breakdown,
         misses,
     }

@@ -195,3 +195,58 @@ fn a_step_counts_to_within_one_row() {
         assert!(measured.contains(&format!("({wanted}/1;")), "{time_s}: {measured}");
     }
 }
+
+#[test]
+fn coverage_by_schedule_is_refuted_where_it_is_beyond_chance() {
+    let of = |held: usize, of: usize| -> Score {
+        let cases: Vec<Case> = (0..of)
+            .map(|i| {
+                let mut answer = said(Verdict::Explained, &[("time_drift", &[])], "t_s");
+                let ci95 = if i < held { [0.0, 3.0] } else { [1.5, 3.0] };
+                let name = "rate_arcsec_per_h".to_owned();
+                answer.effects[0].parameters = vec![Parameter { name, value: 2.0, ci95 }];
+                let mut case = case(Group::Interval, &[("time_drift", 10.0)], answer);
+                case.truth.effects[0].parameters.insert("rate_arcsec_per_h".to_owned(), 1.0);
+                case
+            })
+            .collect();
+        score(&cases)
+    };
+    let told = of(340, 400);
+    let cell = &told.cells[0];
+    assert_eq!((cell.schedule.as_str(), cell.covered), ("fine", Share { hits: 340, of: 400 }));
+    assert_eq!((cell.above, cell.own), (60, Share { hits: 400, of: 400 }));
+    assert!(cell.refuted);
+    assert_eq!(figure(&told, "the same beyond chance").passed, Some(false));
+    // 91 % of 100 may be chance; what is drawn for the intervals is no part of the pooled figure.
+    let told = of(91, 100);
+    assert!(!told.cells[0].refuted);
+    assert_eq!(figure(&told, "coverage of the 95 % intervals, pooled").passed, None);
+}
+
+#[test]
+fn a_second_recording_that_comes_out_worse_is_counted_and_listed() {
+    let fresh = |ratio: f64| Fresh {
+        answer_arcsec: ratio,
+        base_arcsec: 1.0,
+        fit_arcsec: Some(1.0),
+        told_arcsec: 0.5,
+        told_more_arcsec: None,
+        inside_ratio: 1.0,
+        extrapolated: 0,
+        rows: 210,
+    };
+    let cases: Vec<Case> = [0.5, 1.02, 1.05, 1.2]
+        .map(|ratio| {
+            let answer = said(Verdict::Explained, &[("time_drift", &[])], "t_s");
+            Case { fresh: Some(fresh(ratio)), ..case(Group::Twice, &[("time_drift", 3.0)], answer) }
+        })
+        .into();
+    let score = score(&cases);
+    assert_eq!(score.harm.worse, Share { hits: 2, of: 4 });
+    assert_eq!(score.harm.much_worse, Share { hits: 1, of: 4 });
+    assert_eq!(figure(&score, "second recordings more than 3 %").passed, Some(false));
+    assert_eq!(score.misses.iter().filter(|m| m.figure == "second recording").count(), 2);
+    // They are drawn for this figure alone.
+    assert_eq!(score.worth.compared, 0);
+}

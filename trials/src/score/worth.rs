@@ -7,6 +7,7 @@ use super::{Case, Figure, Misses, Share};
 use crate::answer::Answer;
 use crate::fresh::Fresh;
 use crate::statistics::percentile;
+use crate::truth::Group;
 
 /// Worth on fresh recordings.
 #[derive(Debug, Clone, Serialize)]
@@ -30,8 +31,8 @@ pub struct Worth {
 }
 
 pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Worth {
-    let compared: Vec<(&Case, &Fresh)> =
-        cases.iter().filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
+    let drawn = cases.iter().filter(|c| c.truth.group != Group::Twice);
+    let compared: Vec<(&Case, &Fresh)> = drawn.filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
     let of = |ratio: fn(&Fresh) -> Option<f64>| {
         let ratios: Vec<f64> = compared.iter().filter_map(|(_, fresh)| ratio(fresh)).collect();
         Some([percentile(&ratios, 0.5)?, percentile(&ratios, 0.95)?])
@@ -85,6 +86,63 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
         realised,
         extrapolated_rows: compared.iter().map(|(_, f)| f.extrapolated).sum(),
         rows: compared.iter().map(|(_, f)| f.rows).sum(),
+    }
+}
+
+/// How much worse than the base alone a second recording of a device may come out with the handed-on model, and
+/// how often of all devices; and what none may be.
+const WORSE: (f64, f64) = (1.03, 0.003);
+const MUCH_WORSE: f64 = 1.10;
+
+/// Devices that were recorded twice: rms of the second by the model of the first / by the base alone of the first.
+#[derive(Debug, Clone, Serialize)]
+pub struct Harm {
+    /// Devices compared.
+    pub compared: usize,
+    /// More than 3 % worse.
+    pub worse: Share,
+    /// More than 10 % worse.
+    pub much_worse: Share,
+    /// Median, 5th percentile (the gain) and the largest of the ratios.
+    pub ratios: Option<[f64; 3]>,
+}
+
+pub(super) fn harm(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Harm {
+    let twice = cases.iter().filter(|c| c.truth.group == Group::Twice);
+    let ratio = |case: &Case| case.fresh.as_ref().and_then(|f| Some(f.answer_arcsec / f.fit_arcsec?));
+    let compared: Vec<(&Case, f64)> = twice.filter_map(|case| Some((case, ratio(case)?))).collect();
+    let (mut worse, mut much_worse) = (Share::default(), Share::default());
+    for (case, ratio) in &compared {
+        worse.count(*ratio > WORSE.0);
+        much_worse.count(*ratio > MUCH_WORSE);
+        if *ratio > WORSE.0 {
+            misses.add(
+                "second recording",
+                case,
+                format!("{ratio:.3} times the base alone; {}", case.sentence()),
+            );
+        }
+    }
+    for (share, limit, most) in [(worse, WORSE.0, WORSE.1), (much_worse, MUCH_WORSE, 0.0)] {
+        if !compared.is_empty() {
+            figures.push(Figure {
+                figure: format!(
+                    "second recordings more than {:.0} % worse than by the base alone",
+                    100.0 * (limit - 1.0)
+                ),
+                wanted: format!("≤ {} %", 100.0 * most),
+                measured: share.to_string(),
+                passed: share.value().map(|value| value <= most),
+            });
+        }
+    }
+    let ratios: Vec<f64> = compared.iter().map(|(_, ratio)| *ratio).collect();
+    let at = |part| percentile(&ratios, part);
+    Harm {
+        compared: compared.len(),
+        worse,
+        much_worse,
+        ratios: at(0.5).zip(at(0.05)).zip(at(1.0)).map(|((median, gain), most)| [median, gain, most]),
     }
 }
 
