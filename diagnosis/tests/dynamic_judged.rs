@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use fitter::plant::PlantFile;
+use motion::{Begin, Series, simulate};
 use serde_json::Value;
-use twin::dynamic::{Begin, Series, simulate};
 
 mod moving;
 

@@ -3,7 +3,7 @@
 //! is judged as it will stand in its file, simulated by the code of `simulate`.
 
 use fitter::plant::{Kind, PlantFile};
-use twin::dynamic::{Begin, Series, simulate};
+use motion::{Begin, Series, simulate};
 
 use super::diagnose::{DynamicOutcome, Predicted};
 use super::fault::DynamicError;
