@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use fitter::plant::PlantFile;
+use motion::{Begin, Series, simulate};
 use serde_json::Value;
-use twin::dynamic::{Begin, Series, simulate};
 
 mod moving;
 
@@ -30,29 +30,61 @@ fn drives(rows: usize) -> impl Iterator<Item = f64> {
 }
 
 /// Every sample missing that comes at one of these rows, while the times go on as if none were.
-fn dropped(rows: usize) -> Vec<Row> {
+fn dropped(rows: usize, extra: impl Fn(f64, f64) -> f64) -> Vec<Row> {
     let missing = [400, 1100, 1950, 2600];
-    let mut all = made(rows + missing.len(), |_, _| 0.0);
+    let mut all = made(rows + missing.len(), extra);
     for row in missing.iter().rev() {
         all.remove(*row);
     }
     all
 }
 
-/// Read at times that jitter by a fiftieth of the sampling interval.
-fn jittered(rows: usize) -> Vec<Row> {
-    let clean = moved(drives(rows + 1), 0.0, |_, _| 0.0);
+/// Read at times that jitter by so much of the sampling interval.
+fn jittered(rows: usize, by: f64, extra: impl Fn(f64, f64) -> f64) -> Vec<Row> {
+    let clean = moved(drives(rows + 1), 0.0, extra);
     let mut scatter = Scatter(11);
     let read = |k: usize, scatter: &mut Scatter| {
         let speed = if k == 0 { 0.0 } else { 0.5 * (clean[k + 1].1 - clean[k - 1].1) };
-        clean[k].1 + 0.02 * speed * scatter.next() + 0.9 * scatter.next()
+        clean[k].1 + by * speed * scatter.next() + 0.9 * scatter.next()
     };
     (0..rows).map(|k| (clean[k].0, read(k, &mut scatter))).collect()
 }
 
+/// A spring that hardens by a sixth at 600 units.
+fn hardening(x: f64, _: f64) -> f64 {
+    -0.0167 * x * x * x
+}
+
+/// Dry friction that holds the mechanism until the other forces are stronger, in two hundred steps a row; a step in which
+/// the velocity would pass zero ends there.
+fn stick_slip(rows: usize, friction: f64) -> Vec<Row> {
+    let (mut x, mut v, mut scatter) = (0.0_f64, 0.0_f64, Scatter(3));
+    let h = STEP_S / 200.0;
+    let row = |drive: f64| {
+        let row = (drive, x + 0.9 * scatter.next());
+        for _ in 0..200 {
+            let pull = |x: f64, v: f64| 6e8 * drive - 36_000.0 * x - 40.0 * v;
+            if v == 0.0 && pull(x, v).abs() <= friction {
+                break;
+            }
+            let way = if v == 0.0 { pull(x, v).signum() } else { v.signum() };
+            let (half_x, half_v) = (x + 0.5 * h * v, v + 0.5 * h * (pull(x, v) - way * friction));
+            let next = v + h * (pull(half_x, half_v) - way * friction);
+            if next * way < 0.0 {
+                x += 0.5 * h * v * v / (v - next);
+                v = 0.0;
+            } else {
+                (x, v) = (x + h * half_v, next);
+            }
+        }
+        row
+    };
+    drives(rows).map(row).collect()
+}
+
 /// Dry friction of another simulator, which rounds the sign of the velocity off and knows no sticking.
-fn rounded_friction(rows: usize) -> Vec<Row> {
-    moved(drives(rows), 0.9, |_, v| -2.4e6 * (v / 2e3).tanh())
+fn rounded_friction(rows: usize, force: f64, width: f64) -> Vec<Row> {
+    moved(drives(rows), 0.9, |_, v| -force * (v / width).tanh())
 }
 
 /// Noise that is alike in samples that follow.
@@ -83,9 +115,15 @@ fn cases() -> Vec<(&'static str, String, bool)> {
         ("offset_of_the_drive", changed(&|_, (u, x)| (u + 1e3, x)), false),
         ("coarse", changed(&|_, (u, x)| (u, 20.0 * (x / 20.0).round())), false),
         ("noiseless", plain(&moved(drives(ROWS), 0.0, |_, _| 0.0)), false),
-        ("dropped", plain(&dropped(ROWS)), false),
-        ("jittered", plain(&jittered(ROWS)), false),
-        ("rounded_friction", plain(&rounded_friction(ROWS)), false),
+        ("dropped", plain(&dropped(ROWS, |_, _| 0.0)), false),
+        ("dropped_hardening", plain(&dropped(ROWS, hardening)), false),
+        ("jittered", plain(&jittered(ROWS, 0.02, |_, _| 0.0)), false),
+        ("jittered_hardening", plain(&jittered(ROWS, 0.1, hardening)), false),
+        ("stick_slip_weak", plain(&stick_slip(ROWS, 1.3e6)), false),
+        ("stick_slip", plain(&stick_slip(ROWS, 2.7e6)), false),
+        ("stick_slip_strong", plain(&stick_slip(ROWS, 5e6)), false),
+        ("rounded_friction", plain(&rounded_friction(ROWS, 2.4e6, 2e3)), false),
+        ("rounded_friction_strong_and_short", plain(&rounded_friction(700, 1.2e7, 5e3)), false),
         ("correlated", plain(&correlated(2 * ROWS)), false),
         ("four_runs", text(&usual, ROWS / 4, |k| (k % (ROWS / 4)) as f64 * STEP_S), false),
         ("constant_drive", changed(&|_, (_, x)| (0.3, x)), true),
@@ -196,6 +234,21 @@ fn hard_recordings_have_answers_that_hold() {
             }
             "correlated" | "four_runs" | "tiny_units" if d["verdict"] != "consistent" => {
                 wrong.push(format!("{stem}: {} {:?}", d["verdict"], ids(&d)));
+            }
+            // It leaves eight times the noise, and five times what its own past does not predict.
+            "rounded_friction_strong_and_short" if d["verdict"] != "partly_explained" => {
+                wrong.push(format!("{stem}: {} {:?}", d["verdict"], ids(&d)));
+            }
+            // Faults of the data say nothing against an effect that explains all but what they make.
+            "dropped_hardening" | "jittered_hardening"
+                if d["verdict"] != "partly_explained" || ids(&d) != ["cubic_stiffness"] =>
+            {
+                wrong.push(format!("{stem}: {} {:?}", d["verdict"], ids(&d)));
+            }
+            "stick_slip_weak" | "stick_slip" | "stick_slip_strong"
+                if d["verdict"] != "explained" || ids(&d) != ["coulomb_friction"] || low > 1.1 * 0.9 =>
+            {
+                wrong.push(format!("{stem}: {} {:?}, {low} left", d["verdict"], ids(&d)));
             }
             _ => {}
         }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use fitter::output::{OutputError, write_whole};
 use flate2::{Compression, GzBuilder};
+use motion::Series;
 
 /// One settled reading, in the units of the CSV columns and with the resolution that they print.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,6 +77,15 @@ pub fn write_csv(readings: &[Reading], mut to: impl Write) -> io::Result<()> {
 /// Writes the rows to the file at `path`, `.csv` or `.csv.gz`. The file appears whole or not at all.
 pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), WriteError> {
     write_as(path, |to| write_csv(readings, to))
+}
+
+/// Writes a recording of a motion with so many decimals of time, drive and position to the file at `path`, `.csv` or
+/// `.csv.gz`. The file appears whole or not at all.
+///
+/// # Errors
+/// [`WriteError`].
+pub fn write_series(series: &Series, decimals: Option<[usize; 3]>, path: &Path) -> Result<(), WriteError> {
+    write_as(path, |to| series.write_csv(decimals, to))
 }
 
 /// Lets `fill` write the file at `path`, packed where its name ends in `.csv.gz`. The file appears whole or not

@@ -13,7 +13,7 @@ use super::noise::{Autoregression, autoregression};
 use super::recording::DynamicRecording;
 use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
 use super::structure::{Structure, structure};
-use super::verdict::{self, Units};
+use super::verdict::{self, Left, Units};
 use super::{expected, feedback, floor, plant, remainder, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::{Fit, Score};
@@ -26,6 +26,11 @@ const SEARCH_STEPS: usize = 33_000;
 const DECISIVE: f64 = 30.0;
 /// The rows that fit and choose, without those that score.
 const PROOF: [bool; 3] = [true, true, false];
+/// Those that score.
+const SCORE_ROWS: [bool; 3] = [false, false, true];
+/// −2 log likelihood that an effect moves the rows that score by, from which on they tell whether it does them good: a
+/// quarter of what the search asks for, as on the rows that choose.
+const TOLD: f64 = 7.5;
 
 /// Rows from which the nominal plant is identified at first.
 const START_ROWS: usize = 16_384;
@@ -60,6 +65,8 @@ pub struct DynamicOutcome {
     pub own: Predicted,
     /// Predictions of the held-out recording.
     pub other: Option<Predicted>,
+    /// An effect that changes what is predicted of the rows that score, and does not improve it.
+    pub idle: Option<String>,
 }
 
 /// The user's own simulation of a recording.
@@ -183,13 +190,17 @@ impl Case<'_> {
             None => floor::bound(found, &simulation, data, &noise),
         };
         let mut left: Vec<&Structure> = verdict::significant(&left).into_iter().chain(&tone).collect();
+        let shown = left.iter().map(|s| s.part * found.cost(ALL));
+        let structure = shown.fold(remainder::above(found, repeated, &noise, !left.is_empty()), f64::max);
         if left.is_empty() {
             // A family of forces or a tone says better where the rest lives.
             left.extend(bound.as_ref().map(|b| &b.place));
         }
         let level = repeated.or(bound.as_ref().map(|b| b.level));
-        let above = remainder::above(found, level, &noise, !left.is_empty());
-        let said = verdict::verdict(before, found, &left, above);
+        // What named effects leave is no noise only because it could be one that is alike over ever more samples.
+        let doubted = !left.is_empty() || found.model.terms.len() > given;
+        let above = remainder::above(found, level, &noise, doubted);
+        let said = verdict::verdict(before, found, &Left { structure, above });
         // What no named effect explains is located beside the nominal plant.
         let (around, tone) = match said {
             Verdict::Unexplained if found.model.terms.len() > given => {
@@ -233,13 +244,14 @@ impl Case<'_> {
             after: vec![positions(after, data)],
         };
         let other = self.held_out.map(|r| predict(r, &before.model, &after.model));
+        let idle = proof_after.as_ref().filter(|_| !named.is_empty()).and_then(|f| self.idle(f));
         let proof_after = if named.is_empty() { &proof_before } else { &proof_after };
         let fit = self.proof(&own, [proof_before.as_ref(), proof_after.as_ref()], other.as_ref());
         let diagnosis = Diagnosis {
             schema: 1,
             recording: self.recording.file.clone(),
             verdict: said,
-            noise_floor: self.floor(repeated, bound.as_ref(), &noise, found, &left),
+            noise_floor: self.floor(repeated, bound.as_ref(), &noise, found, left.is_empty() && above == 0.0),
             unidentifiable: verdict::unidentifiable(&named),
             next_experiment: verdict::next_experiment(said, &named, &locations),
             locations,
@@ -250,7 +262,25 @@ impl Case<'_> {
             withheld: None,
             plant,
         };
-        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, self.nominal), own, other }
+        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, self.nominal), own, other, idle }
+    }
+
+    /// The effect without which the rows that score are predicted as well, of those whose part they show.
+    fn idle(&self, with: &Fitted) -> Option<String> {
+        let data = self.data;
+        let predicted = with.positions(data).ok()?;
+        let scores = |k: &usize| data.fold[*k] as usize == SCORE;
+        let gained = |k: usize| {
+            let without = fit(&with.model.without(k), &with.states, data, PROOF, PATIENCE)?;
+            let other = without.positions(data).ok()?;
+            let rows = data.runs.iter().flat_map(|r| r.clone()).filter(scores);
+            let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
+            let told = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
+            told.then(|| (k, gain(&without, with, SCORE_ROWS)))
+        };
+        let terms = (self.search.given..with.model.terms.len()).into_par_iter();
+        let worst = terms.filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
+        worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.id().into())
     }
 
     /// The figures before and after.
@@ -294,12 +324,12 @@ impl Case<'_> {
         bound: Option<&floor::Floor>,
         noise: &Autoregression,
         found: &Fitted,
-        left: &[&Structure],
+        quiet: bool,
     ) -> NoiseFloor {
         let (value, from) = match (repeated, bound) {
             (Some(value), _) => (value, "repeated periods"),
             (None, Some(bound)) => (bound.level, bound.from),
-            (None, None) if left.is_empty() => (found.rms(ALL), "what the identified model leaves"),
+            (None, None) if quiet => (found.rms(ALL), "what the identified model leaves"),
             (None, None) => (noise.innovation, "what the residual's own past does not predict"),
         };
         let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);

@@ -3,7 +3,7 @@
 //! is judged as it will stand in its file, simulated by the code of `simulate`.
 
 use fitter::plant::{Kind, PlantFile};
-use twin::dynamic::{Begin, Series, simulate};
+use motion::{Begin, Series, simulate};
 
 use super::diagnose::{DynamicOutcome, Predicted};
 use super::fault::DynamicError;
@@ -110,8 +110,13 @@ fn faults(outcome: &DynamicOutcome) -> Option<Fault> {
         })
     };
     let held = before.held_out_rms.zip(after.held_out_rms);
+    let idle = |id: &String| Fault {
+        what: "rows that did not fit it are predicted no better with it".into(),
+        effect: Some(id.clone()),
+    };
     { parameters }
         .find_map(number)
+        .or_else(|| outcome.idle.as_ref().map(idle))
         .or_else(|| worse("fitted", before.train_rms, after.train_rms))
         .or_else(|| held.and_then(|(before, after)| worse("held-out", before, after)))
 }

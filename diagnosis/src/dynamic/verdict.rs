@@ -28,7 +28,8 @@ const LEFT_PART: f64 = 0.005;
 const LEFT_GAIN: f64 = 30.0;
 const LEFT_GAIN_PER_SHAPE: f64 = 6.0;
 /// Structure that is left, as a part of what the effects explain, from which on they are not the physics
-/// but something like it: an effect with the right formula leaves nothing that is worth a hundredth.
+/// but something like it: an effect with the right formula leaves nothing that is worth a hundredth. Only what shows
+/// itself as structure counts: faults of the data, or a noise that is not the same all the time, say nothing against it.
 const MIMICRY: f64 = 0.01;
 
 /// A variance beyond all others whose product with the square of a slope is still a number.
@@ -54,18 +55,26 @@ pub fn significant(found: &[Structure]) -> Vec<&Structure> {
         .collect()
 }
 
-/// The verdict: whether effects were found, and how much of the mismatch they leave as structure: what the strongest
-/// family shows, or all of the squared residual that is `above` the noise, whether a family has its shape or not.
-pub fn verdict(nominal: &Fitted, found: &Fitted, left: &[&Structure], above: f64) -> Verdict {
-    let structure = left.iter().map(|s| s.part * found.cost(ALL)).fold(above, f64::max);
+/// What a model leaves, as squared residuals.
+pub struct Left {
+    /// What is structure: that of the strongest family, or all that a correlated noise would not be.
+    pub structure: f64,
+    /// All that is above the noise, structure or not.
+    pub above: f64,
+}
+
+/// The verdict: whether effects were found, how much of the mismatch they leave as structure, and whether they leave
+/// more than noise.
+pub fn verdict(nominal: &Fitted, found: &Fitted, left: &Left) -> Verdict {
+    let more = left.structure > 0.0 || left.above > 0.0;
     if found.model.terms.len() == nominal.model.terms.len() {
-        return if structure > 0.0 { Verdict::Unexplained } else { Verdict::Consistent };
+        return if more { Verdict::Unexplained } else { Verdict::Consistent };
     }
     let explained = nominal.cost(ALL) - found.cost(ALL);
-    match structure {
-        _ if structure > MIMICRY * explained => Verdict::Unexplained,
-        _ if structure > 0.0 => Verdict::PartlyExplained,
-        _ => Verdict::Explained,
+    match more {
+        _ if left.structure > MIMICRY * explained => Verdict::Unexplained,
+        true => Verdict::PartlyExplained,
+        false => Verdict::Explained,
     }
 }
 

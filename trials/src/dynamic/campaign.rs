@@ -7,6 +7,7 @@ use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use twin::dynamic::{Series, bench};
+use twin::log::write_series;
 
 use super::draw::Trial;
 use super::plan;
@@ -76,7 +77,7 @@ impl Campaign {
             .map(|(assignment, number)| {
                 let trial = Trial::draw(assignment, &format!("r{number:06}.csv.gz"))?;
                 let file = folders.blind.join(&trial.truth.recording);
-                trial.series.write(Some(bench::DECIMALS), &file)?;
+                write_series(&trial.series, Some(bench::DECIMALS), &file)?;
                 bar.inc(1);
                 Ok(trial.truth)
             })

@@ -8,6 +8,7 @@ use miette::{IntoDiagnostic, miette};
 
 use super::{Common, written};
 use crate::dynamic::{Begin, Bench, Excitation, Series, bench, simulate};
+use crate::log::write_series;
 use crate::{Injected, Noise};
 
 /// Arguments of `twin excite`.
@@ -105,7 +106,7 @@ pub(super) fn excite(options: Excite, common: Common) -> miette::Result<()> {
     });
     let bench = bench.with_effects(effects.collect()).into_diagnostic()?;
     let series = bench.record(options.seed).into_diagnostic()?;
-    series.write(Some(bench::DECIMALS), &options.out).into_diagnostic()?;
+    write_series(&series, Some(bench::DECIMALS), &options.out).into_diagnostic()?;
     written(series.t_s.len(), &options.out, common);
     Ok(())
 }
@@ -129,7 +130,7 @@ pub(super) fn run(options: &Simulate, common: Common) -> miette::Result<()> {
     };
     let simulated =
         simulate(&options.plant.display().to_string(), &plant, &recording, begin).into_diagnostic()?;
-    simulated.write(None, &options.out).into_diagnostic()?;
+    write_series(&simulated, None, &options.out).into_diagnostic()?;
     written(simulated.t_s.len(), &options.out, common);
     Ok(())
 }

@@ -1,13 +1,12 @@
 //! A mirror in motion on its bench: drawn from a seed, excited, and recorded through its read-out with noise.
 
 use fitter::plant::{Hold, PlantEffect};
+use motion::model::REST;
+use motion::{Context, Model, RunError, Series, Start, Typical};
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 
-use super::effects::{Context, Typical};
 use super::excitation::Excitation;
-use super::model::{Model, REST, RunError, Start};
-use super::series::Series;
 use crate::effects::EffectError;
 use crate::noise::{Noise, Source};
 use crate::streams::{Stream, stream};

@@ -5,13 +5,11 @@
 //! see the plate through their characteristics, converters round.
 
 use fitter::plant::{Hold, PlantEffect};
+use motion::integrate::{Progress, integrator};
+use motion::{Context, Model, RunError, Signal, Typical};
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
-use super::effects::{Context, Typical};
-use super::integrate::{Progress, integrator};
-use super::model::{Model, RunError};
-use super::signal::Signal;
 use crate::device::Device;
 use crate::noise::Wander;
 use crate::record::Feedback;

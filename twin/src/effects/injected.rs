@@ -6,8 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::catalogue::{ALL, find};
-use super::specification::Known;
-use super::{Mechanism, Specification, Values};
+use super::{EffectError, Known, Mechanism, Specification, Values};
 use crate::device::Device;
 
 /// An effect with its parameters, named as in the table of effects.
@@ -24,90 +23,6 @@ pub struct Injected {
     pub id: String,
     /// The parameters by name; what is not given has its default.
     pub parameters: BTreeMap<String, f64>,
-}
-
-/// Why an effect cannot be injected.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum EffectError {
-    /// The text is not of the form `id:parameter=value,…`.
-    #[error(
-        "`{text}` is no effect: expected `id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`"
-    )]
-    Text {
-        /// What was given.
-        text: String,
-    },
-    /// The value of a parameter is no number.
-    #[error("effect `{id}`: `{value}` is no number for `{parameter}`")]
-    Number {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: String,
-        /// What was given.
-        value: String,
-    },
-    /// There is no such effect.
-    #[error("there is no effect `{id}`; expected one of {expected}")]
-    Id {
-        /// What was given.
-        id: String,
-        /// The ids that there are.
-        expected: String,
-    },
-    /// The effect has no such parameter.
-    #[error("effect `{id}` has no parameter `{parameter}`; expected {expected}")]
-    Parameter {
-        /// The effect.
-        id: String,
-        /// What was given.
-        parameter: String,
-        /// The parameters that it has.
-        expected: String,
-    },
-    /// A parameter without a default is missing.
-    #[error("effect `{id}` needs `{parameter}` in {unit}")]
-    Missing {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: &'static str,
-        /// Its unit.
-        unit: &'static str,
-    },
-    /// A value outside the range that makes sense.
-    #[error("effect `{id}`: `{parameter}` is {value}, expected {least} to {most} {unit}")]
-    Range {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: &'static str,
-        /// What was given.
-        value: f64,
-        /// The least value.
-        least: f64,
-        /// The largest value.
-        most: f64,
-        /// Its unit.
-        unit: &'static str,
-    },
-    /// The protocol never shows the effect.
-    #[error(
-        "effect `{id}` shows only where the mirror is read while it moves, and this schedule lets it settle; \
-         use the schedule `scan`"
-    )]
-    Settled {
-        /// The effect.
-        id: String,
-    },
-    /// The parameters do not go together.
-    #[error("effect `{id}`: {reason}")]
-    Refused {
-        /// The effect.
-        id: String,
-        /// What is wrong.
-        reason: String,
-    },
 }
 
 fn ids() -> String {

@@ -46,9 +46,9 @@ mod time_drift;
 mod warmup_drift;
 
 pub use catalogue::{draw, find};
-pub use injected::{EffectError, Injected};
-pub(crate) use specification::Known;
-pub use specification::{Build, Drawn, Parameter, Scope, Specification, Values};
+pub use injected::Injected;
+pub use motion::values::{EffectError, Known, Values};
+pub use specification::{Build, Drawn, Parameter, Scope, Specification};
 
 /// Where everything stands at one reading, or would stand at an angle that the loop tries.
 #[derive(Debug, Clone, Copy, PartialEq)]

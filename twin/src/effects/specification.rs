@@ -1,9 +1,6 @@
 //! What is known of an effect before it is injected: its name, its parameters and where it shows.
 
-use std::collections::BTreeMap;
-use std::ops::Index;
-
-use super::{EffectError, Mechanism};
+use super::{Mechanism, Values};
 use crate::device::Device;
 
 /// Whether an effect is the same on a second recording of the device.
@@ -88,54 +85,5 @@ impl Specification {
     /// The parameter that the effect is proportional to.
     pub fn strength(&self) -> Option<&'static Parameter> {
         self.parameters.iter().find(|p| p.is_strength())
-    }
-}
-
-/// The values of an effect's parameters, all present and in their ranges.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Values(pub(super) BTreeMap<&'static str, f64>);
-
-/// What is known of a parameter, wherever its effect acts.
-pub(crate) struct Known {
-    pub name: &'static str,
-    pub unit: &'static str,
-    pub default: Option<f64>,
-    pub range: (f64, f64),
-}
-
-impl Values {
-    /// Checks the given values of the effect `id` against what is known of its parameters, and fills in the
-    /// defaults.
-    pub(crate) fn check(
-        id: &str,
-        known: &[Known],
-        given: &BTreeMap<String, f64>,
-    ) -> Result<Values, EffectError> {
-        let id = || id.to_owned();
-        for name in given.keys() {
-            if !known.iter().any(|p| p.name == name) {
-                let expected = known.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
-                return Err(EffectError::Parameter { id: id(), parameter: name.clone(), expected });
-            }
-        }
-        let mut values = BTreeMap::new();
-        for &Known { name, unit, default, range: (least, most) } in known {
-            let value = given.get(name).copied().or(default);
-            let value = value.ok_or_else(|| EffectError::Missing { id: id(), parameter: name, unit })?;
-            if !(least..=most).contains(&value) {
-                return Err(EffectError::Range { id: id(), parameter: name, value, least, most, unit });
-            }
-            values.insert(name, value);
-        }
-        Ok(Values(values))
-    }
-}
-
-impl Index<&str> for Values {
-    type Output = f64;
-
-    /// The value of a parameter that the effect's own specification names.
-    fn index(&self, name: &str) -> &f64 {
-        &self.0[name]
     }
 }

@@ -152,7 +152,7 @@ pub fn diagnose(
             withheld: None,
             plant,
         };
-        Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other })
+        Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other, idle: None })
     })
 }
 

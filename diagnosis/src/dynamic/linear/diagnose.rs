@@ -172,7 +172,7 @@ pub fn diagnose_linear(
         let mut written = file::to_file(after, &plant.plant);
         let constant = constant.map(|found| found.and(stated.as_ref())).or(stated.clone());
         written.effects.extend(constant.map(|o| o.effect()));
-        Ok(DynamicOutcome { diagnosis, plant: written, own, other })
+        Ok(DynamicOutcome { diagnosis, plant: written, own, other, idle: None })
     })
 }
 

@@ -4,8 +4,9 @@ use fitter::plant::{Hold, PlantEffect};
 
 use super::catalogue::ALL;
 use super::*;
-use crate::dynamic::model::{Model, REST};
-use crate::streams::{Stream, stream};
+use crate::model::{Model, REST};
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::SeedableRng;
 
 fn excited() -> (Model, Vec<f64>) {
     let model = Model {
@@ -37,7 +38,7 @@ fn each_shows_by_about_its_strength_and_more_where_it_is_stronger() {
     let size = rms(bare.iter().copied());
     for specification in ALL {
         let shows = |strength: f64| {
-            let drawn = (specification.draw)(strength, &typical, &mut stream(3, Stream::Device));
+            let drawn = (specification.draw)(strength, &typical, &mut ChaCha12Rng::seed_from_u64(3));
             let effect = PlantEffect::new(specification.id, &drawn);
             let with = model.with(vec![effect]).unwrap().simulate(&drives, 5e-4, REST).unwrap();
             rms(with.iter().zip(&bare).map(|(a, b)| a - b)) / size
@@ -56,7 +57,7 @@ fn all_of_the_table_act_together() {
     let effects: Vec<PlantEffect> = ALL
         .iter()
         .filter(|s| s.catalogued())
-        .map(|s| PlantEffect::new(s.id, &(s.draw)(0.02, &typical, &mut stream(4, Stream::Device))))
+        .map(|s| PlantEffect::new(s.id, &(s.draw)(0.02, &typical, &mut ChaCha12Rng::seed_from_u64(4))))
         .collect();
     assert_eq!(effects.len(), 17);
     let position = model.with(effects).unwrap().simulate(&drives, 5e-4, REST).unwrap();

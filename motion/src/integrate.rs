@@ -64,8 +64,11 @@ pub struct Progress {
 }
 
 /// Integrates a mechanism from time to time; the number of states is fixed when it is compiled.
-pub(crate) trait Integrator {
+pub trait Integrator {
     /// Integrates to `t_s` under the drives.
+    ///
+    /// # Errors
+    /// [`SimulationError`].
     fn advance(
         &mut self,
         mechanism: &mut Mechanism,
@@ -81,7 +84,10 @@ pub(crate) trait Integrator {
 }
 
 /// An integrator for the mechanism, started at `start`.
-pub(crate) fn integrator(
+///
+/// # Errors
+/// [`SimulationError::TooLarge`].
+pub fn integrator(
     mechanism: &Mechanism,
     typical: &Typical,
     start: &Progress,

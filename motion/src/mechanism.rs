@@ -7,7 +7,7 @@ use fitter::plant::{Numbers, PlantEffect};
 
 use super::effects::{Action, Context, DriveElement, Force, Motion, ReadOut, Typical, catalogue, find};
 use super::signal::{Flow, Signal};
-use crate::effects::{EffectError, Known, Values};
+use crate::values::{EffectError, Known, Values};
 
 /// Position and velocity come first among the states.
 const X: usize = 0;
@@ -134,7 +134,7 @@ impl Mechanism {
 
     /// The state at rest at a position, with everything that follows it settled there: lags on their inputs,
     /// attached masses beside it. Hysteresis is at its origin.
-    pub(crate) fn at(&self, position: f64, velocity: f64, drives: &[f64]) -> Vec<f64> {
+    pub fn at(&self, position: f64, velocity: f64, drives: &[f64]) -> Vec<f64> {
         let mut state = vec![0.0; self.states];
         (state[X], state[V]) = (position, velocity);
         for (path, drive) in self.paths.iter().zip(drives) {

@@ -2,7 +2,7 @@
 
 use super::specification::NOT_NEGATIVE;
 use super::{Action, DriveElement, Parameter, Specification};
-use crate::dynamic::signal::Flow;
+use crate::signal::Flow;
 
 pub(super) const SPECIFICATION: Specification = Specification {
     id: "ooc_dead_zone",

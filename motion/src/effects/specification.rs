@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha12Rng;
 
 use super::Action;
-use crate::effects::Values;
+use crate::values::Values;
 
 /// One parameter; units in words, since those of position and drive are the recording's.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use super::effects::Context;
 use super::linear::{LinearError, LinearModel};
 use super::model::{Model, REST, RunError, Start};
 use super::series::Series;
-use crate::effects::EffectError;
+use crate::values::EffectError;
 
 /// How a run begins, where its excitation is not periodic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The inductance of the coils: τ w′ = u − w.
 
 use super::{Action, DriveElement, Parameter, Specification};
-use crate::dynamic::signal::Flow;
+use crate::signal::Flow;
 
 pub(super) const SPECIFICATION: Specification = Specification {
     id: "drive_lag",

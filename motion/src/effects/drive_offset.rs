@@ -3,7 +3,7 @@
 
 use super::specification::{ANY, sign};
 use super::{Action, DriveElement, Parameter, Specification};
-use crate::dynamic::signal::Flow;
+use crate::signal::Flow;
 
 pub(super) const SPECIFICATION: Specification = Specification {
     id: "drive_offset",

@@ -8,7 +8,7 @@
 
 use super::specification::ANY;
 use super::{Action, DriveElement, Parameter, Specification};
-use crate::dynamic::signal::Flow;
+use crate::signal::Flow;
 
 pub(super) const SPECIFICATION: Specification = Specification {
     id: "rayleigh_hysteresis",

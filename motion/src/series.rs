@@ -3,8 +3,6 @@
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use crate::log::{WriteError, write_as};
-
 /// A dynamic recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
@@ -236,6 +234,9 @@ impl Series {
 
     /// Writes time, run, period, drives and positions as CSV with the given decimals of time, drive and
     /// position; none prints every digit that matters.
+    ///
+    /// # Errors
+    /// What writing refuses.
     pub fn write_csv(&self, decimals: Option<[usize; 3]>, mut to: impl Write) -> io::Result<()> {
         let name = |stem: &str, count: usize, index: usize| {
             if count == 1 { stem.to_owned() } else { format!("{stem}_{}", index + 1) }
@@ -263,14 +264,6 @@ impl Series {
             writeln!(to)?;
         }
         to.flush()
-    }
-
-    /// Writes the file at `path`, `.csv` or `.csv.gz`, whole or not at all.
-    ///
-    /// # Errors
-    /// [`WriteError`].
-    pub fn write(&self, decimals: Option<[usize; 3]>, path: &Path) -> Result<(), WriteError> {
-        write_as(path, |to| self.write_csv(decimals, to))
     }
 }
 

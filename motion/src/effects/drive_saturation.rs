@@ -1,7 +1,7 @@
 //! The amplifier gives no more than its limit: w = u within ±limit.
 
 use super::{Action, DriveElement, Parameter, Specification};
-use crate::dynamic::signal::Flow;
+use crate::signal::Flow;
 
 pub(super) const SPECIFICATION: Specification = Specification {
     id: "drive_saturation",

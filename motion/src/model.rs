@@ -6,7 +6,7 @@ use super::effects::{Context, Typical};
 use super::integrate::{Progress, SimulationError, integrator};
 use super::mechanism::{Instant, Mechanism, Mode};
 use super::signal::{Edge, Signal};
-use crate::effects::EffectError;
+use crate::values::EffectError;
 
 /// One inertia on a spring and a damper with effects in it; see [`fitter::plant`] for the equations.
 #[derive(Debug, Clone, PartialEq)]

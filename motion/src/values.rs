@@ -1,0 +1,140 @@
+//! An effect's parameters with their values, and what can be wrong with them.
+
+use std::collections::BTreeMap;
+use std::ops::Index;
+
+/// Why an effect cannot be injected.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// The text is not of the form `id:parameter=value,…`.
+    #[error(
+        "`{text}` is no effect: expected `id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`"
+    )]
+    Text {
+        /// What was given.
+        text: String,
+    },
+    /// The value of a parameter is no number.
+    #[error("effect `{id}`: `{value}` is no number for `{parameter}`")]
+    Number {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: String,
+        /// What was given.
+        value: String,
+    },
+    /// There is no such effect.
+    #[error("there is no effect `{id}`; expected one of {expected}")]
+    Id {
+        /// What was given.
+        id: String,
+        /// The ids that there are.
+        expected: String,
+    },
+    /// The effect has no such parameter.
+    #[error("effect `{id}` has no parameter `{parameter}`; expected {expected}")]
+    Parameter {
+        /// The effect.
+        id: String,
+        /// What was given.
+        parameter: String,
+        /// The parameters that it has.
+        expected: String,
+    },
+    /// A parameter without a default is missing.
+    #[error("effect `{id}` needs `{parameter}` in {unit}")]
+    Missing {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// A value outside the range that makes sense.
+    #[error("effect `{id}`: `{parameter}` is {value}, expected {least} to {most} {unit}")]
+    Range {
+        /// The effect.
+        id: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// What was given.
+        value: f64,
+        /// The least value.
+        least: f64,
+        /// The largest value.
+        most: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// The protocol never shows the effect.
+    #[error(
+        "effect `{id}` shows only where the mirror is read while it moves, and this schedule lets it settle; \
+         use the schedule `scan`"
+    )]
+    Settled {
+        /// The effect.
+        id: String,
+    },
+    /// The parameters do not go together.
+    #[error("effect `{id}`: {reason}")]
+    Refused {
+        /// The effect.
+        id: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// The values of an effect's parameters, all present and in their ranges.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Values(BTreeMap<&'static str, f64>);
+
+/// What is known of a parameter, wherever its effect acts.
+pub struct Known {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is where it is not given; none where it must be given.
+    pub default: Option<f64>,
+    /// The least and the largest value that make sense.
+    pub range: (f64, f64),
+}
+
+impl Values {
+    /// Checks the given values of the effect `id` against what is known of its parameters, and fills in the
+    /// defaults.
+    ///
+    /// # Errors
+    /// [`EffectError`].
+    pub fn check(id: &str, known: &[Known], given: &BTreeMap<String, f64>) -> Result<Values, EffectError> {
+        let id = || id.to_owned();
+        for name in given.keys() {
+            if !known.iter().any(|p| p.name == name) {
+                let expected = known.iter().map(|p| p.name).collect::<Vec<_>>().join(", ");
+                return Err(EffectError::Parameter { id: id(), parameter: name.clone(), expected });
+            }
+        }
+        let mut values = BTreeMap::new();
+        for &Known { name, unit, default, range: (least, most) } in known {
+            let value = given.get(name).copied().or(default);
+            let value = value.ok_or_else(|| EffectError::Missing { id: id(), parameter: name, unit })?;
+            if !(least..=most).contains(&value) {
+                return Err(EffectError::Range { id: id(), parameter: name, value, least, most, unit });
+            }
+            values.insert(name, value);
+        }
+        Ok(Values(values))
+    }
+}
+
+impl Index<&str> for Values {
+    type Output = f64;
+
+    /// The value of a parameter that the effect's own specification names.
+    fn index(&self, name: &str) -> &f64 {
+        &self.0[name]
+    }
+}
