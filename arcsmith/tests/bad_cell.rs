@@ -42,8 +42,12 @@ impl Made {
             0 => turning(random.random()),
             kind => {
                 let group = groups[random.random_range(0..groups.len())];
-                let assignment =
-                    Assignment { group, number: random.random_range(0..10_000), seed: random.random() };
+                let assignment = Assignment {
+                    group,
+                    number: random.random_range(0..10_000),
+                    seed: random.random(),
+                    cell: None,
+                };
                 let trial = Trial::draw(&assignment, "made.csv".into()).expect("a trial");
                 if kind < 7 { pair(&trial) } else { direct(&trial, kind == 7) }
             }

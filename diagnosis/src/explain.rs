@@ -243,7 +243,7 @@ fn found_by_fit(search: &Search) -> Vec<Term> {
         .map(|family| {
             let candidate =
                 &search.dictionary.candidates[search.dictionary.families[family].candidates.start];
-            Term { family, shape: candidate.shape.clone(), columns: Arc::clone(&candidate.columns) }
+            Term::new(family, candidate.shape.clone(), Arc::clone(&candidate.columns))
         })
         .collect()
 }

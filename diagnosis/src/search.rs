@@ -17,7 +17,7 @@ use crate::base::base_columns;
 use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
-use crate::effects::Effect;
+use crate::effects::{Effect, Range};
 use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::noise::Noise;
@@ -34,9 +34,9 @@ pub const SHAPE_PRICE: f64 = 3.0;
 
 /// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously.
 const GRID_LOSS: f64 = 1.5;
-/// Tops of the grid that are refined beside the highest. Angles read in windows far apart give a period's likelihood tops
-/// of nearly one height: with four windows one of two tops either side of the right one is the highest on the grid.
-const MOST_RIVALS: usize = 6;
+/// Tops of the grid that are refined beside the highest. Angles read in two windows forty window widths apart give a
+/// period's likelihood some thirty tops of nearly one height.
+const MOST_RIVALS: usize = 40;
 
 /// One term of a model.
 #[derive(Debug, Clone)]
@@ -47,6 +47,15 @@ pub struct Term {
     pub shape: Vec<f64>,
     /// Its raw columns: shared, since sets of terms are put together and taken apart all the time.
     pub columns: Arc<Vec<Vec<f64>>>,
+    /// Its one free shape parameter at the tops of the grid, where there are several: refined, any may come out highest.
+    pub rivals: Arc<Vec<f64>>,
+}
+
+impl Term {
+    /// A term whose shape has no rivals.
+    pub fn new(family: usize, shape: Vec<f64>, columns: Arc<Vec<Vec<f64>>>) -> Term {
+        Term { family, shape, columns, rivals: Arc::default() }
+    }
 }
 
 /// A candidate as it stands beside a model.
@@ -60,8 +69,6 @@ pub struct Found {
     pub rank: usize,
     /// −ln of its family's p-value.
     pub surprise: f64,
-    /// Shapes at the other tops of the grid, from which refinement may come out higher; empty once refined.
-    pub rivals: Vec<Vec<f64>>,
 }
 
 /// Everything that a search of one recording needs.
@@ -278,11 +285,13 @@ impl<'a> Search<'a> {
                 let candidate = &self.dictionary.candidates[c];
                 let shape = candidate.shape.clone();
                 Found {
-                    term: Term { family: f, shape, columns: Arc::clone(&candidate.columns) },
+                    term: Term {
+                        rivals: Arc::new(self.rivals(f, c, &explained_by)),
+                        ..Term::new(f, shape, Arc::clone(&candidate.columns))
+                    },
                     explained,
                     rank,
                     surprise: self.calibration.families[f].surprise(m),
-                    rivals: self.rivals(f, c, &explained_by),
                 }
             })
         };
@@ -290,21 +299,29 @@ impl<'a> Search<'a> {
         families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
     }
 
-    /// The shapes at the highest tops of a family's grid beside the best candidate's, as far as refinement can bring them
-    /// past it; none where its shape is no single number, in whose order tops are seen.
-    fn rivals(&self, family: usize, best: usize, explained: &[f64]) -> Vec<Vec<f64>> {
-        if !self.effect(family).is_some_and(|e| self.free_shapes(e) == 1) {
-            return Vec::new();
-        }
+    /// The one free shape parameter of a family at the highest tops of its grid, as far as refinement can bring them past
+    /// the best candidate; nothing where that is the only top, or where the shape is no single number, in whose order
+    /// tops are seen.
+    fn rivals(&self, family: usize, best: usize, explained: &[f64]) -> Vec<f64> {
+        let Some(free) = self.effect(family).and_then(|e| self.only_free_shape(e)) else { return Vec::new() };
         let first = self.dictionary.families[family].candidates.start;
         let at = |k: usize| explained.get(k).copied().unwrap_or(0.0);
         let is_top = |k: &usize| at(*k) >= at(*k + 1) && (*k == 0 || at(*k) > at(*k - 1));
-        let mut tops: Vec<usize> = (0..explained.len())
-            .filter(is_top)
-            .filter(|k| first + k != best && at(*k) * GRID_LOSS > at(best - first))
-            .collect();
+        let mut tops: Vec<usize> =
+            (0..explained.len()).filter(is_top).filter(|k| at(*k) * GRID_LOSS > at(best - first)).collect();
+        if tops.len() < 2 {
+            return Vec::new();
+        }
         tops.sort_by(|a, b| at(*b).total_cmp(&at(*a)));
-        tops.iter().take(MOST_RIVALS).map(|k| self.dictionary.candidates[first + k].shape.clone()).collect()
+        let value = |k: &usize| self.dictionary.candidates[first + k].shape[free];
+        tops.iter().take(MOST_RIVALS).map(value).collect()
+    }
+
+    /// The place of an effect's shape parameter that is free to take any value, where that is one alone.
+    fn only_free_shape(&self, effect: usize) -> Option<usize> {
+        let free = |range: &Range| range.high > range.low && !range.whole;
+        let ranges = self.catalogue[effect].ranges(self.rows);
+        if self.free_shapes(effect) == 1 { ranges.iter().position(free) } else { None }
     }
 
     /// The best step of a family that begins at a row.
@@ -313,11 +330,10 @@ impl<'a> Search<'a> {
         let shape = vec![row as f64];
         let columns = self.catalogue[self.effect(family)?].signature(self.rows, &shape);
         Some(Found {
-            term: Term { family, shape, columns: Arc::new(columns) },
+            term: Term::new(family, shape, Arc::new(columns)),
             explained,
             rank: 1,
             surprise: self.calibration.families[family].surprise(log_tail(explained, 1)),
-            rivals: Vec::new(),
         })
     }
 

@@ -53,23 +53,32 @@ impl Search<'_> {
         let explained = dot(&scores, &scores);
         let surprise = self.calibration.families[family].surprise(log_tail(explained, scores.len()));
         Some(Found {
-            term: Term { family, shape: shape.to_vec(), columns: Arc::new(columns) },
+            term: Term::new(family, shape.to_vec(), Arc::new(columns)),
             explained,
             rank: scores.len(),
             surprise,
-            rivals: Vec::new(),
         })
     }
 
     /// Improves the shape of a candidate beside a model from every top of its grid, down to steps that are `precision` of
     /// the first ones.
-    pub(super) fn refine(&self, mut found: Found, basis: &Basis, residual: &[f64], precision: f64) -> Found {
-        let rivals = std::mem::take(&mut found.rivals);
+    pub(super) fn refine(&self, found: Found, basis: &Basis, residual: &[f64], precision: f64) -> Found {
         let family = found.term.family;
-        let others = rivals.iter().filter_map(|shape| self.try_shape(family, shape, basis, residual));
+        let rivals = Arc::clone(&found.term.rivals);
+        let free = self.effect(family).and_then(|e| self.only_free_shape(e));
+        let elsewhere = |value: &f64| {
+            let mut shape = found.term.shape.clone();
+            shape[free?] = *value;
+            self.try_shape(family, &shape, basis, residual)
+        };
+        let others: Vec<Found> = rivals.iter().filter_map(elsewhere).collect();
         let refined = |found| self.refine_one(found, basis, residual, precision);
-        let best = refined(found);
-        others.map(refined).fold(best, |best, next| if next.explained > best.explained { next } else { best })
+        let mut best = others
+            .into_iter()
+            .map(refined)
+            .fold(refined(found), |best, next| if next.explained > best.explained { next } else { best });
+        best.term.rivals = rivals;
+        best
     }
 
     /// The same from one shape, by a compass search.
@@ -218,7 +227,7 @@ impl Search<'_> {
             if row != here {
                 let shape = vec![row as f64];
                 let columns = effect.signature(self.rows, &shape);
-                terms[index] = Term { family: terms[index].family, shape, columns: Arc::new(columns) };
+                terms[index] = Term::new(terms[index].family, shape, Arc::new(columns));
             }
         }
     }
@@ -234,9 +243,11 @@ impl Search<'_> {
                 let others: Vec<Term> =
                     terms.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, t)| t.clone()).collect();
                 let (basis, residual) = self.fit(&others);
-                let Some(start) = self.try_shape(terms[k].family, &terms[k].shape, &basis, &residual) else {
+                let Some(mut start) = self.try_shape(terms[k].family, &terms[k].shape, &basis, &residual)
+                else {
                     continue;
                 };
+                start.term.rivals = Arc::clone(&terms[k].rivals);
                 let mut best = self.refine(start, &basis, &residual, FINE);
                 let plain = best.term.shape.clone();
                 while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
@@ -247,7 +258,8 @@ impl Search<'_> {
                     if richer.explained - best.explained < 2.0 * 5.3 {
                         break;
                     }
-                    best = richer;
+                    let rivals = Arc::clone(&best.term.rivals);
+                    best = Found { term: Term { rivals, ..richer.term }, ..richer };
                 }
                 // The shape hardly moves with its richness: once refined again at the end is enough.
                 if best.term.shape != plain {

@@ -58,7 +58,7 @@ impl Search<'_> {
                 let columns: Vec<Vec<f64>> = term.columns.iter().map(|column| times(column, z)).collect();
                 let (explained, probability) = self.share_beside(terms, &columns);
                 if probability < level && best.as_ref().is_none_or(|(most, _)| explained > *most) {
-                    best = Some((explained, Term { family, shape: Vec::new(), columns: columns.into() }));
+                    best = Some((explained, Term::new(family, Vec::new(), columns.into())));
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! How far every row of a channel is from what the other rows say, in which the rows agree that predict it best.
 
 use super::base::Base;
-use super::scale::{least, median, range, trimmed, with_tail};
+use super::scale::{least, median, quantile, range, trimmed, with_tail};
 use super::{limits, trend};
 
 /// What the rows of all channels have in common.
@@ -79,9 +79,15 @@ impl Surroundings {
             }
             found
         };
-        // A row whose angle is far out has no place among the others, nor a witness at it.
+        // A row whose angle is far out, or far from those before and after, has no place among the others, nor a witness
+        // at it: what wrong angles have in common is no sensor's.
         let (low, high) = range(angle);
-        let has_place = |row: usize| (low..=high).contains(&angle[row]);
+        let jumps: Vec<f64> = less_in_time(angle, 2).iter().map(|jump| jump.abs()).collect();
+        let mut sorted = jumps.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let step = if steps.is_empty() { 0.0 } else { median(&mut steps) };
+        let farthest = limits::OUT_OF_PLACE * quantile(&sorted, 1.0 - limits::TAIL_PART).max(step);
+        let has_place = |row: usize| (low..=high).contains(&angle[row]) && jumps[row] <= farthest;
         let of = |row: usize, own: bool| if has_place(row) { nearest(row, own) } else { Vec::new() };
         let at_angle = [false, true].map(|own| (0..n).map(|row| of(row, own)).collect());
         by_angle.retain(|row| has_place(*row));

@@ -36,6 +36,9 @@ pub const CROWD_SIZE: f64 = 0.5;
 pub const BEYOND_TAIL: f64 = 1.3;
 /// Part of the rows that may be outliers themselves: an autocollimator in moving air has two in a hundred.
 pub const TAIL_PART: f64 = 0.03;
+/// Multiples of the usual largest jump of the angle from its neighbours in time from which on an angle is out of place.
+/// Where positions come in no order every jump is large, and none is.
+pub const OUT_OF_PLACE: f64 = 5.0;
 /// Part of its deviation that a cell must keep against what the rows of one side alone say.
 pub const BEND: f64 = 0.2;
 /// One side is heard where its prediction is at most this many times as uncertain as usual from both: at an end of the

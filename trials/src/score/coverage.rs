@@ -72,7 +72,9 @@ fn holds([from, to]: [f64; 2], value: f64) -> bool {
 
 /// The intervals of effects that are found for certain, by schedule.
 pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Vec<Cell> {
-    let mut cells: BTreeMap<(&str, &str, &str), Vec<(&Parameter, f64)>> = BTreeMap::new();
+    /// Effect, parameter and schedule.
+    type Key<'a> = (&'a str, &'a str, &'a str);
+    let mut cells: BTreeMap<Key, Vec<(&Parameter, f64)>> = BTreeMap::new();
     for case in cases.iter().filter(|c| c.truth.group == Group::Interval) {
         for (id, parameter, truth) in told(case) {
             let key = (id, parameter.name.as_str(), case.truth.schedule.as_str());
