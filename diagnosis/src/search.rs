@@ -34,9 +34,14 @@ pub const SHAPE_PRICE: f64 = 3.0;
 
 /// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously.
 const GRID_LOSS: f64 = 1.5;
-/// Tops of the grid that are refined beside the highest. Angles read in two windows forty window widths apart give a
-/// period's likelihood some thirty tops of nearly one height.
-const MOST_RIVALS: usize = 40;
+/// The same of the parabola through a top of the grid and its neighbours.
+const TOP_LOSS: f64 = 1.1;
+/// Tops of the grid that are refined. Angles read in two windows forty window widths apart give a period's likelihood a
+/// dozen tops within a tenth of the highest.
+const MOST_RIVALS: usize = 16;
+/// Part by which a refined top may miss the highest and still be tried again with further harmonics, and how many are.
+const NEAR_TIE: f64 = 0.02;
+const MOST_TIED: usize = 6;
 
 /// One term of a model.
 #[derive(Debug, Clone)]
@@ -286,7 +291,7 @@ impl<'a> Search<'a> {
                 let shape = candidate.shape.clone();
                 Found {
                     term: Term {
-                        rivals: Arc::new(self.rivals(f, c, &explained_by)),
+                        rivals: Arc::new(self.rivals(f, &explained_by)),
                         ..Term::new(f, shape, Arc::clone(&candidate.columns))
                     },
                     explained,
@@ -299,21 +304,28 @@ impl<'a> Search<'a> {
         families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
     }
 
-    /// The one free shape parameter of a family at the highest tops of its grid, as far as refinement can bring them past
-    /// the best candidate; nothing where that is the only top, or where the shape is no single number, in whose order
-    /// tops are seen.
-    fn rivals(&self, family: usize, best: usize, explained: &[f64]) -> Vec<f64> {
+    /// The one free shape parameter of a family at the tops of its grid that may be the highest once refined; nothing
+    /// where that is one alone, or where the shape is no single number, in whose order tops are seen.
+    fn rivals(&self, family: usize, explained: &[f64]) -> Vec<f64> {
         let Some(free) = self.effect(family).and_then(|e| self.only_free_shape(e)) else { return Vec::new() };
-        let first = self.dictionary.families[family].candidates.start;
         let at = |k: usize| explained.get(k).copied().unwrap_or(0.0);
+        // The height of the parabola through a top and its neighbours.
+        let height = |k: usize| {
+            let (before, here, after) = (at(k.wrapping_sub(1)), at(k), at(k + 1));
+            let bend = (2.0 * here - before - after).max(f64::MIN_POSITIVE);
+            here + 0.125 * (after - before).powi(2) / bend
+        };
         let is_top = |k: &usize| at(*k) >= at(*k + 1) && (*k == 0 || at(*k) > at(*k - 1));
-        let mut tops: Vec<usize> =
-            (0..explained.len()).filter(is_top).filter(|k| at(*k) * GRID_LOSS > at(best - first)).collect();
+        let mut tops: Vec<(f64, usize)> =
+            (0..explained.len()).filter(is_top).map(|k| (height(k), k)).collect();
+        tops.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let highest = tops.first().map_or(0.0, |top| top.0);
+        tops.retain(|top| top.0 * TOP_LOSS >= highest);
         if tops.len() < 2 {
             return Vec::new();
         }
-        tops.sort_by(|a, b| at(*b).total_cmp(&at(*a)));
-        let value = |k: &usize| self.dictionary.candidates[first + k].shape[free];
+        let first = self.dictionary.families[family].candidates.start;
+        let value = |(_, k): &(f64, usize)| self.dictionary.candidates[first + k].shape[free];
         tops.iter().take(MOST_RIVALS).map(value).collect()
     }
 

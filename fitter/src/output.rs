@@ -30,7 +30,7 @@ pub fn write_whole(
     if path.is_dir() {
         return Err(OutputError::IsDirectory { file });
     }
-    place(path, write).map_err(|error| OutputError::Unwritable { file, reason: error.to_string() })
+    place(path, write).map_err(|error| OutputError::Unwritable { file, reason: error.kind().to_string() })
 }
 
 fn place(path: &Path, write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> std::io::Result<()> {

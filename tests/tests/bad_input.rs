@@ -314,7 +314,7 @@ const COMMANDS: &[Bad] = &[
     bad(
         "twin: a folder that is not there",
         "twin record --protocol calibration --seed 1 --out nowhere/r.csv",
-        &["nowhere/r.csv", "existing folder"],
+        &["nowhere/r.csv", "folder that exists"],
     ),
     bad("twin: a seed that is none", "twin record --protocol calibration --seed -1 --out new/r.csv", &["-1"]),
     bad(

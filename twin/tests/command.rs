@@ -102,7 +102,7 @@ fn bad_input_gets_one_message_exit_code_2_and_no_file() {
         fixed.into_iter().chain(more.split_whitespace()).collect()
     };
     let cases: [(&[&str], &str); 15] = [
-        (&["--protocol", "calibration", "--seed", "1", "--out", &at("missing/x.csv")], "cannot write"),
+        (&["--protocol", "calibration", "--seed", "1", "--out", &at("missing/x.csv")], "cannot be written"),
         (&["--protocol", "calibration", "--seed", "1", "--out", &at("folder.csv")], "directory"),
         (&["--protocol", "calibration", "--seed", "1", "--out", &at("x.txt")], ".csv.gz"),
         (&["--protocol", "slow", "--seed", "1", "--out", &good], "verification"),

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::{Found, Search, Term};
+use super::{Found, MOST_TIED, NEAR_TIE, Search, Term};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::linear::{Basis, add_scaled, dot, least_squares};
@@ -68,17 +68,21 @@ impl Search<'_> {
         let free = self.effect(family).and_then(|e| self.only_free_shape(e));
         let elsewhere = |value: &f64| {
             let mut shape = found.term.shape.clone();
-            shape[free?] = *value;
-            self.try_shape(family, &shape, basis, residual)
+            let here = std::mem::replace(&mut shape[free?], *value);
+            if here == *value { None } else { self.try_shape(family, &shape, basis, residual) }
         };
         let others: Vec<Found> = rivals.iter().filter_map(elsewhere).collect();
-        let refined = |found| self.refine_one(found, basis, residual, precision);
-        let mut best = others
-            .into_iter()
-            .map(refined)
-            .fold(refined(found), |best, next| if next.explained > best.explained { next } else { best });
-        best.term.rivals = rivals;
-        best
+        let mut tops: Vec<Found> = std::iter::once(found)
+            .chain(others)
+            .map(|found| self.refine_one(found, basis, residual, precision))
+            .collect();
+        tops.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        if let Some(free) = free.filter(|_| tops.len() > 1) {
+            let least = (1.0 - NEAR_TIE) * tops[0].explained;
+            let tied = tops[1..].iter().take(MOST_TIED).filter(|top| top.explained >= least);
+            tops[0].term.rivals = Arc::new(tied.map(|top| top.term.shape[free]).collect());
+        }
+        tops.swap_remove(0)
     }
 
     /// The same from one shape, by a compass search.
