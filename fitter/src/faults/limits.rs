@@ -36,6 +36,10 @@ pub const CROWD_SIZE: f64 = 0.5;
 pub const BEYOND_TAIL: f64 = 1.3;
 /// Part of the rows that may be outliers themselves: an autocollimator in moving air has two in a hundred.
 pub const TAIL_PART: f64 = 0.03;
+/// Most cells of a column, row after row, that are single bad ones: of a hundredth of bad cells three follow each other
+/// once in a million rows. At an end of the recording, where one side alone speaks, a bend of two rows is one.
+pub const LONGEST_RUN: usize = 2;
+pub const LONGEST_RUN_AT_END: usize = 1;
 /// Multiples of the usual largest jump of the angle from its neighbours in time from which on an angle is out of place.
 /// Where positions come in no order every jump is large, and none is.
 pub const OUT_OF_PLACE: f64 = 5.0;

@@ -108,9 +108,11 @@ pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
     let rows = recording.rows();
     let mut faults = gross::faults(recording);
     faults.extend(clock::faults(recording, &without(rows, &faults)));
+    let mut by_rows: Vec<Fault> = Vec::new();
     for _ in 0..limits::ROUNDS {
-        let kept = without(rows, &faults);
-        if kept.len() < limits::FEWEST_ROWS || check(recording, &faults).is_err() {
+        let so_far: Vec<Fault> = faults.iter().chain(&by_rows).cloned().collect();
+        let kept = without(rows, &so_far);
+        if kept.len() < limits::FEWEST_ROWS || check(recording, &so_far).is_err() {
             break;
         }
         let rest = recording.select(&kept);
@@ -122,10 +124,23 @@ pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
         if found.is_empty() {
             break;
         }
-        faults.extend(found.into_iter().map(|fault| Fault { row: kept[fault.row], ..fault }));
+        by_rows.extend(found.into_iter().map(|fault| Fault { row: kept[fault.row], ..fault }));
     }
+    faults.extend(alone(by_rows, rows));
     faults.sort_by(|a, b| (a.row, &a.column).cmp(&(b.row, &b.column)));
     faults
+}
+
+/// The faults without those of a column that follow each other row by row: found one after the other, each beside the
+/// end that the one before left, they are a course of the column and no single cells.
+fn alone(mut faults: Vec<Fault>, rows: usize) -> Vec<Fault> {
+    faults.sort_by(|a, b| (&a.column, a.row).cmp(&(&b.column, b.row)));
+    let runs = faults.chunk_by(|a, b| a.column == b.column && b.row == a.row + 1);
+    let is_course = |run: &&[Fault]| {
+        let at_end = run[0].row == 0 || run[run.len() - 1].row + 1 == rows;
+        run.len() > if at_end { limits::LONGEST_RUN_AT_END } else { limits::LONGEST_RUN }
+    };
+    runs.filter(|run| !is_course(run)).flatten().cloned().collect()
 }
 
 /// The rows of `kept`; a note on time that runs backward is dropped where it no longer does.

@@ -108,3 +108,20 @@ fn findings_remove_nothing() {
     assert_eq!(screened.bad_rows, []);
     assert!(screened.notes[0].contains("a pause of"), "{:?}", screened.notes);
 }
+
+/// A column that a trend of its neighbours tells to a thousandth, but at the ends, where one side alone speaks.
+#[test]
+fn a_smooth_course_has_no_bad_cells_at_its_ends() {
+    let header: Vec<&str> = CALIBRATION.lines().next().unwrap().split(',').collect();
+    let index = header.iter().position(|name| *name == "temperature_c").unwrap();
+    let line = |(k, line): (usize, &str)| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        if k > 0 {
+            cells[index] = format!("{:.4}", 25.0 + 0.01 * k as f64 + 0.09 * (0.37 * k as f64).sin());
+        }
+        cells.join(",") + "\n"
+    };
+    let text: String = CALIBRATION.lines().enumerate().map(line).collect();
+    let recording = Recording::from_bytes("calibration.csv", text.as_bytes()).unwrap();
+    assert_eq!(listed(&recording), []);
+}

@@ -24,6 +24,13 @@ fn excited() -> (Model, Vec<f64>) {
     (model, drive)
 }
 
+/// What a recording of this seed draws its device from.
+fn device(seed: u64) -> ChaCha12Rng {
+    let mut random = ChaCha12Rng::seed_from_u64(seed);
+    random.set_stream(1);
+    random
+}
+
 fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let count = values.len() as f64;
     (values.map(|v| v * v).sum::<f64>() / count).sqrt()
@@ -38,7 +45,7 @@ fn each_shows_by_about_its_strength_and_more_where_it_is_stronger() {
     let size = rms(bare.iter().copied());
     for specification in ALL {
         let shows = |strength: f64| {
-            let drawn = (specification.draw)(strength, &typical, &mut ChaCha12Rng::seed_from_u64(3));
+            let drawn = (specification.draw)(strength, &typical, &mut device(3));
             let effect = PlantEffect::new(specification.id, &drawn);
             let with = model.with(vec![effect]).unwrap().simulate(&drives, 5e-4, REST).unwrap();
             rms(with.iter().zip(&bare).map(|(a, b)| a - b)) / size
@@ -57,7 +64,7 @@ fn all_of_the_table_act_together() {
     let effects: Vec<PlantEffect> = ALL
         .iter()
         .filter(|s| s.catalogued())
-        .map(|s| PlantEffect::new(s.id, &(s.draw)(0.02, &typical, &mut ChaCha12Rng::seed_from_u64(4))))
+        .map(|s| PlantEffect::new(s.id, &(s.draw)(0.02, &typical, &mut device(4))))
         .collect();
     assert_eq!(effects.len(), 17);
     let position = model.with(effects).unwrap().simulate(&drives, 5e-4, REST).unwrap();
