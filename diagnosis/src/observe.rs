@@ -272,6 +272,7 @@ fn note_columns(recording: &Recording, rows: &mut Rows) {
                 "{column}: missing, all rows are taken as one forward pass; nothing that tells passes or directions \
                  apart can be tested"
             )),
+            Note::EmptyPass { .. } => rows.not_testable.push(note.to_string()),
             // How a file was read costs no observable.
             Note::TimeBackward { .. } | Note::Dialect(_) | Note::Mapped { .. } => {}
         }

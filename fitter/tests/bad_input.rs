@@ -171,12 +171,6 @@ fn cases() -> Vec<Case> {
         },
         case("pass that is no whole number", with(5, "pass", "1.5"), &["line 5, column `pass`", "`1.5`"]),
         case("direction 0", with(6, "direction", "0"), &["line 6, column `direction`", "1 (forward)"]),
-        case(
-            "row twice",
-            CALIBRATION.replacen(first_row, &format!("{first_row}\n{first_row}"), 1),
-            &["line 3: repeats line 2", "t_s = 2.56"],
-        ),
-        case("empty pass", only(|pass, _| pass != 3), &["column `pass`", "pass 3 has no row"]),
         case("latin-1", latin1, &["line 1", "not UTF-8"]),
         Case { file: "recording.csv.gz", ..case("gzip cut short", gzip_cut, &["not a whole gzip file"]) },
         Case { file: "recording.csv.gz", ..case("no gzip", CALIBRATION, &["not a whole gzip file"]) },

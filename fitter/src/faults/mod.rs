@@ -13,6 +13,7 @@ mod findings;
 mod gross;
 pub mod left;
 pub mod limits;
+mod repeated;
 mod scale;
 pub mod summary;
 mod trend;
@@ -106,7 +107,8 @@ pub fn screen(recording: &Recording, sensor: &Sensor) -> Result<Screened, FaultE
 /// recording is affected.
 pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
     let rows = recording.rows();
-    let mut faults = gross::faults(recording);
+    let mut faults = repeated::faults(recording);
+    faults.extend(gross::faults(recording));
     faults.extend(clock::faults(recording, &without(rows, &faults)));
     let mut by_rows: Vec<Fault> = Vec::new();
     for _ in 0..limits::ROUNDS {

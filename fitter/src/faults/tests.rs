@@ -125,3 +125,20 @@ fn a_smooth_course_has_no_bad_cells_at_its_ends() {
     let recording = Recording::from_bytes("calibration.csv", text.as_bytes()).unwrap();
     assert_eq!(listed(&recording), []);
 }
+
+#[test]
+fn a_row_that_is_there_twice_counts_once() {
+    let (whole, sensor) = default();
+    let mut lines: Vec<&str> = CALIBRATION.lines().collect();
+    lines.insert(41, lines[20]);
+    lines.insert(42, lines[40]);
+    let recording = Recording::from_bytes("calibration.csv", (lines.join("\n") + "\n").as_bytes()).unwrap();
+    let screened = screen(&recording, &sensor).unwrap();
+    let told: Vec<(u64, &str)> =
+        screened.bad_rows.iter().map(|bad| (bad.line, bad.reason.as_str())).collect();
+    assert_eq!(
+        told,
+        [(42, "the row repeats line 21 in every column"), (43, "the row repeats line 41 in every column")]
+    );
+    assert_eq!(screened.recording.time_s, whole.time_s);
+}

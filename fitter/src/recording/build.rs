@@ -178,7 +178,7 @@ impl<'a> Builder<'a> {
                 _ => notes.push(Note::TextColumn { column: name.clone() }),
             }
         }
-        let recording = Recording {
+        let mut recording = Recording {
             file,
             sha256: String::new(),
             time_s,
@@ -194,9 +194,8 @@ impl<'a> Builder<'a> {
             notes,
             lines,
         };
-        watch.duplicates(&recording)?;
         if purpose == Purpose::Fit {
-            checks::empty_pass(&recording)?;
+            recording.notes.extend(checks::empty_pass(&recording));
         }
         Ok(recording)
     }

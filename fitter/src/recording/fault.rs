@@ -113,13 +113,4 @@ pub enum RecordingError {
     PassNumber { place: Place, found: String },
     #[error("{place}: found `{found}`, expected 1 (forward) or -1 (backward); correct the direction")]
     Direction { place: Place, found: String },
-    #[error(
-        "{file}, line {line}: repeats line {first} in every column (t_s = {time_s}); drop one of the two rows"
-    )]
-    DuplicateRow { file: String, line: u64, first: u64, time_s: f64 },
-    #[error(
-        "{file}, column `pass`: pass {pass} has no row, although passes {first} to {last} are there; renumber \
-         the passes or put the missing one back"
-    )]
-    EmptyPass { file: String, pass: i64, first: i64, last: i64 },
 }

@@ -74,6 +74,15 @@ pub enum Note {
         /// As on the command line: `x1_mm=Probe1:um`.
         columns: Vec<String>,
     },
+    /// No row has a pass number that lies between those of others.
+    EmptyPass {
+        /// The first such number.
+        pass: i64,
+        /// The smallest number of a pass.
+        first: i64,
+        /// The largest.
+        last: i64,
+    },
     /// A column that a fit needs is not there and a constant stands for it.
     Assumed {
         /// The column's name.
@@ -92,6 +101,10 @@ impl std::fmt::Display for Note {
             Note::Dialect(dialect) => dialect.fmt(f),
             Note::Mapped { columns } => write!(f, "columns taken as {}", columns.join(", ")),
             Note::TextColumn { column } => write!(f, "column `{column}` holds no numbers and is left out"),
+            Note::EmptyPass { pass, first, last } => write!(
+                f,
+                "pass {pass} has no row, although passes {first} to {last} are there: the others are used as they are"
+            ),
             Note::Assumed { column } => {
                 write!(f, "column `{column}` is missing: all rows are taken as one forward pass")
             }
