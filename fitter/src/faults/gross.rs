@@ -46,8 +46,8 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     if sorted.len() < limits::FEWEST_ROWS {
         return found;
     }
-    let [low, quarter, middle, three_quarters, high] =
-        [0.02, 0.25, 0.5, 0.75, 0.98].map(|part| quantile(&sorted, part));
+    let [low, tenth, quarter, middle, three_quarters, nine_tenths, high] =
+        [0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98].map(|part| quantile(&sorted, part));
     let others = || (0..values.len()).filter(|row| values[*row].abs() <= LARGEST);
     if low == high {
         // A column that stands still but for one row.
@@ -57,7 +57,13 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
             found.push(fault(row, f64::INFINITY, reason));
         }
     }
-    let spread = (three_quarters - quarter).max(1e-3 * middle.abs()).max(f64::MIN_POSITIVE);
+    // Where a sensor stands most of the time, the middle half is its noise, and a tenth of the rows at another place is
+    // no wrong column.
+    let stands = 2.0 * (nine_tenths - tenth) / limits::ABSURD;
+    let spread = (three_quarters - quarter).max(1e-3 * middle.abs()).max(stands);
+    if spread == 0.0 {
+        return found;
+    }
     let is_code = |v: f64| limits::CODES.contains(&v.abs());
     let (from, to) = (sorted.iter().filter(|v| !is_code(**v)))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
