@@ -21,8 +21,8 @@ const WORSE: f64 = 1.02;
 const EXPLAINED: f64 = 1.3;
 /// Ends of an interval beyond which nothing is determined.
 const BOUNDLESS: f64 = 1e12;
-/// Widths by which an estimate may lie outside its interval without a word; beyond, estimate and interval speak of
-/// different places that do nearly as well.
+/// Widths of its interval by which an estimate may lie outside without a sentence in `judged`. By judgement: beyond, search
+/// and interval stand at different places.
 const BESIDE: f64 = 1.0;
 /// Correlation of neighbouring readings from which on noise has a memory, and how much more than the scatter about the
 /// saturated model it may be. By judgement: of 250 simulated recordings of correlated noise alone four left 1.30 to 1.41
@@ -146,7 +146,7 @@ impl<'a> Judge<'a, '_> {
                 let beside = (low - reading.value).max(reading.value - high);
                 if beside > BESIDE * (high - low) + f64::EPSILON * reading.value.abs() {
                     extended.push(format!(
-                        "{id}: the interval of `{}` is extended to the estimate, since two places do nearly as well",
+                        "{id}: the interval of `{}` is extended to the estimate, which lies far outside it",
                         reading.name
                     ));
                 }

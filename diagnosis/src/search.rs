@@ -34,12 +34,13 @@ pub const SHAPE_PRICE: f64 = 3.0;
 
 /// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously.
 const GRID_LOSS: f64 = 1.5;
-/// The same of the parabola through a top of the grid and its neighbours.
+/// The same of the parabola through a top of the grid and its neighbours: a tenth, by judgement.
 const TOP_LOSS: f64 = 1.1;
 /// Tops of the grid that are refined. Angles read in two windows forty window widths apart give a period's likelihood a
 /// dozen tops within a tenth of the highest.
 const MOST_RIVALS: usize = 16;
-/// Part by which a refined top may miss the highest and still be tried again with further harmonics, and how many are.
+/// Part by which a refined top may miss the highest and still be tried again with further harmonics, and how many are:
+/// a cycle more or less between two windows 20 mm apart costs 0.2 % in windows of half a millimetre, three cost 1.8 %.
 const NEAR_TIE: f64 = 0.02;
 const MOST_TIED: usize = 6;
 

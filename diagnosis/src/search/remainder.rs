@@ -34,6 +34,7 @@ impl Search<'_> {
         let generic = beside.found.iter().filter(|f| self.is_generic(f.term.family));
         generic.max_by(|a, b| a.surprise.total_cmp(&b.surprise)).cloned()
     }
+
     /// The strongest dependence of a named effect's size on an observable or the time (of a ripple: of its phase, too),
     /// where that is beyond doubt. The scatter about the terms themselves is the measure, since noise that was
     /// estimated without it holds it.
