@@ -1,5 +1,5 @@
-//! One cell of a recording that is off by eight times its column's noise is listed, whatever the recording, and the rest
-//! is diagnosed as without it.
+//! One cell of a recording that is off by eight times its column's noise or more is listed, whatever the recording, and
+//! the rest is diagnosed as without it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,8 +17,8 @@ use trials::truth::Group;
 use twin::encoder::{self, Encoder, Turning};
 use twin::{Reading, Truth};
 
-/// How many times its column's noise a cell is off.
-const SIZE: f64 = 8.0;
+/// How many times its column's noise a cell is off: at least and at most, evenly in the logarithm.
+const SIZES: [f64; 2] = [8.0, 800.0];
 /// Recordings that are drawn where the environment does not say.
 const DRAWN: u64 = 60;
 
@@ -266,13 +266,14 @@ fn answer(recording: &Recording, mirror: &Mirror) -> ((String, Vec<String>), Vec
     ((format!("{:?}", d.verdict), ids), d.bad_rows)
 }
 
-fn one(seed: u64, size: f64) -> Outcome {
+fn one(seed: u64, [least, most]: [f64; 2]) -> Outcome {
     let made = Made::draw(seed);
     let mut random = ChaCha8Rng::seed_from_u64(!seed);
     let row = random.random_range(0..made.cells.len());
     let choice: Vec<usize> = (0..made.columns.len()).filter(|k| made.noise[row][*k] > 0.0).collect();
     let column = choice[random.random_range(0..choice.len())];
     let sign = if random.random::<bool>() { 1.0 } else { -1.0 };
+    let size = least * (most / least).powf(random.random());
     let wrong = made.cells[row][column] + sign * size * made.noise[row][column];
     let whole = made.recording(None);
     let mut falsely = screened(&whole, &made.mirror).bad_rows;
@@ -307,10 +308,10 @@ fn setting<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
 #[test]
 fn one_bad_cell_is_listed_and_changes_nothing() {
     let count = setting("ARCSMITH_RECORDINGS_DRAWN", DRAWN);
-    let size = setting("ARCSMITH_SIZE", SIZE);
+    let sizes = [setting("ARCSMITH_LEAST_SIZE", SIZES[0]), setting("ARCSMITH_MOST_SIZE", SIZES[1])];
     let first: u64 = setting("ARCSMITH_SEED", 0);
     let outcomes: Vec<(u64, Outcome)> =
-        (first..first + count).into_par_iter().map(|seed| (seed, one(seed, size))).collect();
+        (first..first + count).into_par_iter().map(|seed| (seed, one(seed, sizes))).collect();
     let mut by_column: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for (seed, outcome) in &outcomes {
         let (listed, all) = by_column.entry(outcome.column).or_default();

@@ -63,7 +63,7 @@ fn attempt<'a>(
     accuracy: Option<f64>,
 ) -> Result<Attempt<'a>, String> {
     let rows = hand_on.rows;
-    let before = model::expected(&explanation, hand_on.catalogue);
+    let before = model::expected(&explanation, hand_on.catalogue, hand_on.order_of_fit());
     hand_on.file(&before, None)?;
     let before_left =
         hand_on.left(&before, None).ok_or_else(|| "the base model cannot be applied".to_string())?;

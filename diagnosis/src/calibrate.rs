@@ -285,7 +285,7 @@ pub fn calibrate(
             (0..TOGETHER).map(move |b| maxima.iter().map(|m| m[b]).collect())
         })
         .collect();
-    let families: Vec<Tail> = (0..dictionary.families.len())
+    let mut families: Vec<Tail> = (0..dictionary.families.len())
         .map(|f| Tail::fit(&mut maxima[..RESAMPLES].iter().map(|m| m[f]).collect::<Vec<f64>>()))
         .collect();
     // Tail of the best among the families that have a share.
@@ -302,6 +302,10 @@ pub fn calibrate(
     let is_generic = |f: usize| matches!(dictionary.families[f].kind, Kind::Generic(_));
     let remainder = best_of(&|f| if is_generic(f) { 1.0 } else { 0.0 });
     let threshold = overall.at(-FALSE_ALARMS.ln());
+    // The resamples hold those that were chosen from many, not the choice: each counts as often as it stands for others.
+    for (tail, family) in families.iter_mut().zip(&dictionary.families) {
+        tail.log_count += family.stands_for.ln();
+    }
     Calibration { families, overall, threshold, remainder }
 }
 

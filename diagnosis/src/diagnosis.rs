@@ -9,6 +9,7 @@ use crate::attempt::{self, Attempt};
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
 use crate::explain::Explanation;
+use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
 use crate::model::Model;
@@ -124,7 +125,9 @@ fn of_readings(
 ) -> Result<(Outcome, Vec<(usize, BadRow)>), ObserveError> {
     let (recording, simulated, held_out) = screened.parts();
     let full = observe(recording, mirror, simulated, options.base)?;
-    let Condensed { rows, cell_of } = &condense(&full);
+    let Condensed { mut rows, cell_of } = condense(&full);
+    generic::keep_strongest_columns(&mut rows);
+    let (rows, cell_of) = (&rows, &cell_of);
     let other = held_out.map(|r| observe(r, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
     let hand_on = HandOn {

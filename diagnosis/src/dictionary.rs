@@ -32,6 +32,8 @@ pub struct Family {
     pub candidates: std::ops::Range<usize>,
     /// Part of a column that must be left outside a model.
     pub smallest_part: f64,
+    /// How many families it was chosen from, by what they explain.
+    pub stands_for: f64,
     /// Rows at which it may begin, where it is a step: all of them are tried at once, and not its candidates.
     pub begins: Option<std::ops::Range<usize>>,
 }
@@ -167,7 +169,11 @@ impl Dictionary {
         }
         for family in generic {
             let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
+            let Place { variable, times } = &family.place;
+            let stands_for =
+                rows.stands_for(variable) * times.as_ref().map_or(1.0, |times| rows.stands_for(times));
             d.add(Kind::Generic(family.place), groups, smallest_part(family.measured));
+            d.families.last_mut().into_iter().for_each(|family| family.stands_for = stands_for);
         }
         let highest = highest_order(rows);
         if highest > order {
@@ -189,6 +195,7 @@ impl Dictionary {
             kind,
             candidates: first..self.candidates.len(),
             smallest_part,
+            stands_for: 1.0,
             begins: None,
         });
     }

@@ -3,12 +3,14 @@
 //! families compete with the catalogue; where one of them wins, the verdict says so.
 
 mod histories;
+mod screen;
 
 use crate::base::legendre;
 use crate::effects::{Place, low_pass};
 use crate::rows::{Rows, mean, range};
 
 use histories::histories;
+pub use screen::keep_strongest_columns;
 
 /// One family: what it depends on and the candidates in it, each a group of columns.
 pub struct Generic {
@@ -31,14 +33,8 @@ pub struct Scaled {
 /// The observables beside angle, time, pass and direction that vary at all.
 pub fn observables(rows: &Rows) -> Vec<Scaled> {
     let mut out = Vec::new();
-    let mut add = |name: &str, values: Option<&Vec<f64>>| {
-        if let Some(values) = values {
-            let (low, high) = range(values);
-            if high - low > 1e-9 * high.abs().max(low.abs()).max(1e-300) {
-                out.push(Scaled { name: name.into(), z: scaled(values) });
-            }
-        }
-    };
+    let mut add =
+        |name: &str, values: Option<&Vec<f64>>| out.extend(values.and_then(|values| varying(name, values)));
     add("temperature_c", rows.temperature_c.as_ref());
     add("common_mode_um", rows.common_mode_um.as_ref());
     add("cross_arcsec", rows.cross_arcsec.as_ref());
@@ -47,6 +43,13 @@ pub fn observables(rows: &Rows) -> Vec<Scaled> {
         add(&column.name, Some(&column.values));
     }
     out
+}
+
+/// A column as an observable; none where it does not vary.
+fn varying(name: &str, values: &[f64]) -> Option<Scaled> {
+    let (low, high) = range(values);
+    let varies = high - low > 1e-9 * high.abs().max(low.abs()).max(1e-300);
+    varies.then(|| Scaled { name: name.into(), z: scaled(values) })
 }
 
 /// An observable less its smooth dependence on the angle, where that is nearly all of it; else itself.
@@ -76,61 +79,90 @@ pub fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
 /// How sharply what sets in at one value of an observable sets in, as a part of half its range.
 const ONSET: f64 = 0.06;
 
-/// All generic families for this recording.
-pub fn families(rows: &Rows) -> Vec<Generic> {
-    let n = rows.len();
-    let x = rows.scaled_reading();
-    let x2 = times(&x, &x);
-    let t = scaled(&rows.t_s);
-    let observables = observables(rows);
-    let mut out = Vec::new();
-    let mut add =
-        |place: Place, groups: Vec<Vec<Vec<f64>>>| out.push(Generic { place, groups, measured: false });
+/// A family's place and groups.
+type Placed = (Place, Vec<Vec<Vec<f64>>>);
 
-    // In products an observable that is all but a function of the angle (the coil's current) counts with what
-    // it has of its own: otherwise it would stand in for the angle.
-    let own: Vec<Vec<f64>> = observables.iter().map(|o| own_part(&o.z, &x)).collect();
-    for (k, o) in observables.iter().enumerate() {
+/// What the families of every observable are made with.
+struct Setting<'a> {
+    rows: &'a Rows,
+    /// The scaled reading, and its square.
+    x: Vec<f64>,
+    x2: Vec<f64>,
+    /// The scaled time.
+    t: Vec<f64>,
+}
+
+impl<'a> Setting<'a> {
+    fn of(rows: &'a Rows) -> Setting<'a> {
+        let x = rows.scaled_reading();
+        Setting { rows, x2: times(&x, &x), x, t: scaled(&rows.t_s) }
+    }
+
+    /// The families of one observable: curves of it, its products with angle, direction and time, its history.
+    fn about(&self, o: &Scaled) -> Vec<Placed> {
+        let Setting { rows, x, x2, t } = self;
+        // In products an observable that is all but a function of the angle (the coil's current) counts with what
+        // it has of its own: otherwise it would stand in for the angle.
+        let own = own_part(&o.z, x);
         let curve = legendre(&o.z, 4);
         let mut groups = vec![curve[1..=1].to_vec(), curve[1..=2].to_vec(), curve[1..=4].to_vec()];
         // What sets in at one value of it.
         for threshold in (-6..=6).map(|k| 0.1 * f64::from(k)) {
             groups.push(vec![o.z.iter().map(|z| ((z - threshold) / ONSET).tanh()).collect()]);
         }
-        add(Place::on(&o.name), groups);
-        let z2 = curve[2].clone();
-        add(
-            Place::product(&o.name, "angle_deg"),
-            vec![vec![times(&own[k], &x)], vec![times(&own[k], &x), times(&own[k], &x2), times(&z2, &x)]],
-        );
+        let with_angle =
+            vec![vec![times(&own, x)], vec![times(&own, x), times(&own, x2), times(&curve[2], x)]];
         let square = times(&o.z, &o.z);
         let duration = rows.duration_s();
         let history = [0.01, 0.03, 0.1, 0.3]
             .iter()
             .flat_map(|part| {
                 let tau = part * duration;
-                let slow = low_pass(&rows.t_s, &own[k], tau);
-                let rate = own[k].iter().zip(&slow).map(|(z, s)| z - s).collect::<Vec<f64>>();
+                let slow = low_pass(&rows.t_s, &own, tau);
+                let rate = own.iter().zip(&slow).map(|(z, s)| z - s).collect::<Vec<f64>>();
                 [vec![rate], vec![low_pass(&rows.t_s, &square, tau)]]
             })
             .collect();
-        add(Place::product(&o.name, "history"), history);
-        // Counted from the middle of either factor, or from where the recording begins. The factors themselves
-        // are no part of it: two effects would then be one curve.
-        let about = |a: &[f64], b: &[f64]| {
-            let from_first = |v: &[f64]| v.iter().map(|x| x - v[0]).collect::<Vec<f64>>();
-            vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
-        };
-        add(Place::product(&o.name, "direction"), vec![vec![times(&own[k], &rows.direction)]]);
         // Time always counts from where the recording begins: what creeps at a rate that goes with an observable.
-        let mut with_time = about(&own[k], &t);
-        with_time.push(vec![t.iter().zip(&own[k]).map(|(t, z)| (t + 1.0) * z).collect()]);
-        add(Place::product(&o.name, "t_s"), with_time);
+        let mut with_time = product(&own, t);
+        with_time.push(vec![t.iter().zip(&own).map(|(t, z)| (t + 1.0) * z).collect()]);
+        vec![
+            (Place::on(&o.name), groups),
+            (Place::product(&o.name, "angle_deg"), with_angle),
+            (Place::product(&o.name, "history"), history),
+            (Place::product(&o.name, "direction"), vec![vec![times(&own, &rows.direction)]]),
+            (Place::product(&o.name, "t_s"), with_time),
+        ]
+    }
+}
+
+/// Products of two columns, counted from the middle of either, or from where the recording begins. The factors
+/// themselves are no part of it: two effects would then be one curve.
+fn product(a: &[f64], b: &[f64]) -> Vec<Vec<Vec<f64>>> {
+    let from_first = |v: &[f64]| v.iter().map(|x| x - v[0]).collect::<Vec<f64>>();
+    vec![vec![times(a, b)], vec![times(&from_first(a), &from_first(b))]]
+}
+
+/// All generic families for this recording.
+pub fn families(rows: &Rows) -> Vec<Generic> {
+    let n = rows.len();
+    let setting = Setting::of(rows);
+    let observables = observables(rows);
+    let mut out = Vec::new();
+    let mut add =
+        |place: Place, groups: Vec<Vec<Vec<f64>>>| out.push(Generic { place, groups, measured: false });
+
+    let own: Vec<Vec<f64>> = observables.iter().map(|o| own_part(&o.z, &setting.x)).collect();
+    for (k, o) in observables.iter().enumerate() {
+        for (place, groups) in setting.about(o) {
+            add(place, groups);
+        }
         for (j, other) in observables.iter().enumerate().skip(k + 1) {
-            add(Place::product(&o.name, &other.name), about(&own[k], &own[j]));
+            add(Place::product(&o.name, &other.name), product(&own[k], &own[j]));
         }
     }
 
+    let Setting { x, x2, t, .. } = setting;
     // Time.
     let curve = legendre(&t, 6);
     add(Place::on("t_s"), vec![curve[1..=2].to_vec(), curve[1..=4].to_vec(), curve[1..=6].to_vec()]);

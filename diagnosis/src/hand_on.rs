@@ -8,8 +8,9 @@ use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_ang
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 
-use crate::effects::Effect;
-use crate::model::Model;
+use crate::effects::{Effect, Reading};
+use crate::linear::least_squares;
+use crate::model::{FittedTerm, Model};
 use crate::refit;
 use crate::rows::{Rows, mean, range};
 
@@ -45,14 +46,7 @@ impl HandOn<'_> {
     /// # Errors
     /// The sentence with which `apply` would refuse the file.
     pub fn file(&self, model: &Model, held: Option<&[bool]>) -> Result<Coefficients, String> {
-        let mut file =
-            coefficients(self.recording, self.mirror, self.rows, self.catalogue, model, self.command);
-        describe(&mut file, self.full);
-        if let Some(most) = self.harmonics {
-            refit::keep_strongest(&mut file, most);
-        }
-        let used: Vec<bool> = self.cell_of.iter().map(|cell| held.is_none_or(|held| !held[*cell])).collect();
-        refit::refit(&mut file, self.recording, self.full, &used, self.rows.len(), self.harmonics);
+        let mut file = self.refitted(model, held);
         share_out(&mut file, model);
         if let Some(turn) = &mut file.turn {
             turn.amplitudes = amplitudes(&file.terms, turn.revolution);
@@ -61,6 +55,49 @@ impl HandOn<'_> {
             Ok(()) => Ok(file),
             Err(refusal) => Err(refusal.to_string()),
         }
+    }
+
+    /// The order of the base that `fit` chooses for this recording; none where it was given, where a turn repeats, where
+    /// the error is that of the user's own simulation, and where nothing can be held out.
+    pub fn order_of_fit(&self) -> Option<usize> {
+        if self.rows.order.is_some() || self.rows.whole_turn().is_some() || self.simulated {
+            return None;
+        }
+        let chosen = fitter::choose_order(self.recording, self.mirror, &fitter::Options::default());
+        chosen.ok().map(|selection| selection.chosen)
+    }
+
+    /// The model fitted where it is used, one term per effect.
+    fn refitted(&self, model: &Model, held: Option<&[bool]>) -> Coefficients {
+        let mut file =
+            coefficients(self.recording, self.mirror, self.rows, self.catalogue, model, self.command);
+        describe(&mut file, self.full);
+        if let Some(most) = self.harmonics {
+            refit::keep_strongest(&mut file, most);
+        }
+        let used: Vec<bool> = self.cell_of.iter().map(|cell| held.is_none_or(|held| !held[*cell])).collect();
+        refit::refit(&mut file, self.recording, self.full, &used, self.rows.len(), self.harmonics);
+        file
+    }
+
+    /// The parameters of every effect of a model as its file holds them, in the order of the terms; none of an effect of
+    /// which other harmonics are handed on than were fitted.
+    pub fn parameters(&self, model: &Model) -> Vec<Option<Vec<Reading>>> {
+        let file = self.refitted(model, None);
+        let named: Vec<(&FittedTerm, usize)> =
+            model.terms.iter().filter_map(|term| Some((term, term.effect?))).collect();
+        let handed = &file.terms[file.terms.len() - named.len()..];
+        let readings = |((term, e), handed): (&(&FittedTerm, usize), &Term)| {
+            let (effect, shape) = (&self.catalogue[*e], &term.term.shape);
+            let map = effect.operator(self.rows, shape).map;
+            let by_amplitude: Vec<Vec<f64>> =
+                (0..term.amplitudes.len()).map(|k| map.iter().map(|row| row[k]).collect()).collect();
+            (map.len() == handed.coefficients.len()).then(|| {
+                let amplitudes = least_squares(&by_amplitude, &handed.coefficients).coefficients;
+                effect.readings(self.rows, shape, &amplitudes)
+            })
+        };
+        named.iter().zip(handed).map(readings).collect()
     }
 
     /// What the handed-on model leaves of every row of the recording, less the mean over the rows that were fitted;

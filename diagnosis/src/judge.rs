@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 
 use crate::diagnosis::NoiseFloor;
-use crate::effects::Effect;
+use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
 use crate::hand_on::HandOn;
 use crate::held_out::{Choice, Groups, Proof, Shown, prove};
@@ -91,12 +91,12 @@ impl<'a> Judge<'a, '_> {
                 let (handed, left) = (self.before.clone(), self.before_left.to_vec());
                 return Settled { joint, handed, left, shown, withdrawn, judged };
             }
-            let mut extended = Vec::new();
-            let fault = match self.parameters(&mut joint, &mut extended) {
+            let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
                     Ok((handed, left, shown)) => {
-                        judged.append(&mut extended);
+                        self.as_handed_on(&mut joint, &handed);
+                        self.extend_intervals(&mut joint, &mut judged);
                         return Settled { joint, handed, left, shown, withdrawn, judged };
                     }
                     Err(fault) => Some(fault),
@@ -131,21 +131,39 @@ impl<'a> Judge<'a, '_> {
         self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id())
     }
 
-    /// The first named effect of which nothing is determined, by its place among the named ones, and why. Where an
-    /// estimate lies beside its interval the interval is extended to it, and `extended` says so.
-    fn parameters(&self, joint: &mut Model, extended: &mut Vec<String>) -> Option<(usize, String)> {
+    /// The first named effect of which nothing is determined, by its place among the named ones, and why.
+    fn undetermined(&self, joint: &Model) -> Option<(usize, String)> {
+        let known = |v: f64| v.is_finite() && v.abs() < BOUNDLESS;
+        let named = joint.terms.iter().filter(|t| t.effect.is_some());
+        named.enumerate().find_map(|(place, term)| {
+            let unknown = |(reading, [low, high]): &&(Reading, [f64; 2])| {
+                !(known(*low) && known(*high) && known(reading.value))
+            };
+            let (reading, _) = term.parameters.iter().find(unknown)?;
+            Some((place, format!("nothing of the recording determines `{}`", reading.name)))
+        })
+    }
+
+    /// States the parameters as the handed-on model holds them: beside structure without a name, and in means of rows,
+    /// the fit has others.
+    fn as_handed_on(&self, joint: &mut Model, handed: &Model) {
         let named = joint.terms.iter_mut().filter(|t| t.effect.is_some());
-        for (place, term) in named.enumerate() {
+        for (term, readings) in named.zip(self.hand_on.parameters(handed)) {
+            for ((stated, _), reading) in term.parameters.iter_mut().zip(readings.into_iter().flatten()) {
+                *stated = reading;
+            }
+        }
+    }
+
+    /// Extends an interval beside which the estimate lies to the estimate, and says so where it lies far outside.
+    fn extend_intervals(&self, joint: &mut Model, judged: &mut Vec<String>) {
+        for term in joint.terms.iter_mut().filter(|t| t.effect.is_some()) {
             let id = self.id(&term.term);
             for (reading, ci95) in &mut term.parameters {
                 let [low, high] = *ci95;
-                let known = |v: f64| v.is_finite() && v.abs() < BOUNDLESS;
-                if !(known(low) && known(high) && known(reading.value)) {
-                    return Some((place, format!("nothing of the recording determines `{}`", reading.name)));
-                }
                 let beside = (low - reading.value).max(reading.value - high);
                 if beside > BESIDE * (high - low) + f64::EPSILON * reading.value.abs() {
-                    extended.push(format!(
+                    judged.push(format!(
                         "{id}: the interval of `{}` is extended to the estimate, which lies far outside it",
                         reading.name
                     ));
@@ -153,7 +171,6 @@ impl<'a> Judge<'a, '_> {
                 *ci95 = [low.min(reading.value), high.max(reading.value)];
             }
         }
-        None
     }
 
     /// The handed-on model of the named terms with what it leaves and shows; else which term does harm, and how.

@@ -413,9 +413,9 @@ fn tangent(
     up.iter().zip(&down).map(|(u, d)| (u - d) / (2.0 * h)).collect()
 }
 
-/// The base alone, as the simulation expects it, without any effect.
-pub fn expected(explanation: &Explanation, catalogue: &[Box<dyn Effect>]) -> Model {
+/// The base alone, of the order that `fit` chooses where there is one: what is handed on where nothing has a name.
+pub fn expected(explanation: &Explanation, catalogue: &[Box<dyn Effect>], order: Option<usize>) -> Model {
     let rows = explanation.search.rows;
-    let order = choose_order(explanation, &[]).max(rows.order.unwrap_or(first_order(rows).min(3)));
-    fit(explanation, catalogue, &[], Some(order))
+    let own = || choose_order(explanation, &[]).max(rows.order.unwrap_or(first_order(rows).min(3)));
+    fit(explanation, catalogue, &[], Some(order.map_or_else(own, |order| order.min(highest_order(rows)))))
 }

@@ -180,6 +180,7 @@ pub fn observe(
         coil_a,
         command_deg: recording.command_deg.clone().filter(|c| c.iter().all(|v| v.is_finite())),
         extra,
+        further_columns: 0,
         order: match (&turn, wanted) {
             // `fit` chooses the harmonics by cross-validation, or has them given.
             (Some(turn), _) if turn.whole => Some(2 * turn.amplitudes.len()),

@@ -51,8 +51,10 @@ pub struct Rows {
     pub coil_a: Option<Vec<f64>>,
     /// `command_deg`.
     pub command_deg: Option<Vec<f64>>,
-    /// Any further numeric column.
+    /// Any further numeric column; of many the strongest.
     pub extra: Vec<Column>,
+    /// How many further columns there were where `extra` holds the strongest; else 0.
+    pub further_columns: usize,
     /// What `fit` says of a sensor that turns round and round.
     pub turn: Option<Turn>,
     /// The order of the base, where it is given: by the user, or by `fit` for a whole turn.
@@ -70,6 +72,16 @@ impl Rows {
     /// One whole turn in the recording's unit, where the base are harmonics of it.
     pub fn whole_turn(&self) -> Option<f64> {
         self.turn.as_ref().filter(|turn| turn.whole).map(|turn| turn.revolution)
+    }
+
+    /// How many columns of its name a further column stands for: 1 where all of them are searched, and for any other.
+    pub fn stands_for(&self, name: &str) -> f64 {
+        let further = self.extra.iter().any(|column| column.name == name);
+        if further && self.further_columns > 0 {
+            self.further_columns as f64 / self.extra.len() as f64
+        } else {
+            1.0
+        }
     }
 
     /// Whether there are no rows.
@@ -178,6 +190,7 @@ impl Rows {
                 .iter()
                 .map(|c| Column { name: c.name.clone(), values: change(&c.values) })
                 .collect(),
+            further_columns: self.further_columns,
             turn: self.turn.clone(),
             order: self.order,
             not_testable: self.not_testable.clone(),
