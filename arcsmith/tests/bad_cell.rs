@@ -1,6 +1,7 @@
 //! One cell of a recording that is off by eight times its column's noise or more is listed, whatever the recording, and
 //! the rest is diagnosed as without it.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -253,8 +254,8 @@ struct Outcome {
     row: usize,
 }
 
-fn screened(recording: &Recording, mirror: &Mirror) -> Screened {
-    faults::screen(recording, &mirror.sensor).expect("a recording")
+fn screened<'a>(recording: &'a Recording, mirror: &Mirror) -> Screened<'a> {
+    faults::screen(Cow::Borrowed(recording), &mirror.sensor).expect("a recording")
 }
 
 /// What a diagnosis says: verdict, effects, and the cells that it left out.

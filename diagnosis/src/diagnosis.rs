@@ -119,7 +119,7 @@ pub fn diagnose(
 
 /// The diagnosis of rows that are readings as far as the screen can tell, and those that it left far out.
 fn of_readings(
-    screened: &Screened,
+    screened: &Screened<'_>,
     mirror: &Mirror,
     options: &Options,
 ) -> Result<(Outcome, Vec<(usize, BadRow)>), ObserveError> {

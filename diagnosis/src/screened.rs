@@ -1,31 +1,39 @@
 //! The recordings of a diagnosis without the rows that cannot be readings, and checked as a fit checks them.
 
+use std::borrow::Cow;
+
 use fitter::faults::{self, BadRow};
 use fitter::{Mirror, Recording};
 
 use crate::observe::{ObserveError, Simulated};
 
+/// Rows that are diagnosed, at most: a hundred times as many as any effect needs, and what memory is there for beside
+/// the recording itself.
+const MOST_ROWS: usize = 1_000_000;
+/// Part of the rows left out by which the choice moves from pass to pass, so that all passes together hold every angle.
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
 /// What a diagnosis goes on with.
-pub struct Screened {
-    recording: faults::Screened,
+pub struct Screened<'a> {
+    recording: faults::Screened<'a>,
     simulated: Option<Simulated>,
-    held_out: Option<Recording>,
+    held_out: Option<Cow<'a, Recording>>,
 }
 
-impl Screened {
+impl<'a> Screened<'a> {
     /// Screens the recording and the one that is held out; the simulation keeps the same rows.
     ///
     /// # Errors
     /// [`ObserveError`] where too much of a recording cannot be readings, or it cannot be a calibration at all.
     pub fn of(
-        recording: &Recording,
+        recording: &'a Recording,
         mirror: &Mirror,
         simulated: Option<&Simulated>,
-        held_out: Option<&Recording>,
-    ) -> Result<Screened, ObserveError> {
-        let one = |recording: &Recording| -> Result<faults::Screened, ObserveError> {
-            let screened = faults::screen(recording, &mirror.sensor).map_err(Box::new)?;
-            Ok(screened)
+        held_out: Option<&'a Recording>,
+    ) -> Result<Screened<'a>, ObserveError> {
+        let one = |recording: &'a Recording| -> Result<faults::Screened<'a>, ObserveError> {
+            let screened = faults::screen(Cow::Borrowed(recording), &mirror.sensor).map_err(Box::new)?;
+            Ok(thinned(screened))
         };
         let held_out = held_out.map(one).transpose()?.map(|screened| screened.recording);
         let screened = one(recording)?;
@@ -37,7 +45,7 @@ impl Screened {
     }
 
     /// The same without further rows of the recording.
-    pub fn without(self, further: Vec<(usize, BadRow)>) -> Screened {
+    pub fn without(self, further: Vec<(usize, BadRow)>) -> Screened<'a> {
         let kept: Vec<usize> =
             (0..self.recording.kept.len()).filter(|row| further.iter().all(|(bad, _)| bad != row)).collect();
         let simulated = self.simulated.map(|simulated| Simulated {
@@ -48,7 +56,7 @@ impl Screened {
 
     /// Recording, simulation and held-out recording.
     pub fn parts(&self) -> (&Recording, Option<&Simulated>, Option<&Recording>) {
-        (&self.recording.recording, self.simulated.as_ref(), self.held_out.as_ref())
+        (&self.recording.recording, self.simulated.as_ref(), self.held_out.as_deref())
     }
 
     /// The cells that were left out.
@@ -59,5 +67,28 @@ impl Screened {
     /// What else was noticed.
     pub fn notes(&self) -> Vec<String> {
         self.recording.notes.clone()
+    }
+}
+
+/// Of too many rows some, spread evenly over every pass.
+fn thinned(screened: faults::Screened) -> faults::Screened {
+    let rows = screened.kept.len();
+    let every = rows.div_ceil(MOST_ROWS);
+    if every <= 1 {
+        return screened;
+    }
+    let offset = |pass: i32| ((f64::from(pass) * GOLDEN).rem_euclid(1.0) * every as f64) as usize;
+    let chosen: Vec<usize> =
+        (0..rows).filter(|row| (row + offset(screened.recording.pass[*row])) % every == 0).collect();
+    let mut notes = screened.notes;
+    notes.push(format!(
+        "{rows} rows are more than are diagnosed: one in {every} took part, spread evenly over every pass; bad readings \
+         were looked for in all"
+    ));
+    faults::Screened {
+        recording: Cow::Owned(screened.recording.select(&chosen)),
+        kept: chosen.iter().map(|row| screened.kept[*row]).collect(),
+        bad_rows: screened.bad_rows,
+        notes,
     }
 }

@@ -7,6 +7,7 @@
 mod damage;
 mod made;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use damage::Damage;
@@ -134,7 +135,8 @@ fn unusable(
 
 /// What is wrong with what `fit` makes of it.
 fn fitted(recording: &Recording, mirror: &Mirror) -> Result<Vec<String>, String> {
-    let screened = fitter::faults::screen(recording, &mirror.sensor).map_err(|error| error.to_string())?;
+    let screened = fitter::faults::screen(Cow::Borrowed(recording), &mirror.sensor)
+        .map_err(|error| error.to_string())?;
     let options = fitter::Options::default();
     let fit = fitter::fit(&screened.recording, mirror, &options).map_err(|error| error.to_string())?;
     let per = fit.coefficients.sensor.per_internal();

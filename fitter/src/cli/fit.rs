@@ -1,5 +1,6 @@
 //! `fitter fit`.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
@@ -107,14 +108,14 @@ impl ModelArgs {
     }
 
     /// Reads mirror and recording, leaves out what cannot be readings, and fits the rest.
-    pub(super) fn fit(&self, path: &std::path::Path, common: Common) -> Result<(Screened, Fit)> {
+    pub(super) fn fit(&self, path: &std::path::Path, common: Common) -> Result<(Screened<'static>, Fit)> {
         let mirror = Mirror::read(&self.mirror).into_diagnostic()?;
         let reading =
             Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(&mirror.sensor) };
         let recording = read(path, &reading, common)?;
         let options = self.options();
-        let screened = faults::screen(&recording, &mirror.sensor).into_diagnostic()?;
-        let recording = &screened.recording;
+        let screened = faults::screen(Cow::Owned(recording), &mirror.sensor).into_diagnostic()?;
+        let recording = &*screened.recording;
         let fit = waiting("fitting", recording.rows(), common, || crate::fit(recording, &mirror, &options))
             .into_diagnostic()?;
         Ok((screened, fit))
@@ -129,7 +130,7 @@ impl ModelArgs {
     ) -> Result<Recording> {
         let reading = Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(sensor) };
         let recording = read(path, &reading, common)?;
-        Ok(faults::screen(&recording, sensor).into_diagnostic()?.recording)
+        Ok(faults::screen(Cow::Owned(recording), sensor).into_diagnostic()?.recording.into_owned())
     }
 }
 

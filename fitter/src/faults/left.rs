@@ -1,6 +1,8 @@
 //! Readings that a model which explains all others leaves far out. The screen before the fit knows a row by its
 //! neighbours only, whose own noise adds to that of the prediction; a model knows it from all rows.
 
+use std::borrow::Cow;
+
 use super::culprit::{beyond_the_tail, jumping, reason};
 use super::scale::with_tail;
 use super::{BadRow, Fault, Screened, limits, listed, trend};
@@ -38,16 +40,16 @@ pub fn beyond_noise(recording: &Recording, left: &[f64], sigma: &[f64]) -> Vec<(
     found.iter().map(|fault| (fault.row, listed(recording, fault))).collect()
 }
 
-impl Screened {
+impl<'a> Screened<'a> {
     /// The same without further rows of it.
-    pub fn without(self, further: Vec<(usize, BadRow)>) -> Screened {
+    pub fn without(self, further: Vec<(usize, BadRow)>) -> Screened<'a> {
         let rest: Vec<usize> =
             (0..self.kept.len()).filter(|row| further.iter().all(|(bad, _)| bad != row)).collect();
         let mut bad_rows = self.bad_rows;
         bad_rows.extend(further.into_iter().map(|(_, bad)| bad));
         bad_rows.sort_by_key(|bad| bad.line);
         Screened {
-            recording: self.recording.select(&rest),
+            recording: Cow::Owned(self.recording.select(&rest)),
             kept: rest.iter().map(|row| self.kept[*row]).collect(),
             bad_rows,
             notes: self.notes,

@@ -6,6 +6,9 @@ pub const MOST_AFFECTED: f64 = 0.1;
 pub const FEWEST_ROWS: usize = 12;
 /// Searches with the rows found before left out; each finds at least one cell more.
 pub const ROUNDS: usize = 12;
+/// Rows that are held against each other at once: beyond some ten thousand more of them say nothing new of a cell, and
+/// memory goes with them.
+pub const STRETCH: usize = 100_000;
 /// Of the largest deviation: so large are those that are listed in one search. The images that one bad cell leaves in
 /// the prediction of others reach half of it.
 pub const TOGETHER: f64 = 0.7;

@@ -18,6 +18,8 @@ mod scale;
 pub mod summary;
 mod trend;
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 use thiserror::Error;
 
@@ -40,9 +42,9 @@ pub struct BadRow {
 
 /// A recording without the rows that cannot be readings.
 #[derive(Debug, Clone)]
-pub struct Screened {
-    /// The other rows; name, hash and line numbers are those of the whole file.
-    pub recording: Recording,
+pub struct Screened<'a> {
+    /// The other rows; name, hash and line numbers are those of the whole file. Borrowed where all of them are readings.
+    pub recording: Cow<'a, Recording>,
     /// Which rows of the whole recording they are.
     pub kept: Vec<usize>,
     /// The cells for whose sake the others were left out, in the order of the file.
@@ -93,13 +95,14 @@ pub(crate) struct Fault {
 ///
 /// # Errors
 /// [`FaultError::TooMany`] where more than a tenth of the rows are affected.
-pub fn screen(recording: &Recording, sensor: &Sensor) -> Result<Screened, FaultError> {
-    let faults = find(recording, sensor);
-    check(recording, &faults)?;
+pub fn screen<'a>(recording: Cow<'a, Recording>, sensor: &Sensor) -> Result<Screened<'a>, FaultError> {
+    let faults = find(&recording, sensor);
+    check(&recording, &faults)?;
     let kept = without(recording.rows(), &faults);
-    let clean = selected(recording, &kept);
+    let bad_rows = faults.iter().map(|fault| listed(&recording, fault)).collect();
+    let clean =
+        if kept.len() == recording.rows() { recording } else { Cow::Owned(selected(&recording, &kept)) };
     let notes = findings::notes(&clean);
-    let bad_rows = faults.iter().map(|fault| listed(recording, fault)).collect();
     Ok(Screened { recording: clean, kept, bad_rows, notes })
 }
 
@@ -110,11 +113,27 @@ pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
     let mut faults = repeated::faults(recording);
     faults.extend(gross::faults(recording));
     faults.extend(clock::faults(recording, &without(rows, &faults)));
+    let mut bad = vec![false; rows];
+    faults.iter().for_each(|fault| bad[fault.row] = true);
+    let stretches = rows.div_ceil(limits::STRETCH).max(1);
+    let stretch = |k: usize| k * rows / stretches..(k + 1) * rows / stretches;
+    let by_rows = (0..stretches).flat_map(|k| beside_others(recording, sensor, &bad, stretch(k))).collect();
+    faults.extend(alone(by_rows, rows));
+    faults.sort_by(|a, b| (a.row, &a.column).cmp(&(b.row, &b.column)));
+    faults
+}
+
+/// The cells of a stretch of rows that cannot be readings beside the other rows of it, those that are `bad` left out.
+fn beside_others(
+    recording: &Recording,
+    sensor: &Sensor,
+    bad: &[bool],
+    stretch: std::ops::Range<usize>,
+) -> Vec<Fault> {
+    let mut kept: Vec<usize> = stretch.clone().filter(|row| !bad[*row]).collect();
     let mut by_rows: Vec<Fault> = Vec::new();
     for _ in 0..limits::ROUNDS {
-        let so_far: Vec<Fault> = faults.iter().chain(&by_rows).cloned().collect();
-        let kept = without(rows, &so_far);
-        if kept.len() < limits::FEWEST_ROWS || check(recording, &so_far).is_err() {
+        if kept.len() < limits::FEWEST_ROWS || too_many(stretch.len() - kept.len(), stretch.len()) {
             break;
         }
         let rest = recording.select(&kept);
@@ -127,10 +146,14 @@ pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
             break;
         }
         by_rows.extend(found.into_iter().map(|fault| Fault { row: kept[fault.row], ..fault }));
+        kept.retain(|row| by_rows.iter().all(|fault| fault.row != *row));
     }
-    faults.extend(alone(by_rows, rows));
-    faults.sort_by(|a, b| (a.row, &a.column).cmp(&(b.row, &b.column)));
-    faults
+    by_rows
+}
+
+/// Whether so many of the rows are affected that it is no matter of single cells.
+fn too_many(affected: usize, rows: usize) -> bool {
+    affected > 1 && affected as f64 > limits::MOST_AFFECTED * rows as f64
 }
 
 /// The faults without those of a column that follow each other row by row: found one after the other, each beside the
@@ -147,9 +170,6 @@ fn alone(mut faults: Vec<Fault>, rows: usize) -> Vec<Fault> {
 
 /// The rows of `kept`; a note on time that runs backward is dropped where it no longer does.
 fn selected(recording: &Recording, kept: &[usize]) -> Recording {
-    if kept.len() == recording.rows() {
-        return recording.clone();
-    }
     let mut clean = recording.select(kept);
     if clean.time_s.windows(2).all(|pair| pair[0] <= pair[1]) {
         clean.notes.retain(|note| !matches!(note, Note::TimeBackward { .. }));
@@ -187,7 +207,7 @@ fn check(recording: &Recording, faults: &[Fault]) -> Result<(), FaultError> {
     let rows = recording.rows();
     let affected = rows - without(rows, faults).len();
     match faults.iter().min_by_key(|fault| fault.row) {
-        Some(first) if affected as f64 > limits::MOST_AFFECTED * rows as f64 && affected > 1 => {
+        Some(first) if too_many(affected, rows) => {
             let BadRow { line, column, value, reason } = listed(recording, first);
             Err(FaultError::TooMany {
                 file: recording.file.clone(),

@@ -25,13 +25,18 @@ fn with(column: &str, change: impl Fn(f64) -> f64) -> Recording {
 
 fn listed(recording: &Recording) -> Vec<(u64, String)> {
     let (_, sensor) = default();
-    screen(recording, &sensor).unwrap().bad_rows.into_iter().map(|bad| (bad.line, bad.column)).collect()
+    screen(Cow::Borrowed(recording), &sensor)
+        .unwrap()
+        .bad_rows
+        .into_iter()
+        .map(|bad| (bad.line, bad.column))
+        .collect()
 }
 
 #[test]
 fn a_clean_recording_loses_nothing() {
     let (recording, sensor) = default();
-    let screened = screen(&recording, &sensor).unwrap();
+    let screened = screen(Cow::Borrowed(&recording), &sensor).unwrap();
     assert_eq!(screened.bad_rows, []);
     assert_eq!(screened.recording, recording);
     assert!(screened.notes.is_empty(), "{:?}", screened.notes);
@@ -65,7 +70,7 @@ fn one_bad_cell_of_any_column_is_listed_with_its_line() {
 #[test]
 fn the_other_rows_stay_as_they_were() {
     let (whole, sensor) = default();
-    let screened = screen(&with("x1_mm", |_| -9999.0), &sensor).unwrap();
+    let screened = screen(Cow::Owned(with("x1_mm", |_| -9999.0)), &sensor).unwrap();
     let kept: Vec<usize> = (0..whole.rows()).filter(|row| *row != 58).collect();
     assert_eq!(screened.kept, kept);
     assert_eq!(screened.recording.readings, whole.select(&kept).readings);
@@ -92,7 +97,7 @@ fn too_many_bad_cells_are_refused_with_the_first_of_them() {
     let (mut recording, sensor) = default();
     let Readings::Pair { x1_mm, .. } = &mut recording.readings else { panic!() };
     x1_mm.iter_mut().step_by(8).for_each(|value| *value = -9999.0);
-    let message = screen(&recording, &sensor).unwrap_err().to_string();
+    let message = screen(Cow::Borrowed(&recording), &sensor).unwrap_err().to_string();
     for part in ["line 2", "column `x1_mm`", "-9999", "27 of 210 rows", "at most a tenth"] {
         assert!(message.contains(part), "{part}: {message}");
     }
@@ -104,7 +109,7 @@ fn findings_remove_nothing() {
     recording.time_s[100..].iter_mut().for_each(|t| *t += 4000.0);
     let Readings::Pair { x2_mm, .. } = &mut recording.readings else { panic!() };
     x2_mm[0] += 0.0;
-    let screened = screen(&recording, &sensor).unwrap();
+    let screened = screen(Cow::Borrowed(&recording), &sensor).unwrap();
     assert_eq!(screened.bad_rows, []);
     assert!(screened.notes[0].contains("a pause of"), "{:?}", screened.notes);
 }
@@ -133,7 +138,7 @@ fn a_row_that_is_there_twice_counts_once() {
     lines.insert(41, lines[20]);
     lines.insert(42, lines[40]);
     let recording = Recording::from_bytes("calibration.csv", (lines.join("\n") + "\n").as_bytes()).unwrap();
-    let screened = screen(&recording, &sensor).unwrap();
+    let screened = screen(Cow::Borrowed(&recording), &sensor).unwrap();
     let told: Vec<(u64, &str)> =
         screened.bad_rows.iter().map(|bad| (bad.line, bad.reason.as_str())).collect();
     assert_eq!(
