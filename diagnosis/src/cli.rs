@@ -94,6 +94,7 @@ pub struct Arguments {
 /// # Errors
 /// One message; nothing was written.
 pub fn run(cli: &Arguments, common: Common) -> Result<()> {
+    common.limit();
     if cli.effects {
         say(crate::effects::page::markdown().trim_end());
         return Ok(());
