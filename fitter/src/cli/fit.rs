@@ -113,7 +113,7 @@ impl ModelArgs {
             Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(&mirror.sensor) };
         let recording = read(path, &reading, common)?;
         let options = self.options();
-        let screened = faults::screen(&recording, &mirror.sensor).into_diagnostic()?;
+        let screened = faults::screen_owned(recording, &mirror.sensor).into_diagnostic()?;
         let recording = &screened.recording;
         let fit = waiting("fitting", recording.rows(), common, || crate::fit(recording, &mirror, &options))
             .into_diagnostic()?;
@@ -129,7 +129,7 @@ impl ModelArgs {
     ) -> Result<Recording> {
         let reading = Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(sensor) };
         let recording = read(path, &reading, common)?;
-        Ok(faults::screen(&recording, sensor).into_diagnostic()?.recording)
+        Ok(faults::screen_owned(recording, sensor).into_diagnostic()?.recording)
     }
 }
 

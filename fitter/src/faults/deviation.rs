@@ -15,7 +15,26 @@ pub struct Surroundings {
     /// Rows after a turn of the movement, the first included: play may not be crossed there.
     turned: Vec<usize>,
     /// For every row the nearest angles of other rows: of either direction, and of its own.
-    at_angle: [Vec<Vec<usize>>; 2],
+    at_angle: [Lists; 2],
+}
+
+/// A short list of rows for every row, in one piece: a long recording has millions of them.
+#[derive(Default)]
+struct Lists {
+    rows: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+impl Lists {
+    fn push(&mut self, rows: &[usize]) {
+        self.rows.extend(rows.iter().map(|row| *row as u32));
+        self.ends.push(self.rows.len());
+    }
+
+    fn of(&self, row: usize) -> impl Iterator<Item = usize> {
+        let start = if row == 0 { 0 } else { self.ends[row - 1] };
+        self.rows[start..self.ends[row]].iter().map(|row| *row as usize)
+    }
 }
 
 /// Median of normal absolute values, over their standard deviation.
@@ -89,7 +108,11 @@ impl Surroundings {
         let farthest = limits::OUT_OF_PLACE * quantile(&sorted, 1.0 - limits::TAIL_PART).max(step);
         let has_place = |row: usize| (low..=high).contains(&angle[row]) && jumps[row] <= farthest;
         let of = |row: usize, own: bool| if has_place(row) { nearest(row, own) } else { Vec::new() };
-        let at_angle = [false, true].map(|own| (0..n).map(|row| of(row, own)).collect());
+        let at_angle = [false, true].map(|own| {
+            let mut lists = Lists::default();
+            (0..n).for_each(|row| lists.push(&of(row, own)));
+            lists
+        });
         by_angle.retain(|row| has_place(*row));
         let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
         let place = angle.iter().map(|a| ((a - 0.5 * (low + high)) / half).clamp(-1.0, 1.0)).collect();
@@ -107,7 +130,7 @@ impl Surroundings {
         let at_angle = self.at_angle.iter().map(|at| less(&base, at));
         let by_angle: Vec<Vec<f64>> = [values.to_vec(), base.clone()].into_iter().chain(at_angle).collect();
         let mut ways: Vec<Way> = Vec::new();
-        let mut one_sided = Vec::new();
+        let mut one_sided: Vec<[Vec<f64>; 2]> = Vec::new();
         for (kind, channel) in by_angle.iter().enumerate() {
             let medians = limits::WINDOWS.map(|window| (false, less_in_time(channel, window)));
             let [trend, before, after] = trend::less_trend(channel, &self.time);
@@ -115,6 +138,9 @@ impl Surroundings {
             for (is_trend, away) in medians.into_iter().chain([(true, trend)]) {
                 let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
                 ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_trend, away });
+                // The others are neither the best nor witnesses, whatever is still to come.
+                let best = ways.iter().map(|way| way.scatter).fold(f64::INFINITY, f64::min);
+                ways.retain(|way| way.scatter <= limits::WITNESS * best);
             }
         }
         ways.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
@@ -150,8 +176,8 @@ impl Surroundings {
         crowded(&sizes, &in_time, limits::CROWD, either_sign, &mut shared);
         crowded(&sizes, &self.by_angle, limits::CROWD_AT_ANGLE, same_sign, &mut shared);
         for (row, size) in sizes.iter().enumerate() {
-            let again = |other: &usize| same_sign(*size, sizes[*other]);
-            shared[row] |= size.abs() >= limits::CLOSER_LOOK && self.at_angle[0][row].iter().any(again);
+            let again = |other: usize| same_sign(*size, sizes[other]);
+            shared[row] |= size.abs() >= limits::CLOSER_LOOK && self.at_angle[0].of(row).any(again);
         }
         away.iter_mut().filter(|away| !away.is_finite()).for_each(|away| *away = 0.0);
         Deviation { away, shared, scatter }
@@ -207,12 +233,12 @@ impl Surroundings {
 }
 
 /// Every row less the median of the given others.
-fn less(values: &[f64], others: &[Vec<usize>]) -> Vec<f64> {
+fn less(values: &[f64], others: &Lists) -> Vec<f64> {
     let mut near = Vec::new();
-    (values.iter().zip(others))
-        .map(|(value, others)| {
+    (values.iter().enumerate())
+        .map(|(row, value)| {
             near.clear();
-            near.extend(others.iter().map(|other| values[*other]).filter(|v| v.is_finite()));
+            near.extend(others.of(row).map(|other| values[other]).filter(|v| v.is_finite()));
             if near.is_empty() { *value } else { value - median(&mut near) }
         })
         .collect()

@@ -18,6 +18,8 @@ mod scale;
 pub mod summary;
 mod trend;
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 use thiserror::Error;
 
@@ -94,12 +96,20 @@ pub(crate) struct Fault {
 /// # Errors
 /// [`FaultError::TooMany`] where more than a tenth of the rows are affected.
 pub fn screen(recording: &Recording, sensor: &Sensor) -> Result<Screened, FaultError> {
-    let faults = find(recording, sensor);
-    check(recording, &faults)?;
+    screen_owned(recording.clone(), sensor)
+}
+
+/// As [`screen`], of a recording that nobody else needs: a long one is not kept twice.
+///
+/// # Errors
+/// As [`screen`].
+pub fn screen_owned(recording: Recording, sensor: &Sensor) -> Result<Screened, FaultError> {
+    let faults = find(&recording, sensor);
+    check(&recording, &faults)?;
     let kept = without(recording.rows(), &faults);
+    let bad_rows = faults.iter().map(|fault| listed(&recording, fault)).collect();
     let clean = selected(recording, &kept);
     let notes = findings::notes(&clean);
-    let bad_rows = faults.iter().map(|fault| listed(recording, fault)).collect();
     Ok(Screened { recording: clean, kept, bad_rows, notes })
 }
 
@@ -117,7 +127,10 @@ pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
         if kept.len() < limits::FEWEST_ROWS || check(recording, &so_far).is_err() {
             break;
         }
-        let rest = recording.select(&kept);
+        let rest = match kept.len() == rows {
+            true => Cow::Borrowed(recording),
+            false => Cow::Owned(recording.select(&kept)),
+        };
         let channels = Channels::of(&rest, sensor);
         let mut found = culprit::faults(&channels);
         let largest = found.iter().fold(0.0_f64, |largest, fault| largest.max(fault.size));
@@ -146,9 +159,9 @@ fn alone(mut faults: Vec<Fault>, rows: usize) -> Vec<Fault> {
 }
 
 /// The rows of `kept`; a note on time that runs backward is dropped where it no longer does.
-fn selected(recording: &Recording, kept: &[usize]) -> Recording {
+fn selected(recording: Recording, kept: &[usize]) -> Recording {
     if kept.len() == recording.rows() {
-        return recording.clone();
+        return recording;
     }
     let mut clean = recording.select(kept);
     if clean.time_s.windows(2).all(|pair| pair[0] <= pair[1]) {

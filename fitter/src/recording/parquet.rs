@@ -36,7 +36,8 @@ pub(super) fn read(file: &str, source: File, reading: &Reading) -> Result<Record
     QUIET.set(false);
     read.unwrap_or_else(|panicked| {
         let text = panicked.downcast_ref::<String>().map(String::as_str);
-        let text = text.or(panicked.downcast_ref::<&str>().copied()).unwrap_or("its parts contradict each other");
+        let text =
+            text.or(panicked.downcast_ref::<&str>().copied()).unwrap_or("its parts contradict each other");
         Err(RecordingError::Parquet { file: file.to_string(), reason: format!("it is damaged: {text}") })
     })
 }
@@ -63,8 +64,7 @@ fn read_trusting(file: &str, source: File, reading: &Reading) -> Result<Recordin
         reason: error.to_string(),
     };
     let reader = SerializedFileReader::new(source).map_err(broken)?;
-    check_size(reader.metadata())
-        .map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
+    check_size(reader.metadata()).map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
     let schema = reader.metadata().file_metadata().schema();
     let mut names = Vec::new();
     for column in schema.get_fields() {

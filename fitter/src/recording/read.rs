@@ -157,8 +157,7 @@ fn read_from<R: Read>(
     let mut raw = BufReader::with_capacity(BUFFER, hashing);
     let mut recording = read_text(file, input::text(&mut raw, gzip), reading, gzip)?;
     // What stands behind the last member of a gzip file belongs to the file's bytes as well.
-    std::io::copy(&mut raw, &mut std::io::sink())
-        .map_err(|error| RecordingError::of(file, &error, false))?;
+    std::io::copy(&mut raw, &mut std::io::sink()).map_err(|error| RecordingError::of(file, &error, false))?;
     recording.sha256 = hexadecimal(raw.into_inner().hash);
     Ok(recording)
 }

@@ -122,8 +122,7 @@ fn parse<R: Read>(file: &str, text: R, command: Option<&str>) -> Result<DynamicR
     if names.len() == 1 && names[0].contains([';', '\t']) {
         return Err(RecordingError::Separator { file: file.into(), found: "semicolons or tabs" }.into());
     }
-    input::check_columns(names.len())
-        .map_err(|limit| RecordingError::Limit { file: file.into(), limit })?;
+    input::check_columns(names.len()).map_err(|limit| RecordingError::Limit { file: file.into(), limit })?;
     let header = Header::new(file, names, command)?;
     let mut wanted: Vec<usize> = vec![header.time];
     wanted.extend(&header.drives);
