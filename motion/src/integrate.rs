@@ -49,9 +49,10 @@ pub enum SimulationError {
     },
     /// Far more steps than rows.
     #[error(
-        "the simulation would take about {steps:.1e} steps of integration for {duration_s} s of rows {sample_s} s apart, \
+        "the simulation would take about {steps:.1e} steps of integration for {} s of rows {} s apart, \
          at most {most:.1e} are made: the plant moves far faster than the rows follow each other; check the units of \
-         `t_s` and of the plant's numbers, or record with shorter steps"
+         `t_s` and of the plant's numbers, or record with shorter steps",
+        short(*duration_s), short(*sample_s)
     )]
     TooManySteps {
         /// As many as it would take.
@@ -71,6 +72,11 @@ pub enum SimulationError {
         /// How many there may be.
         most: usize,
     },
+}
+
+/// A number to six digits, for a message.
+fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// Refuses a motion whose rates, at most `fastest` per second, need far more steps than there are rows.

@@ -130,17 +130,20 @@ impl Surroundings {
         let at_angle = self.at_angle.iter().map(|at| less(&base, at));
         let by_angle: Vec<Vec<f64>> = [values.to_vec(), base.clone()].into_iter().chain(at_angle).collect();
         let mut ways: Vec<Way> = Vec::new();
-        let mut one_sided: Vec<[Vec<f64>; 2]> = Vec::new();
+        let mut one_sided: Vec<Option<[Vec<f64>; 2]>> = Vec::new();
         for (kind, channel) in by_angle.iter().enumerate() {
             let medians = limits::WINDOWS.map(|window| (false, less_in_time(channel, window)));
             let [trend, before, after] = trend::less_trend(channel, &self.time);
-            one_sided.push([before, after]);
+            one_sided.push(Some([before, after]));
             for (is_trend, away) in medians.into_iter().chain([(true, trend)]) {
                 let mut absolute: Vec<f64> = away.iter().filter(|r| r.is_finite()).map(|r| r.abs()).collect();
                 ways.push(Way { scatter: with_tail(&mut absolute).max(floor), kind, is_trend, away });
                 // The others are neither the best nor witnesses, whatever is still to come.
                 let best = ways.iter().map(|way| way.scatter).fold(f64::INFINITY, f64::min);
                 ways.retain(|way| way.scatter <= limits::WITNESS * best);
+            }
+            for (kind, sides) in one_sided.iter_mut().enumerate() {
+                sides.take_if(|_| ways.iter().all(|way| way.kind != kind));
             }
         }
         ways.sort_by(|a, b| a.scatter.total_cmp(&b.scatter));
@@ -161,8 +164,7 @@ impl Surroundings {
             let alone =
                 beside.filter_map(|other| beside_it.get(other)).all(|other| keeps(beside_it[row] - other));
             // What goes on from the rows of one side is a bend, not an outlier.
-            let bent = one_sided[kind]
-                .iter()
+            let bent = (one_sided[kind].iter().flatten())
                 .any(|side| side[row].is_finite() && side[row] * own.signum() < limits::BEND * own.abs());
             if bent || !alone || !witnesses.iter().all(|witness| keeps(witness[row])) {
                 shared[row] = true;
