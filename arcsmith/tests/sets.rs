@@ -254,3 +254,16 @@ fn check_reports_an_interrupted_set() {
     assert_eq!(check().status.code(), Some(0));
     assert!(!left.exists());
 }
+
+/// Whoever has locked the folder, `flock` around the very command for example, does not hold it up for good.
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_locked_by_others_is_written_to() {
+    let scene = Scene::new();
+    let (line, new) = (COMMANDS[0], scene.set(COMMANDS[0], "B").0);
+    scene.lay(&scene.set(line, "A").0);
+    let folder = fs::File::open(scene.path("OUT")).unwrap();
+    folder.lock().unwrap();
+    assert!(scene.command(&filled(line, "B", "OUT")).status().unwrap().success());
+    assert_eq!(visible(&scene.path("OUT")), new);
+}

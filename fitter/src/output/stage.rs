@@ -14,6 +14,7 @@ use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::OutputError;
 
@@ -137,11 +138,19 @@ pub(super) fn interrupted(folder: &Path) -> Option<PathBuf> {
     stages_in(folder).into_iter().find(|stage| abandoned(stage).is_some() && journal_of(stage).is_some())
 }
 
-/// Lets one program after the other replace files in a folder. (Where a folder cannot be locked, they do not wait.)
+/// Lets one program after the other replace files in a folder. Where a folder cannot be locked they do not wait; nor for
+/// long for whoever else has locked it, as `flock` around the very command does: replacing takes microseconds.
 pub(super) fn turn(folder: &Path) -> Option<File> {
+    const WAIT: (u32, Duration) = (200, Duration::from_millis(10));
     let opened = File::open(folder).ok()?;
-    opened.lock().ok()?;
-    Some(opened)
+    for _ in 0..WAIT.0 {
+        match opened.try_lock() {
+            Ok(()) => return Some(opened),
+            Err(TryLockError::WouldBlock) => std::thread::sleep(WAIT.1),
+            Err(TryLockError::Error(_)) => break,
+        }
+    }
+    None
 }
 
 /// Completes the decided sets that dead programs left in a folder, and removes what they did not decide.
