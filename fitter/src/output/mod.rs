@@ -12,9 +12,11 @@
 //!   ([`interrupted`]).
 //! - What a killed program leaves behind is removed by the next command that writes into the same folder. A hidden
 //!   folder is locked while its program lives, and then left alone.
-//! - Two programs that write sets into the same folder do so one after the other.
+//! - Two programs that write sets into the same folder do so one after the other, unless one holds the folder for longer
+//!   than two seconds.
 //!
-//! What does not hold: nothing is forced onto the medium, so that a power failure may lose what was written last. A
+//! What does not hold: nothing is forced onto the medium, so that a power failure may lose what was written last. What
+//! went into a device or a pipe is not taken back. A
 //! program that reads several files between a kill and the next command sees them as they stand. A folder that is
 //! moved in between loses the parts of its set that were outside it. Where a file system has no locks, leftovers stay.
 
