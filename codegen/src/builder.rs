@@ -25,10 +25,12 @@
 
 use std::path::{Path, PathBuf};
 
+use fitter::output::OutputError;
+
 use crate::accepted::{NotAccepted, accepted};
 use crate::choose::{self, ChooseError, Wanted};
 use crate::cost::Core;
-use crate::files::{self, WriteError};
+use crate::files;
 use crate::format::Format;
 use crate::generate::{self, GenerateError, Generated};
 use crate::options::{CShift, Ends, Method, Options, OutOfRange};
@@ -54,7 +56,7 @@ pub enum BuildError {
     Generate(#[from] GenerateError),
     /// The output folder.
     #[error(transparent)]
-    Write(#[from] WriteError),
+    Write(#[from] OutputError),
 }
 
 /// What is to be generated; see the [module](self).

@@ -2,57 +2,27 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// The output folder cannot be written; nothing was changed.
-#[derive(Debug, thiserror::Error)]
-#[error("{path} cannot be written: {cause}; choose another folder with --out")]
-pub struct WriteError {
-    /// Which file or folder.
-    pub path: String,
-    /// What the system says.
-    #[source]
-    pub cause: io::Error,
-}
+use fitter::output::{FileSet, OutputError, interrupted};
 
-/// Writes `files` (paths relative to `folder`): each to a temporary neighbour first, and only when all are
-/// on disk are they renamed. A file that is the same already is left alone. Returns how many were changed.
+/// The file that vouches for the others: it appears last.
+const CERTIFICATE: &str = "certificate.json";
+
+/// Writes `files` (paths relative to `folder`) as a set; folders are made. A file that is the same already is left
+/// alone. Returns how many were changed.
 ///
 /// # Errors
-/// [`WriteError`] where a folder or file cannot be written.
-pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Result<usize, WriteError> {
-    let failed = |path: &Path, cause| WriteError { path: path.display().to_string(), cause };
-    let mut pending = Vec::new();
-    for (name, text) in files {
+/// [`OutputError`] where a folder or file cannot be written.
+pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Result<usize, OutputError> {
+    let mut set = FileSet::new().same_stay();
+    let (last, first): (Vec<_>, Vec<_>) = files.iter().partition(|(name, _)| *name == Path::new(CERTIFICATE));
+    for (name, contents) in first.into_iter().chain(last) {
         let path = folder.join(name);
-        if fs::read(&path).is_ok_and(|there| there == text.as_ref()) {
-            continue;
-        }
-        let parent = path.parent().unwrap_or(folder);
-        fs::create_dir_all(parent).map_err(|cause| failed(parent, cause))?;
-        let mut temporary = temporary_in(parent).map_err(|cause| failed(parent, cause))?;
-        temporary.write_all(text.as_ref()).map_err(|cause| failed(&path, cause))?;
-        pending.push((path, temporary));
+        set.folder(path.parent().unwrap_or(folder))?;
+        set.put(&path, contents)?;
     }
-    let changed = pending.len();
-    for (path, temporary) in pending {
-        temporary.persist(&path).map_err(|error| failed(&path, error.error))?;
-    }
-    Ok(changed)
-}
-
-/// A temporary neighbour that everybody may read once it has its final name.
-fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".codegen-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // As any new file: the user's mask takes away what it takes away.
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
+    set.commit()
 }
 
 /// How a file on disk differs from what would be generated.
@@ -60,6 +30,8 @@ fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 pub enum Difference {
     /// It is not there.
     Missing,
+    /// A program was interrupted here while it replaced the files: the folder that it left, with the rest of them.
+    Interrupted,
     /// It has other lines: the first one's number and text, found and expected, and how many differ.
     Lines {
         /// Number of the first line that differs, from 1.
@@ -100,13 +72,18 @@ pub fn compare<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> B
         let (first, found, expected) = first.unwrap_or_default();
         Some((name.clone(), Difference::Lines { first, found, expected, count }))
     };
-    files.iter().filter_map(difference).collect()
+    let left = interrupted(folder).map(|left| (left.file_name().map(PathBuf::from), Difference::Interrupted));
+    let left = left.map(|(name, difference)| (name.unwrap_or_default(), difference));
+    files.iter().filter_map(difference).chain(left).collect()
 }
 
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Difference::Missing => write!(f, "is missing"),
+            Difference::Interrupted => {
+                write!(f, "holds files that an interrupted run had yet to put in their places")
+            }
             Difference::Lines { first, found, expected, count } => {
                 write!(
                     f,

@@ -1,6 +1,5 @@
 //! Where the coefficients come from: a file, a recording that is fitted here, or the embedded recording.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use fitter::coefficients::{Coefficients, CoefficientsError};
@@ -59,8 +58,7 @@ impl Source {
     pub fn load(&self) -> Result<(Coefficients, String), SourceError> {
         match self {
             Source::Coefficients(path) => {
-                let coefficients = fitter::coefficients::read(path)?;
-                let text = fs::read_to_string(path).unwrap_or_default();
+                let (coefficients, text) = fitter::coefficients::read_with_text(path)?;
                 Ok((coefficients, sha256(&text)))
             }
             Source::Recording { recording, mirror } => {

@@ -2,14 +2,13 @@
 //! [`run`] its body for a program that takes the same [`Arguments`].
 
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser};
 use fitter::cli::Common;
 use fitter::cli::common::{line, program, say, summarise};
-use fitter::output::write_whole;
+use fitter::output::FileSet;
 use fitter::{Mirror, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
@@ -95,6 +94,7 @@ pub struct Arguments {
 /// # Errors
 /// One message; nothing was written.
 pub fn run(cli: &Arguments, common: Common) -> Result<()> {
+    common.limit();
     if cli.effects {
         say(crate::effects::page::markdown().trim_end());
         return Ok(());
@@ -140,15 +140,12 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
     });
     bar.finish_and_clear();
     let outcomes: Vec<Outcome> = outcomes.into_iter().collect::<Result<_>>()?;
-    std::fs::create_dir_all(&cli.out).map_err(|error| {
-        miette!(
-            "{}: the folder cannot be made ({error}); give --out a folder that can be written",
-            cli.out.display()
-        )
-    })?;
+    let mut set = FileSet::new();
+    set.folder(&cli.out).into_diagnostic()?;
     for (stem, outcome) in stems.iter().zip(&outcomes) {
-        write(&cli.out, stem, outcome, !cli.no_report)?;
+        write(&mut set, &cli.out, stem, outcome, !cli.no_report)?;
     }
+    set.commit().into_diagnostic()?;
     let outcomes: Vec<_> = outcomes.iter().map(|outcome| &outcome.diagnosis).collect();
     tell(&outcomes, &cli.out, common);
     Ok(())
@@ -225,24 +222,20 @@ fn command(cli: &Arguments) -> String {
     format!("diagnose {} --mirror {mirror}{order}{turn}{harmonics}", recordings.join(" "))
 }
 
-fn write(folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
-    let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
-    put(&folder.join(format!("{stem}.json")), &text)?;
-    let coefficients = folder.join(format!("{stem}.coefficients.json"));
-    match &outcome.coefficients {
-        Some(file) => put(&coefficients, &file.to_sealed_json())?,
-        // A file of an earlier run would pass for this one's.
-        None if coefficients.exists() => std::fs::remove_file(&coefficients).into_diagnostic()?,
-        None => {}
-    }
+/// Adds the files of one recording, the answer last: it names the others.
+fn write(set: &mut FileSet, folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
+    let at = |end: &str| folder.join(format!("{stem}.{end}"));
     if with_report {
-        put(&folder.join(format!("{stem}.html")), &report::page(outcome))?;
+        set.put(&at("html"), report::page(outcome)).into_diagnostic()?;
     }
-    Ok(())
-}
-
-pub(crate) fn put(path: &Path, text: &str) -> Result<()> {
-    write_whole(path, |file: &mut dyn Write| file.write_all(text.as_bytes())).into_diagnostic()
+    let coefficients = at("coefficients.json");
+    match &outcome.coefficients {
+        Some(file) => set.put(&coefficients, file.to_sealed_json()).into_diagnostic()?,
+        // A file of an earlier run would pass for this one's.
+        None => set.remove(&coefficients).into_diagnostic()?,
+    }
+    let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
+    set.put(&at("json"), text).into_diagnostic()
 }
 
 /// Progress on standard error: how many recordings are through, or, of a few, that something goes on.

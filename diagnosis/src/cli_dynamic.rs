@@ -4,11 +4,12 @@ use std::io::Write;
 use std::path::Path;
 
 use fitter::cli::Common;
+use fitter::output::FileSet;
 use fitter::plant::{Kind, PlantFile};
 use miette::{IntoDiagnostic, Result, miette};
 use rayon::prelude::*;
 
-use crate::cli::{Arguments, progress, put, stems, tell};
+use crate::cli::{Arguments, progress, stems, tell};
 use crate::dynamic::diagnose::Predicted;
 use crate::dynamic::linear::{self, diagnose_linear};
 use crate::dynamic::model::Term;
@@ -52,22 +53,21 @@ pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     });
     bar.finish_and_clear();
     let outcomes: Vec<DynamicOutcome> = outcomes.into_iter().collect::<Result<_>>()?;
-    std::fs::create_dir_all(&cli.out).map_err(|error| {
-        miette!(
-            "{}: the folder cannot be made ({error}); give --out a folder that can be written",
-            cli.out.display()
-        )
-    })?;
+    let mut set = FileSet::new();
+    set.folder(&cli.out).into_diagnostic()?;
     for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
-        let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
-        put(&cli.out.join(format!("{stem}.json")), &text)?;
-        put(&cli.out.join(format!("{stem}.plant.toml")), &outcome.plant.to_toml())?;
-        let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
-        put(&cli.out.join(format!("{stem}.simulated.csv")), &rows)?;
+        let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
         if !cli.no_report {
-            put(&cli.out.join(format!("{stem}.html")), &dynamic::report::page(recording, outcome))?;
+            set.put(&at("html"), dynamic::report::page(recording, outcome)).into_diagnostic()?;
         }
+        let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
+        set.put(&at("simulated.csv"), rows).into_diagnostic()?;
+        set.put(&at("plant.toml"), outcome.plant.to_toml()).into_diagnostic()?;
+        // The answer last: it names the others.
+        let text = serde_json::to_string_pretty(&outcome.diagnosis).into_diagnostic()? + "\n";
+        set.put(&at("json"), text).into_diagnostic()?;
     }
+    set.commit().into_diagnostic()?;
     let outcomes: Vec<_> = outcomes.iter().map(|outcome| &outcome.diagnosis).collect();
     tell(&outcomes, &cli.out, common);
     Ok(())

@@ -43,10 +43,8 @@ pub struct Simulation {
 pub fn read(path: &Path) -> Result<Simulation, SimulatedError> {
     let file = path.display().to_string();
     let unreadable = |reason: String| SimulatedError::Unreadable { file: file.clone(), reason };
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|e| unreadable(e.to_string()))?;
+    let text = fitter::input::unpacked(path).map_err(|e| unreadable(e.to_string()))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&text[..]);
     let headers: Vec<String> =
         reader.headers().map_err(|e| unreadable(e.to_string()))?.iter().map(String::from).collect();
     let find = |name: &str| headers.iter().position(|h| h == name);

@@ -19,6 +19,7 @@ mod fit;
 mod geometry;
 mod gram;
 mod identify;
+pub mod input;
 pub mod mirror;
 pub mod order;
 pub mod output;

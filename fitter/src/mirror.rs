@@ -65,7 +65,7 @@ impl Mirror {
     /// One of [`MirrorError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<Mirror, MirrorError> {
         let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match crate::input::parsed(path) {
             Ok(text) => Mirror::parse(&file, &text),
             Err(error) => Err(MirrorError::Unreadable { file, reason: error.to_string() }),
         }

@@ -237,7 +237,7 @@ impl PlantFile {
     /// One of [`PlantError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<PlantFile, PlantError> {
         let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
+        match crate::input::parsed(path) {
             Ok(text) => PlantFile::parse(&file, &text),
             Err(error) => Err(PlantError::Unreadable { file, reason: error.to_string() }),
         }

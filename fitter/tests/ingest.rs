@@ -230,3 +230,55 @@ fn parquet_that_cannot_be_used_is_refused_in_a_sentence() {
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     refused(&["lab.parquet", "not a Parquet file that can be read"]);
 }
+
+/// Every byte of the footer lost, or another: refused in a sentence, or read; the crate's own panics are not shown.
+#[test]
+fn a_damaged_parquet_footer_is_told_as_damage() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let path = folder.join("lab.parquet");
+    calibration(&path, Compression::SNAPPY, |_, _, value| Some(value));
+    let whole = std::fs::read(&path).unwrap();
+    let end = whole.len() - 8;
+    let length = u32::from_le_bytes(whole[end..end + 4].try_into().unwrap()) as usize;
+    let mut caught = None;
+    for at in end - length..end + 4 {
+        let (mut shorter, mut other) = (whole.clone(), whole.clone());
+        shorter.remove(at);
+        other[at] ^= 0x55;
+        for bytes in [shorter, other] {
+            std::fs::write(&path, &bytes).unwrap();
+            if let Err(error) = read(&path, &[], None)
+                && error.to_string().contains("it is damaged: ")
+            {
+                caught = Some(bytes);
+            }
+        }
+    }
+    std::fs::write(&path, caught.expect("a footer at which the crate panics")).unwrap();
+    std::fs::write(folder.join("mirror.toml"), MIRROR).unwrap();
+    let output = run(folder, &["fit", "lab.parquet", "--mirror", "mirror.toml", "--out", "c.json"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(2) && said.contains("is not a Parquet file that can be read"),
+        "{said}"
+    );
+    assert!(!said.contains("panicked") && !said.contains("backtrace"), "{said}");
+}
+
+/// A Parquet file that comes through a pipe.
+#[test]
+fn parquet_is_read_from_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, pipe) = (folder.path().join("lab.parquet"), folder.path().join("pipe"));
+    calibration(&file, Compression::SNAPPY, |_, _, value| Some(value));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let writer = std::thread::spawn({
+        let (file, pipe) = (file.clone(), pipe.clone());
+        move || std::fs::write(pipe, std::fs::read(file).unwrap()).unwrap()
+    });
+    let found = read(&pipe, &[], None).unwrap();
+    writer.join().unwrap();
+    assert_same(&found, &plain());
+    assert_eq!(found.sha256, read(&file, &[], None).unwrap().sha256);
+}

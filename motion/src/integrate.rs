@@ -15,6 +15,12 @@ use super::signal::Signal;
 const TOLERANCE: f64 = 1e-9;
 /// A position or velocity this many times its typical size is no motion of a mechanism any more.
 const RUNAWAY: f64 = 1e6;
+/// Steps that a simulation may take, at first and with every row more: some seconds of computing for a recording of any
+/// length. Between two rows that follow a motion there are ten or twenty.
+const STEPS: (u64, u64) = (1_000_000, 1_000);
+/// Largest step that the method takes stably, times the fastest rate of the mechanism: the end of Dormand and Prince's
+/// region of stability on the real axis.
+const STABLE: f64 = 3.3;
 /// Pauses between two samples beyond which something rattles without end.
 const PAUSES: usize = 2000;
 
@@ -41,6 +47,23 @@ pub enum SimulationError {
         /// What the integrator said.
         reason: String,
     },
+    /// Far more steps than rows.
+    #[error(
+        "the simulation would take about {steps:.1e} steps of integration for {} s of rows {} s apart, \
+         at most {most:.1e} are made: the plant moves far faster than the rows follow each other; check the units of \
+         `t_s` and of the plant's numbers, or record with shorter steps",
+        short(*duration_s), short(*sample_s)
+    )]
+    TooManySteps {
+        /// As many as it would take.
+        steps: f64,
+        /// As many as are made.
+        most: f64,
+        /// How long the recording is.
+        duration_s: f64,
+        /// Time from row to row.
+        sample_s: f64,
+    },
     /// More states than are provided for.
     #[error("the plant has {states} states, at most {most} can be simulated; leave effects out")]
     TooLarge {
@@ -49,6 +72,24 @@ pub enum SimulationError {
         /// How many there may be.
         most: usize,
     },
+}
+
+/// A number to six digits, for a message.
+fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// Refuses a motion whose rates, at most `fastest` per second, need far more steps than there are rows.
+///
+/// # Errors
+/// [`SimulationError::TooManySteps`].
+pub(crate) fn check_steps(fastest: f64, rows: usize, sample_s: f64) -> Result<(), SimulationError> {
+    let (duration_s, most) = (rows as f64 * sample_s, STEPS.0 as f64 + STEPS.1 as f64 * rows as f64);
+    let steps = fastest * duration_s / STABLE;
+    if steps > most {
+        return Err(SimulationError::TooManySteps { steps, most, duration_s, sample_s });
+    }
+    Ok(())
 }
 
 /// Most states of a mechanism.
@@ -113,6 +154,13 @@ struct Stepper<const N: usize> {
     y: [f64; N],
     mode: Option<Mode>,
     step_s: f64,
+    /// Steps taken, and as many as may be until the next row.
+    steps: u64,
+    most: u64,
+    /// The length of what was integrated, and of what is to be, and the time from row to row.
+    covered_s: f64,
+    duration_s: f64,
+    sample_s: f64,
 }
 
 struct Equations<'a> {
@@ -164,7 +212,37 @@ impl<const N: usize> Stepper<N> {
         let mut y = [0.0; N];
         y[..start.state.len()].copy_from_slice(&start.state);
         let states = mechanism.states();
-        Self { method, scales, states, t_s: start.t_s, y, mode: None, step_s: typical.sample_s }
+        Self {
+            method,
+            scales,
+            states,
+            t_s: start.t_s,
+            y,
+            mode: None,
+            step_s: typical.sample_s,
+            steps: 0,
+            most: STEPS.0,
+            covered_s: 0.0,
+            duration_s: typical.duration_s,
+            sample_s: typical.sample_s,
+        }
+    }
+
+    /// Counts a step that begins at `t_s`.
+    fn count(&mut self, t_s: f64) -> Result<(), SimulationError> {
+        self.steps += 1;
+        if self.steps <= self.most {
+            return Ok(());
+        }
+        let covered_s = self.covered_s + (t_s - self.t_s);
+        let (steps, most) = (self.steps as f64, self.most as f64);
+        Err(SimulationError::TooManySteps {
+            // More than were taken, however short the stretch that they led over.
+            steps: steps * (self.duration_s / covered_s.max(f64::MIN_POSITIVE)).max(1.0),
+            most,
+            duration_s: self.duration_s,
+            sample_s: self.sample_s,
+        })
     }
 
     /// The mode in which a mechanism at rest goes on.
@@ -242,6 +320,7 @@ impl<const N: usize> Stepper<N> {
         self.method.set_h(self.step_s.min(end_s - self.t_s));
         while end_s - self.method.t() > least_s {
             let (before_s, wanted) = (self.method.t(), self.method.h());
+            self.count(before_s)?;
             let left_s = end_s - before_s;
             // Two even steps rather than a whole and a tiny one.
             let step_s = match wanted {
@@ -322,7 +401,10 @@ impl<const N: usize> Integrator for Stepper<N> {
         pauses.sort_by(f64::total_cmp);
         pauses.dedup();
         pauses.push(t_s);
-        pauses.into_iter().try_for_each(|pause| self.stretch(mechanism, signals, pause))
+        self.most += STEPS.1;
+        pauses.into_iter().try_for_each(|pause| self.stretch(mechanism, signals, pause))?;
+        self.covered_s += length_s;
+        Ok(())
     }
 
     fn progress(&self) -> Progress {

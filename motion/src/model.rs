@@ -3,7 +3,7 @@
 use fitter::plant::{Hold, PlantEffect};
 
 use super::effects::{Context, Typical};
-use super::integrate::{Progress, SimulationError, integrator};
+use super::integrate::{Progress, SimulationError, check_steps, integrator};
 use super::mechanism::{Instant, Mechanism, Mode};
 use super::signal::{Edge, Signal};
 use crate::values::EffectError;
@@ -92,6 +92,12 @@ impl Model {
         })
     }
 
+    /// Refuses a recording that is sampled so slowly that its simulation would not end.
+    fn check_steps(&self, drives: &[Vec<f64>], sample_s: f64) -> Result<(), SimulationError> {
+        let fastest = self.stiffness.abs().sqrt().max(self.damping.abs());
+        check_steps(fastest, drives.first().map_or(0, Vec::len), sample_s)
+    }
+
     fn run(
         &self,
         drives: &[Vec<f64>],
@@ -99,6 +105,7 @@ impl Model {
         start: Start,
         read: impl Fn(&Mechanism, f64, &[f64], &[Signal]) -> f64,
     ) -> Result<Vec<f64>, RunError> {
+        self.check_steps(drives, sample_s)?;
         let count = drives.first().map_or(0, Vec::len);
         let mut mechanism = self.mechanism()?;
         let typical = Typical::of(self, drives, sample_s);
@@ -172,6 +179,8 @@ impl Model {
         recorded: &[f64],
         rows: usize,
     ) -> Result<Start, RunError> {
+        // Of the whole recording, not of its first rows alone.
+        self.check_steps(drives, sample_s)?;
         let rows = rows.min(recorded.len());
         let begin: Vec<Vec<f64>> = drives.iter().map(|u| u[..rows.min(u.len())].to_vec()).collect();
         let run =

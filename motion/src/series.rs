@@ -1,6 +1,6 @@
 //! Dynamic recordings as files: equidistant rows of drives and positions, in one run or several.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 /// A dynamic recording.
@@ -95,13 +95,7 @@ impl Series {
         let file = path.display().to_string();
         let unreadable =
             |error: io::Error| SeriesError::Unreadable { file: file.clone(), reason: error.to_string() };
-        let mut bytes = std::fs::read(path).map_err(unreadable)?;
-        if file.ends_with(".gz") {
-            let mut unpacked = Vec::new();
-            flate2::read::GzDecoder::new(&bytes[..]).read_to_end(&mut unpacked).map_err(unreadable)?;
-            bytes = unpacked;
-        }
-        Series::parse(&file, &bytes)
+        Series::parse(&file, &fitter::input::unpacked(path).map_err(unreadable)?)
     }
 
     /// Parses the text of a recording; `file` is the name that stands in messages.
@@ -112,6 +106,8 @@ impl Series {
         let form = |error: csv::Error| SeriesError::Form { file: file.to_owned(), reason: error.to_string() };
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
         let header: Vec<String> = reader.headers().map_err(form)?.iter().map(str::to_owned).collect();
+        fitter::input::check_columns(header.len())
+            .map_err(|limit| SeriesError::Form { file: file.to_owned(), reason: limit.to_string() })?;
         let at = |name: &str| header.iter().position(|column| column == name);
         let missing = |column: &str| SeriesError::Column {
             file: file.to_owned(),

@@ -113,6 +113,7 @@ pub struct Static {
 /// # Errors
 /// One message.
 pub fn run(command: &Command, common: Common) -> Result<ExitCode> {
+    common.limit();
     if common.quiet {
         workspace::hush();
     }

@@ -36,10 +36,13 @@ pub enum CampaignError {
     /// An answer is missing or of another form.
     #[error(transparent)]
     Answer(#[from] AnswerError),
-    /// A folder or a file could not be written.
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] fitter::output::OutputError),
+    /// A folder could not be made.
     #[error("{}: cannot be written ({reason}); give --out a folder that can be written", .path.display())]
     Write {
-        /// The file or folder.
+        /// The folder.
         path: PathBuf,
         /// What the system said.
         reason: std::io::ErrorKind,
@@ -188,11 +191,9 @@ pub fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, AnswerErro
 /// Writes a whole file.
 ///
 /// # Errors
-/// [`CampaignError::Write`].
+/// [`CampaignError::Output`].
 pub fn put(path: &Path, text: &str) -> Result<(), CampaignError> {
-    fitter::output::write_whole(path, |file| file.write_all(text.as_bytes())).map_err(|_| {
-        CampaignError::Write { path: path.to_owned(), reason: std::io::ErrorKind::PermissionDenied }
-    })
+    Ok(fitter::output::write_whole(path, |file| file.write_all(text.as_bytes()))?)
 }
 
 /// Whether progress is to be shown at all: `--quiet` holds for the whole run of the program.

@@ -117,6 +117,10 @@ pub fn main() -> ExitCode {
 /// # Errors
 /// Anything that is wrong with the input, in a sentence; nothing is written then.
 pub fn run(command: &Command) -> Result<ExitCode> {
+    let (Command::Check { arguments, .. }
+    | Command::Explore(ExploreArguments { arguments, .. })
+    | Command::Verify { arguments, .. }) = command;
+    arguments.common.limit();
     match command {
         Command::Check { arguments, sweep: false } => check(arguments),
         Command::Check { arguments, sweep: true } => verify(arguments, &CheckArguments::default()),
@@ -130,6 +134,7 @@ pub fn run(command: &Command) -> Result<ExitCode> {
 /// # Errors
 /// As [`run`].
 pub fn generated(arguments: &Arguments) -> Result<ExitCode> {
+    arguments.common.limit();
     if arguments.check { check(arguments) } else { write(arguments) }
 }
 

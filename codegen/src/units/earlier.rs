@@ -45,7 +45,7 @@ struct RangeOfWords {
 pub fn read(path: &Path) -> Result<Earlier, UnitsError> {
     let file = path.display().to_string();
     let wrong = |what: String| UnitsError::Earlier { file: file.clone(), what };
-    let text = std::fs::read_to_string(path).map_err(|cause| wrong(format!("cannot be read ({cause})")))?;
+    let text = fitter::input::parsed(path).map_err(|cause| wrong(format!("cannot be read ({cause})")))?;
     let summary: Summary =
         serde_json::from_str(&text).map_err(|cause| wrong(format!("is no summary of units ({cause})")))?;
     if summary.schema != "arcsmith-units" || summary.version != 1 {

@@ -307,8 +307,8 @@ pub fn read(files: &[PathBuf]) -> Result<Vec<Unit>, UnitsError> {
             let (first, second) = (first.display().to_string(), file.display().to_string());
             return Err(UnitsError::Twice { name, first, second });
         }
-        let coefficients = fitter::coefficients::read(file)?;
-        let sha256 = sha256(&std::fs::read_to_string(file).unwrap_or_default());
+        let (coefficients, text) = fitter::coefficients::read_with_text(file)?;
+        let sha256 = sha256(&text);
         units.insert(name.clone(), (Unit { name, coefficients, sha256 }, file));
     }
     Ok(units.into_values().map(|(unit, _)| unit).collect())

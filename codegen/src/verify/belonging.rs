@@ -17,7 +17,7 @@ use super::VerifyError;
 pub fn read_certificate(folder: &Path) -> Result<Certificate, VerifyError> {
     let path = folder.join("certificate.json");
     let wrong = |what: String| VerifyError::Certificate { path: path.clone(), what };
-    let text = std::fs::read_to_string(&path)
+    let text = fitter::input::parsed(&path)
         .map_err(|cause| wrong(format!("{cause}; run codegen first, or name the folder with --out")))?;
     let certificate: Certificate = serde_json::from_str(&text)
         .map_err(|cause| wrong(format!("no certificate of this version: {cause}; generate it anew")))?;

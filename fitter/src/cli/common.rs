@@ -8,7 +8,7 @@ use miette::Result;
 
 pub use crate::summary::{FIGURE, LABEL, WARNING, line};
 
-/// How much is said, for every command of every program.
+/// How much is said and read, for every command of every program.
 #[derive(Args, Debug, Clone, Copy, Default)]
 pub struct Common {
     /// Print the summary as JSON
@@ -20,9 +20,20 @@ pub struct Common {
     /// Print everything that was found
     #[arg(short, long, global = true)]
     pub verbose: bool,
+    /// Read at most so many bytes of a file, decompressed [default: 1073741824]
+    #[arg(long, global = true, value_name = "N")]
+    pub max_bytes: Option<u64>,
+    /// Read at most so many columns of a recording [default: 512]
+    #[arg(long, global = true, value_name = "N")]
+    pub max_columns: Option<u64>,
 }
 
 impl Common {
+    /// Lets the limits of what is read hold in this process.
+    pub fn limit(&self) {
+        crate::input::limit(self.max_bytes, self.max_columns);
+    }
+
     /// Whether someone watches standard error and wants to see how far the work is.
     pub fn watched(&self) -> bool {
         use std::io::IsTerminal;

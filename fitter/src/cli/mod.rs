@@ -96,6 +96,7 @@ pub struct MapArgs {
 /// # Errors
 /// One message; nothing was written.
 pub fn run(command: Work, common: Common) -> Result<()> {
+    common.limit();
     match command {
         Work::Fit(args) => fit::run(&args, common),
         Work::Apply(args) => apply::run(&args, common),

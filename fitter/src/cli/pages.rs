@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
 use super::{Common, summarise};
-use crate::output;
+use crate::output::FileSet;
 
 /// Arguments of `completions`.
 #[derive(Args)]
@@ -54,12 +54,13 @@ pub fn man(args: &ManArgs, mut program: Command, common: Common) -> Result<()> {
     }
     let mut pages = Vec::new();
     collect("", program, &mut pages)?;
-    let mut written = Vec::new();
+    let (mut set, mut written) = (FileSet::new(), Vec::new());
     for (name, text) in pages {
         let path = folder.join(format!("{name}.1"));
-        output::write_whole(&path, |file| file.write_all(&text)).into_diagnostic()?;
+        set.put(&path, text).into_diagnostic()?;
         written.push(path.display().to_string());
     }
+    set.commit().into_diagnostic()?;
     summarise(common, || json!({"written": written}), || format!("written      {}", written.join(", ")));
     Ok(())
 }

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::fit::ModelArgs;
 use super::{Common, summarise};
+use crate::output::FileSet;
 use crate::report::Report;
 use crate::summary::line;
 use crate::{faults, output, summary};
@@ -54,22 +55,23 @@ pub(super) fn run(args: &ReportArgs, common: Common) -> Result<()> {
     let figures = report.figures();
     let page = report.page(&figures, &screened.bad_rows);
     let mut written = vec![args.out.display().to_string()];
-    output::write_whole(&args.out, |file| file.write_all(page.as_bytes())).into_diagnostic()?;
+    let mut set = FileSet::new();
     let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());
     for figure in figures.iter().filter(|_| !args.no_svg) {
         let path = args.out.with_file_name(format!("{stem}-figure-{}.svg", figure.number));
-        let text = figure.file();
-        output::write_whole(&path, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
+        set.put(&path, figure.file()).into_diagnostic()?;
         written.push(path.display().to_string());
     }
     if let (Some(light), Some(figure)) = (&args.overview, report.overview()) {
         let stem = light.file_stem().map_or_else(|| "overview".into(), |stem| stem.to_string_lossy());
         let dark = light.with_file_name(format!("{stem}-dark.svg"));
         for (path, text) in [(light, figure.file()), (&dark, figure.dark_file())] {
-            output::write_whole(path, |file| file.write_all(text.as_bytes())).into_diagnostic()?;
+            set.put(path, text).into_diagnostic()?;
             written.push(path.display().to_string());
         }
     }
+    set.put(&args.out, page).into_diagnostic()?;
+    set.commit().into_diagnostic()?;
     let numbers: Vec<&str> = figures.iter().map(|figure| figure.number.as_str()).collect();
     summarise(
         common,

@@ -43,9 +43,17 @@ pub enum CoefficientsError {
 /// One of [`CoefficientsError`], each a sentence that names the file: not JSON, not a coefficients file,
 /// newer than this program, or damaged (a field missing, unknown or contradicting another).
 pub fn read(path: &Path) -> Result<Coefficients, CoefficientsError> {
+    read_with_text(path).map(|(coefficients, _)| coefficients)
+}
+
+/// As [`read`], with the text of the file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_with_text(path: &Path) -> Result<(Coefficients, String), CoefficientsError> {
     let file = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) => parse(&file, &text),
+    match crate::input::parsed(path) {
+        Ok(text) => parse(&file, &text).map(|coefficients| (coefficients, text)),
         Err(error) => Err(CoefficientsError::Unreadable { file, reason: error.to_string() }),
     }
 }

@@ -17,7 +17,7 @@ use crate::statistics::Statistics;
 use crate::terms::Term;
 use crate::turn::Turn;
 
-pub use file::{CoefficientsError, parse, read};
+pub use file::{CoefficientsError, parse, read, read_with_text};
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -27,16 +27,16 @@ impl Base {
         let over_time = limits::TIME_ORDER.min(n / 40);
         let both = direction.iter().any(|d| *d != direction[0]) && n >= 60 && positions >= 6;
         let (a, t) = (scaled(angle), scaled(time));
-        let mut columns: Vec<Vec<f64>> = (0..=order).map(|k| chebyshev(&a, k)).collect();
-        columns.extend((1..=over_time).map(|k| chebyshev(&t, k)));
+        let count = order + 1 + over_time + if both { 3 } else { 0 };
+        // Column after column, as the matrix has them.
+        let mut columns = Vec::with_capacity(n * count);
+        (0..=order).for_each(|k| columns.extend(chebyshev(&a, k)));
+        (1..=over_time).for_each(|k| columns.extend(chebyshev(&t, k)));
         if both {
-            columns.extend(
-                (0..=2).map(|k| {
-                    chebyshev(&a, k).iter().zip(direction).map(|(p, d)| p * d).collect::<Vec<f64>>()
-                }),
-            );
+            let by_direction = |k| chebyshev(&a, k).into_iter().zip(direction).map(|(p, d)| p * d);
+            (0..=2).for_each(|k| columns.extend(by_direction(k)));
         }
-        Base { columns: DMatrix::from_fn(n, columns.len(), |row, k| columns[k][row]) }
+        Base { columns: DMatrix::from_vec(n, count, columns) }
     }
 
     /// The channel less its smooth part; blanks stay blank.

@@ -3,6 +3,8 @@
 
 use thiserror::Error;
 
+use crate::input::LimitError;
+
 /// A place in a recording's file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
@@ -22,6 +24,19 @@ impl std::fmt::Display for Place {
     }
 }
 
+impl RecordingError {
+    /// Of a reading that ended early: at a limit, or for what the system, or the decompression, says.
+    pub fn of(file: &str, error: &std::io::Error, compressed: bool) -> RecordingError {
+        let (file, reason) = (file.to_string(), error.to_string());
+        match LimitError::of(error) {
+            Some(limit) => RecordingError::Limit { file, limit },
+            None if error.kind() == std::io::ErrorKind::NotFound => RecordingError::NotFound { file },
+            None if compressed => RecordingError::DamagedGzip { file, reason },
+            None => RecordingError::Unreadable { file, reason },
+        }
+    }
+}
+
 /// Why a recording is refused.
 #[derive(Debug, Error)]
 pub enum RecordingError {
@@ -31,6 +46,8 @@ pub enum RecordingError {
     IsDirectory { file: String },
     #[error("{file}: cannot be read ({reason}); check the file's permissions and medium")]
     Unreadable { file: String, reason: String },
+    #[error("{file}: {limit}")]
+    Limit { file: String, limit: LimitError },
     #[error("{file}: is empty, expected a header row and one row per reading; record or export it again")]
     Empty { file: String },
     #[error("{file}: has a header but no reading, expected one row per reading; export the rows as well")]

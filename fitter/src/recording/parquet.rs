@@ -1,22 +1,70 @@
 //! Reading a recording from Parquet: plain columns of numbers (and of text, which is left out), by the `parquet`
 //! crate's record reader. Rows are counted from 1 in messages.
 
+use std::cell::Cell as Flag;
 use std::fs::File;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Once;
 
+use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
 use super::build::Cell;
 use super::read::Reading;
 use super::{Recording, RecordingError};
+use crate::input::{self, LimitError};
 
-/// Reads the file; its hash is left blank.
+thread_local! {
+    static QUIET: Flag<bool> = const { Flag::new(false) };
+}
+
+/// Reads the file; its hash is left blank. The crate panics at some files whose parts contradict each other: that is
+/// caught here, without a word of its own, and told as damage.
 pub(super) fn read(file: &str, source: File, reading: &Reading) -> Result<Recording, RecordingError> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let usual = panic::take_hook();
+        panic::set_hook(Box::new(move |panicked| {
+            if !QUIET.get() {
+                usual(panicked);
+            }
+        }));
+    });
+    QUIET.set(true);
+    let read = panic::catch_unwind(AssertUnwindSafe(|| read_trusting(file, source, reading)));
+    QUIET.set(false);
+    read.unwrap_or_else(|panicked| {
+        let text = panicked.downcast_ref::<String>().map(String::as_str);
+        let text =
+            text.or(panicked.downcast_ref::<&str>().copied()).unwrap_or("its parts contradict each other");
+        Err(RecordingError::Parquet { file: file.to_string(), reason: format!("it is damaged: {text}") })
+    })
+}
+
+/// Refuses more than is read: the decompressed bytes that the file states, and what its rows take in memory.
+fn check_size(metadata: &ParquetMetaData) -> Result<(), LimitError> {
+    let stated: u64 = (metadata.row_groups().iter())
+        .map(|group| u64::try_from(group.total_byte_size()).unwrap_or(u64::MAX))
+        .fold(0, u64::saturating_add);
+    let file = metadata.file_metadata();
+    let columns = file.schema().get_fields().len();
+    input::check_columns(columns)?;
+    let cells = u64::try_from(file.num_rows()).unwrap_or(u64::MAX).saturating_mul(columns as u64);
+    let most = input::max_bytes();
+    if stated.max(cells.saturating_mul(8)) > most {
+        return Err(LimitError::Bytes { most, decompressed: true });
+    }
+    Ok(())
+}
+
+fn read_trusting(file: &str, source: File, reading: &Reading) -> Result<Recording, RecordingError> {
     let broken = |error: parquet::errors::ParquetError| RecordingError::Parquet {
         file: file.to_string(),
         reason: error.to_string(),
     };
     let reader = SerializedFileReader::new(source).map_err(broken)?;
+    check_size(reader.metadata()).map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
     let schema = reader.metadata().file_metadata().schema();
     let mut names = Vec::new();
     for column in schema.get_fields() {

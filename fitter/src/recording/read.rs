@@ -1,11 +1,10 @@
 //! Reading a recording from text (CSV, or CSV.gz), every cell checked, without an allocation per row.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use csv::{ByteRecord, ErrorKind};
-use flate2::bufread::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
 use super::build::{Builder, Cell, shown};
@@ -14,6 +13,7 @@ use super::header::Header;
 use super::mapping::{self, Mapping};
 use super::{Note, Recording, RecordingError};
 use crate::error_model::Sensor;
+use crate::input;
 
 /// What a recording is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +47,8 @@ impl Reading<'_> {
         file: &'f str,
         names: Vec<String>,
     ) -> Result<Builder<'f>, RecordingError> {
+        input::check_columns(names.len())
+            .map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
         let shown = names.clone();
         let mut names = names;
         let conversions = mapping::rename(file, &mut names, self.mappings, self.sensor)?;
@@ -90,21 +92,22 @@ impl Recording {
     ) -> Result<Recording, RecordingError> {
         let shown = path.display().to_string();
         let name = path.file_name().map_or_else(|| shown.clone(), |name| name.to_string_lossy().into_owned());
-        let unreadable = |error: std::io::Error| match error.kind() {
-            std::io::ErrorKind::NotFound => RecordingError::NotFound { file: shown.clone() },
-            _ => RecordingError::Unreadable { file: shown.clone(), reason: error.to_string() },
-        };
+        let unreadable = |error: std::io::Error| RecordingError::of(&shown, &error, false);
         let mut file = File::open(path).map_err(unreadable)?;
         if file.metadata().map_err(unreadable)?.is_dir() {
             return Err(RecordingError::IsDirectory { file: shown });
         }
         let mut magic = [0; 4];
         let count = read_most(&mut file, &mut magic).map_err(unreadable)?;
-        file.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-        let mut recording = match &magic[..count] {
-            b"PAR1" => read_whole(parquet, &shown, file, reading, progress)?,
-            b"TDSm" => read_whole(tdms, &shown, file, reading, progress)?,
-            _ => read_from(&shown, file, reading, progress)?,
+        let head = &magic[..count];
+        // A pipe cannot be read again from its beginning: what was read is put before the rest.
+        let mut recording = match head {
+            b"PAR1" => {
+                let file = if file.rewind().is_ok() { Ok(file) } else { spooled(head.chain(file)) };
+                read_parquet(&shown, file.map_err(unreadable)?, reading, progress)?
+            }
+            b"TDSm" => return Err(RecordingError::NoTdms { file: shown }),
+            _ => read_from(&shown, head.chain(file), input::is_gzip(&shown, head), reading, progress)?,
         };
         recording.file = name;
         Ok(recording)
@@ -116,7 +119,8 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`].
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Recording, RecordingError> {
-        read_from(file, bytes, &Reading::plain(Purpose::Fit), &mut |_| {})
+        let gzip = input::is_gzip(file, bytes);
+        read_from(file, bytes, gzip, &Reading::plain(Purpose::Fit), &mut |_| {})
     }
 }
 
@@ -145,21 +149,15 @@ const HEAD: u64 = 1 << 16;
 fn read_from<R: Read>(
     file: &str,
     source: R,
+    gzip: bool,
     reading: &Reading,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Recording, RecordingError> {
     let hashing = Hashing { inner: source, hash: Sha256::new(), bytes: 0, progress };
     let mut raw = BufReader::with_capacity(BUFFER, hashing);
-    let compressed = file.ends_with(".gz");
-    let mut recording = if compressed {
-        let text = BufReader::with_capacity(BUFFER, MultiGzDecoder::new(&mut raw));
-        read_text(file, text, reading, compressed)?
-    } else {
-        read_text(file, &mut raw, reading, compressed)?
-    };
+    let mut recording = read_text(file, input::text(&mut raw, gzip), reading, gzip)?;
     // What stands behind the last member of a gzip file belongs to the file's bytes as well.
-    std::io::copy(&mut raw, &mut std::io::sink())
-        .map_err(|error| RecordingError::Unreadable { file: file.to_string(), reason: error.to_string() })?;
+    std::io::copy(&mut raw, &mut std::io::sink()).map_err(|error| RecordingError::of(file, &error, false))?;
     recording.sha256 = hexadecimal(raw.into_inner().hash);
     Ok(recording)
 }
@@ -180,24 +178,31 @@ fn read_most(source: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize
     Ok(count)
 }
 
-/// Hashes a file and has it read by a reader of its format.
-fn read_whole(
-    format: fn(&str, File, &Reading) -> Result<Recording, RecordingError>,
+/// A file that can be read in any order, of what perhaps cannot.
+fn spooled(mut source: impl Read) -> std::io::Result<File> {
+    let mut file = tempfile::tempfile()?;
+    let most = input::max_bytes();
+    if std::io::copy(&mut source.by_ref().take(most.saturating_add(1)), &mut file)? > most {
+        let limit = input::LimitError::Bytes { most, decompressed: false };
+        return Err(std::io::Error::other(limit));
+    }
+    file.rewind()?;
+    Ok(file)
+}
+
+/// Hashes a Parquet file and reads it.
+fn read_parquet(
     file: &str,
     mut source: File,
     reading: &Reading,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Recording, RecordingError> {
-    let unreadable = |error: std::io::Error| RecordingError::Unreadable {
-        file: file.to_string(),
-        reason: error.to_string(),
-    };
+    let unreadable = |error: std::io::Error| RecordingError::of(file, &error, false);
     let mut hashing = Hashing { inner: &mut source, hash: Sha256::new(), bytes: 0, progress };
     std::io::copy(&mut hashing, &mut std::io::sink()).map_err(unreadable)?;
     let sha256 = hexadecimal(hashing.hash);
-    source.seek(SeekFrom::Start(0)).map_err(unreadable)?;
-    let recording = format(file, source, reading)?;
-    Ok(Recording { sha256, ..recording })
+    source.rewind().map_err(unreadable)?;
+    Ok(Recording { sha256, ..parquet(file, source, reading)? })
 }
 
 #[cfg(feature = "parquet")]
@@ -208,28 +213,18 @@ fn parquet(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError
     Err(RecordingError::NoParquet { file: file.to_string() })
 }
 
-fn tdms(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError> {
-    Err(RecordingError::NoTdms { file: file.to_string() })
-}
-
-fn read_text<R: BufRead>(
+fn read_text<R: Read>(
     file: &str,
     mut text: R,
     reading: &Reading,
     compressed: bool,
 ) -> Result<Recording, RecordingError> {
-    let failed = |error: std::io::Error| {
-        let (file, reason) = (file.to_string(), error.to_string());
-        if compressed {
-            RecordingError::DamagedGzip { file, reason }
-        } else {
-            RecordingError::Unreadable { file, reason }
-        }
-    };
+    let failed = |error: std::io::Error| RecordingError::of(file, &error, compressed);
     let broken = |error: csv::Error| match error.kind() {
         ErrorKind::Utf8 { pos, .. } => {
             RecordingError::NotText { file: file.to_string(), line: pos.as_ref().map_or(1, |pos| pos.line()) }
         }
+        ErrorKind::Io(error) => RecordingError::of(file, error, compressed),
         _ => failed(error.into()),
     };
     let mut head = Vec::new();

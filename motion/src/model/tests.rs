@@ -161,3 +161,25 @@ fn the_start_of_a_recording_is_found() {
     };
     assert!((position - 800.0).abs() < 0.01 && (velocity + 9e4).abs() < 1.0, "{position} {velocity}");
 }
+
+/// Rows far apart, of the plant or of what acts in it: told before hours are spent.
+#[test]
+fn a_motion_that_takes_far_more_steps_than_rows_is_refused() {
+    let plain = model(
+        34.5,
+        54_735.7,
+        7.4e8,
+        Hold::BandLimited,
+        &[("coulomb_friction", &[("force_per_inertia", 6e5)])],
+    );
+    let drive: Vec<f64> = (0..2048).map(|k| 0.1 * (0.3 * f64::from(k)).sin()).collect();
+    for error in [
+        plain.simulate(std::slice::from_ref(&drive), 500.0, REST).unwrap_err(),
+        plain.start_of(std::slice::from_ref(&drive), 500.0, &drive, 50).unwrap_err(),
+    ] {
+        assert!(error.to_string().contains("7.3e7 steps of integration for 1024000 s"), "{error}");
+    }
+    let fast = model(40.0, 4e4, 4e8, Hold::ZeroOrder, &[("sensor_lag", &[("time_constant_s", 1e-10)])]);
+    let error = fast.simulate(&[drive], 5e-4, REST).unwrap_err().to_string();
+    assert!(error.contains("steps of integration for 1.024 s of rows 0.0005 s apart"), "{error}");
+}

@@ -5,10 +5,11 @@ mod charts;
 
 use std::path::Path;
 
+use fitter::output::FileSet;
 use minijinja::{Environment, context};
 use serde::Serialize;
 
-use crate::campaign::{Campaign, CampaignError, Outcome, put};
+use crate::campaign::{Campaign, CampaignError, Outcome};
 use crate::score::{Figure, Score, score};
 use crate::summary::reached;
 use crate::truth::CAN_TELL;
@@ -42,12 +43,14 @@ where
     /// Writes `report.json` and `report.html` into `folder`.
     ///
     /// # Errors
-    /// [`CampaignError::Write`].
+    /// [`CampaignError::Output`].
     pub fn write(&self, folder: &Path) -> Result<(), CampaignError> {
         // Plain numbers, names and lists: cannot fail.
         let json = serde_json::to_string_pretty(self).unwrap_or_default();
-        put(&folder.join("report.json"), &(json + "\n"))?;
-        put(&folder.join("report.html"), &self.page())
+        let mut set = FileSet::new();
+        set.put(&folder.join("report.html"), self.page())?;
+        set.put(&folder.join("report.json"), json + "\n")?;
+        set.commit().map(drop).map_err(CampaignError::from)
     }
 }
 

@@ -148,6 +148,7 @@ pub fn main() -> ExitCode {
 /// # Errors
 /// One message; nothing was written.
 pub fn run(command: Command, common: Common) -> Result<()> {
+    common.limit();
     match command {
         Command::Record(options) => record(options, common),
         Command::Encode(options) => encode::run(&options, common),

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use fitter::output::not_the_input;
 use fitter::plant::{Numbers, PlantEffect, PlantFile};
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 
 use super::{Common, written};
 use crate::dynamic::{Begin, Bench, Excitation, Series, bench, simulate};
@@ -114,14 +115,7 @@ pub(super) fn excite(options: Excite, common: Common) -> miette::Result<()> {
 pub(super) fn run(options: &Simulate, common: Common) -> miette::Result<()> {
     let plant = PlantFile::read(&options.plant).into_diagnostic()?;
     let recording = Series::read(&options.drive).into_diagnostic()?;
-    let same = |input: &PathBuf| match (options.out.canonicalize(), input.canonicalize()) {
-        (Ok(out), Ok(input)) => out == input,
-        _ => false,
-    };
-    if same(&options.drive) || same(&options.plant) {
-        let out = options.out.display();
-        return Err(miette!("{out}: is a file that was read; write the simulation to another name"));
-    }
+    not_the_input(&options.out, &[&options.drive, &options.plant]).into_diagnostic()?;
     let begin = match options.begin {
         Some(Beginning::Recorded) => Begin::Recorded,
         Some(Beginning::Rest) => Begin::Rest,

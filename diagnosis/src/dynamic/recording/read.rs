@@ -1,13 +1,12 @@
 //! Reading a dynamic recording from CSV or CSV.gz, every cell checked.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::Read;
 use std::path::Path;
 
 use csv::{ByteRecord, ErrorKind};
 use fitter::RecordingError;
+use fitter::input;
 use fitter::recording::Place;
-use flate2::read::MultiGzDecoder;
 use sha2::{Digest, Sha256};
 
 use super::{DynamicRecording, checks, faults};
@@ -21,16 +20,10 @@ impl DynamicRecording {
     /// One of [`DynamicError`].
     pub fn read(path: &Path, command: Option<&str>) -> Result<DynamicRecording, DynamicError> {
         let shown = path.display().to_string();
-        let unreadable = |error: std::io::Error| match error.kind() {
-            std::io::ErrorKind::NotFound => RecordingError::NotFound { file: shown.clone() },
-            _ => RecordingError::Unreadable { file: shown.clone(), reason: error.to_string() },
-        };
-        let mut file = File::open(path).map_err(unreadable)?;
-        if file.metadata().map_err(unreadable)?.is_dir() {
+        if path.is_dir() {
             return Err(RecordingError::IsDirectory { file: shown }.into());
         }
-        let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(unreadable)?;
+        let bytes = input::bytes(path).map_err(|error| RecordingError::of(&shown, &error, false))?;
         let mut recording = DynamicRecording::from_bytes(&shown, &bytes, command)?;
         recording.file = path.file_name().map_or(shown, |name| name.to_string_lossy().into_owned());
         Ok(recording)
@@ -46,11 +39,8 @@ impl DynamicRecording {
         command: Option<&str>,
     ) -> Result<DynamicRecording, DynamicError> {
         let sha256: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        let mut recording = if file.ends_with(".gz") {
-            parse(file, BufReader::new(MultiGzDecoder::new(bytes)), command)?
-        } else {
-            parse(file, bytes, command)?
-        };
+        let text = input::text(bytes, input::is_gzip(file, bytes));
+        let mut recording = parse(file, text, command)?;
         recording.sha256 = sha256;
         Ok(recording)
     }
@@ -132,6 +122,7 @@ fn parse<R: Read>(file: &str, text: R, command: Option<&str>) -> Result<DynamicR
     if names.len() == 1 && names[0].contains([';', '\t']) {
         return Err(RecordingError::Separator { file: file.into(), found: "semicolons or tabs" }.into());
     }
+    input::check_columns(names.len()).map_err(|limit| RecordingError::Limit { file: file.into(), limit })?;
     let header = Header::new(file, names, command)?;
     let mut wanted: Vec<usize> = vec![header.time];
     wanted.extend(&header.drives);
@@ -260,9 +251,7 @@ fn fault(file: &str, error: &csv::Error, line: u64) -> RecordingError {
             expected: *expected_len,
         },
         ErrorKind::Utf8 { .. } => RecordingError::NotText { file, line },
-        ErrorKind::Io(reason) if file.ends_with(".gz") => {
-            RecordingError::DamagedGzip { file, reason: reason.to_string() }
-        }
+        ErrorKind::Io(error) => RecordingError::of(&file, error, file.ends_with(".gz")),
         _ => RecordingError::Unreadable { file, reason: error.to_string() },
     }
 }
