@@ -5,6 +5,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use fitter::text_safety;
+
 /// The output folder cannot be written; nothing was changed.
 #[derive(Debug, thiserror::Error)]
 #[error("{path} cannot be written: {cause}; choose another folder with --out")]
@@ -22,7 +24,7 @@ pub struct WriteError {
 /// # Errors
 /// [`WriteError`] where a folder or file cannot be written.
 pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Result<usize, WriteError> {
-    let failed = |path: &Path, cause| WriteError { path: path.display().to_string(), cause };
+    let failed = |path: &Path, cause| WriteError { path: text_safety::path(path), cause };
     let mut pending = Vec::new();
     for (name, text) in files {
         let path = folder.join(name);

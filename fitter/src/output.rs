@@ -5,6 +5,8 @@ use std::path::Path;
 
 use thiserror::Error;
 
+use crate::text_safety;
+
 /// Why a file could not be written.
 #[derive(Debug, Error)]
 pub enum OutputError {
@@ -26,7 +28,7 @@ pub fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), OutputError> {
-    let file = path.display().to_string();
+    let file = text_safety::path(path);
     if path.is_dir() {
         return Err(OutputError::IsDirectory { file });
     }
@@ -77,7 +79,7 @@ pub fn not_the_input(output: &Path, inputs: &[&Path]) -> Result<(), OutputError>
         _ => false,
     };
     match inputs.iter().any(|input| same(input)) {
-        true => Err(OutputError::SameAsInput { file: output.display().to_string() }),
+        true => Err(OutputError::SameAsInput { file: text_safety::path(output) }),
         false => Ok(()),
     }
 }

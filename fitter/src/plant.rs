@@ -38,6 +38,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::recording::nearest;
+use crate::text_safety;
 
 /// A whole `plant.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -236,7 +237,7 @@ impl PlantFile {
     /// # Errors
     /// One of [`PlantError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<PlantFile, PlantError> {
-        let file = path.display().to_string();
+        let file = text_safety::path(path);
         match std::fs::read_to_string(path) {
             Ok(text) => PlantFile::parse(&file, &text),
             Err(error) => Err(PlantError::Unreadable { file, reason: error.to_string() }),
