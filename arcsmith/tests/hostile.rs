@@ -179,6 +179,11 @@ fn columns_that_act_are_refused_where_they_are_read() {
             assert!(said.contains("bad.csv, line 1") && said.contains(says), "{says}: {said}");
         }
     }
+    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"a\\u202Eb\"\ndrive_unit = \"A\"\n";
+    fs::write(folder.path().join("plant.toml"), plant).unwrap();
+    let said =
+        refusal("unit", &run(folder.path(), "simulate --plant plant.toml --drive bad.csv --out new.csv"));
+    assert!(said.contains("`plant.position_unit` is") && said.contains("U+202E"), "{said}");
     // A cell is told by its beginning.
     fs::write(folder.path().join("bad.csv"), header("t").replace("1,1\n", &format!("\u{1b}{long},1\n")))
         .unwrap();

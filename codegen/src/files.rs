@@ -57,6 +57,9 @@ fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
+/// Most characters of a line that is told.
+const LONGEST_LINE: usize = 400;
+
 /// How a file on disk differs from what would be generated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Difference {
@@ -95,7 +98,9 @@ pub fn compare<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> B
             number += 1;
             if left != right {
                 count += 1;
-                let line = |text: Option<&str>| text.unwrap_or("(end of file)").trim().to_string();
+                let line = |text: Option<&str>| {
+                    text_safety::excerpt(text.unwrap_or("(end of file)").trim(), LONGEST_LINE)
+                };
                 first.get_or_insert((number, line(left), line(right)));
             }
         }

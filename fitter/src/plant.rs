@@ -316,6 +316,10 @@ impl PlantFile {
             if unit.trim().is_empty() {
                 return wrong(format!("plant.{key}"), String::from("\"\""), "the name of a unit");
             }
+            if let Err(reason) = text_safety::name(unit) {
+                let found = format!("\"{}\", which {reason}", text_safety::cell(unit.as_bytes()));
+                return wrong(format!("plant.{key}"), found, "the name of a unit");
+            }
         }
         for (key, value) in [("damping", plant.damping), ("stiffness", plant.stiffness)] {
             if let Some(value) = value.filter(|value| !value.is_finite()) {
