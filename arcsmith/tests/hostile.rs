@@ -126,7 +126,7 @@ fn options_that_no_sensor_has_are_refused_by_their_names() {
     fs::write(folder.path().join("c.json"), file.to_string()).unwrap();
     for (option, says) in [
         ("--full-scale 1e-300", "--full-scale is 1e-300"),
-        ("--full-scale inf", "--full-scale is inf"),
+        ("--full-scale inf", "the full scale is inf"),
         ("--input counts --gain 1e-300", "--gain is 1e-300"),
         ("--input counts --gain 0.001 --offset 1e300", "--offset is 1e300"),
         ("--extrapolate --from -1e300 --to 1e300", "--from … --to is -1e300"),

@@ -169,31 +169,41 @@ impl Options {
         let named = |option: &str, checked: Result<(), String>| {
             checked.map_err(|reason| OptionError { option: option.into(), reason })
         };
-        named("--bound", self.bound.map_or(Ok(()), limits::scale))?;
-        named("--from … --to", self.range.map_or(Ok(()), |(from, to)| limits::range(from, to)))?;
-        named("--period-s", self.period_s.map_or(Ok(()), limits::scale))?;
+        named("--bound", self.bound.map_or(Ok(()), above_zero))?;
+        named("--from … --to", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
+        named("--period-s", self.period_s.map_or(Ok(()), above_zero))?;
         for routine in &self.routines {
             match routine.input.encoding {
                 Encoding::F32 => {}
                 Encoding::Q31 { full_scale } => {
-                    named("--full-scale", full_scale.map_or(Ok(()), limits::scale))?;
+                    named("--full-scale", full_scale.map_or(Ok(()), above_zero))?;
                 }
                 Encoding::Counts { gain, offset, .. } => {
-                    named("--gain", limits::scale(gain))?;
+                    named("--gain", above_zero(gain))?;
                     named("--offset", limits::place(offset))?;
                 }
             }
         }
         for input in &self.further {
             let option = |what: &str| format!("--further {}: the {what}", input.observable);
-            named(&option("range"), limits::range(input.from, input.to))?;
+            named(&option("range"), ends(input.from, input.to))?;
             if let FurtherEncoding::Counts { gain, offset, .. } = input.encoding {
-                named(&option("gain"), limits::scale(gain))?;
+                named(&option("gain"), above_zero(gain))?;
                 named(&option("count of zero"), limits::place(offset))?;
             }
         }
         Ok(())
     }
+}
+
+/// A scale; what is zero, negative or no number is refused where it is used, in words of its own.
+fn above_zero(value: f64) -> Result<(), String> {
+    if value.is_finite() && value > 0.0 { limits::scale(value) } else { Ok(()) }
+}
+
+/// A range; what is empty or has an end that is no number is refused as in [`above_zero`].
+fn ends(from: f64, to: f64) -> Result<(), String> {
+    if from < to && from.is_finite() && to.is_finite() { limits::range(from, to) } else { Ok(()) }
 }
 
 impl Default for Options {
