@@ -63,9 +63,8 @@ struct Trials {
 
 fn main() -> ExitCode {
     let own = rename::renamed(Cli::command());
-    let parsed = Cli::from_arg_matches(&own.clone().get_matches());
-    let cli = parsed.unwrap_or_else(|error| error.exit());
-    program(|| run(cli, own))
+    let parsed = own.clone().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    program(parsed, |cli| run(cli, own))
 }
 
 fn run(cli: Cli, own: clap::Command) -> Result<ExitCode> {

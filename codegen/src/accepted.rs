@@ -4,7 +4,7 @@
 use fitter::acceptance::{self, Refusal, Reservation};
 use fitter::coefficients::Coefficients;
 
-use crate::options::Options;
+use crate::options::{OptionError, Options};
 
 /// Why nothing is generated from these coefficients.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -12,6 +12,9 @@ pub enum NotAccepted {
     /// They cannot be evaluated.
     #[error("{0}; fit again")]
     Damaged(Refusal),
+    /// A number among the options.
+    #[error(transparent)]
+    Option(#[from] OptionError),
     /// They leave more than they explain.
     #[error(
         "{0}; record what varies and diagnose again, or give --accept-unexplained: the generated files then say so"
@@ -24,6 +27,7 @@ pub enum NotAccepted {
 /// # Errors
 /// [`NotAccepted`], with the reason.
 pub fn accepted(coefficients: &Coefficients, options: &Options) -> Result<Option<String>, NotAccepted> {
+    options.within_limits()?;
     match acceptance::to_generate(coefficients, options.accept_unexplained) {
         Ok(reservation) => Ok(reservation.map(|open| {
             format!("{open}; it was generated all the same, as was asked for (--accept-unexplained)")

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fitter::output::{FileSet, OutputError, interrupted};
+use fitter::text_safety;
 
 /// The file that vouches for the others: it appears last.
 const CERTIFICATE: &str = "certificate.json";
@@ -24,6 +25,9 @@ pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Res
     }
     set.commit()
 }
+
+/// Most characters of a line that is told.
+const LONGEST_LINE: usize = 400;
 
 /// How a file on disk differs from what would be generated.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,7 +69,9 @@ pub fn compare<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> B
             number += 1;
             if left != right {
                 count += 1;
-                let line = |text: Option<&str>| text.unwrap_or("(end of file)").trim().to_string();
+                let line = |text: Option<&str>| {
+                    text_safety::excerpt(text.unwrap_or("(end of file)").trim(), LONGEST_LINE)
+                };
                 first.get_or_insert((number, line(left), line(right)));
             }
         }

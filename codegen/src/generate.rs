@@ -12,11 +12,11 @@ use sha2::{Digest, Sha256};
 use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::{self, Certificate, Entry};
 use crate::gappa;
+use crate::name;
 use crate::options::{CShift, Options};
 use crate::quantity::Quantity;
 use crate::render::{RenderError, Renderer, View};
 use crate::routine::{self, Routine, RoutineError};
-use crate::text;
 use crate::turn::{self, TurnError};
 
 /// Program and version, as the heads of the files name it.
@@ -74,6 +74,14 @@ pub enum GenerateError {
         /// The name.
         name: String,
     },
+    /// A name that already means something.
+    #[error("--name {name}: this is {why}; give another name")]
+    ReservedName {
+        /// The name.
+        name: String,
+        /// What it means.
+        why: &'static str,
+    },
     /// The routine of a sensor that turns round and round.
     #[error(transparent)]
     Turn(#[from] TurnError),
@@ -110,13 +118,10 @@ pub fn generate(
         return turn::generate(coefficients, coefficients_sha256, options);
     }
     let quantity = Quantity::of(&routine::model(coefficients, options));
-    if !text::is_identifier(&quantity.unit) {
+    if !name::is_identifier(&quantity.unit) {
         return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
     }
-    let name = options.name.clone().unwrap_or_else(|| quantity.default_name.clone());
-    if !text::is_identifier(&name) {
-        return Err(GenerateError::Name { what: "the name", name });
-    }
+    let name = name::base(options, &quantity.default_name)?;
     for (i, r) in options.routines.iter().enumerate() {
         if options.routines[..i].iter().any(|other| other.suffix() == r.suffix()) {
             return Err(GenerateError::Twice(r.suffix()));

@@ -28,6 +28,7 @@ pub mod gappa;
 pub mod generate;
 pub mod input;
 pub mod interpret;
+pub mod name;
 pub mod options;
 pub mod output;
 pub mod physics;

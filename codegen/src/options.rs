@@ -1,11 +1,12 @@
 //! What a user can ask for.
 
+use fitter::limits;
 use serde::Serialize;
 
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
-use crate::physics::Further;
+use crate::physics::{Further, FurtherEncoding};
 use crate::turn::Encoder;
 
 /// What happens to a reading outside the valid range.
@@ -147,6 +148,62 @@ pub struct Options {
     pub command: String,
     /// What is wanted of the routine of a sensor that turns, in place of `routines`.
     pub encoder: Encoder,
+}
+
+/// A number that nothing can be computed with.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{option} {reason}; give a number that a sensor can have")]
+pub struct OptionError {
+    /// The option.
+    pub option: String,
+    /// What it is and what was expected.
+    pub reason: String,
+}
+
+impl Options {
+    /// Whether all numbers that are asked for can be computed with, see [`fitter::limits`].
+    ///
+    /// # Errors
+    /// [`OptionError`], the first that cannot.
+    pub fn within_limits(&self) -> Result<(), OptionError> {
+        let named = |option: &str, checked: Result<(), String>| {
+            checked.map_err(|reason| OptionError { option: option.into(), reason })
+        };
+        named("--bound", self.bound.map_or(Ok(()), above_zero))?;
+        named("--from … --to", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
+        named("--period-s", self.period_s.map_or(Ok(()), above_zero))?;
+        for routine in &self.routines {
+            match routine.input.encoding {
+                Encoding::F32 => {}
+                Encoding::Q31 { full_scale } => {
+                    named("--full-scale", full_scale.map_or(Ok(()), above_zero))?;
+                }
+                Encoding::Counts { gain, offset, .. } => {
+                    named("--gain", above_zero(gain))?;
+                    named("--offset", limits::place(offset))?;
+                }
+            }
+        }
+        for input in &self.further {
+            let option = |what: &str| format!("--further {}: the {what}", input.observable);
+            named(&option("range"), ends(input.from, input.to))?;
+            if let FurtherEncoding::Counts { gain, offset, .. } = input.encoding {
+                named(&option("gain"), above_zero(gain))?;
+                named(&option("count of zero"), limits::place(offset))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A scale; what is zero, negative or no number is refused where it is used, in words of its own.
+fn above_zero(value: f64) -> Result<(), String> {
+    if value.is_finite() && value > 0.0 { limits::scale(value) } else { Ok(()) }
+}
+
+/// A range; what is empty or has an end that is no number is refused as in [`above_zero`].
+fn ends(from: f64, to: f64) -> Result<(), String> {
+    if from < to && from.is_finite() && to.is_finite() { limits::range(from, to) } else { Ok(()) }
 }
 
 impl Default for Options {

@@ -266,6 +266,14 @@ impl Program {
         self.needed(self.state.iter().map(|word| word.next).chain(results))
     }
 
+    /// The steps of which a source is written: of a term that vanishes there may be others.
+    pub fn written_steps(&self) -> Vec<usize> {
+        let mut written = [self.start_steps(), self.update_steps()].concat();
+        written.sort_unstable();
+        written.dedup();
+        written
+    }
+
     /// The steps that lead to some operands, in their order.
     pub fn needed(&self, wanted: impl Iterator<Item = Operand>) -> Vec<usize> {
         let mut needed = vec![false; self.steps.len()];

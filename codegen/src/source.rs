@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fitter::coefficients::{Coefficients, CoefficientsError};
-use fitter::{FitError, Mirror, MirrorError, Recording, RecordingError};
+use fitter::{FitError, Mirror, MirrorError, Recording, RecordingError, text_safety};
 
 use crate::generate::sha256;
 
@@ -74,7 +74,7 @@ impl Source {
 }
 
 fn fit_command(recording: &Path) -> String {
-    format!("fitter fit {}", recording.display())
+    text_safety::command(&format!("fitter fit {}", recording.display()))
 }
 
 fn fitted(

@@ -100,25 +100,6 @@ pub fn wrapped(text: &str, columns: usize, indent: &str) -> String {
     lines.join("\n")
 }
 
-/// Whether a name can stand in generated source: a letter, then letters, digits and underscores, no keyword.
-pub fn is_identifier(name: &str) -> bool {
-    let mut characters = name.chars();
-    characters.next().is_some_and(|c| c.is_ascii_alphabetic())
-        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
-        && !KEYWORDS.contains(&name)
-}
-
-/// Words of C99 and Rust that no name may take.
-const KEYWORDS: &[&str] = &[
-    "abstract", "as", "async", "auto", "await", "become", "box", "break", "case", "char", "const",
-    "continue", "crate", "default", "do", "double", "dyn", "else", "enum", "extern", "false", "final",
-    "float", "fn", "for", "gen", "goto", "if", "impl", "in", "inline", "int", "let", "long", "loop", "macro",
-    "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "register", "restrict", "return",
-    "self", "Self", "short", "signed", "sizeof", "static", "struct", "super", "switch", "trait", "true",
-    "try", "type", "typedef", "typeof", "union", "unsafe", "unsigned", "unsized", "use", "virtual", "void",
-    "volatile", "where", "while", "yield",
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,12 +132,6 @@ mod tests {
         assert_eq!(wrapped("one two  three\nfour", 10, "  "), "  one two\n  three\n  four");
         assert_eq!(wrapped("", 10, "  "), "");
         assert_eq!(wrapped("unbreakable", 4, ""), "unbreakable");
-    }
-
-    #[test]
-    fn identifiers() {
-        assert!(is_identifier("corrected_angle") && is_identifier("mm"));
-        assert!(!is_identifier("µm") && !is_identifier("9mm") && !is_identifier("fn") && !is_identifier(""));
     }
 
     proptest! {

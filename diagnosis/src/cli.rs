@@ -9,6 +9,7 @@ use clap::{Args, Parser};
 use fitter::cli::Common;
 use fitter::cli::common::{line, program, say, summarise};
 use fitter::output::FileSet;
+use fitter::text_safety;
 use fitter::{Mirror, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
@@ -41,8 +42,7 @@ Examples:
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    program(|| run(&cli.arguments, cli.common).map(|()| ExitCode::SUCCESS))
+    program(Cli::try_parse(), |cli| run(&cli.arguments, cli.common).map(|()| ExitCode::SUCCESS))
 }
 
 /// Arguments of `diagnose`.
@@ -213,13 +213,14 @@ fn known(ids: &[String]) -> Result<()> {
 
 /// The command as it stands in the coefficients file: without folders, which differ from machine to machine.
 fn command(cli: &Arguments) -> String {
-    let name = |p: &Path| p.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let name = |p: &Path| text_safety::file_name(p);
     let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
     let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
     let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
     let order = cli.order.map_or_else(String::new, |n| format!(" --order {n}"));
     let turn = cli.turn_harmonics.map_or_else(String::new, |n| format!(" --turn-harmonics {n}"));
-    format!("diagnose {} --mirror {mirror}{order}{turn}{harmonics}", recordings.join(" "))
+    let command = format!("diagnose {} --mirror {mirror}{order}{turn}{harmonics}", recordings.join(" "));
+    text_safety::command(&command)
 }
 
 /// Adds the files of one recording, the answer last: it names the others.

@@ -6,6 +6,7 @@ use std::path::Path;
 use fitter::cli::Common;
 use fitter::output::FileSet;
 use fitter::plant::{Kind, PlantFile};
+use fitter::text_safety;
 use miette::{IntoDiagnostic, Result, miette};
 use rayon::prelude::*;
 
@@ -106,7 +107,7 @@ fn known(ids: &[String]) -> Result<()> {
 fn own(path: &Path, recording: &DynamicRecording) -> Result<OwnSimulation> {
     let simulation = crate::simulated::read(path).into_diagnostic()?;
     let positions = simulation.positions_for(&recording.t_s).into_diagnostic()?;
-    let file = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let file = text_safety::file_name(path);
     Ok(OwnSimulation { file, positions })
 }
 

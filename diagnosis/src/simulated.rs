@@ -4,6 +4,7 @@ use std::path::Path;
 
 use fitter::Recording;
 use fitter::recording::Readings;
+use fitter::text_safety;
 use thiserror::Error;
 
 use crate::observe::Simulated;
@@ -41,7 +42,7 @@ pub struct Simulation {
 /// # Errors
 /// See [`SimulatedError`].
 pub fn read(path: &Path) -> Result<Simulation, SimulatedError> {
-    let file = path.display().to_string();
+    let file = text_safety::path(path);
     let unreadable = |reason: String| SimulatedError::Unreadable { file: file.clone(), reason };
     let text = fitter::input::unpacked(path).map_err(|e| unreadable(e.to_string()))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&text[..]);

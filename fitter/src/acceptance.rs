@@ -1,5 +1,5 @@
-//! Whether a coefficients file may be used: asked by `apply`, by the generator, and by the diagnosis before it
-//! writes one, so that what is written is never refused.
+//! Whether a coefficients file may be used: asked by `apply`, by the generator, and by the fit and the diagnosis
+//! before they write one, so that what is written is never refused.
 //!
 //! Two questions. *Can it be evaluated?* ([`to_apply`]) And *is it a correction of the device?* ([`to_generate`]):
 //! a model that leaves more structure than it names corrects the reading in part only, and firmware should not
@@ -8,6 +8,7 @@
 use thiserror::Error;
 
 use crate::coefficients::{Coefficients, Diagnosed};
+use crate::limits;
 
 /// The verdicts, as [`Diagnosed::verdict`] holds them.
 pub const VERDICTS: [&str; 5] = ["consistent", "explained", "described", "partly_explained", "unexplained"];
@@ -18,6 +19,9 @@ pub enum Refusal {
     /// It cannot be evaluated, or not be read again once it is written.
     #[error("the coefficients are damaged ({0})")]
     Damaged(String),
+    /// A number of it is beyond what can be computed with.
+    #[error("the coefficients cannot be computed with ({0})")]
+    Limits(String),
     /// It can be evaluated, but corrects the device in part only.
     #[error("{0}")]
     Unexplained(Reservation),
@@ -67,9 +71,10 @@ fn figure(value: f64) -> String {
 /// Whether the model can be evaluated, now and once it is written and read again.
 ///
 /// # Errors
-/// [`Refusal::Damaged`], with what contradicts itself.
+/// [`Refusal::Damaged`], with what contradicts itself; [`Refusal::Limits`], with the field.
 pub fn to_apply(coefficients: &Coefficients) -> Result<(), Refusal> {
-    coefficients.usable().map_err(Refusal::Damaged)
+    coefficients.usable().map_err(Refusal::Damaged)?;
+    limits::of_model(coefficients).map_err(Refusal::Limits)
 }
 
 /// Whether firmware may be generated from the model: it can be evaluated, and its diagnosis, where it had one, left

@@ -7,6 +7,7 @@ use toml::{Table, Value};
 
 use crate::error_model::Sensor;
 use crate::recording::nearest;
+use crate::text_safety;
 
 /// What `fitter init` writes for two eddy-current probes.
 pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
@@ -64,7 +65,7 @@ impl Mirror {
     /// # Errors
     /// One of [`MirrorError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<Mirror, MirrorError> {
-        let file = path.display().to_string();
+        let file = text_safety::path(path);
         match crate::input::parsed(path) {
             Ok(text) => Mirror::parse(&file, &text),
             Err(error) => Err(MirrorError::Unreadable { file, reason: error.to_string() }),

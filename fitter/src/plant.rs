@@ -38,6 +38,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::recording::nearest;
+use crate::text_safety;
 
 /// A whole `plant.toml`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -236,7 +237,7 @@ impl PlantFile {
     /// # Errors
     /// One of [`PlantError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<PlantFile, PlantError> {
-        let file = path.display().to_string();
+        let file = text_safety::path(path);
         match crate::input::parsed(path) {
             Ok(text) => PlantFile::parse(&file, &text),
             Err(error) => Err(PlantError::Unreadable { file, reason: error.to_string() }),
@@ -314,6 +315,10 @@ impl PlantFile {
         for (key, unit) in [("position_unit", &plant.position_unit), ("drive_unit", &plant.drive_unit)] {
             if unit.trim().is_empty() {
                 return wrong(format!("plant.{key}"), String::from("\"\""), "the name of a unit");
+            }
+            if let Err(reason) = text_safety::name(unit) {
+                let found = format!("\"{}\", which {reason}", text_safety::cell(unit.as_bytes()));
+                return wrong(format!("plant.{key}"), found, "the name of a unit");
             }
         }
         for (key, value) in [("damping", plant.damping), ("stiffness", plant.stiffness)] {

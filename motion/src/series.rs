@@ -3,6 +3,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use fitter::text_safety;
+
 /// A dynamic recording.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
@@ -92,7 +94,7 @@ impl Series {
     /// # Errors
     /// [`SeriesError`].
     pub fn read(path: &Path) -> Result<Series, SeriesError> {
-        let file = path.display().to_string();
+        let file = text_safety::path(path);
         let unreadable =
             |error: io::Error| SeriesError::Unreadable { file: file.clone(), reason: error.to_string() };
         Series::parse(&file, &fitter::input::unpacked(path).map_err(unreadable)?)

@@ -11,12 +11,14 @@ use codegen::generate::generate;
 use codegen::input::{Arity, Encoding, Input};
 use codegen::options::{CShift, Options, OutOfRange, RoutineOptions};
 use codegen::output::Output;
+use codegen::physics::Further;
 use codegen::source::Source;
+use fitter::terms::{Operator, Product, Scope, Step, Term};
 
 fn compiles(compiler: &str, flags: &[&str], source: &Path) {
     let output = Command::new(compiler)
         .args(flags)
-        .args(["-O2", "-c", "-o", "/dev/null"])
+        .args(["-O2", "-fsyntax-only"])
         .arg(source)
         .output()
         .unwrap_or_else(|e| panic!("{compiler}: {e}"));
@@ -94,4 +96,67 @@ fn the_header_is_also_cpp() {
         ];
         compiles("g++", &flags[..6], &root().join("generated/c/corrected_angle.h"));
     }
+}
+
+/// A term that is nothing over the range leaves its input unread, and steps that are not written. Beside an input of
+/// another type a routine limits words of two types, and a column's name may have capitals.
+#[test]
+fn an_input_that_is_not_read_leaves_no_warning_in_any_variant() {
+    let (mut coefficients, sha256) = Source::Embedded.load().unwrap();
+    let term = |operator: Operator| Term {
+        effect: "further".into(),
+        scope: Scope::Device,
+        operator,
+        coefficients: vec![0.5],
+        covariance: Vec::new(),
+    };
+    let beyond = Operator::Step(Step { observable: "T_amb".into(), at: 100.0 });
+    let read = Operator::Product(Product::of("T_amb", 22.0));
+    let words = Encoding::Q31 { full_scale: Some(0.5) };
+    let inputs = [(Arity::Reading, words), (Arity::Probes, words), (Arity::Reading, Encoding::F32)];
+    let mut compiled = 0;
+    for (operator, format) in [(beyond.clone(), Format::Q31), (beyond, Format::Q31Split), (read, Format::Q31)]
+    {
+        coefficients.terms = vec![term(operator)];
+        for (arity, encoding) in inputs {
+            let input = Input { arity, encoding };
+            for out_of_range in [OutOfRange::Clamp, OutOfRange::Flag, OutOfRange::Continue] {
+                for c_shift in [CShift::Strict, CShift::Arithmetic] {
+                    let options = Options {
+                        routines: vec![RoutineOptions { input, ..RoutineOptions::of(format) }],
+                        bound: Some(1.0),
+                        further: vec![Further::parse("T_amb=15..35").unwrap()],
+                        out_of_range,
+                        c_shift,
+                        ..Options::default()
+                    };
+                    let Ok(generated) = generate(&coefficients, &sha256, &options) else {
+                        // Not every input goes without limits.
+                        assert_eq!(out_of_range, OutOfRange::Continue, "{options:?}");
+                        continue;
+                    };
+                    let folder = unpacked(&generated.files);
+                    for compiler in C_COMPILERS {
+                        if available(compiler, "compiling a routine with an input that is not read") {
+                            compiles(compiler, &C_FLAGS, &folder.path().join("c/corrected_angle.c"));
+                        }
+                    }
+                    rust_compiles(folder.path());
+                    compiled += 1;
+                }
+            }
+        }
+    }
+    assert!(compiled >= 36, "{compiled}");
+}
+
+fn rust_compiles(folder: &Path) {
+    let flags = ["--edition=2021", "--crate-type=lib", "--emit=metadata", "-Dwarnings", "-o"];
+    let output = Command::new("rustc")
+        .args(flags)
+        .arg(folder.join("lib.rmeta"))
+        .arg(folder.join("src/lib.rs"))
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -3,6 +3,7 @@
 
 use std::path::PathBuf;
 
+use fitter::cli::common::complain;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -160,7 +161,7 @@ impl Campaign {
                         fresh = fresh.map(|fresh| Fresh { fit_arcsec, ..fresh });
                     }
                 }
-                Err(reason) => eprintln!("{stem}: the coefficients were refused: {reason}"),
+                Err(reason) => complain(&format!("{stem}: the coefficients were refused: {reason}")),
             }
         }
         let named = |answer: Option<&Answer>| {
@@ -196,7 +197,7 @@ fn base_alone(
     match applied {
         Ok(()) => Ok(fresh::error_of(&angles, log)),
         Err(reason) => {
-            eprintln!("{stem}: the base alone was refused: {reason}");
+            complain(&format!("{stem}: the base alone was refused: {reason}"));
             Ok(None)
         }
     }

@@ -48,8 +48,7 @@ pub enum Command {
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    program(|| run(&cli.command, cli.common))
+    program(Cli::try_parse(), |cli| run(&cli.command, cli.common))
 }
 
 /// Arguments of `trials dynamic`.

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use fitter::cli::common::complain;
 use serde::Deserialize;
 use twin::Reading;
 
@@ -111,7 +112,7 @@ pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleErr
                 None,
                 jobs,
             )? {
-                eprintln!("{file} was refused: {reason}");
+                complain(&format!("{file} was refused: {reason}"));
             }
         }
     }
@@ -147,7 +148,7 @@ fn case(
                     Twice { seen: &seen, fresh: &fresh, ids: &ids, covariance: None, distance_mm: 12.0 };
                 compared = fresh::compare(&twice, &angles);
             }
-            Err(reason) => eprintln!("{stem}: the coefficients were refused: {reason}"),
+            Err(reason) => complain(&format!("{stem}: the coefficients were refused: {reason}")),
         }
     }
     Ok(Case { truth, answer, fresh: compared, without: None, left_by_names: [None; 2], benchmark: None })

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use fitter::cli::Common;
-use fitter::cli::common::{FIGURE, WARNING, say};
+use fitter::cli::common::{FIGURE, WARNING, say, say_json};
 use serde_json::{Value, json};
 
 use crate::score::{Figure, Miss};
@@ -58,7 +58,7 @@ impl Telling {
     pub fn end(mut self, reached: bool) {
         if self.common.json {
             self.told["reached"] = json!(reached);
-            say(&format!("{:#}", self.told));
+            say_json(&format!("{:#}", self.told));
         }
     }
 

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use fitter::cli::common::complain;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -140,7 +141,7 @@ impl Batches<'_> {
             if run(batch)?.is_err() {
                 for file in batch {
                     if let Err(reason) = run(std::slice::from_ref(file))? {
-                        bar.suspend(|| eprintln!("{file} was refused: {reason}"));
+                        bar.suspend(|| complain(&format!("{file} was refused: {reason}")));
                     }
                 }
             }

@@ -15,7 +15,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand};
-use fitter::cli::common::{FIGURE, WARNING, line, program, say, summarise, warn};
+use fitter::cli::common::{FIGURE, WARNING, line, program, say, say_json, summarise, warn};
 use fitter::coefficients::Coefficients;
 use indicatif::{ProgressBar, ProgressStyle};
 use miette::{IntoDiagnostic, Result, miette};
@@ -105,8 +105,7 @@ Examples:
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    program(|| match cli.command {
+    program(Cli::try_parse(), |cli| match cli.command {
         Some(command) => run(&command),
         None => generated(&cli.arguments),
     })
@@ -189,7 +188,7 @@ fn stale<T: AsRef<[u8]>>(arguments: &Arguments, files: &BTreeMap<PathBuf, T>) ->
         let stale: Vec<_> = (differences.iter())
             .map(|(file, difference)| json!({"file": file, "difference": difference.to_string()}))
             .collect();
-        say(&format!("{:#}", json!({"out": out, "files": count, "stale": stale})));
+        say_json(&format!("{:#}", json!({"out": out, "files": count, "stale": stale})));
     } else if differences.is_empty() {
         if !arguments.common.quiet {
             say(&format!("{}: {count} files, {FIGURE}all up to date{FIGURE:#}", out.display()));
@@ -236,7 +235,7 @@ fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
 /// Says what a verification found, and ends with 1 where something does not hold.
 fn conclude(arguments: &Arguments, report: &impl Serialize, holds: bool, text: &str) -> Result<ExitCode> {
     if arguments.common.json {
-        say(&serde_json::to_string_pretty(report).into_diagnostic()?);
+        say_json(&serde_json::to_string_pretty(report).into_diagnostic()?);
     } else if !arguments.common.quiet || !holds {
         say(text.trim_end());
     }

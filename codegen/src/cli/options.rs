@@ -1,5 +1,6 @@
 //! From arguments to options.
 
+use fitter::text_safety;
 use miette::{Result, miette};
 
 use super::arguments::Arguments;
@@ -36,7 +37,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         [] => Options::default().routines.iter().map(|r| r.format).collect(),
         named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
     };
-    Ok(Options {
+    let options = Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
         leave_out_unreachable: arguments.format.is_empty(),
         bound,
@@ -51,7 +52,10 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         accept_unexplained: arguments.accept_unexplained,
         c_shift: arguments.c_shift.c_shift(),
         name: arguments.name.clone(),
-        command: recorded_command(std::env::args().skip(1), &source::words_of(arguments)?),
+        command: recorded_command(
+            std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
+            &source::words_of(arguments)?,
+        ),
         encoder: Encoder {
             bits: arguments.bits,
             counts: arguments.counts,
@@ -59,7 +63,9 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
             core: arguments.target.map(CoreName::core),
             flash_bytes: arguments.flash_bytes,
         },
-    })
+    };
+    options.within_limits().map_err(|e| miette!("{e}"))?;
+    Ok(options)
 }
 
 /// What the arguments ask for of the routine of an encoder.
@@ -195,7 +201,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>, source: &[String]) 
             other => words.push(other.replace('*', "'*'")),
         }
     }
-    words.join(" ")
+    text_safety::shown(&words.join(" "))
 }
 
 const HOW_MUCH: [&str; 5] = ["--json", "-q", "--quiet", "-v", "--verbose"];

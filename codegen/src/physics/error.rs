@@ -28,6 +28,11 @@ pub enum PhysicsError {
     /// A further input that is described twice.
     #[error("--further {0} is given twice: describe each input once")]
     GivenTwice(String),
+    /// A further input that would have the name of another argument.
+    #[error(
+        "--further {0}: the routine has an argument of the name that this column gives: give the column another name"
+    )]
+    Taken(String),
     /// A box wider than what was recorded.
     #[error(
         "--further {observable}={from}..{to} is wider than the recording, in which `{observable}` covers {}…{}: nothing \

@@ -68,7 +68,7 @@ impl Physics {
         if design.program.steps.len() == at && sum.word.operand != last {
             // The result is the last step, also where the last term was too small to be evaluated.
             let nothing = Tracked::constant(&Interval::zero());
-            sum.word = b.add("result", &sum.word, &nothing, "").map_err(PhysicsError::from)?;
+            sum.word = b.add("angle", &sum.word, &nothing, "").map_err(PhysicsError::from)?;
         }
         let gain = sum.gain.to_f64_up();
 

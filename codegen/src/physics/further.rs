@@ -66,7 +66,7 @@ impl Further {
             _ => return Err(wrong()),
         };
         let positive = !matches!(encoding, FurtherEncoding::Counts { gain, .. } if gain <= 0.0);
-        if !(from < to && positive && crate::text::is_identifier(observable)) {
+        if !(from < to && positive && crate::name::is_identifier(observable)) {
             return Err(wrong());
         }
         Ok(Further { observable: observable.into(), from, to, encoding })
@@ -104,7 +104,11 @@ impl Further {
 
         let name = &self.observable;
         let meaning = format!("`{name}`, {meaning}, valid for {}…{}", self.from, self.to);
-        let mut word = b.argument(Argument { name: format!("{name}_{suffix}"), ty, meaning });
+        let argument = format!("{name}_{suffix}");
+        if b.program.arguments.iter().any(|other| other.name == argument) {
+            return Err(PhysicsError::Taken(name.clone()));
+        }
+        let mut word = b.argument(Argument { name: argument, ty, meaning });
         word = b.clamp(&format!("{name}_limited"), &word, (first, last), &Interval::zero(), "its box")?;
         if middle != 0 {
             let centre = Tracked::constant(&Interval::from_int(middle));

@@ -3,7 +3,7 @@
 
 mod steps;
 
-use fitter::Coefficients;
+use fitter::{Coefficients, text_safety};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
@@ -150,6 +150,12 @@ impl Renderer {
             environment.set_syntax(syntax);
         }
         environment.set_auto_escape_callback(|_| minijinja::AutoEscape::None);
+        // Whatever a value was made of: no value ends the comment, the line or the string that it stands in.
+        environment.set_formatter(|out, _, value| {
+            let text = value.to_string();
+            let safe: Vec<String> = text.split('\n').map(text_safety::shown).collect();
+            Ok(out.write_str(&safe.join("\n"))?)
+        });
         environment.add_filter("comment", |text: &str, mark: &str| text::comment(text, mark));
         environment.add_filter("grouped", |value: i64| text::grouped(value));
         environment.add_filter("c_int", c_int);
@@ -267,7 +273,7 @@ impl Renderer {
             type_name: text::camel_case(&entry.routine),
             terms: routine.physics.terms_in_words(),
             left_out: entry.left_out.clone(),
-            helpers: helpers(program, options.c_shift),
+            helpers: helpers(program, &program.written_steps(), options.c_shift),
             in_range: in_range(program),
             table: program.table.clone(),
             segments: routine.design.segments,

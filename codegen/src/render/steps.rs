@@ -35,6 +35,10 @@ pub(crate) fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
     let assigned = |name: &str, before: usize| {
         which.iter().filter(|&&i| i < before && program.steps[i].name == name).count()
     };
+    // Rust has one function that limits, unless there are several types to limit.
+    let written = helpers(program, &program.written_steps(), CShift::Strict);
+    let several = written.iter().filter(|helper| helper.starts_with("limit_")).count() > 1;
+    let limit = |helper: &'static str| if several { helper } else { "limit" };
     let laid_out = which.iter().map(|&index| {
         let step = &program.steps[index];
         let operand = |o: &Operand| operand(program, o);
@@ -54,10 +58,11 @@ pub(crate) fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
             Op::Clamp { a, lo, hi } => {
                 let from = type_of(program, a);
                 let wide = if matches!(from, Type::I32 | Type::U16) { "i32" } else { "i64" };
-                context! { kind => "clamp", a => operand(a), lo, hi, wide, cast => from != Type::I32 }
+                let limit = limit(if wide == "i32" { "limit_i32" } else { "limit_i64" });
+                context! { kind => "clamp", a => operand(a), lo, hi, wide, cast => from != Type::I32, limit }
             }
             Op::ClampF32 { a, lo, hi } => context! {
-                kind => "clamp_f32", a => operand(a),
+                kind => "clamp_f32", a => operand(a), limit => limit("limit_f32"),
                 lo => text::float_decimal(*lo), hi => text::float_decimal(*hi),
                 lo_hex => text::float_hex(*lo), hi_hex => text::float_hex(*hi),
             },
@@ -115,13 +120,14 @@ pub(crate) fn steps(program: &Program, which: &[usize]) -> Vec<Value> {
     laid_out.collect()
 }
 
-/// The helper functions that the steps call, in the order in which they are defined.
-pub(crate) fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
+/// The helper functions that some steps call, in the order in which they are defined.
+pub(crate) fn helpers(program: &Program, which: &[usize], shift: CShift) -> Vec<&'static str> {
     let mut helpers = Vec::new();
-    if program.steps.iter().any(|s| s.ty == Type::F32) {
+    let steps = || which.iter().map(|i| &program.steps[*i]);
+    if steps().any(|s| s.ty == Type::F32) {
         helpers.push("float_guard");
     }
-    for step in &program.steps {
+    for step in steps() {
         let helper = match &step.op {
             // Of counts, in place.
             Op::Clamp { .. } if step.ty == Type::U32 => continue,
@@ -150,7 +156,7 @@ pub(crate) fn helpers(program: &Program, shift: CShift) -> Vec<&'static str> {
     let shifts =
         |op: &Op| matches!(op, Op::MulAddSplit { .. } | Op::MulAddShort { .. } | Op::ShiftRight { .. });
     let signed_index = |s: &Step| matches!(s.op, Op::Index { .. }) && s.ty == Type::I32;
-    if shift == CShift::Strict && program.steps.iter().any(|s| shifts(&s.op) || signed_index(s)) {
+    if shift == CShift::Strict && steps().any(|s| shifts(&s.op) || signed_index(s)) {
         helpers.insert(0, "shift_right");
     }
     helpers

@@ -15,6 +15,7 @@ use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry, inpu
 use crate::claim::Claim;
 use crate::estimate::NORMAL_95;
 use crate::generate::{GenerateError, Generated, TOOL, sha256};
+use crate::name;
 use crate::options::{CShift, Options};
 use crate::render::{Renderer, c_type, helpers, steps};
 use crate::text;
@@ -34,10 +35,7 @@ pub fn files(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
-    let name = options.name.clone().unwrap_or_else(|| NAME.into());
-    if !text::is_identifier(&name) {
-        return Err(GenerateError::Name { what: "the name", name });
-    }
+    let name = name::base(options, NAME)?;
     let renderer = Renderer::new()?;
     let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
     let wraps = Wraps::of(coefficients)?;
@@ -284,7 +282,7 @@ fn source(
         result_counts => routine.words.result_counts(),
         bound_counts => text::rounded_up(entry.bound / routine.unit_per_count),
         arithmetic_shift => options.c_shift == CShift::Arithmetic,
-        helpers => turn_helpers(routine, options),
+        helpers => helpers(program, &all, options.c_shift).into_iter().filter(|name| *name != "mul_short").collect::<Vec<_>>(),
         steps => steps(program, &all),
         result_name => &*program.steps[program.output()].name,
         rows => program.table.len(),
@@ -297,9 +295,4 @@ fn source(
             _ => "Coefficients of the polynomials, constant first, one row for each segment",
         },
     }
-}
-
-/// The helper functions of the C source.
-fn turn_helpers(routine: &TurnRoutine, options: &Options) -> Vec<&'static str> {
-    helpers(&routine.program, options.c_shift).into_iter().filter(|helper| *helper != "mul_short").collect()
 }

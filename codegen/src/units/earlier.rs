@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use fitter::text_safety;
 use serde::Deserialize;
 
 use super::structure::{Design, Fitted, Prepared, Shared, overflow, prepare, rounded, structure};
@@ -43,7 +44,7 @@ struct RangeOfWords {
 /// # Errors
 /// [`UnitsError::Earlier`].
 pub fn read(path: &Path) -> Result<Earlier, UnitsError> {
-    let file = path.display().to_string();
+    let file = text_safety::path(path);
     let wrong = |what: String| UnitsError::Earlier { file: file.clone(), what };
     let text = fitter::input::parsed(path).map_err(|cause| wrong(format!("cannot be read ({cause})")))?;
     let summary: Summary =

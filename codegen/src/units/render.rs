@@ -15,6 +15,7 @@ use crate::certificate::{
     Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, result_meaning, rust_type,
 };
 use crate::generate::{GenerateError, TOOL, sha256};
+use crate::name;
 use crate::options::{CShift, Options};
 use crate::program::Type;
 use crate::render::{HEAD_COLUMNS, Renderer, c_type, helpers, steps};
@@ -107,10 +108,7 @@ pub fn files(
     options: &Options,
     wanted: &Wanted,
 ) -> Result<Generated, UnitsError> {
-    let name = options.name.clone().unwrap_or_else(|| design.quantity.default_name.clone());
-    if !text::is_identifier(&name) {
-        return Err(GenerateError::Name { what: "the name", name }.into());
-    }
+    let name = name::base(options, &design.quantity.default_name)?;
     let renderer = Renderer::new()?;
     let of_units: Vec<Value> = (units.iter().zip(&design.fitted))
         .map(|(unit, fitted)| {
@@ -289,7 +287,7 @@ fn source(
     let (program, quantity) = (&design.program, &design.quantity);
     let name = &entry.routine;
     let all: Vec<usize> = (0..program.steps.len()).collect();
-    let mut used = helpers(program, options.c_shift);
+    let mut used = helpers(program, &all, options.c_shift);
     used.push("to_signed");
     let arguments: Vec<Value> = (program.arguments.iter())
         .map(|a| context! { name => &*a.name, meaning => &*a.meaning, type => rust_type(a.ty), c_type => c_type(a.ty) })

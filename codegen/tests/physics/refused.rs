@@ -82,6 +82,8 @@ fn what_cannot_be_generated_is_told() {
     let mut given_twice = options.clone();
     given_twice.further.push(given_twice.further[0].clone());
     assert!(refused(vec![drift(22.0)], &given_twice).contains("given twice"));
+    let column_s = term("leak", Operator::Product(Product::of("s", 0.0)), vec![0.3]);
+    assert!(refused(vec![column_s], &narrow("s=-1..1")).contains("--further s: the routine has an argument"));
     let step = Operator::Step(Step { observable: "angle_arcsec".into(), at: 5.0 });
     assert!(refused(vec![term("jump", step, vec![1.0])], &none).contains("no bound is small"));
     let late = Operator::Exponential(exponential("t_s", 5.0, 60.0));

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
 use super::progress::{read, waiting};
@@ -11,6 +11,7 @@ use super::{Common, MapArgs, summarise, warn};
 use crate::output;
 use crate::recording::{Purpose, Reading};
 use crate::summary::{FIGURE, line};
+use crate::text_safety;
 
 /// Arguments of `fitter apply`.
 #[derive(Args)]
@@ -37,7 +38,8 @@ pub struct ApplyArgs {
 pub(super) fn run(args: &ApplyArgs, common: Common) -> Result<()> {
     output::not_the_input(&args.out, &[&args.recording, &args.coefficients]).into_diagnostic()?;
     let coefficients = crate::coefficients::read(&args.coefficients).into_diagnostic()?;
-    crate::acceptance::to_apply(&coefficients).into_diagnostic()?;
+    let usable = crate::acceptance::to_apply(&coefficients);
+    usable.map_err(|refusal| miette!("{}: {refusal}; fit again", text_safety::path(&args.coefficients)))?;
     let reading =
         Reading { purpose: Purpose::Apply, mappings: &args.map.map, sensor: Some(&coefficients.sensor) };
     let recording = read(&args.recording, &reading, common)?;

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use miette::{IntoDiagnostic, Result};
+use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
 use super::progress::{read, waiting};
@@ -136,6 +136,9 @@ impl ModelArgs {
 
 pub(super) fn run(args: &FitArgs, common: Common) -> Result<()> {
     let (screened, fit) = args.model.fit(&args.recording, common)?;
+    // What is written is never refused.
+    let usable = crate::acceptance::to_apply(&fit.coefficients);
+    usable.map_err(|refusal| miette!("{refusal}; check the units and the columns of the recording"))?;
     let text = fit.coefficients.to_sealed_json();
     output::not_the_input(&args.out, &[&args.recording, &args.model.mirror]).into_diagnostic()?;
     output::write_whole(&args.out, |file| file.write_all(text.as_bytes())).into_diagnostic()?;

@@ -111,8 +111,7 @@ pub fn run(command: Work, common: Common) -> Result<()> {
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    program(|| {
+    program(Cli::try_parse(), |cli| {
         match cli.command {
             Command::Work(command) => run(command, cli.common)?,
             Command::Completions(args) => pages::completions(&args, Cli::command()),
@@ -132,8 +131,7 @@ fn command_line() -> String {
             format!("'{}'", argument.replace('\'', "'\\''"))
         }
     };
-    std::iter::once("fitter".to_string())
-        .chain(std::env::args_os().skip(1).map(|argument| quoted(argument.to_string_lossy().into_owned())))
-        .collect::<Vec<_>>()
-        .join(" ")
+    let typed = std::env::args_os().skip(1).map(|argument| quoted(argument.to_string_lossy().into_owned()));
+    let words: Vec<String> = std::iter::once("fitter".to_string()).chain(typed).collect();
+    crate::text_safety::command(&words.join(" "))
 }

@@ -7,6 +7,7 @@ use clap_complete::Shell;
 use miette::{IntoDiagnostic, Result, miette};
 use serde_json::json;
 
+use super::common::print;
 use super::{Common, summarise};
 use crate::output::FileSet;
 
@@ -25,18 +26,12 @@ pub struct ManArgs {
     out: Option<PathBuf>,
 }
 
-/// Writes to standard output; that nobody reads it to the end is no error.
-fn print(bytes: &[u8]) {
-    use std::io::Write;
-    let _ = std::io::stdout().write_all(bytes);
-}
-
 /// Prints the completions of a program.
 pub fn completions(args: &CompletionsArgs, mut program: Command) {
     let name = program.get_name().to_string();
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut program, name, &mut text);
-    print(&text);
+    print(&String::from_utf8_lossy(&text));
 }
 
 /// Prints the manual page of a program, or writes those of all its commands, `program-command.1`.
@@ -46,7 +41,7 @@ pub fn completions(args: &CompletionsArgs, mut program: Command) {
 pub fn man(args: &ManArgs, mut program: Command, common: Common) -> Result<()> {
     program.build();
     let Some(folder) = &args.out else {
-        print(&page(program)?);
+        print(&String::from_utf8_lossy(&page(program)?));
         return Ok(());
     };
     if !folder.is_dir() {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
@@ -12,6 +13,7 @@ use crate::error_model::Sensor;
 use crate::mirror::is_identifier;
 use crate::pretty::Pretty;
 use crate::terms::Term;
+use crate::text_safety;
 use crate::turn::Turn;
 
 /// Why a coefficients file is refused.
@@ -51,7 +53,7 @@ pub fn read(path: &Path) -> Result<Coefficients, CoefficientsError> {
 /// # Errors
 /// As [`read`].
 pub fn read_with_text(path: &Path) -> Result<(Coefficients, String), CoefficientsError> {
-    let file = path.display().to_string();
+    let file = text_safety::path(path);
     match crate::input::parsed(path) {
         Ok(text) => parse(&file, &text).map(|coefficients| (coefficients, text)),
         Err(error) => Err(CoefficientsError::Unreadable { file, reason: error.to_string() }),
@@ -64,7 +66,7 @@ pub fn read_with_text(path: &Path) -> Result<(Coefficients, String), Coefficient
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> {
     let file = file.to_string();
-    let value: serde_json::Value = match serde_json::from_str(text) {
+    let value: Value = match serde_json::from_str(text) {
         Ok(value) => value,
         Err(error) => {
             let (line, reason) = (error.line(), error.to_string());
@@ -72,11 +74,11 @@ pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> 
         }
     };
     match value.get("schema") {
-        Some(serde_json::Value::String(schema)) if schema == SCHEMA => {}
+        Some(Value::String(schema)) if schema == SCHEMA => {}
         Some(other) => return Err(CoefficientsError::NotCoefficients { file, found: other.to_string() }),
         None => return Err(CoefficientsError::NotCoefficients { file, found: "missing".to_string() }),
     }
-    match value.get("version").and_then(serde_json::Value::as_u64) {
+    match value.get("version").and_then(Value::as_u64) {
         Some(version) if version > u64::from(NEWEST) => {
             return Err(CoefficientsError::Newer { file, found: version });
         }
@@ -84,6 +86,9 @@ pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> 
         _ => {
             return Err(CoefficientsError::Damaged { file, reason: "`version` is no number".to_string() });
         }
+    }
+    if let Some(reason) = unsafe_text("", &value) {
+        return Err(CoefficientsError::Damaged { file, reason });
     }
     let mut coefficients: Coefficients = match serde_json::from_str(text) {
         Ok(coefficients) => coefficients,
@@ -102,6 +107,24 @@ pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> 
 
 fn hash(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Which text of the file could act in sources, pages or on a terminal, and why; `place` is where `value` stands.
+fn unsafe_text(place: &str, value: &Value) -> Option<String> {
+    let is_name = place.ends_with(".effect") || place.ends_with(".observable");
+    let check = if is_name { text_safety::name } else { text_safety::sentence };
+    match value {
+        Value::String(text) => check(text).err().map(|reason| format!("`{place}` {reason}")),
+        Value::Array(values) => {
+            (0..).zip(values).find_map(|(k, value)| unsafe_text(&format!("{place}[{k}]"), value))
+        }
+        Value::Object(values) => values.iter().find_map(|(key, value)| {
+            let inside = if place.is_empty() { key.clone() } else { format!("{place}.{key}") };
+            let refused = |reason| format!("the name `{}` {reason}", text_safety::cell(key.as_bytes()));
+            text_safety::name(key).err().map(refused).or_else(|| unsafe_text(&inside, value))
+        }),
+        _ => None,
+    }
 }
 
 /// What in the file contradicts itself. (JSON has no NaN and no infinity, but numbers beyond the range of

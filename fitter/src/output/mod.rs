@@ -29,6 +29,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::text_safety;
+
 pub use set::FileSet;
 
 /// Why a file could not be written.
@@ -51,18 +53,18 @@ pub enum OutputError {
 
 impl OutputError {
     fn unwritable(path: &Path, error: &io::Error) -> OutputError {
-        OutputError::Unwritable { file: path.display().to_string(), reason: error.kind().to_string() }
+        OutputError::Unwritable { file: text_safety::path(path), reason: error.kind().to_string() }
     }
 
     fn interrupted(path: &Path, error: &io::Error) -> OutputError {
-        OutputError::Interrupted { file: path.display().to_string(), reason: error.kind().to_string() }
+        OutputError::Interrupted { file: text_safety::path(path), reason: error.kind().to_string() }
     }
 
     /// The same of the file that was asked for, where it is of its folder.
     fn about(self, path: &Path) -> OutputError {
         match self {
             OutputError::Unwritable { reason, .. } => {
-                OutputError::Unwritable { file: path.display().to_string(), reason }
+                OutputError::Unwritable { file: text_safety::path(path), reason }
             }
             other => other,
         }
@@ -117,7 +119,7 @@ pub fn not_the_input(output: &Path, inputs: &[&Path]) -> Result<(), OutputError>
         _ => false,
     };
     match inputs.iter().any(|input| same(input)) {
-        true => Err(OutputError::SameAsInput { file: output.display().to_string() }),
+        true => Err(OutputError::SameAsInput { file: text_safety::path(output) }),
         false => Ok(()),
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::stage::{Stage, settle_here, turn};
 use super::{OutputError, fill, is_special, write_special};
+use crate::text_safety;
 
 /// Files that appear together or not at all; see [the module](super) for what that means. Dropped before
 /// [`FileSet::commit`], it leaves everything as it was.
@@ -69,7 +70,7 @@ impl FileSet {
     ) -> Result<(), OutputError> {
         let failed = |error: io::Error| OutputError::unwritable(path, &error);
         if path.is_dir() {
-            return Err(OutputError::IsDirectory { file: path.display().to_string() });
+            return Err(OutputError::IsDirectory { file: text_safety::path(path) });
         }
         if is_special(path) {
             let mut bytes = Vec::new();
@@ -79,7 +80,7 @@ impl FileSet {
         }
         let (stage, name, to) = self.place_of(path)?;
         if self.moves.iter().any(|other| other.stage == stage && other.name == name) {
-            return Err(OutputError::Twice { file: path.display().to_string() });
+            return Err(OutputError::Twice { file: text_safety::path(path) });
         }
         let from = self.stages[stage].new_file(&name);
         File::create_new(&from)

@@ -5,6 +5,7 @@ use super::header::{Header, Role};
 use super::mapping::Conversion;
 use super::read::Purpose;
 use super::{Column, Note, Place, Readings, Recording, RecordingError};
+use crate::text_safety;
 
 /// What stands in a cell.
 pub(super) enum Cell<'a> {
@@ -141,7 +142,9 @@ impl<'a> Builder<'a> {
             Cell::Number(value) => {
                 Err(RecordingError::NotFinite { place: place(), found: value.to_string() })
             }
-            Cell::Text(text) => Err(RecordingError::NotANumber { place: place(), found: shown(text) }),
+            Cell::Text(text) => {
+                Err(RecordingError::NotANumber { place: place(), found: text_safety::cell(text) })
+            }
             Cell::Blank => Err(RecordingError::Blank { place: place() }),
             Cell::Null => Err(RecordingError::Null { place: place() }),
         }
@@ -198,14 +201,5 @@ impl<'a> Builder<'a> {
             recording.notes.extend(checks::empty_pass(&recording));
         }
         Ok(recording)
-    }
-}
-
-/// The field as text for a message, cut to a length that a person reads.
-pub(super) fn shown(field: &[u8]) -> String {
-    let text = String::from_utf8_lossy(field);
-    match text.char_indices().nth(40) {
-        Some((at, _)) => format!("{}…", &text[..at]),
-        None => text.into_owned(),
     }
 }

@@ -4,6 +4,7 @@
 use thiserror::Error;
 
 use crate::input::LimitError;
+use crate::text_safety::UnsafeText;
 
 /// A place in a recording's file.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,6 +103,8 @@ pub enum RecordingError {
     UnnamedColumn { file: String, number: usize },
     #[error("{file}, line 1: column `{column}` stands there twice; keep one of the two or rename the other")]
     DoubledColumn { file: String, column: String },
+    #[error("{file}, line 1: the name of column {number}, `{column}`, {reason}; rename the column")]
+    UnsafeColumn { file: String, number: usize, column: String, reason: UnsafeText },
     #[error(
         "{file}, line 1: column `{column}` is missing; found {found}{}",
         similar.as_ref().map_or(String::from("; add it"), |s| format!("; rename `{s}`, if that is what it is"))

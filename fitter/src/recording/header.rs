@@ -1,6 +1,7 @@
 //! Which field of a row is which column.
 
 use super::{Purpose, RecordingError};
+use crate::text_safety;
 
 /// What a field of a row is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +44,7 @@ impl Header {
             if names[..index].contains(name) {
                 return Err(RecordingError::DoubledColumn { file, column: name.clone() });
             }
+            safe_column(&file, index, name)?;
         }
         let present = |wanted: &str| names.iter().any(|name| name == wanted);
         let first_of =
@@ -85,6 +87,19 @@ impl Header {
             .collect();
         Ok(Header { roles, further, direct })
     }
+}
+
+/// Whether a column's name, the `index`th of the header, may reach sources and pages.
+///
+/// # Errors
+/// [`RecordingError::UnsafeColumn`].
+pub fn safe_column(file: &str, index: usize, name: &str) -> Result<(), RecordingError> {
+    text_safety::name(name).map_err(|reason| RecordingError::UnsafeColumn {
+        file: file.to_string(),
+        number: index + 1,
+        column: text_safety::excerpt(name, 40),
+        reason,
+    })
 }
 
 /// The candidate nearest to `wanted` by edit distance, if it is near enough to be a slip of the pen: at

@@ -17,6 +17,7 @@ mod read;
 pub use dialect::Dialect;
 pub use fault::{Place, RecordingError};
 pub(crate) use header::nearest;
+pub use header::safe_column;
 pub use mapping::Mapping;
 pub use read::{Purpose, Reading};
 

@@ -7,13 +7,14 @@ use std::path::Path;
 use csv::{ByteRecord, ErrorKind};
 use sha2::{Digest, Sha256};
 
-use super::build::{Builder, Cell, shown};
+use super::build::{Builder, Cell};
 use super::dialect::Dialect;
 use super::header::Header;
 use super::mapping::{self, Mapping};
 use super::{Note, Recording, RecordingError};
 use crate::error_model::Sensor;
 use crate::input;
+use crate::text_safety;
 
 /// What a recording is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,8 +91,8 @@ impl Recording {
         reading: &Reading,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Recording, RecordingError> {
-        let shown = path.display().to_string();
-        let name = path.file_name().map_or_else(|| shown.clone(), |name| name.to_string_lossy().into_owned());
+        let shown = text_safety::path(path);
+        let name = text_safety::file_name(path);
         let unreadable = |error: std::io::Error| RecordingError::of(&shown, &error, false);
         let mut file = File::open(path).map_err(unreadable)?;
         if file.metadata().map_err(unreadable)?.is_dir() {
@@ -266,7 +267,7 @@ fn read_text<R: Read>(
                 // A number whose point is no decimal sign in this file: left as text it would vanish.
                 Cell::Text(text) if dialect.decimal_comma && parse(text).is_some() => {
                     let place = builder.place(line, index);
-                    return Err(RecordingError::DecimalSign { place, found: shown(text) });
+                    return Err(RecordingError::DecimalSign { place, found: text_safety::cell(text) });
                 }
                 cell => cell,
             };

@@ -139,8 +139,7 @@ enum Family {
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
-    program(|| run(cli.command, cli.common).map(|()| ExitCode::SUCCESS))
+    program(Cli::try_parse(), |cli| run(cli.command, cli.common).map(|()| ExitCode::SUCCESS))
 }
 
 /// Runs a command.

@@ -6,7 +6,8 @@ use std::path::Path;
 use csv::{ByteRecord, ErrorKind};
 use fitter::RecordingError;
 use fitter::input;
-use fitter::recording::Place;
+use fitter::recording::{Place, safe_column};
+use fitter::text_safety;
 use sha2::{Digest, Sha256};
 
 use super::{DynamicRecording, checks, faults};
@@ -19,13 +20,13 @@ impl DynamicRecording {
     /// # Errors
     /// One of [`DynamicError`].
     pub fn read(path: &Path, command: Option<&str>) -> Result<DynamicRecording, DynamicError> {
-        let shown = path.display().to_string();
+        let shown = text_safety::path(path);
         if path.is_dir() {
             return Err(RecordingError::IsDirectory { file: shown }.into());
         }
         let bytes = input::bytes(path).map_err(|error| RecordingError::of(&shown, &error, false))?;
         let mut recording = DynamicRecording::from_bytes(&shown, &bytes, command)?;
-        recording.file = path.file_name().map_or(shown, |name| name.to_string_lossy().into_owned());
+        recording.file = text_safety::file_name(path);
         Ok(recording)
     }
 
@@ -68,6 +69,7 @@ impl Header {
                 let column = name.clone();
                 return Err(RecordingError::DoubledColumn { file: file.into(), column }.into());
             }
+            safe_column(file, k, name)?;
         }
         let find = |name: &str| names.iter().position(|n| n == name);
         let missing = |column: &str| RecordingError::MissingColumn {
@@ -148,9 +150,11 @@ fn parse<R: Read>(file: &str, text: R, command: Option<&str>) -> Result<DynamicR
             }
             let value: f64 = shown
                 .parse()
-                .map_err(|_| RecordingError::NotANumber { place: place(), found: shown.to_string() })?;
+                .map_err(|_| RecordingError::NotANumber { place: place(), found: text_safety::cell(cell) })?;
             if !value.is_finite() {
-                return Err(RecordingError::NotFinite { place: place(), found: shown.to_string() }.into());
+                return Err(
+                    RecordingError::NotFinite { place: place(), found: text_safety::cell(cell) }.into()
+                );
             }
             columns[column].push(value);
             if column == header.time {
