@@ -1,0 +1,101 @@
+//! `fuzz N [SEED]` damages N inputs of the program `arcsmith` and checks what it makes of them;
+//! `fuzz --repeat SEED CASE` runs one case again. Exit code 1 where something was wrong.
+//!
+//! `ARCSMITH` names the program, `target/release/arcsmith` if it is not set. The inputs of a failure are kept in
+//! `target/fuzz/<seed>-<case>`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use arcsmith_tests::fuzz::case::Case;
+use arcsmith_tests::fuzz::commands::COMMANDS;
+use arcsmith_tests::fuzz::kept;
+use arcsmith_tests::fuzz::process::Outcome;
+use arcsmith_tests::fuzz::seeds::Seeds;
+use arcsmith_tests::fuzz::summary::Summary;
+use arcsmith_tests::programs::root;
+
+const USAGE: &str = "usage: fuzz N [SEED]  or  fuzz --repeat SEED CASE";
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match fuzz(&words.iter().map(String::as_str).collect::<Vec<_>>()) {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(failures) => {
+            eprintln!("{failures} failures");
+            ExitCode::FAILURE
+        }
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Runs what is asked for, and gives the number of failures.
+fn fuzz(words: &[&str]) -> Result<usize, String> {
+    let number = |word: &str| word.parse::<u64>().map_err(|_| format!("`{word}` is no number; {USAGE}"));
+    let (cases, seed, committed) = match *words {
+        ["--repeat", seed, case] => (number(case)?..number(case)? + 1, number(seed)?, false),
+        [count] => (0..number(count)?, 1, true),
+        [count, seed] => (0..number(count)?, number(seed)?, true),
+        _ => return Err(USAGE.into()),
+    };
+    let program =
+        std::env::var_os("ARCSMITH").map_or_else(|| root().join("target/release/arcsmith"), PathBuf::from);
+    let program =
+        program.canonicalize().map_err(|error| format!("{}: {error}; build it", program.display()))?;
+    let seeds = Seeds::make(&program)?;
+    let mut summary = Summary::default();
+    if committed {
+        undamaged(&seeds, &program)?;
+    }
+    for case in if committed { kept::cases() } else { Vec::new() } {
+        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+        let (outcome, wrong) = case.run(&seeds, &program, folder.path())?;
+        wrong.iter().for_each(|what| eprintln!("committed case `{}`: {what}", case.what));
+        summary.add("committed", &outcome, !wrong.is_empty());
+    }
+    let count = cases.end;
+    for case in cases {
+        let (name, outcome, failed) = one(&seeds, &program, seed, case)?;
+        summary.add(&name, &outcome, failed);
+        if (case + 1) % 500 == 0 {
+            eprintln!("{} of {count} cases, {} failures", case + 1, summary.failures());
+        }
+    }
+    print!("{summary}");
+    Ok(summary.failures())
+}
+
+/// Every command on undamaged files must do its work: else the fuzzer tries nothing with it.
+fn undamaged(seeds: &Seeds, program: &Path) -> Result<(), String> {
+    for (_, line) in COMMANDS {
+        let case = Case::plain(seeds, line.split(' ').map(Into::into).collect());
+        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+        case.lay_out(folder.path())?;
+        let (outcome, wrong) = case.run(program, folder.path())?;
+        if outcome.code != Some(0) || !wrong.is_empty() {
+            let said = String::from_utf8_lossy(&outcome.stderr).into_owned();
+            return Err(format!("undamaged: arcsmith {line}: {said}{}", wrong.join("\n")));
+        }
+    }
+    Ok(())
+}
+
+/// Runs one case, and says and keeps what was wrong: the name of its command, how it ended, whether it failed.
+fn one(seeds: &Seeds, program: &Path, seed: u64, number: u64) -> Result<(String, Outcome, bool), String> {
+    let case = Case::draw(seeds, seed, number);
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    case.lay_out(folder.path())?;
+    let (outcome, wrong) = case.run(program, folder.path())?;
+    if !wrong.is_empty() {
+        let kept = root().join(format!("target/fuzz/{seed}-{number}"));
+        kept::keep(&case, program, &kept)?;
+        eprintln!("seed {seed}, case {number}: arcsmith {:.1000}", kept::quoted(&case.arguments));
+        wrong.iter().for_each(|what| eprintln!("    {what}"));
+    }
+    let known = case.arguments.first().map(|word| word.to_string_lossy().into_owned());
+    let name = known.filter(|word| seeds.options.knows(word)).unwrap_or_else(|| "(none)".into());
+    Ok((name, outcome, !wrong.is_empty()))
+}

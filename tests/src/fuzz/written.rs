@@ -1,0 +1,178 @@
+//! What stands in a folder, and whether text in it is safe to open, to compile and to show.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+/// What a path is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Kind {
+    /// A folder.
+    Folder,
+    /// A file with these bytes.
+    File(Vec<u8>),
+    /// A device, a pipe or a link.
+    Other(std::fs::FileType),
+}
+
+impl Kind {
+    /// The bytes of a file.
+    pub fn bytes(self) -> Option<Vec<u8>> {
+        match self {
+            Kind::File(bytes) => Some(bytes),
+            _ => None,
+        }
+    }
+}
+
+/// All that stands in a folder, by the path relative to it.
+///
+/// # Errors
+/// Where it cannot be read.
+pub fn files(folder: &Path) -> Result<BTreeMap<PathBuf, Kind>, String> {
+    let mut found = BTreeMap::new();
+    collect(folder, Path::new(""), &mut found).map_err(|error| format!("{}: {error}", folder.display()))?;
+    Ok(found)
+}
+
+fn collect(folder: &Path, below: &Path, found: &mut BTreeMap<PathBuf, Kind>) -> io::Result<()> {
+    for entry in std::fs::read_dir(folder.join(below))? {
+        let entry = entry?;
+        let (path, kind) = (below.join(entry.file_name()), entry.file_type()?);
+        let kind = match () {
+            () if kind.is_dir() => {
+                collect(folder, &path, found)?;
+                Kind::Folder
+            }
+            () if kind.is_file() => Kind::File(std::fs::read(entry.path())?),
+            () => Kind::Other(kind),
+        };
+        found.insert(path, kind);
+    }
+    Ok(())
+}
+
+/// What is wrong with a file that was written, by what its name says that it holds.
+pub fn wrong(path: &Path, bytes: &[u8]) -> Option<String> {
+    let kind = path.extension().and_then(|kind| kind.to_str()).unwrap_or_default();
+    if matches!(kind, "bin" | "gz") {
+        return None;
+    }
+    let Ok(text) = std::str::from_utf8(bytes) else { return Some("is no UTF-8".into()) };
+    if let Some(character) = text.chars().find(unsafe_to_show) {
+        return Some(format!("holds the character {character:?}"));
+    }
+    let leaves = match kind {
+        "json" => return json(text).err(),
+        "c" | "h" | "rs" => code(text, kind == "rs").contains("CANARY"),
+        "g" => text.lines().any(|line| line.contains("CANARY") && !line.starts_with('#')),
+        "html" | "svg" => ["<script>CANARY", "<b CANARY"].iter().any(|canary| text.contains(canary)),
+        _ => false,
+    };
+    leaves.then(|| "holds text of the input outside of comments, literals and escapes".into())
+}
+
+/// Control characters other than the ends of lines and tabs, and what reverses the direction of text.
+pub fn unsafe_to_show(character: &char) -> bool {
+    (character.is_control() && !matches!(character, '\n' | '\t'))
+        || matches!(character, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// Fields that say by null that there is none of them.
+const ABSENT: [&str; 12] = [
+    "recorded", "estimate", "fraction_bits", "next_experiment", "default", "harmonics", "amplitudes", "directions",
+    "left", "slope", "zero", "reservation",
+];
+
+/// JSON whose numbers are numbers: serde_json writes null for what is not finite.
+///
+/// # Errors
+/// Where it does not parse, or holds a null where a number belongs.
+pub fn json(text: &str) -> Result<(), String> {
+    let value: Value = serde_json::from_str(text).map_err(|error| format!("is no JSON: {error}"))?;
+    match null(&value, "") {
+        Some(place) => Err(format!("holds null at {place}")),
+        None => Ok(()),
+    }
+}
+
+fn null(value: &Value, place: &str) -> Option<String> {
+    match value {
+        Value::Null => Some(place.to_string()),
+        Value::Array(items) => {
+            items.iter().enumerate().find_map(|(n, item)| null(item, &format!("{place}/{n}")))
+        }
+        Value::Object(fields) => fields
+            .iter()
+            .filter(|(name, value)| !(value.is_null() && ABSENT.contains(&name.as_str())))
+            .find_map(|(name, value)| null(value, &format!("{place}/{name}"))),
+        _ => None,
+    }
+}
+
+/// C or Rust without its comments and literals. Rust's comments nest; a line of C may go on after a backslash.
+fn code(text: &str, rust: bool) -> String {
+    let text = if rust { text.to_string() } else { text.replace("??/", "\\").replace("\\\n", "") };
+    let (mut rest, mut code) = (text.as_str(), String::new());
+    while let Some(first) = rest.chars().next() {
+        let skipped = match first {
+            '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
+            '/' if rest.starts_with("/*") => comment(rest, rust),
+            '"' => literal(rest),
+            _ => {
+                code.push(first);
+                first.len_utf8()
+            }
+        };
+        rest = &rest[skipped..];
+    }
+    code
+}
+
+/// The length of a comment, to the end where it is not closed.
+fn comment(text: &str, nests: bool) -> usize {
+    let (mut at, mut depth) = (2, 1);
+    while depth > 0 {
+        let close = text[at..].find("*/").map_or(text.len(), |found| at + found + 2);
+        let open = text[at..].find("/*").filter(|_| nests).map_or(text.len(), |found| at + found + 2);
+        depth = if open < close { depth + 1 } else { depth - 1 };
+        at = open.min(close);
+        if at == text.len() {
+            break;
+        }
+    }
+    at
+}
+
+/// The length of a string literal, to the end where it is not closed.
+fn literal(text: &str) -> usize {
+    let mut escaped = false;
+    let end = text.char_indices().skip(1).find(|&(_, character)| {
+        let closes = character == '"' && !escaped;
+        escaped = character == '\\' && !escaped;
+        closes
+    });
+    end.map_or(text.len(), |(at, _)| at + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_that_leaves_its_place_is_seen() {
+        let wrong = |name: &str, text: &str| wrong(Path::new(name), text.as_bytes()).is_some();
+        assert!(!wrong("a.c", "/* CANARY \" */ int a; // CANARY\nchar *b = \"\\\" CANARY\";"));
+        assert!(wrong("a.c", "/* */ CANARY /* */"));
+        assert!(wrong("a.c", "// a\nCANARY();"));
+        assert!(!wrong("a.rs", "/* /* */ CANARY */"));
+        assert!(wrong("a.h", "/* /* */ CANARY */"));
+        assert!(wrong("a.g", "# a\nCANARY"));
+        assert!(wrong("a.html", "<p><script>CANARY</script>") && !wrong("a.html", "&lt;script>CANARY"));
+        assert!(wrong("a.csv", "a\u{202e}b") && wrong("a.svg", "\u{1b}[0m"));
+        assert!(wrong("a.json", "{\"rms\": null}") && !wrong("a.json", "{\"recorded\": null}"));
+        assert!(wrong("a.json", "{\"rms\": 1e999}") && wrong("a.json", "{\"rms\": NaN}"));
+    }
+}
