@@ -8,10 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use arcsmith_tests::fuzz::case::Case;
-use arcsmith_tests::fuzz::commands::COMMANDS;
 use arcsmith_tests::fuzz::kept;
-use arcsmith_tests::fuzz::process::Outcome;
-use arcsmith_tests::fuzz::seeds::Seeds;
+use arcsmith_tests::fuzz::seeds::{Seeds, commands};
 use arcsmith_tests::fuzz::summary::Summary;
 use arcsmith_tests::programs::root;
 
@@ -49,19 +47,24 @@ fn fuzz(words: &[&str]) -> Result<usize, String> {
     let mut summary = Summary::default();
     if committed {
         undamaged(&seeds, &program)?;
-    }
-    for case in if committed { kept::cases() } else { Vec::new() } {
-        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-        let (outcome, wrong) = case.run(&seeds, &program, folder.path())?;
-        wrong.iter().for_each(|what| eprintln!("committed case `{}`: {what}", case.what));
-        summary.add("committed", &outcome, !wrong.is_empty());
+        for (what, case) in kept::cases(&seeds)? {
+            let (outcome, wrong) = case.run(&program)?;
+            wrong.iter().for_each(|found| eprintln!("committed case `{what}`: {found}"));
+            summary.add("committed", &outcome, !wrong.is_empty());
+        }
     }
     let count = cases.end;
-    for case in cases {
-        let (name, outcome, failed) = one(&seeds, &program, seed, case)?;
-        summary.add(&name, &outcome, failed);
-        if (case + 1) % 500 == 0 {
-            eprintln!("{} of {count} cases, {} failures", case + 1, summary.failures());
+    for number in cases {
+        let case = Case::draw(&seeds, seed, number);
+        let (outcome, wrong) = case.run(&program)?;
+        if !wrong.is_empty() {
+            kept::keep(&case, &program, &root().join(format!("target/fuzz/{seed}-{number}")))?;
+            eprintln!("seed {seed}, case {number}: arcsmith {:.1000}", kept::quoted(&case.arguments));
+            wrong.iter().for_each(|what| eprintln!("    {what}"));
+        }
+        summary.add(seeds.options.command(&case.arguments), &outcome, !wrong.is_empty());
+        if (number + 1) % 500 == 0 {
+            eprintln!("{} of {count} cases, {} failures", number + 1, summary.failures());
         }
     }
     print!("{summary}");
@@ -70,32 +73,12 @@ fn fuzz(words: &[&str]) -> Result<usize, String> {
 
 /// Every command on undamaged files must do its work: else the fuzzer tries nothing with it.
 fn undamaged(seeds: &Seeds, program: &Path) -> Result<(), String> {
-    for (_, line) in COMMANDS {
-        let case = Case::plain(seeds, line.split(' ').map(Into::into).collect());
-        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-        case.lay_out(folder.path())?;
-        let (outcome, wrong) = case.run(program, folder.path())?;
+    for (_, line) in commands() {
+        let (outcome, wrong) = Case::plain(seeds, line.split(' ').map(Into::into).collect()).run(program)?;
         if outcome.code != Some(0) || !wrong.is_empty() {
             let said = String::from_utf8_lossy(&outcome.stderr).into_owned();
             return Err(format!("undamaged: arcsmith {line}: {said}{}", wrong.join("\n")));
         }
     }
     Ok(())
-}
-
-/// Runs one case, and says and keeps what was wrong: the name of its command, how it ended, whether it failed.
-fn one(seeds: &Seeds, program: &Path, seed: u64, number: u64) -> Result<(String, Outcome, bool), String> {
-    let case = Case::draw(seeds, seed, number);
-    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    case.lay_out(folder.path())?;
-    let (outcome, wrong) = case.run(program, folder.path())?;
-    if !wrong.is_empty() {
-        let kept = root().join(format!("target/fuzz/{seed}-{number}"));
-        kept::keep(&case, program, &kept)?;
-        eprintln!("seed {seed}, case {number}: arcsmith {:.1000}", kept::quoted(&case.arguments));
-        wrong.iter().for_each(|what| eprintln!("    {what}"));
-    }
-    let known = case.arguments.first().map(|word| word.to_string_lossy().into_owned());
-    let name = known.filter(|word| seeds.options.knows(word)).unwrap_or_else(|| "(none)".into());
-    Ok((name, outcome, !wrong.is_empty()))
 }

@@ -5,12 +5,11 @@ use std::ffi::{CString, OsString};
 use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 
-use super::commands::COMMANDS;
 use super::draw::Draw;
 use super::process::{Limits, Outcome, run};
-use super::seeds::Seeds;
+use super::seeds::{Seeds, commands};
 use super::table::Table;
-use super::{bytes, document, judge, written};
+use super::{bytes, document, judge, kept, written};
 
 /// What is run, on what.
 #[derive(Debug)]
@@ -23,6 +22,8 @@ pub struct Case {
     pub output: Option<String>,
     /// Whether the standard output is a full device.
     pub full: bool,
+    /// Commands of `bash` that damage the files.
+    pub prepare: Vec<&'static str>,
 }
 
 impl Case {
@@ -33,13 +34,20 @@ impl Case {
         let files = files.map(|(name, bytes)| (name.clone(), bytes.clone())).collect();
         // `check` and `--pages-for` only read what is there.
         let output = words.windows(2).find(|pair| pair[0] == "--out" && words[0] != "check");
-        Case { files, output: output.map(|pair| pair[1].clone()), arguments, full: false }
+        Case {
+            files,
+            output: output.map(|pair| pair[1].clone()),
+            arguments,
+            full: false,
+            prepare: Vec::new(),
+        }
     }
 
     /// Case `number` of `seed`.
     pub fn draw(seeds: &Seeds, seed: u64, number: u64) -> Case {
         let mut draw = Draw::new(seed, number);
-        let line = draw.weighted(&COMMANDS).split(' ').map(Into::into).collect();
+        let weighted: Vec<&str> = commands().flat_map(|(weight, line)| vec![line; weight]).collect();
+        let line = draw.pick(&weighted).split(' ').map(Into::into).collect();
         let mut case = Case::plain(seeds, line);
         let names: Vec<String> = case.files.keys().cloned().collect();
         let in_options = names.is_empty() || draw.one_in(3);
@@ -59,7 +67,7 @@ impl Case {
     /// make one, a full device.
     ///
     /// # Errors
-    /// Where a file cannot be written.
+    /// Where a file cannot be written, or a command of `bash` fails.
     pub fn lay_out(&self, folder: &Path) -> Result<(), String> {
         let put = |path: PathBuf, bytes: &[u8]| {
             std::fs::create_dir_all(path.parent().unwrap_or(folder))?;
@@ -73,21 +81,25 @@ impl Case {
             // SAFETY: the path ends with a zero. 1, 7 is `/dev/full`: a copy, as one of the machine could be replaced.
             unsafe { libc::mknod(path.as_ptr(), libc::S_IFCHR | 0o666, libc::makedev(1, 7)) };
         }
-        Ok(())
+        self.prepare.iter().try_for_each(|step| kept::bash(folder, step).map(drop))
     }
 
-    /// Runs it in a folder in which it is laid out; what was wrong is empty where nothing was.
+    /// Runs it in an empty folder; what was wrong is empty where nothing was.
     ///
     /// # Errors
-    /// Where it could not be run or watched.
-    pub fn run(&self, program: &Path, folder: &Path) -> Result<(Outcome, Vec<String>), String> {
+    /// Where it could not be laid out, run or watched.
+    pub fn run(&self, program: &Path) -> Result<(Outcome, Vec<String>), String> {
+        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+        let folder = folder.path();
+        self.lay_out(folder)?;
         let before = written::files(folder)?;
         let mut limits = Limits::CASE;
         // Searches over all routines: cheap in f32 only.
         if self.arguments.first().is_some_and(|word| word == "explore") {
             limits.seconds = Limits::GENEROUS.seconds;
         }
-        let outcome = run(program, folder, &self.arguments, limits, self.full)?;
+        let outcome = run(program, folder, &self.arguments, limits, self.full);
+        let outcome = outcome.map_err(|error| format!("{}: {error}", program.display()))?;
         let after = written::files(folder)?;
         let wrong = judge::wrong(self, folder, &outcome, &before, &after);
         Ok((outcome, wrong))

@@ -60,6 +60,9 @@ fn damage(draw: &mut Draw, value: &mut Value) {
                 _ => damage(draw, &mut items[at]),
             }
         }
+        Value::Number(right) if draw.one_in(2) => {
+            *value = json!(right.as_f64().unwrap_or(1.0) * draw.factor())
+        }
         Value::Number(_) => *value = number(draw),
         Value::String(_) if deeper => *value = Value::String(draw.text()),
         _ => *value = other(draw),

@@ -67,7 +67,9 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
                 .lines()
                 .filter(|line| line.trim_start().starts_with("× ") || line.starts_with("error: "));
             let errors = errors.count();
-            wrong.extend((errors != 1).then(|| format!("{errors} messages, expected one")));
+            // Without a command the help is printed, which is clap's way.
+            let helped = errors == 0 && stderr.contains("Usage:");
+            wrong.extend((errors != 1 && !helped).then(|| format!("{errors} messages, expected one")));
         }
         _ => {}
     }

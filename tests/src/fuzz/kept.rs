@@ -2,67 +2,46 @@
 
 use std::ffi::{OsStr, OsString};
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use super::case::Case;
-use super::process::{Limits, Outcome};
+use super::process::Limits;
 use super::seeds::Seeds;
 
 /// The committed cases. A line `# …` says what went wrong, lines `$ …` prepare files for `bash`, and the next line
 /// is the command; words that name seeds stand for their files.
 const CASES: &str = include_str!("../../fuzz/cases.txt");
 
-/// A committed case.
-#[derive(Debug)]
-pub struct Kept {
-    /// What went wrong.
-    pub what: &'static str,
-    prepare: Vec<&'static str>,
-    command: &'static str,
-}
-
-/// All of them.
-pub fn cases() -> Vec<Kept> {
+/// All of them, with what went wrong.
+///
+/// # Errors
+/// Where `bash` cannot read a command.
+pub fn cases(seeds: &Seeds) -> Result<Vec<(&'static str, Case)>, String> {
     let (mut cases, mut what, mut prepare) = (Vec::new(), "", Vec::new());
     for line in CASES.lines().filter(|line| !line.is_empty()) {
         match (line.strip_prefix("# "), line.strip_prefix("$ ")) {
             (Some(text), _) => what = text,
             (_, Some(step)) => prepare.push(step),
-            _ => cases.push(Kept { what, prepare: std::mem::take(&mut prepare), command: line }),
+            _ => {
+                let (line, full) =
+                    line.strip_suffix(" >/dev/full").map_or((line, false), |line| (line, true));
+                let words = bash(Path::new("."), &format!("printf '%s\\0' {line}"))?;
+                let words = words.strip_suffix(b"\0").unwrap_or(&words).split(|byte| *byte == 0);
+                let words = words.map(|word| OsString::from_vec(word.to_vec())).collect();
+                let prepare = std::mem::take(&mut prepare);
+                cases.push((what, Case { full, prepare, ..Case::plain(seeds, words) }));
+            }
         }
     }
-    cases
+    Ok(cases)
 }
 
-impl Kept {
-    /// Runs it in an empty folder.
-    ///
-    /// # Errors
-    /// Where it cannot be prepared, run or watched.
-    pub fn run(
-        &self,
-        seeds: &Seeds,
-        program: &Path,
-        folder: &Path,
-    ) -> Result<(Outcome, Vec<String>), String> {
-        let words = bash(folder, &format!("printf '%s\\0' {}", self.command))?;
-        let words = words.split(|byte| *byte == 0).map(|word| OsString::from_vec(word.to_vec()));
-        let mut arguments: Vec<OsString> = words.collect();
-        // After the last zero stands nothing.
-        arguments.pop();
-        let full = arguments.last().is_some_and(|word| word == ">/dev/full");
-        arguments.truncate(arguments.len() - usize::from(full));
-        let case = Case { full, ..Case::plain(seeds, arguments) };
-        case.lay_out(folder)?;
-        for step in &self.prepare {
-            bash(folder, step)?;
-        }
-        case.run(program, folder)
-    }
-}
-
-fn bash(folder: &Path, script: &str) -> Result<Vec<u8>, String> {
+/// Runs a script in a folder, and gives what it prints.
+///
+/// # Errors
+/// Its messages where it fails.
+pub fn bash(folder: &Path, script: &str) -> Result<Vec<u8>, String> {
     let mut command = Command::new("bash");
     command.current_dir(folder).args(["-euc", script]).stdin(Stdio::null());
     let output = command.output().map_err(|error| format!("bash: {error}"))?;
@@ -77,20 +56,17 @@ fn bash(folder: &Path, script: &str) -> Result<Vec<u8>, String> {
 /// # Errors
 /// Where they cannot be written.
 pub fn keep(case: &Case, program: &Path, folder: &Path) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     if folder.exists() {
-        std::fs::remove_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        std::fs::remove_dir_all(folder).map_err(failed)?;
     }
-    std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    std::fs::create_dir_all(folder).map_err(failed)?;
     case.lay_out(folder)?;
-    let (program, full) = (PathBuf::from(program), if case.full { " >/dev/full" } else { "" });
-    let line = format!(
-        "(ulimit -v {} -t {}; {} {}) </dev/null{full}\n",
-        Limits::CASE.memory / 1024,
-        Limits::CASE.seconds,
-        quoted(&[program.into()]),
-        quoted(&case.arguments)
-    );
-    std::fs::write(folder.join("command"), line).map_err(|error| format!("{}: {error}", folder.display()))
+    let (memory, seconds) = (Limits::CASE.memory / 1024, Limits::CASE.seconds);
+    let (program, arguments) = (quoted(&[program.into()]), quoted(&case.arguments));
+    let full = if case.full { " >/dev/full" } else { "" };
+    let line = format!("(ulimit -v {memory} -t {seconds}; {program} {arguments}) </dev/null{full}\n");
+    std::fs::write(folder.join("command"), line).map_err(failed)
 }
 
 /// Words as `bash` reads them.

@@ -7,30 +7,10 @@ use std::os::unix::ffi::OsStringExt;
 use super::draw::Draw;
 
 /// Values with a structure of their own, for whatever option.
-const STRUCTURED: [&str; 22] = [
-    "x1_mm=x2_mm",
-    "x1_mm=x1_mm:furlong",
-    "measured=measured:99bit",
-    "=:",
-    "temperature_c=15..35:counts:12:0.05:-400",
-    "temperature_c=15..35:counts:31:1e300:0",
-    "temperature_c=35..15",
-    "temperature_c=-1e300..1e300",
-    "temperature_c=20..20",
-    "1x8",
-    "0x0",
-    "99x2",
-    "2x64",
-    "1e-300arcsec",
-    "0.1arcsec",
-    "1mm",
-    "-1deg",
-    "thermal_lag:coefficient_arcsec_per_k=1e300,time_constant_s=1",
-    "thermal_lag:",
-    "stdint",
-    "int",
-    "1,2,2",
-];
+const STRUCTURED: &str = "x1_mm=x2_mm x1_mm=x1_mm:furlong measured=measured:99bit =: \
+    temperature_c=15..35:counts:12:0.05:-400 temperature_c=15..35:counts:31:1e300:0 temperature_c=35..15 \
+    temperature_c=-1e300..1e300 temperature_c=20..20 1x8 0x0 99x2 2x64 1e-300arcsec 0.1arcsec 1mm -1deg stdint int \
+    thermal_lag:coefficient_arcsec_per_k=1e300,time_constant_s=1 thermal_lag: 1,2,2";
 
 /// Options whose cost grows with their number, as their user asks: they get small numbers only.
 const COUNTS: [&str; 7] =
@@ -61,9 +41,10 @@ impl Options {
         self.0.insert(command.to_string(), options.collect());
     }
 
-    /// Whether there is a command of that name.
-    pub fn knows(&self, command: &str) -> bool {
-        self.0.contains_key(command)
+    /// The command of a command line, or that there is none.
+    pub fn command(&self, line: &[OsString]) -> &str {
+        let known = line.first().and_then(|word| self.0.get_key_value(&*word.to_string_lossy()));
+        known.map_or("(none)", |(name, _)| name)
     }
 
     /// Damages a command line once; `files` are names of inputs.
@@ -107,9 +88,11 @@ fn value(draw: &mut Draw, option: &str, values: &[String], files: &[String]) -> 
     match draw.below(12) {
         0 => draw.text().replace('\0', "").into(),
         1 => OsString::from_vec(b"b\xff".to_vec()),
-        2 => draw.pick(&["", ".", "..", "nowhere/file.json", "full", "folder", "folder/", "-", "--"]).into(),
+        2 => draw
+            .pick(&["", ".", "folder/..", "nowhere/file.json", "full", "folder", "folder/", "-", "--"])
+            .into(),
         3 if !files.is_empty() => draw.pick(files).into(),
-        4 | 5 => draw.pick(&STRUCTURED).into(),
+        4 | 5 => draw.part(STRUCTURED, ' ').into(),
         6..=8 if !values.is_empty() => draw.pick(values).into(),
         _ => draw.number().into(),
     }

@@ -56,17 +56,6 @@ pub fn run(
     arguments: &[OsString],
     limits: Limits,
     full: bool,
-) -> Result<Outcome, String> {
-    watched(program, folder, arguments, limits, full)
-        .map_err(|error| format!("{}: {error}", program.display()))
-}
-
-fn watched(
-    program: &Path,
-    folder: &Path,
-    arguments: &[OsString],
-    limits: Limits,
-    full: bool,
 ) -> io::Result<Outcome> {
     let (mut stdout, mut stderr) = (tempfile::tempfile()?, tempfile::tempfile()?);
     let mut command = Command::new(program);

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::commands::COMMANDS;
 use super::kept;
 use super::options::Options;
 use super::process::{Limits, run};
@@ -24,27 +23,21 @@ const PLANT: &str = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\
     damping = 34.5\nstiffness = 54735.7\ngain = 742151165.8\nhold = \"band-limited\"\n";
 const FRICTION: &str = "\n[[effects]]\nid = \"coulomb_friction\"\nforce_per_inertia = 601721.4\n";
 
-/// Recordings of forty to a hundred rows (of moving mechanisms, the 200 that a diagnosis needs), and what comes of
-/// them; lines that begin with `thin` keep one row of so many, and so many at most.
-const STEPS: &str = "\
-    init --out mirror.toml
-    init --kind direct --out direct.toml
-    init --kind encoder --out encoder.toml
-    record --protocol calibration --seed 7 --out cal.csv
-    record --protocol calibration --seed 7 --temperature levels \
-        --effect thermal_zero_drift:coefficient_arcsec_per_k=2 --out warm.csv
-    encode --seed 7 --passes 2 --readings 40 --out enc.csv
-    excite --seed 7 --samples 220 --out mot.csv
-    excite --seed 7 --samples 110 --periods 2 --out per.csv
-    thin cal.csv 3 70
-    diagnose warm.csv --mirror mirror.toml --order 3 --no-report --jobs 1 --out .
-    thin warm.csv 3 70
-    fit cal.csv --mirror mirror.toml --order 3 --out coef.json
-    fit warm.csv --mirror mirror.toml --order 3 --out two.json
-    fit enc.csv --mirror encoder.toml --splits 5 --out enc.json
-    apply cal.csv --coefficients coef.json --out sim.csv
-    generate --coefficients coef.json --format f32 --degree 3 --bound 100arcsec --out firmware
-    generate --units coef.json two.json --format q31 --degree 3 --bound 100arcsec --out units";
+/// Commands that write recordings of forty to a hundred rows (of moving mechanisms the 200 that a diagnosis needs),
+/// and what comes of them; `thin FILE n m` keeps one row of n, m at most.
+const STEPS: &str = include_str!("../../fuzz/seeds.txt");
+
+/// What is run on them: a weight, how often it is drawn, and the command line. Words that name seeds stand for their
+/// files. `verify` and `trials` are left out: they take minutes by design, and read nothing that the others do not.
+const COMMANDS: &str = include_str!("../../fuzz/commands.txt");
+
+/// The command lines with their weights.
+pub fn commands() -> impl Iterator<Item = (usize, &'static str)> {
+    COMMANDS
+        .lines()
+        .filter_map(|line| line.split_once(' '))
+        .map(|(weight, line)| (weight.parse().unwrap_or(1), line))
+}
 
 impl Seeds {
     /// Makes them with `program`.
@@ -59,7 +52,8 @@ impl Seeds {
         let get = |name: &str| std::fs::read(at(name)).map_err(|error| format!("{name}: {error}"));
         let call = |words: &[&str]| -> Result<Vec<u8>, String> {
             let words: Vec<_> = words.iter().map(Into::into).collect();
-            let outcome = run(program, folder.path(), &words, Limits::GENEROUS, false)?;
+            let outcome = run(program, folder.path(), &words, Limits::GENEROUS, false)
+                .map_err(|error| error.to_string())?;
             match outcome.code {
                 Some(0) => Ok(outcome.stdout),
                 _ => Err(format!(
@@ -88,7 +82,7 @@ impl Seeds {
         put("cal.csv.gz", &bytes::gz(&get("cal.csv")?))?;
         put("cal.parquet", &Table::parse(&get("cal.csv")?).parquet().ok_or("cal.csv: no Parquet")?)?;
         let mut options = Options::default();
-        for (_, line) in COMMANDS {
+        for (_, line) in commands() {
             let command = line.split(' ').next().unwrap_or_default();
             options.learn(command, &String::from_utf8_lossy(&call(&[command, "-h"])?));
         }

@@ -9,22 +9,8 @@ use parquet::schema::parser::parse_message_type;
 use super::draw::Draw;
 
 /// Columns that some reader looks for.
-const KNOWN: [&str; 14] = [
-    "t_s",
-    "pass",
-    "direction",
-    "x1_mm",
-    "x2_mm",
-    "measured",
-    "reference",
-    "reference_arcsec",
-    "drive",
-    "position",
-    "run",
-    "period",
-    "temperature_c",
-    "command",
-];
+const KNOWN: &str = "t_s pass direction x1_mm x2_mm measured reference reference_arcsec drive position run period \
+    temperature_c command";
 
 /// A recording: its header and its rows as text.
 #[derive(Debug, Clone)]
@@ -58,7 +44,7 @@ impl Table {
             0..=3 => self.set(row, column, draw.number()),
             4 => self.set(row, column, draw.text()),
             5 | 6 => {
-                let factor = *draw.pick(&[-1.0, 0.0, 1e-3, 1e3, 206_264.8, 1e-149, 1e149, 1e-300]);
+                let factor = draw.factor();
                 self.each(column, |_, value| (value * factor).to_string());
             }
             7 => {
@@ -70,7 +56,7 @@ impl Table {
             10 => self.without(column),
             11 => self.extra(draw),
             12 => self.header[column] = draw.text(),
-            13 => self.header[column] = draw.pick(&KNOWN).to_string(),
+            13 => self.header[column] = draw.part(KNOWN, ' ').to_string(),
             14 => self.rows.truncate(row),
             15 => {
                 let repeated = self.rows[row..].to_vec();

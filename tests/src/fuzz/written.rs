@@ -66,8 +66,11 @@ pub fn wrong(path: &Path, bytes: &[u8]) -> Option<String> {
     }
     let leaves = match kind {
         "json" => return json(text).err(),
-        "c" | "h" | "rs" => code(text, kind == "rs").contains("CANARY"),
-        "g" => text.lines().any(|line| line.contains("CANARY") && !line.starts_with('#')),
+        // In C, the compiler sees it.
+        "rs" | "g" | "toml" => text.lines().any(|line| {
+            let line = line.trim_start();
+            line.contains("CANARY") && !line.starts_with("//") && !line.starts_with('#')
+        }),
         "html" | "svg" => ["<script>CANARY", "<b CANARY"].iter().any(|canary| text.contains(canary)),
         _ => false,
     };
@@ -81,10 +84,8 @@ pub fn unsafe_to_show(character: &char) -> bool {
 }
 
 /// Fields that say by null that there is none of them.
-const ABSENT: [&str; 12] = [
-    "recorded", "estimate", "fraction_bits", "next_experiment", "default", "harmonics", "amplitudes", "directions",
-    "left", "slope", "zero", "reservation",
-];
+const ABSENT: &str = "recorded estimate fraction_bits next_experiment default harmonics amplitudes directions left \
+    slope zero reservation held_out_rms";
 
 /// JSON whose numbers are numbers: serde_json writes null for what is not finite.
 ///
@@ -106,55 +107,10 @@ fn null(value: &Value, place: &str) -> Option<String> {
         }
         Value::Object(fields) => fields
             .iter()
-            .filter(|(name, value)| !(value.is_null() && ABSENT.contains(&name.as_str())))
+            .filter(|(name, value)| !(value.is_null() && ABSENT.split(' ').any(|absent| *absent == **name)))
             .find_map(|(name, value)| null(value, &format!("{place}/{name}"))),
         _ => None,
     }
-}
-
-/// C or Rust without its comments and literals. Rust's comments nest; a line of C may go on after a backslash.
-fn code(text: &str, rust: bool) -> String {
-    let text = if rust { text.to_string() } else { text.replace("??/", "\\").replace("\\\n", "") };
-    let (mut rest, mut code) = (text.as_str(), String::new());
-    while let Some(first) = rest.chars().next() {
-        let skipped = match first {
-            '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
-            '/' if rest.starts_with("/*") => comment(rest, rust),
-            '"' => literal(rest),
-            _ => {
-                code.push(first);
-                first.len_utf8()
-            }
-        };
-        rest = &rest[skipped..];
-    }
-    code
-}
-
-/// The length of a comment, to the end where it is not closed.
-fn comment(text: &str, nests: bool) -> usize {
-    let (mut at, mut depth) = (2, 1);
-    while depth > 0 {
-        let close = text[at..].find("*/").map_or(text.len(), |found| at + found + 2);
-        let open = text[at..].find("/*").filter(|_| nests).map_or(text.len(), |found| at + found + 2);
-        depth = if open < close { depth + 1 } else { depth - 1 };
-        at = open.min(close);
-        if at == text.len() {
-            break;
-        }
-    }
-    at
-}
-
-/// The length of a string literal, to the end where it is not closed.
-fn literal(text: &str) -> usize {
-    let mut escaped = false;
-    let end = text.char_indices().skip(1).find(|&(_, character)| {
-        let closes = character == '"' && !escaped;
-        escaped = character == '\\' && !escaped;
-        closes
-    });
-    end.map_or(text.len(), |(at, _)| at + 1)
 }
 
 #[cfg(test)]
@@ -164,11 +120,7 @@ mod tests {
     #[test]
     fn text_that_leaves_its_place_is_seen() {
         let wrong = |name: &str, text: &str| wrong(Path::new(name), text.as_bytes()).is_some();
-        assert!(!wrong("a.c", "/* CANARY \" */ int a; // CANARY\nchar *b = \"\\\" CANARY\";"));
-        assert!(wrong("a.c", "/* */ CANARY /* */"));
-        assert!(wrong("a.c", "// a\nCANARY();"));
-        assert!(!wrong("a.rs", "/* /* */ CANARY */"));
-        assert!(wrong("a.h", "/* /* */ CANARY */"));
+        assert!(!wrong("a.rs", "    /// */ CANARY") && wrong("a.rs", "// a\nCANARY();"));
         assert!(wrong("a.g", "# a\nCANARY"));
         assert!(wrong("a.html", "<p><script>CANARY</script>") && !wrong("a.html", "&lt;script>CANARY"));
         assert!(wrong("a.csv", "a\u{202e}b") && wrong("a.svg", "\u{1b}[0m"));
