@@ -93,11 +93,8 @@ impl Case {
         let folder = folder.path();
         self.lay_out(folder)?;
         let before = written::files(folder)?;
-        let mut limits = Limits::CASE;
-        // Searches over all routines: cheap in f32 only.
-        if self.arguments.first().is_some_and(|word| word == "explore") {
-            limits.seconds = Limits::GENEROUS.seconds;
-        }
+        let searches = self.arguments.first().is_some_and(|word| word == "explore");
+        let limits = if searches { Limits::SEARCH } else { Limits::CASE };
         let outcome = run(program, folder, &self.arguments, limits, self.full);
         let outcome = outcome.map_err(|error| format!("{}: {error}", program.display()))?;
         let after = written::files(folder)?;
@@ -125,7 +122,8 @@ fn damaged(draw: &mut Draw, name: &str, seeds: &BTreeMap<String, Vec<u8>>) -> Ve
         kind if kind.ends_with("toml") => document::toml(draw, text),
         _ => text.clone(),
     };
-    if damaged == *text || draw.one_in(12) {
+    let packed = name.ends_with(".gz") || name.ends_with(".parquet");
+    if damaged == *text || draw.one_in(if packed { 3 } else { 12 }) {
         bytes::damage(draw, &mut damaged);
     }
     damaged

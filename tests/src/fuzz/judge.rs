@@ -16,61 +16,37 @@ const TEMPORARY: [&str; 3] = [".writing-", ".codegen-", ".arcsmith-"];
 
 /// Everything that was wrong with a run, a sentence each.
 pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, after: &Files) -> Vec<String> {
-    let mut wrong = Vec::new();
+    let mut wrong = Vec::from_iter(ended(case, outcome));
     let stderr = String::from_utf8_lossy(&outcome.stderr);
-    if let Some(panic) = stderr.lines().find(|line| line.contains("panicked at")) {
-        wrong.push(panic.to_string());
-    }
-    wrong.extend(ended(case, outcome));
+    wrong.extend(stderr.lines().filter(|line| line.contains("panicked at")).map(str::to_string));
     for (name, printed) in [("standard output", &outcome.stdout), ("standard error", &outcome.stderr)] {
-        match std::str::from_utf8(printed) {
-            Err(_) => wrong.push(format!("{name} is no UTF-8")),
-            Ok(text) => wrong.extend(
-                text.chars()
-                    .find(written::unsafe_to_show)
-                    .map(|c| format!("{name} holds the character {c:?}")),
-            ),
+        let what = written::unsafe_to_show(printed);
+        wrong.extend(what.map(|what| format!("{name} {what}")));
+    }
+    for (path, kind) in before.iter().filter(|(path, kind)| is_input(case, path, kind)) {
+        if after.get(path) != Some(kind) {
+            wrong.push(format!("the input {} was changed", path.display()));
         }
     }
-    wrong.extend(before.iter().filter(|(path, kind)| is_input(case, path, kind)).filter_map(
-        |(path, kind)| {
-            (after.get(path) != Some(kind)).then(|| format!("the input {} was changed", path.display()))
-        },
-    ));
-    let names = after.keys().filter_map(|path| path.file_name()).map(|name| name.to_string_lossy());
-    wrong.extend(
-        names
-            .filter(|name| TEMPORARY.iter().any(|start| name.starts_with(start)))
-            .map(|n| format!("{n} is left over")),
-    );
-    let new = after.iter().filter(|(path, kind)| before.get(*path) != Some(*kind));
-    match outcome.code {
-        Some(0) => {
-            wrong.extend(new.filter_map(|(path, kind)| match kind {
-                Kind::File(bytes) => {
-                    written::wrong(path, bytes).map(|what| format!("{} {what}", path.display()))
-                }
-                _ => None,
-            }));
-            wrong.extend(printed_json(case, outcome));
-            wrong.extend(
-                after.keys().filter(|path| path.extension().is_some_and(|kind| kind == "c")).filter_map(
-                    |path| (after.get(path) != before.get(path)).then(|| compiled(&folder.join(path)))?.err(),
-                ),
-            );
-        }
-        Some(2) => {
-            wrong.extend(
-                new.map(|(path, _)| format!("{} was written, and the command refused", path.display())),
-            );
-            let errors = stderr
-                .lines()
-                .filter(|line| line.trim_start().starts_with("× ") || line.starts_with("error: "));
-            let errors = errors.count();
-            // Without a command the help is printed, which is clap's way.
-            let helped = errors == 0 && stderr.contains("Usage:");
-            wrong.extend((errors != 1 && !helped).then(|| format!("{errors} messages, expected one")));
-        }
+    for (path, kind) in after.iter().filter(|(path, kind)| before.get(*path) != Some(*kind)) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let what = match (outcome.code, kind) {
+            _ if TEMPORARY.iter().any(|start| name.starts_with(start)) => Some("is left over".into()),
+            (Some(2), _) => Some("was written, and the command refused".into()),
+            (Some(0), Kind::File(bytes)) => {
+                written::wrong(path, bytes).or_else(|| compiled(&folder.join(path)))
+            }
+            _ => None,
+        };
+        wrong.extend(what.map(|what| format!("{} {what}", path.display())));
+    }
+    let start = |line: &&str| line.trim_start().starts_with("× ") || line.starts_with("error: ");
+    match (outcome.code, stderr.lines().filter(start).count()) {
+        (Some(0), _) => wrong.extend(json(case, outcome)),
+        // Without a command the help is printed, which is clap's way.
+        (Some(2), 1) => {}
+        (Some(2), 0) if stderr.contains("Usage:") => {}
+        (Some(2), messages) => wrong.push(format!("{messages} messages, expected one")),
         _ => {}
     }
     wrong
@@ -79,17 +55,21 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
 /// What must stay as it is, also where an option names it as the output: files that the undamaged command reads,
 /// and devices. What the command itself would have written may be written.
 fn is_input(case: &Case, path: &Path, kind: &Kind) -> bool {
-    let is_output = case.output.as_ref().is_some_and(|output| path.starts_with(output));
-    !is_output && *kind != Kind::Folder
+    *kind != Kind::Folder && !case.output.as_ref().is_some_and(|output| path.starts_with(output))
 }
 
 /// How the process ended: 0, 2 for bad input, and 1 where a check does not hold.
 fn ended(case: &Case, outcome: &Outcome) -> Option<String> {
-    let checks = case.arguments.iter().any(|word| word == "check" || word == "--check");
+    let says = |words: &[&str]| case.arguments.iter().any(|word| words.iter().any(|known| word == known));
+    let prints = ["schema", "effects", "completions"]
+        .iter()
+        .any(|command| case.arguments.first() == Some(&command.into()));
     match (outcome.code, outcome.signal) {
-        (Some(0), _) if case.full && !outcome.stdout.is_empty() => Some("printed nothing, and said 0".into()),
+        (Some(0), _) if case.full && prints && !says(&["-q", "--quiet"]) => {
+            Some("exit code 0, and the standard output was full".into())
+        }
         (Some(0 | 2), _) => None,
-        (Some(1), _) if checks => None,
+        (Some(1), _) if says(&["check", "--check"]) => None,
         (_, Some(libc::SIGXCPU | libc::SIGKILL)) => Some("took longer than its seconds".into()),
         (_, Some(libc::SIGALRM)) => Some("was stuck".into()),
         (_, Some(libc::SIGXFSZ)) => Some("wrote a file beyond all measure".into()),
@@ -98,23 +78,25 @@ fn ended(case: &Case, outcome: &Outcome) -> Option<String> {
     }
 }
 
-/// With `--json`, what was printed.
-fn printed_json(case: &Case, outcome: &Outcome) -> Option<String> {
-    let wanted = case.arguments.iter().any(|word| word == "--json") && !case.full;
+/// What is wrong with the JSON that was asked for.
+fn json(case: &Case, outcome: &Outcome) -> Option<String> {
+    let wanted = !case.full && case.arguments.iter().any(|word| word == "--json");
     let text = String::from_utf8_lossy(&outcome.stdout);
     let json = wanted && text.starts_with(['{', '[']);
     json.then(|| written::json(&text).err())?.map(|what| format!("what --json printed {what}"))
 }
 
-/// Whether C compiles without a warning.
-fn compiled(path: &Path) -> Result<(), String> {
+/// The first message of the compiler about C that it should take without a warning.
+fn compiled(path: &Path) -> Option<String> {
+    path.extension().filter(|kind| *kind == "c")?;
     let mut compiler = Command::new("cc");
     compiler
-        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"])
-        .arg(path)
-        .stdin(Stdio::null());
-    let said = compiler.output().map_err(|error| format!("cc: {error}"))?;
-    let text = String::from_utf8_lossy(&said.stderr).into_owned();
-    let first = text.lines().find(|line| line.contains("error")).unwrap_or("cc refuses it").to_string();
-    if said.status.success() { Ok(()) } else { Err(first) }
+        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I"])
+        .args([path.parent()?, path]);
+    let said = match compiler.stdin(Stdio::null()).output() {
+        Ok(said) if said.status.success() => return None,
+        Ok(said) => String::from_utf8_lossy(&said.stderr).into_owned(),
+        Err(error) => format!("cc: error: {error}"),
+    };
+    Some(said.lines().find(|line| line.contains("error")).unwrap_or("does not compile").to_string())
 }

@@ -49,11 +49,12 @@ impl Options {
 
     /// Damages a command line once; `files` are names of inputs.
     pub fn damage(&self, draw: &mut Draw, line: &mut Vec<OsString>, files: &[String]) {
+        let Some(command) = line.first() else { return };
+        let known = self.0.get(&*command.to_string_lossy()).map_or(&[][..], Vec::as_slice);
         let valued: Vec<usize> = (1..line.len().saturating_sub(1))
             .filter(|&at| line[at].to_string_lossy().starts_with("--"))
             .filter(|&at| !line[at + 1].to_string_lossy().starts_with("--"))
             .collect();
-        let known = self.0.get(&*line[0].to_string_lossy()).map_or(&[][..], Vec::as_slice);
         match draw.below(10) {
             0 => drop(line.remove(draw.below(line.len()))),
             1 => line.push(draw.pick(line).clone()),

@@ -20,8 +20,8 @@ pub struct Limits {
 impl Limits {
     /// Of a case.
     pub const CASE: Limits = Limits { memory: 2 << 30, seconds: 10 };
-    /// Of what must succeed.
-    pub const GENEROUS: Limits = Limits { memory: 8 << 30, seconds: 60 };
+    /// Of a search through all routines.
+    pub const SEARCH: Limits = Limits { seconds: 60, ..Limits::CASE };
     /// A file larger than this is none that a case should write, in bytes.
     const FILE: u64 = 256 << 20;
     /// A process that neither computes nor ends is stuck after so many seconds.

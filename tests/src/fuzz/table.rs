@@ -27,12 +27,6 @@ impl Table {
         Table { header: lines.next().unwrap_or_default(), rows: lines.collect() }
     }
 
-    /// Every `step`-th row, at most `rows` of them.
-    pub fn thinned(mut self, step: usize, rows: usize) -> Table {
-        self.rows = self.rows.into_iter().step_by(step).take(rows).collect();
-        self
-    }
-
     /// Damages it once.
     pub fn damage(&mut self, draw: &mut Draw) {
         let (columns, height) = (self.header.len(), self.rows.len());

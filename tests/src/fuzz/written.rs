@@ -60,14 +60,14 @@ pub fn wrong(path: &Path, bytes: &[u8]) -> Option<String> {
     if matches!(kind, "bin" | "gz") {
         return None;
     }
-    let Ok(text) = std::str::from_utf8(bytes) else { return Some("is no UTF-8".into()) };
-    if let Some(character) = text.chars().find(unsafe_to_show) {
-        return Some(format!("holds the character {character:?}"));
+    if let Some(what) = unsafe_to_show(bytes) {
+        return Some(what);
     }
+    let text = &*String::from_utf8_lossy(bytes);
     let leaves = match kind {
         "json" => return json(text).err(),
         // In C, the compiler sees it.
-        "rs" | "g" | "toml" => text.lines().any(|line| {
+        "rs" | "g" => text.lines().any(|line| {
             let line = line.trim_start();
             line.contains("CANARY") && !line.starts_with("//") && !line.starts_with('#')
         }),
@@ -77,15 +77,21 @@ pub fn wrong(path: &Path, bytes: &[u8]) -> Option<String> {
     leaves.then(|| "holds text of the input outside of comments, literals and escapes".into())
 }
 
-/// Control characters other than the ends of lines and tabs, and what reverses the direction of text.
-pub fn unsafe_to_show(character: &char) -> bool {
-    (character.is_control() && !matches!(character, '\n' | '\t'))
-        || matches!(character, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+/// What a terminal or an editor would obey instead of showing it: control characters other than the ends of lines
+/// and tabs, and what reverses the direction of text.
+pub fn unsafe_to_show(bytes: &[u8]) -> Option<String> {
+    let Ok(text) = std::str::from_utf8(bytes) else { return Some("is no UTF-8".into()) };
+    let found = text.chars().find(|character| match character {
+        '\n' | '\t' => false,
+        '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => true,
+        _ => character.is_control(),
+    });
+    found.map(|character| format!("holds the character {character:?}"))
 }
 
 /// Fields that say by null that there is none of them.
 const ABSENT: &str = "recorded estimate fraction_bits next_experiment default harmonics amplitudes directions left \
-    slope zero reservation held_out_rms";
+    slope zero reservation held_out_rms noise";
 
 /// JSON whose numbers are numbers: serde_json writes null for what is not finite.
 ///
