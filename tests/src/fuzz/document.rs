@@ -5,8 +5,10 @@ use serde_json::{Value, json};
 
 use super::draw::Draw;
 
-/// Stands around what is no JSON value: a number too large for `f64`, a key that is there already.
+/// Stands around what is no JSON value: a number too large for `f64`.
 const RAW: &str = "@raw@";
+/// Begins a key that is there already.
+const TWICE: &str = "@twice@";
 
 /// A JSON file, damaged one to three times; `terms` where it may be given further terms. A file of coefficients
 /// that can still be read is often sealed again: its seal keeps no one from editing it.
@@ -31,7 +33,7 @@ pub fn json(draw: &mut Draw, text: &[u8], terms: bool) -> Vec<u8> {
 
 fn raw(root: &Value) -> Vec<u8> {
     let text = format!("{root:#}");
-    text.replace(&format!("\"{RAW}"), "").replace(&format!("{RAW}\""), "").into()
+    text.replace(&format!("\"{RAW}"), "").replace(&format!("{RAW}\""), "").replace(TWICE, "").into()
 }
 
 /// One place, found by going down from the root.
@@ -43,7 +45,7 @@ fn damage(draw: &mut Draw, value: &mut Value) {
             let name = draw.pick(&names);
             match draw.below(if deeper { 20 } else { 6 }) {
                 0 => drop(fields.remove(name)),
-                1 => drop(fields.insert(format!("{RAW}\"{name}\"{RAW}"), json!(1))),
+                1 => drop(fields.insert(format!("{TWICE}{name}"), fields[name].clone())),
                 2 => drop(fields.insert(name.clone(), other(draw))),
                 _ => damage(draw, &mut fields[name]),
             }

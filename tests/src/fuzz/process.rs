@@ -65,7 +65,6 @@ pub fn run(
     // SAFETY: between fork and exec only system calls that are safe in signal handlers; no memory is touched.
     unsafe { command.pre_exec(move || confine(limits)) };
     let begun = Instant::now();
-    #[expect(clippy::zombie_processes, reason = "wait4 below waits for it, and says what it used")]
     let child = command.spawn()?;
     let mut status = 0;
     // SAFETY: `rusage` is plain integers, for which zeros are a value.
