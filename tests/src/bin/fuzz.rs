@@ -1,8 +1,8 @@
 //! `fuzz N [SEED]` damages N inputs of the program `arcsmith` and checks what it makes of them;
 //! `fuzz --repeat SEED CASE` runs one case again. Exit code 1 where something was wrong.
 //!
-//! `ARCSMITH` names the program, `target/release/arcsmith` if it is not set. The inputs of a failure are kept in
-//! `target/fuzz/<seed>-<case>`.
+//! `ARCSMITH_PROGRAMS` names the folder of the program, `target/release` if it is not set. The inputs of a failure
+//! are kept in `target/fuzz/<seed>-<case>`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -39,8 +39,8 @@ fn fuzz(words: &[&str]) -> Result<usize, String> {
         [count, seed] => (0..number(count)?, number(seed)?, true),
         _ => return Err(USAGE.into()),
     };
-    let program =
-        std::env::var_os("ARCSMITH").map_or_else(|| root().join("target/release/arcsmith"), PathBuf::from);
+    let folder = std::env::var_os("ARCSMITH_PROGRAMS");
+    let program = folder.map_or_else(|| root().join("target/release"), PathBuf::from).join("arcsmith");
     let program =
         program.canonicalize().map_err(|error| format!("{}: {error}; build it", program.display()))?;
     let seeds = Seeds::make(&program)?;

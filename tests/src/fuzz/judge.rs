@@ -98,5 +98,6 @@ fn compiled(path: &Path) -> Option<String> {
         Ok(said) => String::from_utf8_lossy(&said.stderr).into_owned(),
         Err(error) => format!("cc: error: {error}"),
     };
-    Some(said.lines().find(|line| line.contains("error")).unwrap_or("does not compile").to_string())
+    let first = said.lines().find_map(|line| line.split_once("error: ")).map_or("", |(_, what)| what);
+    Some(format!("does not compile: {first}"))
 }
