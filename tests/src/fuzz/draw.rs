@@ -57,10 +57,13 @@ impl Draw {
         self.0.next_u32() as u8
     }
 
-    /// A number as text: mostly an extreme one, now and then a plain one of any size.
+    /// A number as text: mostly an extreme one, now and then a plain one of any size, or none at all.
     pub fn number(&mut self) -> String {
-        match self.below(4) {
-            0 => format!("{:e}", self.0.random_range(-1.0..1.0_f64) * 10f64.powi(self.below(40) as i32 - 20)),
+        match self.below(9) {
+            0 => self.part(NO_NUMBERS, ' ').to_string(),
+            1 | 2 => {
+                format!("{:e}", self.0.random_range(-1.0..1.0_f64) * 10f64.powi(self.below(40) as i32 - 20))
+            }
             _ => self.part(NUMBERS, ' ').to_string(),
         }
     }
@@ -70,10 +73,9 @@ impl Draw {
         *self.pick(&[-1.0, 0.0, 0.5, 1.001, 2.0, 1e-3, 1e3, 206_264.8, 1e-10, 1e10, 1e-149, 1e149, 1e-300])
     }
 
-    /// Text: hostile, no number, long, or none.
+    /// Text: hostile, long, or none.
     pub fn text(&mut self) -> String {
         match self.below(8) {
-            0 => self.part(NO_NUMBERS, ' ').to_string(),
             1 => "x".repeat(100_000),
             2 => "µ°σ¹".repeat(1 + self.below(40)),
             _ => self.part(TEXTS, '|').to_string(),

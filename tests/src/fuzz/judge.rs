@@ -42,7 +42,7 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
     }
     let start = |line: &&str| line.trim_start().starts_with("× ") || line.starts_with("error: ");
     match (outcome.code, stderr.lines().filter(start).count()) {
-        (Some(0), _) => wrong.extend(json(case, outcome)),
+        (Some(0), _) => wrong.extend(json(case, outcome).or_else(|| infinite(case, outcome))),
         // Without a command the help is printed, which is clap's way.
         (Some(2), 1) => {}
         (Some(2), 0) if stderr.contains("Usage:") => {}
@@ -65,7 +65,7 @@ fn ended(case: &Case, outcome: &Outcome) -> Option<String> {
         .iter()
         .any(|command| case.arguments.first() == Some(&command.into()));
     match (outcome.code, outcome.signal) {
-        (Some(0), _) if case.full && prints && !says(&["-q", "--quiet"]) => {
+        (Some(0), _) if case.full && prints && !says(&["-q", "--quiet", "-h", "--help"]) => {
             Some("exit code 0, and the standard output was full".into())
         }
         (Some(0 | 2), _) => None,
@@ -84,6 +84,13 @@ fn json(case: &Case, outcome: &Outcome) -> Option<String> {
     let text = String::from_utf8_lossy(&outcome.stdout);
     let json = wanted && text.starts_with(['{', '[']);
     json.then(|| written::json(&text).err())?.map(|what| format!("what --json printed {what}"))
+}
+
+/// A number that is not finite among what was printed, unless it is an argument.
+fn infinite(case: &Case, outcome: &Outcome) -> Option<String> {
+    let given = case.arguments.iter().any(|word| written::not_finite(word.as_encoded_bytes()).is_some());
+    let stated = written::not_finite(&outcome.stdout).filter(|_| !given);
+    stated.map(|what| format!("standard output {what}"))
 }
 
 /// The first message of the compiler about C that it should take without a warning.

@@ -25,7 +25,7 @@ impl Limits {
     /// A file larger than this is none that a case should write, in bytes.
     const FILE: u64 = 256 << 20;
     /// A process that neither computes nor ends is stuck after so many seconds.
-    const STUCK: u32 = 120;
+    const STUCK: u32 = 600;
 }
 
 /// How a process ended.

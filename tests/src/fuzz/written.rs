@@ -72,6 +72,7 @@ pub fn wrong(path: &Path, bytes: &[u8]) -> Option<String> {
             line.contains("CANARY") && !line.starts_with("//") && !line.starts_with('#')
         }),
         "html" | "svg" => ["<script>CANARY", "<b CANARY"].iter().any(|canary| text.contains(canary)),
+        "csv" => return not_finite(bytes),
         _ => false,
     };
     leaves.then(|| "holds text of the input outside of comments, literals and escapes".into())
@@ -87,6 +88,13 @@ pub fn unsafe_to_show(bytes: &[u8]) -> Option<String> {
         _ => character.is_control(),
     });
     found.map(|character| format!("holds the character {character:?}"))
+}
+
+/// Whether a word or a cell of a text is a number that is not finite, as Rust prints it.
+pub fn not_finite(text: &[u8]) -> Option<String> {
+    let text = String::from_utf8_lossy(text);
+    let mut words = text.split([' ', '\n', ',']);
+    words.find(|word| matches!(*word, "inf" | "-inf" | "NaN")).map(|word| format!("states {word}"))
 }
 
 /// Fields that say by null that there is none of them.
@@ -129,6 +137,7 @@ mod tests {
         assert!(!wrong("a.rs", "    /// */ CANARY") && wrong("a.rs", "// a\nCANARY();"));
         assert!(wrong("a.g", "# a\nCANARY"));
         assert!(wrong("a.html", "<p><script>CANARY</script>") && !wrong("a.html", "&lt;script>CANARY"));
+        assert!(wrong("a.csv", "t_s\n-inf\n") && !wrong("a.csv", "t_s,info\n1,2\n"));
         assert!(wrong("a.csv", "a\u{202e}b") && wrong("a.svg", "\u{1b}[0m"));
         assert!(wrong("a.json", "{\"rms\": null}") && !wrong("a.json", "{\"recorded\": null}"));
         assert!(wrong("a.json", "{\"rms\": 1e999}") && wrong("a.json", "{\"rms\": NaN}"));
