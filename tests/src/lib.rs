@@ -4,6 +4,7 @@
 pub mod committed;
 pub mod devices;
 pub mod documents;
+pub mod fuzz;
 pub mod inputs;
 pub mod judge;
 pub mod native;

@@ -1,0 +1,41 @@
+# Undamaged inputs: recordings of forty to a hundred rows (of moving mechanisms the 200 that a diagnosis needs), and
+# what comes of them. `arcsmith` is the program under test.
+thin() { awk 'NR == 1 || NR % 3 == 2' "$1" >thinned && mv thinned "$1"; }
+unsealed() { perl -0pe 's/,\s*"sha256": "\w+"\s*\}\s*\z/\n}\n/' "$1"; }
+
+arcsmith init --out mirror.toml
+arcsmith init --kind direct --out direct.toml
+arcsmith init --kind encoder --out encoder.toml
+cat >plant.toml <<'END'
+[plant]
+kind = "second-order"
+position_unit = "arcsec"
+drive_unit = "A"
+damping = 34.5
+stiffness = 54735.7
+gain = 742151165.8
+hold = "band-limited"
+END
+{ cat plant.toml; printf '\n[[effects]]\nid = "coulomb_friction"\nforce_per_inertia = 601721.4\n'; } >friction.plant.toml
+
+arcsmith record --protocol calibration --seed 7 --out cal.csv
+arcsmith record --protocol calibration --seed 7 --temperature levels \
+    --effect thermal_zero_drift:coefficient_arcsec_per_k=2 --out warm.csv
+arcsmith encode --seed 7 --passes 2 --readings 40 --out enc.csv
+arcsmith excite --seed 7 --samples 220 --out mot.csv
+arcsmith excite --seed 7 --samples 110 --periods 2 --out per.csv
+arcsmith diagnose warm.csv --mirror mirror.toml --order 3 --no-report --jobs 1 --out .
+mv warm.coefficients.json warm.json
+unsealed warm.json >open.json
+thin cal.csv
+thin warm.csv
+gzip -n <cal.csv >cal.csv.gz
+
+arcsmith fit cal.csv --mirror mirror.toml --order 3 --out coef.json
+unsealed coef.json >bare.json
+arcsmith fit warm.csv --mirror mirror.toml --order 3 --out two.json
+arcsmith fit enc.csv --mirror encoder.toml --splits 5 --out enc.json
+arcsmith apply cal.csv --coefficients coef.json --out applied.csv
+sed 1s/angle_arcsec/reference_arcsec/ applied.csv >sim.csv
+arcsmith generate --coefficients coef.json --format f32 --degree 3 --bound 100arcsec --out firmware
+arcsmith generate --units coef.json two.json --format q31 --degree 3 --bound 100arcsec --out units
