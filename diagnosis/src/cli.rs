@@ -45,6 +45,9 @@ pub fn main() -> ExitCode {
     program(Cli::try_parse(), |cli| run(&cli.arguments, cli.common).map(|()| ExitCode::SUCCESS))
 }
 
+/// Threads per processor beyond which more only need memory.
+const MOST_THREADS_PER_PROCESSOR: usize = 4;
+
 /// Arguments of `diagnose`.
 #[derive(Args)]
 pub struct Arguments {
@@ -126,8 +129,7 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
         command: command(cli),
     };
     let bar = progress(recordings.len(), common);
-    let pool =
-        rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
+    let pool = threads(cli.jobs)?;
     let outcomes: Vec<Result<Outcome>> = pool.install(|| {
         recordings
             .par_iter()
@@ -209,6 +211,13 @@ fn known(ids: &[String]) -> Result<()> {
             Err(miette!("--without: found `{id}`, expected one of {}", all.join(", ")))
         }
     }
+}
+
+/// As many threads as wanted, one per processor where nothing is said; more than a few per processor bring nothing.
+pub(crate) fn threads(wanted: Option<usize>) -> Result<rayon::ThreadPool> {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = wanted.unwrap_or(processors).clamp(1, MOST_THREADS_PER_PROCESSOR * processors);
+    rayon::ThreadPoolBuilder::new().num_threads(count).build().into_diagnostic()
 }
 
 /// The command as it stands in the coefficients file: without folders, which differ from machine to machine.

@@ -10,7 +10,7 @@ use fitter::text_safety;
 use miette::{IntoDiagnostic, Result, miette};
 use rayon::prelude::*;
 
-use crate::cli::{Arguments, progress, stems, tell};
+use crate::cli::{Arguments, progress, stems, tell, threads};
 use crate::dynamic::diagnose::Predicted;
 use crate::dynamic::linear::{self, diagnose_linear};
 use crate::dynamic::model::Term;
@@ -36,8 +36,7 @@ pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
     let options = Options { skip: cli.without.clone(), given };
     let bar = progress(recordings.len(), common);
-    let pool =
-        rayon::ThreadPoolBuilder::new().num_threads(cli.jobs.unwrap_or(0)).build().into_diagnostic()?;
+    let pool = threads(cli.jobs)?;
     let outcomes: Vec<Result<DynamicOutcome>> = pool.install(|| {
         recordings
             .par_iter()

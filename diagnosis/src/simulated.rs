@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use fitter::Recording;
+use fitter::limits::LARGEST;
 use fitter::recording::Readings;
 use fitter::text_safety;
 use thiserror::Error;
@@ -20,7 +21,8 @@ pub enum SimulatedError {
     Column { file: String, column: String, found: String },
     /// A cell is no number.
     #[error(
-        "{file}, line {line}, column `{column}`: found `{found}`, expected a finite number; correct the cell"
+        "{file}, line {line}, column `{column}`: found `{found}`, expected a number from -{LARGEST:e} to {LARGEST:e}; \
+         correct the cell"
     )]
     Cell { file: String, line: u64, column: String, found: String },
     /// The rows are not those of the recording.
@@ -69,7 +71,7 @@ pub fn read(path: &Path) -> Result<Simulation, SimulatedError> {
         let record = record.map_err(|e| unreadable(e.to_string()))?;
         let number = |column: usize| -> Result<f64, SimulatedError> {
             let text = record.get(column).unwrap_or("");
-            text.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| SimulatedError::Cell {
+            text.parse::<f64>().ok().filter(|v| v.abs() <= LARGEST).ok_or_else(|| SimulatedError::Cell {
                 file: file.clone(),
                 line: k as u64 + 2,
                 column: headers[column].clone(),

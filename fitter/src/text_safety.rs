@@ -32,6 +32,8 @@ const SIGNS: [RangeInclusive<char>; 9] = [
     '\u{ff01}'..='\u{ff65}',
     '\u{ffe0}'..='\u{ffee}',
 ];
+/// What begins or ends a comment of C, and the trigraph of the backslash, which draws the next line into it.
+const COMMENT_MARKS: [&str; 3] = ["*/", "/*", "??/"];
 /// Letters that show nothing.
 const BLANK_LETTERS: [char; 4] = ['\u{115f}', '\u{1160}', '\u{3164}', '\u{ffa0}'];
 
@@ -41,7 +43,7 @@ pub enum UnsafeText {
     /// A character that is not allowed.
     #[error("holds the character U+{:04X}", u32::from(*.0))]
     Character(char),
-    /// A mark that begins or ends a comment of C.
+    /// A mark that begins, ends or continues a comment of C.
     #[error("holds `{0}`, a comment mark of C")]
     CommentMark(&'static str),
     /// Too long.
@@ -74,7 +76,7 @@ fn checked(text: &str, most: usize) -> Result<(), UnsafeText> {
     if let Some(character) = text.chars().find(|c| !allowed(*c)) {
         return Err(UnsafeText::Character(character));
     }
-    if let Some(mark) = ["*/", "/*"].into_iter().find(|mark| text.contains(mark)) {
+    if let Some(mark) = COMMENT_MARKS.into_iter().find(|mark| text.contains(mark)) {
         return Err(UnsafeText::CommentMark(mark));
     }
     let found = text.chars().count();
@@ -95,7 +97,7 @@ pub fn visible(text: &str) -> String {
 /// [`visible`], and comment marks of C as well. Of a text within [`LONGEST_SENTENCE`] the result is one that
 /// [`sentence`] accepts, and itself where it was one.
 pub fn shown(text: &str) -> String {
-    visible(text).replace("*/", "*\\u{2f}").replace("/*", "/\\u{2a}")
+    visible(text).replace("*/", "*\\u{2f}").replace("/*", "/\\u{2a}").replace("??/", "??\\u{2f}")
 }
 
 /// JSON text with everything escaped that is not allowed: the same JSON.
@@ -175,6 +177,7 @@ mod tests {
             ("\u{fffd}", Character('\u{fffd}'), "\\u{fffd}"),
             ("*/ int evil; /*", CommentMark("*/"), "*\\u{2f} int evil; /\\u{2a}"),
             ("a/*", CommentMark("/*"), "a/\\u{2a}"),
+            ("what??/", CommentMark("??/"), "what??\\u{2f}"),
             ("/*/", CommentMark("*/"), "/\\u{2a}\\u{2f}"),
         ] {
             assert_eq!(name(text), Err(why), "{text:?}");

@@ -12,6 +12,9 @@ use crate::rows::Rows;
 /// Number of play elements between 0 and R.
 const ELEMENTS: usize = 12;
 
+/// Steps of the steady loop from the middle to either end.
+const LOOP_STEPS: i32 = 34;
+
 /// Least R, as a part of half the stroke.
 const LEAST_RADIUS: f64 = 0.25;
 
@@ -99,19 +102,28 @@ impl Effect for Hysteresis {
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        let loop_: Vec<f64> = self.signature(rows, shape)[0].iter().map(|v| v * amplitudes[0]).collect();
-        let x = rows.scaled_reading();
-        let mut polynomial = crate::linear::Basis::new(rows.len());
-        for column in crate::base::legendre(&x, 9) {
-            polynomial.add(&column);
-        }
-        let mut distance = loop_;
-        polynomial.project_off(&mut distance);
-        let largest = distance.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
         vec![reading(
             format!("half_height_{}", rows.unit),
-            largest * amplitudes[0].signum(),
+            half_height(shape[0]) * amplitudes[0],
             rows.unit.as_str(),
         )]
     }
+}
+
+/// The largest distance of the steady loop over the stroke from its own polynomial of order 9, for an amplitude of 1 and
+/// elements that reach `part` of half the stroke: of positions in any order the rows trace no such loop.
+fn half_height(part: f64) -> f64 {
+    let forward = (-LOOP_STEPS..=LOOP_STEPS).map(|k| f64::from(k) / f64::from(LOOP_STEPS));
+    let cycle: Vec<f64> = forward.clone().chain(forward.rev()).collect();
+    let twice = [&cycle[..], &cycle].concat();
+    let radii: [f64; ELEMENTS] = std::array::from_fn(|k| part * (k + 1) as f64 / ELEMENTS as f64);
+    let scale = 1.0 / (part * ELEMENTS as f64);
+    let mut distance: Vec<f64> =
+        plays_apart(&twice, &radii, -1.0).skip(cycle.len()).map(|sum| sum * scale).collect();
+    let mut polynomial = crate::linear::Basis::new(cycle.len());
+    for column in crate::base::legendre(&cycle, 9) {
+        polynomial.add(&column);
+    }
+    polynomial.project_off(&mut distance);
+    distance.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()))
 }

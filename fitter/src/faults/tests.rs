@@ -38,7 +38,7 @@ fn a_clean_recording_loses_nothing() {
     let (recording, sensor) = default();
     let screened = screen(Cow::Borrowed(&recording), &sensor).unwrap();
     assert_eq!(screened.bad_rows, []);
-    assert_eq!(screened.recording, recording);
+    assert_eq!(*screened.recording, recording);
     assert!(screened.notes.is_empty(), "{:?}", screened.notes);
 }
 

@@ -32,6 +32,8 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let what = match (outcome.code, kind) {
             _ if TEMPORARY.iter().any(|start| name.starts_with(start)) => Some("is left over".into()),
+            // Its files are whole; what could not be said is the summary.
+            (Some(2), _) if case.full => None,
             (Some(2), _) => Some("was written, and the command refused".into()),
             (Some(0), Kind::File(bytes)) => {
                 written::wrong(path, bytes).or_else(|| compiled(&folder.join(path)))

@@ -2,7 +2,8 @@
 //! have unequal gains, so that the movement does not cancel in s = x₂ − x₁.
 //!
 //! Gains 1 ± g turn s into s + g (x₁+x₂), which adds g (x₁+x₂)·dΘ/ds. dΘ/ds varies by a few per cent over
-//! the stroke; g is chosen for its mean.
+//! the stroke; g is chosen for its mean. They also put g s/2 into the measured (x₁+x₂)/2: beside a polynomial of s the
+//! angle then goes with it by 1/(1 − g²) more, and λ is what is measured.
 
 use super::{Drawn, Mechanism, Parameter, Pose, Scope, Specification};
 
@@ -21,7 +22,9 @@ pub(super) const SPECIFICATION: Specification = Specification {
     }],
     build: |values, device| {
         let arcsec_per_mm = 1e3 * values["coefficient_arcsec_per_um"];
-        Ok(Box::new(Amplifiers { mismatch: 0.5 * arcsec_per_mm / device.arcsec_per_mm() }))
+        // g/(1 − g²) = λ / (2 dΘ/ds), solved for the g that vanishes with λ.
+        let ratio = arcsec_per_mm / device.arcsec_per_mm();
+        Ok(Box::new(Amplifiers { mismatch: ratio / (1.0 + (1.0 + ratio * ratio).sqrt()) }))
     },
 };
 

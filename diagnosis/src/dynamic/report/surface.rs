@@ -77,7 +77,8 @@ pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<(String, Strin
     let (columns, lines) = CELLS;
     let mut sums = vec![(0.0, 0usize); columns * lines];
     let bin = |value: f64, most: f64, count: usize| {
-        (value.abs() < most).then(|| ((value / most + 1.0) / 2.0 * count as f64) as usize)
+        // A value just below the largest may be rounded onto the far edge.
+        (value.abs() < most).then(|| (((value / most + 1.0) / 2.0 * count as f64) as usize).min(count - 1))
     };
     for [x, v, f] in &rows {
         if let (Some(i), Some(j)) = (bin(*x, x_most, columns), bin(*v, v_most, lines)) {
