@@ -70,7 +70,7 @@ pub fn compare<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> B
             if left != right {
                 count += 1;
                 let line = |text: Option<&str>| {
-                    text_safety::excerpt(text.unwrap_or("(end of file)").trim(), LONGEST_LINE)
+                    text_safety::line(text.unwrap_or("(end of file)").trim(), LONGEST_LINE)
                 };
                 first.get_or_insert((number, line(left), line(right)));
             }

@@ -169,7 +169,8 @@ impl Options {
         let named = |option: &str, checked: Result<(), String>| {
             checked.map_err(|reason| OptionError { option: option.into(), reason })
         };
-        named("--bound", self.bound.map_or(Ok(()), above_zero))?;
+        // No bound is too large: it is met at once.
+        named("--bound", self.bound.map_or(Ok(()), |bound| above_zero(bound.min(limits::LARGEST))))?;
         named("--from … --to", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
         named("--period-s", self.period_s.map_or(Ok(()), above_zero))?;
         for routine in &self.routines {

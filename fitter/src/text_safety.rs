@@ -133,9 +133,17 @@ pub fn command(text: &str) -> String {
     excerpt(text, LONGEST_COMMAND)
 }
 
+/// A line of a source for the terminal, where comment marks do nothing, cut to so many characters.
+pub fn line(text: &str, most: usize) -> String {
+    cut(visible(text), most)
+}
+
 /// [`shown`], cut to so many characters.
 pub fn excerpt(text: &str, most: usize) -> String {
-    let safe = shown(text);
+    cut(shown(text), most)
+}
+
+fn cut(safe: String, most: usize) -> String {
     match safe.char_indices().nth(most) {
         Some((at, _)) => safe[..at].to_string() + "…",
         None => safe,

@@ -4,9 +4,6 @@ use super::scale::quantile;
 use super::{Fault, limits};
 use crate::recording::{Readings, Recording};
 
-/// No quantity of a calibration is as large in any unit.
-const LARGEST: f64 = 1e30;
-
 /// All columns of numbers but pass and direction.
 pub fn columns(recording: &Recording) -> Vec<(&str, &[f64])> {
     let mut columns: Vec<(&str, &[f64])> = vec![("t_s", &recording.time_s)];
@@ -37,10 +34,10 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
         reason,
         size,
     };
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.abs() <= LARGEST).collect();
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.abs() <= limits::LARGEST).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let mut found: Vec<Fault> = (0..values.len())
-        .filter(|row| values[*row].abs() > LARGEST)
+        .filter(|row| values[*row].abs() > limits::LARGEST)
         .map(|row| fault(row, f64::INFINITY, "beyond any quantity that is measured".to_string()))
         .collect();
     if sorted.len() < limits::FEWEST_ROWS {
@@ -48,7 +45,7 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     }
     let [low, tenth, quarter, middle, three_quarters, nine_tenths, high] =
         [0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98].map(|part| quantile(&sorted, part));
-    let others = || (0..values.len()).filter(|row| values[*row].abs() <= LARGEST);
+    let others = || (0..values.len()).filter(|row| values[*row].abs() <= limits::LARGEST);
     if low == high {
         // A column that stands still but for one row.
         let mut different = others().filter(|row| values[*row] != middle);

@@ -188,7 +188,7 @@ pub(crate) fn listed(recording: &Recording, fault: &Fault) -> BadRow {
 }
 
 /// A number as it may have stood in the file.
-fn shown(value: f64) -> String {
+pub fn shown(value: f64) -> String {
     if value != 0.0 && !(1e-6..1e15).contains(&value.abs()) {
         format!("{value:e}")
     } else {

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use fitter::faults::{BadRow, FaultError, limits};
+use fitter::faults::{BadRow, FaultError, limits, shown};
 
 /// Multiples of the scatter around it from which on a single position counts as wrong. A position that jumps and is back
 /// at the next sample would need an acceleration that no other sample shows.
@@ -34,7 +34,7 @@ pub fn mend(
     let listed = |(row, reason): &(usize, String), value: f64| BadRow {
         line: lines[*row],
         column: column.to_string(),
-        value: value.to_string(),
+        value: shown(value),
         reason: format!("{reason}; replaced by what the samples before and after say"),
     };
     if bad.len() as f64 > limits::MOST_AFFECTED * rows as f64 {
@@ -43,7 +43,7 @@ pub fn mend(
             file: file.to_string(),
             line: lines[*row],
             column: column.to_string(),
-            found: format!("{:e}", values[*row]),
+            found: shown(values[*row]),
             reason: reason.clone(),
             affected: bad.len(),
             rows,
@@ -78,8 +78,11 @@ fn gross(values: &[f64]) -> Vec<(usize, String)> {
         let size = (value - middle).abs() / spread;
         let code = limits::CODES.contains(&value.abs()) && size > limits::CODE;
         let absurd = size > limits::ABSURD;
-        let reason =
-            format!("{size:.0} times the column's spread (5 % to 95 %) away from its median {middle}");
+        let reason = if value.abs() > limits::LARGEST {
+            "beyond any quantity that is measured".to_string()
+        } else {
+            format!("{size:.0} times the column's spread (5 % to 95 %) away from its median {middle}")
+        };
         (code && size > BEYOND || absurd).then_some((row, reason))
     };
     values.iter().enumerate().filter_map(of).collect()
