@@ -1,9 +1,8 @@
-//! Common-mode leakage, λ (x₁+x₂)/2: the plate really moves along X, and the amplifiers of the two probes
-//! have unequal gains, so that the movement does not cancel in s = x₂ − x₁.
+//! Common-mode leakage, λ (x₁+x₂)/2: the plate really moves along X, and the electronics that compare the two probes
+//! let a part of what they have in common through, so that the movement does not cancel in s = x₂ − x₁.
 //!
-//! Gains 1 ± g turn s into s + g (x₁+x₂), which adds g (x₁+x₂)·dΘ/ds. dΘ/ds varies by a few per cent over
-//! the stroke; g is chosen for its mean. They also put g s/2 into the measured (x₁+x₂)/2: beside a polynomial of s the
-//! angle then goes with it by 1/(1 − g²) more, and λ is what is measured.
+//! A part g of (x₁+x₂)/2 is taken from one reading and added to the other: s becomes s + g (x₁+x₂), which adds
+//! g (x₁+x₂)·dΘ/ds, and (x₁+x₂)/2 stays. dΘ/ds varies by a few per cent over the stroke; g is chosen for its mean.
 
 use super::{Drawn, Mechanism, Parameter, Pose, Scope, Specification};
 
@@ -22,21 +21,20 @@ pub(super) const SPECIFICATION: Specification = Specification {
     }],
     build: |values, device| {
         let arcsec_per_mm = 1e3 * values["coefficient_arcsec_per_um"];
-        // g/(1 − g²) = λ / (2 dΘ/ds), solved for the g that vanishes with λ.
-        let ratio = arcsec_per_mm / device.arcsec_per_mm();
-        Ok(Box::new(Amplifiers { mismatch: ratio / (1.0 + (1.0 + ratio * ratio).sqrt()) }))
+        Ok(Box::new(Leak { part: 0.5 * arcsec_per_mm / device.arcsec_per_mm() }))
     },
 };
 
 #[derive(Debug, Clone)]
-struct Amplifiers {
-    /// g: gains are 1 − g and 1 + g.
-    mismatch: f64,
+struct Leak {
+    /// g.
+    part: f64,
 }
 
-impl Mechanism for Amplifiers {
+impl Mechanism for Leak {
     fn report(&self, _pose: &Pose, reports_mm: &mut [f64; 2]) {
-        reports_mm[0] *= 1.0 - self.mismatch;
-        reports_mm[1] *= 1.0 + self.mismatch;
+        let leaked = self.part * 0.5 * (reports_mm[0] + reports_mm[1]);
+        reports_mm[0] -= leaked;
+        reports_mm[1] += leaked;
     }
 }
