@@ -161,10 +161,17 @@ impl Reader<'_> {
             Some(Value::Integer(value)) => *value as f64,
             Some(other) => return Err(self.wrong(key, other, "a number")),
         };
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
+        if !(value.is_finite() && value > 0.0) {
             Err(self.wrong(key, &Value::Float(value), "a finite number above zero"))
+        } else if crate::limits::scale(value).is_err() {
+            Err(MirrorError::Value {
+                file: self.file.to_string(),
+                key: key.to_string(),
+                found: crate::faults::shown(value),
+                expected: "a number that a sensor can have, 1e-18 to 1e18",
+            })
+        } else {
+            Ok(value)
         }
     }
 

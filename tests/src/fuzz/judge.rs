@@ -54,10 +54,16 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
     wrong
 }
 
-/// What must stay as it is, also where an option names it as the output: files that the undamaged command reads,
-/// and devices. What the command itself would have written may be written.
+/// What must stay as it is, also where an option names it as the output: files that the command reads, and devices. What
+/// the undamaged command would have written may be written, and what is named as the output alone.
 fn is_input(case: &Case, path: &Path, kind: &Kind) -> bool {
-    *kind != Kind::Folder && !case.output.as_ref().is_some_and(|output| path.starts_with(output))
+    let named = || case.arguments.iter().filter(|word| Path::new(word) == path).count();
+    let is_output =
+        || case.arguments.windows(2).any(|pair| pair[0] == "--out" && Path::new(&pair[1]) == path);
+    let written = || matches!(kind, Kind::File(_)) && is_output() && named() == 1;
+    *kind != Kind::Folder
+        && !case.output.as_ref().is_some_and(|output| path.starts_with(output))
+        && !written()
 }
 
 /// How the process ended: 0, 2 for bad input, and 1 where a check does not hold.
