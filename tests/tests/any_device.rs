@@ -15,7 +15,7 @@ use codegen::format::Format;
 use codegen::generate::{GenerateError, generate};
 use codegen::input::{Arity, Encoding, Input, InputError};
 use codegen::interpret::interpret;
-use codegen::options::{Options, OutOfRange, RoutineOptions};
+use codegen::options::{Method, Options, OutOfRange, RoutineOptions};
 use codegen::output::{Output, OutputError};
 use codegen::quantity::Quantity;
 use codegen::routine::{self, Routine, RoutineError};
@@ -153,53 +153,78 @@ fn the_bound_holds_for_any_device() {
     }
 }
 
-/// What is compiled gives what the interpreter gives, to the bit, and keeps the bound.
+/// Whether what is compiled gives what the interpreter gives, to the bit, and keeps the bound.
+fn compiled_alike(case: &Case, kind: Kind, compilers: &[&str]) -> Result<(), TestCaseError> {
+    let generated = match generate(&case.coefficients, "", &case.options) {
+        Ok(generated) => generated,
+        Err(GenerateError::Routine(error)) => return Err(refused(case, error)),
+        Err(GenerateError::NoFusedInRust) if kind == FUSED_FLOATS => return Ok(()),
+        Err(other) => return Err(TestCaseError::fail(other.to_string())),
+    };
+    let designed = Designed::new(case, generated.routines[0].clone());
+    let inputs = Meaning::new(case.routine().input, designed.routine.range).samples(case.seed, INPUTS);
+    let mut expected = interpreted(&designed, &inputs)?;
+    if case.options.out_of_range != OutOfRange::Flag {
+        expected.iter_mut().for_each(|given| given.inside = true);
+    }
+    let mut compiled = Vec::new();
+    for entry in &generated.certificate.routines {
+        if entry.language == "rust" {
+            compiled.push(("rustc", Native::rust(&generated.files, entry)));
+            continue;
+        }
+        for compiler in compilers {
+            let c = Native::c(&generated.files, entry, case.options.out_of_range, compiler);
+            compiled.push((compiler, c));
+        }
+    }
+    for (compiler, native) in compiled {
+        let mut given = native.run(&inputs);
+        for ((words, expected), given) in inputs.iter().zip(&expected).zip(&given) {
+            prop_assert_eq!(expected, given, "{} at {:x?}", compiler, words);
+        }
+        if case.options.out_of_range == OutOfRange::Clamp {
+            let meaning = Meaning::new(case.routine().input, designed.routine.range);
+            given.iter_mut().zip(&inputs).for_each(|(g, words)| g.inside = meaning.in_range(*words));
+        }
+        check(case, &designed, &inputs, &given)?;
+    }
+    Ok(())
+}
+
+fn c_compilers() -> Vec<&'static str> {
+    C_COMPILERS.into_iter().filter(|c| available(c, "generated C of random devices")).collect()
+}
+
 #[test]
 fn compiled_rust_and_c_give_what_the_interpreter_gives() {
-    let compilers: Vec<&str> =
-        C_COMPILERS.into_iter().filter(|c| available(c, "generated C of random devices")).collect();
+    let compilers = c_compilers();
     for kind in Kind::ALL {
-        let result = TestRunner::new(config(COMPILED)).run(&any_case(kind), |case| {
-            let generated = match generate(&case.coefficients, "", &case.options) {
-                Ok(generated) => generated,
-                Err(GenerateError::Routine(error)) => return Err(refused(&case, error)),
-                Err(GenerateError::NoFusedInRust) if kind == FUSED_FLOATS => return Ok(()),
-                Err(other) => return Err(TestCaseError::fail(other.to_string())),
-            };
-            let designed = Designed::new(&case, generated.routines[0].clone());
-            let inputs =
-                Meaning::new(case.routine().input, designed.routine.range).samples(case.seed, INPUTS);
-            let mut expected = interpreted(&designed, &inputs)?;
-            if case.options.out_of_range != OutOfRange::Flag {
-                expected.iter_mut().for_each(|given| given.inside = true);
-            }
-            let mut compiled = Vec::new();
-            for entry in &generated.certificate.routines {
-                if entry.language == "rust" {
-                    compiled.push(("rustc", Native::rust(&generated.files, entry)));
-                    continue;
-                }
-                for compiler in &compilers {
-                    let c = Native::c(&generated.files, entry, case.options.out_of_range, compiler);
-                    compiled.push((compiler, c));
-                }
-            }
-            for (compiler, native) in compiled {
-                let mut given = native.run(&inputs);
-                for ((words, expected), given) in inputs.iter().zip(&expected).zip(&given) {
-                    prop_assert_eq!(expected, given, "{} at {:x?}", compiler, words);
-                }
-                if case.options.out_of_range == OutOfRange::Clamp {
-                    let meaning = Meaning::new(case.routine().input, designed.routine.range);
-                    given.iter_mut().zip(&inputs).for_each(|(g, words)| g.inside = meaning.in_range(*words));
-                }
-                check(&case, &designed, &inputs, &given)?;
-            }
-            Ok(())
-        });
+        let result = TestRunner::new(config(COMPILED))
+            .run(&any_case(kind), |case| compiled_alike(&case, kind, &compilers));
         if let Err(failure) = result {
             panic!("{kind:?}: {failure}");
         }
+    }
+}
+
+/// Which of two segments a reading lies in is its sign, 31 bits to the right.
+#[test]
+fn a_table_of_two_segments_gives_the_same_compiled() {
+    let sensor = Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 };
+    let model = ErrorModel { sensor, centre: 0.0, coefficients: vec![0.001, 0.14, -0.04] };
+    for format in [Format::Q31, Format::Q31Split] {
+        let method = Method::Piecewise { degree: 3, segments_log2: 1 };
+        let case = Case {
+            coefficients: Coefficients::of_model(&model, -0.35, 0.35, "made up for a test"),
+            options: Options {
+                routines: vec![RoutineOptions { method, ..RoutineOptions::of(format) }],
+                bound: Some(f64::MAX),
+                ..Options::default()
+            },
+            seed: 1,
+        };
+        compiled_alike(&case, Kind::Fused(format), &c_compilers()).unwrap();
     }
 }
 

@@ -155,7 +155,8 @@ pub(crate) fn helpers(program: &Program, which: &[usize], shift: CShift) -> Vec<
     }
     let shifts =
         |op: &Op| matches!(op, Op::MulAddSplit { .. } | Op::MulAddShort { .. } | Op::ShiftRight { .. });
-    let signed_index = |s: &Step| matches!(s.op, Op::Index { .. }) && s.ty == Type::I32;
+    // Of a table of two segments the sign says which it is.
+    let signed_index = |s: &Step| matches!(s.op, Op::Index { by, .. } if by < 31) && s.ty == Type::I32;
     if shift == CShift::Strict && steps().any(|s| shifts(&s.op) || signed_index(s)) {
         helpers.insert(0, "shift_right");
     }

@@ -129,9 +129,9 @@ pub fn diagnose(
     })
 }
 
-/// A model on the whole recording: its initial states follow from the first rows.
+/// A model on the whole recording: its initial states follow from the first rows. None where it runs away.
 fn whole(data: &Data, model: &Model) -> Option<Fitted> {
-    fit(model, &data.first_states(), data, ALL, PATIENCE)
+    fit(model, &data.first_states(), data, ALL, PATIENCE).filter(|fitted| fitted.positions(data).is_ok())
 }
 
 /// A model without what the judge withdrew; none where that is nothing.
