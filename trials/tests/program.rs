@@ -12,13 +12,21 @@ fn copy(folder: &Path) -> std::path::PathBuf {
 }
 
 fn run(program: &Path, arguments: &[&str], folder: &Path) -> Output {
-    Command::new(program)
+    let mut command = Command::new(program);
+    command
         .env_remove("ARCSMITH_RECORDINGS")
         .env_remove("ARCSMITH_EXAMPLES")
         .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap()
+        .current_dir(folder);
+    loop {
+        match command.output() {
+            // A process that another test starts holds the copy open until it runs.
+            Err(error) if error.kind() == std::io::ErrorKind::ExecutableFileBusy => {
+                std::thread::sleep(std::time::Duration::from_millis(10));
+            }
+            output => return output.unwrap(),
+        }
+    }
 }
 
 #[test]
