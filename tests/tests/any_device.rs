@@ -228,6 +228,49 @@ fn a_table_of_two_segments_gives_the_same_compiled() {
     }
 }
 
+/// The search of coefficients moves the leading one of this device beyond a signed word of 32 bits.
+#[test]
+fn a_constant_that_its_word_does_not_hold_is_not_generated() {
+    let model = ErrorModel {
+        sensor: Sensor::EddyCurrentPair { probe_distance_mm: 13.173819430897012, initial_gap_mm: 0.3 },
+        centre: 0.0,
+        coefficients: vec![
+            -7.461917074667018e-5,
+            0.0014126092114070548,
+            0.0012074114044149846,
+            0.0005149721352866209,
+            -0.025048193344301656,
+            0.0662864562700834,
+            1.1298122113759634,
+            -5.328375617996496,
+            13.95806813025347,
+        ],
+    };
+    let input =
+        Input { arity: Arity::Reading, encoding: Encoding::Q31 { full_scale: Some(0.9183624698322636) } };
+    let case = Case {
+        coefficients: Coefficients::of_model(
+            &model,
+            -0.2527715184988817,
+            0.21034367621523217,
+            "made up for a test",
+        ),
+        options: Options {
+            routines: vec![RoutineOptions {
+                input,
+                output: Output::Nano,
+                ..RoutineOptions::of(Format::Q31Split)
+            }],
+            bound: Some(f64::MAX),
+            degree: Some(11),
+            out_of_range: OutOfRange::Continue,
+            ..Options::default()
+        },
+        seed: 1,
+    };
+    compiled_alike(&case, Kind::Fused(Format::Q31Split), &c_compilers()).unwrap();
+}
+
 /// Not generated, for Rust's `core` has no fused multiplication and addition; its bound is tried all the same.
 const FUSED_FLOATS: Kind = Kind::Fused(Format::F32 { fused: true });
 

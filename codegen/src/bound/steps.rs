@@ -23,6 +23,7 @@ pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> 
             after_variable(program, step, &values, piece)
         };
         fits(index, step, &value.range)?;
+        constants_fit(index, step)?;
         values.push(value);
     }
     Ok(values.pop().unwrap_or_else(|| unreachable!("a program has steps")))
@@ -35,6 +36,15 @@ fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
     }
     let (from, to) = (range.to_f64_down(), range.to_f64_up());
     Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
+}
+
+/// Whether the constants of a step of signed words are such words, as the source writes them.
+fn constants_fit(index: usize, step: &Step) -> Result<(), Overflows> {
+    let operands = if step.ty == Type::I32 { step.op.operands() } else { Vec::new() };
+    operands.iter().try_for_each(|operand| match operand {
+        Operand::Int(value) => fits(index, step, &Interval::from_int(*value)),
+        Operand::Step(_) | Operand::Float(_) => Ok(()),
+    })
 }
 
 /// Ranges only, for every argument, valid or not.
