@@ -184,7 +184,7 @@ fn columns_that_act_are_refused_where_they_are_read() {
     let said =
         refusal("unit", &run(folder.path(), "simulate --plant plant.toml --drive bad.csv --out new.csv"));
     assert!(said.contains("`plant.position_unit` is") && said.contains("U+202E"), "{said}");
-    // A cell is told by its beginning.
+    // A cell is shown by its beginning.
     fs::write(folder.path().join("bad.csv"), header("t").replace("1,1\n", &format!("\u{1b}{long},1\n")))
         .unwrap();
     let said = refusal("cell", &run(folder.path(), "fit bad.csv --mirror mirror.toml"));

@@ -238,7 +238,7 @@ fn two_at_once_leave_one_of_two_sets() {
     }
 }
 
-/// `check` tells of a set that waits to be completed.
+/// `check` reports a set that waits to be completed.
 #[test]
 fn check_reports_an_interrupted_set() {
     let scene = Scene::new();

@@ -26,7 +26,7 @@ pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Res
     set.commit()
 }
 
-/// Most characters of a line that is told.
+/// Most characters of a line that is shown.
 const LONGEST_LINE: usize = 400;
 
 /// How a file on disk differs from what would be generated.

@@ -32,10 +32,18 @@ pub struct Family {
     pub candidates: std::ops::Range<usize>,
     /// Part of a column that must be left outside a model.
     pub smallest_part: f64,
-    /// How many families it was chosen from, by what they explain.
+    /// How many families each one of these was chosen from, by what they explain; 1 where there was no choice.
     pub stands_for: f64,
     /// Rows at which it may begin, where it is a step: all of them are tried at once, and not its candidates.
     pub begins: Option<std::ops::Range<usize>>,
+}
+
+impl Family {
+    /// A family without candidates yet, of a column that is a measurement of its own or of another one.
+    fn of(kind: Kind, measured: bool) -> Family {
+        let smallest_part = if measured { SMALLEST_PART_MEASURED } else { SMALLEST_PART };
+        Family { kind, candidates: 0..0, smallest_part, stands_for: 1.0, begins: None }
+    }
 }
 
 /// The raw columns and the shape parameters of a candidate.
@@ -73,10 +81,6 @@ pub const SMALLEST_PART: f64 = 0.02;
 /// mode: a hundredth of it that the base leaves is still many times its reading noise. A column of which the
 /// reading noise alone is left is no more than any other column of noise; below this it is rounding.
 pub const SMALLEST_PART_MEASURED: f64 = 1e-5;
-
-fn smallest_part(measured: bool) -> f64 {
-    if measured { SMALLEST_PART_MEASURED } else { SMALLEST_PART }
-}
 
 /// Candidates that are projected together.
 const TOGETHER: usize = 128;
@@ -160,44 +164,38 @@ impl Dictionary {
         );
         for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
             let Some(groups) = groups else { continue };
-            d.add(Kind::Effect(index), groups, smallest_part(effect.measured()));
-            if let (true, [range]) = (effect.begins_at_a_row(), &effect.ranges(rows)[..])
-                && let Some(family) = d.families.last_mut()
-            {
-                family.begins = Some(range.low as usize..range.high as usize + 1);
-            }
+            let begins = match (effect.begins_at_a_row(), &effect.ranges(rows)[..]) {
+                (true, [range]) => Some(range.low as usize..range.high as usize + 1),
+                _ => None,
+            };
+            let of_effect = Family { begins, ..Family::of(Kind::Effect(index), effect.measured()) };
+            d.add(of_effect, groups);
         }
         for family in generic {
             let groups = family.groups.into_iter().enumerate().map(|(k, g)| (g, vec![k as f64])).collect();
             let Place { variable, times } = &family.place;
             let stands_for =
                 rows.stands_for(variable) * times.as_ref().map_or(1.0, |times| rows.stands_for(times));
-            d.add(Kind::Generic(family.place), groups, smallest_part(family.measured));
-            d.families.last_mut().into_iter().for_each(|family| family.stands_for = stands_for);
+            let of_place = Family { stands_for, ..Family::of(Kind::Generic(family.place), family.measured) };
+            d.add(of_place, groups);
         }
         let highest = highest_order(rows);
         if highest > order {
             let all = base_columns(rows, highest);
             let groups =
                 (order + 1..=highest).map(|m| (all[order + 1..=m].to_vec(), vec![m as f64])).collect();
-            d.add(Kind::Order, groups, SMALLEST_PART);
+            d.add(Family::of(Kind::Order, false), groups);
         }
         d
     }
 
-    fn add(&mut self, kind: Kind, groups: Vec<Group>, smallest_part: f64) {
+    fn add(&mut self, kind: Family, groups: Vec<Group>) {
         let family = self.families.len();
         let first = self.candidates.len();
         for (columns, shape) in groups {
             self.candidates.push(Candidate { family, shape, columns: Arc::new(columns) });
         }
-        self.families.push(Family {
-            kind,
-            candidates: first..self.candidates.len(),
-            smallest_part,
-            stands_for: 1.0,
-            begins: None,
-        });
+        self.families.push(Family { candidates: first..self.candidates.len(), ..kind });
     }
 
     /// The steps of a family that begins at a row, beside `basis`.

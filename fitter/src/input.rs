@@ -35,7 +35,7 @@ fn max_parsed() -> u64 {
     (max_bytes() / 16).max(1 << 20).min(max_bytes())
 }
 
-/// Most bytes of a line, so that one without end is told before the memory is full.
+/// Most bytes of a line, so that one without end is refused before the memory is full.
 fn max_line() -> u64 {
     (max_bytes() / 1024).max(1 << 16)
 }

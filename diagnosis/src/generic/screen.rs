@@ -50,8 +50,8 @@ pub fn keep_strongest_columns(rows: &mut Rows) {
         .map(|(_, column)| column)
         .collect();
     rows.not_testable.push(format!(
-        "{count} further columns are more than are searched: the {MOST_COLUMNS} strongest took part; name fewer to have \
-         their products tried"
+        "{count} further columns are more than are searched: the {MOST_COLUMNS} strongest took part; drop columns \
+         that cannot matter to have all others tried"
     ));
     rows.further_columns = count;
 }

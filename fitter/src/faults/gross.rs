@@ -2,6 +2,7 @@
 
 use super::scale::quantile;
 use super::{Fault, limits};
+use crate::limits::LARGEST;
 use crate::recording::{Readings, Recording};
 
 /// All columns of numbers but pass and direction.
@@ -34,10 +35,10 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
         reason,
         size,
     };
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.abs() <= limits::LARGEST).collect();
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.abs() <= LARGEST).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let mut found: Vec<Fault> = (0..values.len())
-        .filter(|row| values[*row].abs() > limits::LARGEST)
+        .filter(|row| values[*row].abs() > LARGEST)
         .map(|row| fault(row, f64::INFINITY, "beyond any quantity that is measured".to_string()))
         .collect();
     if sorted.len() < limits::FEWEST_ROWS {
@@ -45,7 +46,7 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     }
     let [low, tenth, quarter, middle, three_quarters, nine_tenths, high] =
         [0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98].map(|part| quantile(&sorted, part));
-    let others = || (0..values.len()).filter(|row| values[*row].abs() <= limits::LARGEST);
+    let others = || (0..values.len()).filter(|row| values[*row].abs() <= LARGEST);
     if low == high {
         // A column that stands still but for one row.
         let mut different = others().filter(|row| values[*row] != middle);

@@ -86,8 +86,6 @@ pub const ROWS_PER_TERM: usize = 6;
 /// Order of the base over time: drift and warm-up.
 pub const TIME_ORDER: usize = 3;
 
-/// No quantity of a recording is as large in any unit.
-pub const LARGEST: f64 = 1e30;
 /// A value this many times the spread of the column (25 % to 75 %) away from its median cannot be a reading of the same
 /// quantity, alone or not.
 pub const ABSURD: f64 = 1e4;

@@ -94,7 +94,7 @@ impl Stage {
     }
 }
 
-/// Locks a file that tells who lives. Where locks are unknown nobody is ever taken for dead.
+/// Locks a file that shows which programs live. Where locks are unknown nobody is ever taken for dead.
 fn hold(file: &File) -> io::Result<()> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(io::ErrorKind::WouldBlock.into()),

@@ -20,7 +20,7 @@ thread_local! {
 }
 
 /// Reads the file; its hash is left blank. The crate panics at some files whose parts contradict each other: that is
-/// caught here, without a word of its own, and told as damage.
+/// caught here, without a word of its own, and reported as damage.
 pub(super) fn read(file: &str, source: File, reading: &Reading) -> Result<Recording, RecordingError> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

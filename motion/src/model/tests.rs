@@ -162,7 +162,7 @@ fn the_start_of_a_recording_is_found() {
     assert!((position - 800.0).abs() < 0.01 && (velocity + 9e4).abs() < 1.0, "{position} {velocity}");
 }
 
-/// Rows far apart, of the plant or of what acts in it: told before hours are spent.
+/// Rows far apart, of the plant or of what acts in it: refused before hours are spent.
 #[test]
 fn a_motion_that_takes_far_more_steps_than_rows_is_refused() {
     let plain = model(

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use fitter::faults::{BadRow, FaultError, limits, shown};
+use fitter::limits::LARGEST;
 
 /// Multiples of the scatter around it from which on a single position counts as wrong. A position that jumps and is back
 /// at the next sample would need an acceleration that no other sample shows.
@@ -78,7 +79,7 @@ fn gross(values: &[f64]) -> Vec<(usize, String)> {
         let size = (value - middle).abs() / spread;
         let code = limits::CODES.contains(&value.abs()) && size > limits::CODE;
         let absurd = size > limits::ABSURD;
-        let reason = if value.abs() > limits::LARGEST {
+        let reason = if value.abs() > LARGEST {
             "beyond any quantity that is measured".to_string()
         } else {
             format!("{size:.0} times the column's spread (5 % to 95 %) away from its median {middle}")
