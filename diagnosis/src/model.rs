@@ -1,6 +1,7 @@
 //! The augmented model: base polynomial and named effects, fitted jointly in the whitened metric, with
 //! intervals of every parameter that allow for the others and for the shape parameters.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::averaging::rivals;
@@ -140,7 +141,9 @@ pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Mo
     let rows = search.rows;
     let noise = &search.noise;
     let base = base_columns(rows, order);
-    let raw: Vec<&Vec<f64>> = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).collect();
+    let undetermined = undetermined_rows(search, terms);
+    let raw: Vec<&Vec<f64>> =
+        base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).chain(&undetermined).collect();
     let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
     let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
     let sum = |coefficients: &[f64], columns: &[&Vec<f64>]| {
@@ -176,7 +179,7 @@ pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Mo
         base: solution.coefficients[..base.len()].to_vec(),
         base_value: sum(&solution.coefficients[..base.len()], &raw[..base.len()]),
         terms: fitted,
-        covariance: solution.inverse,
+        covariance: (0..first * first).map(|k| solution.inverse[k / first * p + k % first]).collect(),
     }
 }
 
@@ -199,9 +202,10 @@ pub fn fit(
     // that is missing bends the effects and makes their intervals too narrow.
     let order = order.unwrap_or_else(|| choose_order(explanation, &terms).max(first_order(rows)));
     let base = base_columns(rows, order);
+    let undetermined = undetermined_rows(search, &terms);
     let target = noise.whiten(&noise.clean);
     let solve = |terms: &[Term]| {
-        let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter()));
+        let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).chain(&undetermined);
         let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
         let solution = least_squares(&columns, &target);
         (columns, solution)
@@ -314,6 +318,17 @@ pub fn fit(
     // `first` columns are the base's and the amplitudes'; what follows them are tangents.
     let covariance = (0..first * first).map(|k| with_tangents.inverse[k / first * p + k % first]).collect();
     Model { order, base: coefficients, base_value, terms: fitted, covariance }
+}
+
+/// For every row whose signature the recording does not tell, of any of the terms, the column that takes it alone: with
+/// it the fit is that of the other rows, whatever the correlation.
+fn undetermined_rows(search: &Search, terms: &[Term]) -> Vec<Vec<f64>> {
+    let rows = search.rows;
+    let effects = terms.iter().filter_map(|t| search.effect(t.family));
+    let alone: BTreeSet<usize> =
+        effects.flat_map(|e| search.catalogue[e].undetermined_rows(rows, search.noise.level)).collect();
+    let column = |row: usize| (0..rows.len()).map(|i| f64::from(u8::from(i == row))).collect();
+    alone.into_iter().map(column).collect()
 }
 
 /// What the observations as they were read leave without each term for which `wanted` holds; empty for others.

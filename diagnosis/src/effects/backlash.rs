@@ -16,6 +16,10 @@ const STATED: f64 = 2.0;
 /// the readings, and has to be told the direction.
 const RELUCTANCE: f64 = 12.0;
 
+/// Motion from which on the play is taken to have turned over, in standard deviations of a reading: more than two
+/// readings differ by chance.
+const MOVED: f64 = 6.0;
+
 /// See the module's description.
 pub struct Backlash;
 
@@ -104,6 +108,14 @@ impl Effect for Backlash {
 
     fn begins_before(&self, shape: &[f64]) -> bool {
         shape[1] == FORWARD || shape[1] == BACKWARD
+    }
+
+    fn undetermined_rows(&self, rows: &Rows, noise: f64) -> Vec<usize> {
+        // Read again where the motion turned, the device may stand on either side of its play or between: a loop moves it
+        // there by as much as the reading is noisy.
+        let turned = |i: &usize| rows.direction[*i] != rows.direction[*i - 1];
+        let stayed = |i: &usize| (rows.theta[*i] - rows.theta[*i - 1]).abs() < MOVED * noise;
+        (1..rows.len()).filter(|i| turned(i) && stayed(i)).collect()
     }
 
     fn reluctance(&self, shape: &[f64]) -> f64 {

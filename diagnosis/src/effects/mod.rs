@@ -96,6 +96,11 @@ pub trait Effect: Sync + Send {
     fn begins_before(&self, _shape: &[f64]) -> bool {
         false
     }
+    /// Rows whose signature the recording does not tell, at a standard deviation `noise` of a reading: what they show of the
+    /// effect is left to them when its amplitude is fitted.
+    fn undetermined_rows(&self, _rows: &Rows, _noise: f64) -> Vec<usize> {
+        Vec::new()
+    }
     /// Why this recording cannot show it.
     ///
     /// # Errors

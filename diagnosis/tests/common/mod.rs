@@ -16,7 +16,7 @@ pub fn recording(
     folder: &Path,
     name: &str,
     passes: usize,
-    edit: impl Fn(usize, &mut Vec<String>),
+    mut edit: impl FnMut(usize, &mut Vec<String>),
 ) -> PathBuf {
     let mut text = String::from("t_s,pass,direction,x1_mm,x2_mm,reference_arcsec,temperature_c\n");
     let mut state: u64 = 7;
