@@ -10,6 +10,7 @@ use crate::hand_on::HandOn;
 use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::model::{self, Model};
+use crate::reach::reach;
 use crate::rows::rms;
 use crate::search::Term;
 use crate::verdict::{self, Said};
@@ -82,7 +83,7 @@ fn attempt<'a>(
     let proof = judge.proof_of(&kept);
     let rivals = verdict::rivals(&explanation, hand_on.catalogue, &settled.joint);
     let mut said = verdict::say(&explanation, hand_on.catalogue, &settled, &rivals);
-    said.unidentifiable.extend(verdict::reach(&explanation, hand_on.catalogue, &mut settled, &rivals));
+    said.unidentifiable.extend(reach(&explanation, hand_on.catalogue, &mut settled, &rivals));
     let correlation = explanation.search.noise.correlation.typical();
     let level = Condensed::of_rows(rows, hand_on.cell_of, hand_on.full, explanation.floor);
     let noise_floor = NoiseFloor {
@@ -91,7 +92,7 @@ fn attempt<'a>(
         from: if hand_on.full.passes().len() > 1 { "repeated passes" } else { "blocks" }.into(),
         autocorrelation: correlation,
     };
-    let named = !said.effects.is_empty();
+    let beyond_base = !settled.handed.terms.is_empty();
     let fit = Fit {
         unit: rows.unit.clone(),
         held_out_by: proof.map_or("nothing", Proof::by).into(),
@@ -100,8 +101,8 @@ fn attempt<'a>(
             train_rms: rms(&settled.left),
             held_out_rms: settled.shown.as_ref().map(|shown| shown.rms),
         },
-        gain: settled.shown.as_ref().filter(|_| named).map(|shown| held_out::gain(&shown.gains)),
-        of_explainable: match named {
+        gain: settled.shown.as_ref().filter(|_| beyond_base).map(|shown| held_out::gain(&shown.gains)),
+        of_explainable: match beyond_base {
             true => held_out::of_explainable(&explanation, &before, &settled.joint),
             false => None,
         },

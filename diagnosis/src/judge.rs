@@ -10,7 +10,7 @@ use crate::explain::{Explanation, first_order};
 use crate::hand_on::HandOn;
 use crate::held_out::{Choice, Groups, Proof, Shown, prove};
 use crate::model::{self, FittedTerm, Model, choose_order};
-use crate::rows::rms;
+use crate::rows::{mean, rms};
 use crate::search::Term;
 use crate::verdict::Verdict;
 
@@ -32,6 +32,10 @@ const FOLLOWED: f64 = 1.5;
 /// How far above the reference's stated accuracy a noise floor may lie: the sensor's own noise adds to the
 /// reference's. By judgement: simulated recordings have half the stated accuracy.
 const ABOVE_ACCURACY: f64 = 5.0;
+
+/// What is said where named effects are not handed on.
+const NOT_SHOWN: &str =
+    "the base alone is handed on: with the named effects held-out rows are not predicted better";
 
 /// An answer that agrees with itself.
 pub struct Settled {
@@ -83,17 +87,16 @@ impl<'a> Judge<'a, '_> {
                 model::fit(self.explanation, self.catalogue, &all, None)
             };
             if named.is_empty() {
-                let shown = self.proof.map(|proof| Shown {
-                    rms: proof.before(),
-                    gains: Vec::new(),
-                    chosen_without: true,
-                });
-                let (handed, left) = (self.before.clone(), self.before_left.to_vec());
-                return Settled { joint, handed, left, shown, withdrawn, judged };
+                return self.base_alone(joint, withdrawn, judged);
             }
             let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
+                    Ok((_, _, Some(shown))) if mean(&shown.gains) <= 0.0 => {
+                        self.extend_intervals(&mut joint, &mut judged);
+                        judged.push(NOT_SHOWN.into());
+                        return self.base_alone(joint, withdrawn, judged);
+                    }
                     Ok((handed, left, shown)) => {
                         self.as_handed_on(&mut joint, &handed);
                         self.extend_intervals(&mut joint, &mut judged);
@@ -110,6 +113,13 @@ impl<'a> Judge<'a, '_> {
             withdrawn.extend(joint.terms.iter().find(is_worst).cloned());
             named.remove(worst);
         }
+    }
+
+    /// The answer where the base alone is handed on.
+    fn base_alone(&self, joint: Model, withdrawn: Vec<FittedTerm>, judged: Vec<String>) -> Settled {
+        let (handed, left) = (self.before.clone(), self.before_left.to_vec());
+        let shown = self.proof.map(|p| Shown { rms: p.before(), gains: Vec::new(), chosen_without: true });
+        Settled { joint, handed, left, shown, withdrawn, judged }
     }
 
     /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording,

@@ -34,6 +34,7 @@ pub mod mixture;
 pub mod model;
 pub mod noise;
 pub mod observe;
+mod reach;
 pub mod refit;
 pub mod report;
 pub mod rows;

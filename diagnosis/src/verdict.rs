@@ -4,13 +4,11 @@
 use fitter::figures::with_interval;
 use serde::Serialize;
 
-use crate::base::base_columns;
 use crate::dictionary::Kind;
 use crate::effects::{Effect, Place};
 use crate::experiment;
 use crate::explain::Explanation;
 use crate::judge::Settled;
-use crate::linear::{Basis, dot};
 use crate::model::{FittedTerm, Model};
 use crate::rows::{Rows, centred, range};
 use crate::search::{SHAPE_PRICE, Term};
@@ -18,10 +16,8 @@ use crate::search::{SHAPE_PRICE, Term};
 /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
 /// between two explanations that are equally good in truth the difference seldom exceeds it.
 pub const ALTERNATIVE_MARGIN: f64 = 7.0;
-/// Part of an effect that is handed on to other recordings in any case: of its square a four-hundredth.
-const LITTLE: f64 = 0.05;
 /// Largest log odds of another explanation beside the named one: more is certainty.
-const MOST_LOG_ODDS: f64 = 30.0;
+pub const MOST_LOG_ODDS: f64 = 30.0;
 /// Most alternatives that are listed: a reader can weigh so many, and where more fit, the recording tells nothing of them.
 pub(crate) const MOST_ALTERNATIVES: usize = 5;
 /// What a thermometer's noise takes from an explanation, in its share of the thermometer's variance, allowing for
@@ -125,11 +121,11 @@ pub struct Said {
 /// A catalogued effect that does nearly as well in a named one's place.
 pub struct Rival {
     /// Index in the catalogue.
-    effect: usize,
+    pub effect: usize,
     /// What part of it it explains.
-    part: f64,
+    pub part: f64,
     /// How likely it is beside the named one.
-    odds: f64,
+    pub odds: f64,
 }
 
 /// For every term the effects that do nearly as well in its place, the likeliest first.
@@ -139,49 +135,6 @@ pub fn rivals(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &
         None => Vec::new(),
     };
     model.terms.iter().map(of).collect()
-}
-
-/// What of an effect reaches other recordings, where something that happened at one time of this one (a step, a drift)
-/// does nearly as well in its place. With the probability p that it is not that, all effects being equally likely before,
-/// a part f of it leaves least on another recording in the mean (a model average): of what the base would not have taken
-/// up without it (1 − f)² p + f² (1 − p), of the rest (1 − f)². Says so in sentences.
-pub fn reach(
-    explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
-    settled: &mut Settled,
-    rivals: &[Vec<Rival>],
-) -> Vec<String> {
-    let rows = explanation.search.rows;
-    let mut base = Basis::new(rows.len());
-    for column in base_columns(rows, settled.handed.order) {
-        base.add(&column);
-    }
-    let mut said = Vec::new();
-    for (term, rivals) in settled.joint.terms.iter().zip(rivals) {
-        let Some(e) = term.effect.filter(|e| catalogue[*e].runtime_correctable()) else { continue };
-        let of_one_time = || rivals.iter().filter(|r| !catalogue[r.effect].runtime_correctable());
-        let odds: f64 = of_one_time().map(|r| r.odds).sum();
-        let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
-        let Some(handed) = settled.handed.terms.iter_mut().find(same) else { continue };
-        let about = centred(&handed.contribution);
-        let mut own = about.clone();
-        base.project_off(&mut own);
-        let own = dot(&own, &own) / dot(&about, &about).max(1e-300);
-        let rest = own * odds / (1.0 + odds);
-        if rest < LITTLE {
-            continue;
-        }
-        handed.reach = 1.0 - rest;
-        let others: Vec<&str> = of_one_time().map(|r| catalogue[r.effect].id()).collect();
-        said.push(format!(
-            "{}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed on \
-             to them",
-            catalogue[e].id(),
-            others.join(" or "),
-            100.0 * handed.reach
-        ));
-    }
-    said
 }
 
 /// Forms the verdict. An effect that was withdrawn is structure, and keeps its place.
@@ -296,6 +249,19 @@ pub fn place_of(explanation: &Explanation, catalogue: &[Box<dyn Effect>], term: 
     }
 }
 
+/// The model's terms without `term`, and without what stands for the names' rest: a curve of many columns may hold most
+/// of the effect, too.
+pub fn without(explanation: &Explanation, model: &Model, term: &Term) -> Vec<Term> {
+    let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
+    let rest = &explanation.terms[explanation.chosen..];
+    model
+        .terms
+        .iter()
+        .map(|t| t.term.clone())
+        .filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r)))
+        .collect()
+}
+
 /// Catalogued effects that do nearly as well in the term's place.
 fn alternatives(
     explanation: &Explanation,
@@ -304,15 +270,7 @@ fn alternatives(
     term: &Term,
 ) -> Vec<Rival> {
     let search = &explanation.search;
-    let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
-    // Not beside what stands for the names' rest: a curve of many columns may hold most of the effect, too.
-    let rest = &explanation.terms[explanation.chosen..];
-    let others: Vec<Term> = model
-        .terms
-        .iter()
-        .map(|t| t.term.clone())
-        .filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r)))
-        .collect();
+    let others = without(explanation, model, term);
     let mut with = others.clone();
     with.push(term.clone());
     let best = search.explained(&with) - search.explained(&others);

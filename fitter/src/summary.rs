@@ -188,7 +188,7 @@ fn write_harmonics(text: &mut String, file: &Coefficients, verbose: bool) -> std
 fn order_line(chosen: usize, what: &str, selection: &OrderSelection) -> String {
     let testing = |order: usize| {
         (selection.curve.iter().find(|score| score.order == order))
-            .map_or(String::from("?"), |score| figure(score.testing, &selection.unit))
+            .map_or(String::from("not determined"), |score| figure(score.testing, &selection.unit))
     };
     let best = selection.smallest_testing_error;
     let by = format!(

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use fitter::cli::common::{FIGURE, LABEL, summarise};
 use fitter::coefficients::Coefficients;
+use fitter::output;
 use indicatif::ProgressBar;
 use miette::{IntoDiagnostic, Result, miette};
 
@@ -60,6 +61,9 @@ pub(super) fn explore(arguments: &ExploreArguments) -> Result<ExitCode> {
         return Err(miette!("{}", UnitsError::Option { option: "explore" }));
     }
     source::tell(common)?;
+    if let Some(svg) = &arguments.svg {
+        output::not_the_input(svg, &source::source(common)?.files()).into_diagnostic()?;
+    }
     let (coefficients, _) = load(common)?;
     if coefficients.whole_turn() {
         return Err(miette!(

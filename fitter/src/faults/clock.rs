@@ -89,7 +89,8 @@ fn times(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
     found
 }
 
-/// Single times by which one interval is too long and the next too short, or the other way round.
+/// Single times by which one interval is too long and the next too short, or the other way round. Beside a pause the
+/// other interval alone tells it.
 fn uneven(t: &[f64]) -> Vec<(usize, f64, String)> {
     let gaps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
     let usual: Vec<f64> = (0..gaps.len())
@@ -103,23 +104,49 @@ fn uneven(t: &[f64]) -> Vec<(usize, f64, String)> {
     let mut absolute: Vec<f64> =
         away.iter().zip(between_pauses).filter(|(_, kept)| *kept).map(|(a, _)| a.abs()).collect();
     let scatter = with_tail(&mut absolute).max(least(&gaps)).max(limits::OF_RESOLUTION * printed(t));
-    (1..t.len() - 1)
-        .filter_map(|k| {
-            let (before, after) = (away[k - 1], away[k]);
-            let shift = 0.5 * (before - after);
-            let opposite = before * after < 0.0 && before.abs().min(after.abs()) > 0.6 * shift.abs();
-            // Every shift is seen in two intervals.
-            let size = shift.abs() / (scatter * std::f64::consts::FRAC_1_SQRT_2);
-            let whole = (before + after).abs() < limits::OUTLIER * scatter;
-            (opposite && whole && size >= limits::OUTLIER && shift.abs() > limits::OF_INTERVAL * usual[k].abs()).then(|| {
-                let reason = format!(
-                    "{shift:+.3} s away from the middle between the rows before and after: {size:.0} times the \
-                     scatter of the intervals"
-                );
-                (k, size, reason)
-            })
+    let beside_pause = |k: &usize| t[k + 1] - t[k - 1] > (limits::PAUSE + 1.0) * usual[*k].abs();
+    let (beside, within): (Vec<usize>, Vec<usize>) = (1..t.len() - 1).partition(beside_pause);
+    let shifted = within.into_iter().filter_map(|k| {
+        let (before, after) = (away[k - 1], away[k]);
+        let shift = 0.5 * (before - after);
+        let opposite = before * after < 0.0 && before.abs().min(after.abs()) > 0.6 * shift.abs();
+        // Every shift is seen in two intervals.
+        let size = shift.abs() / (scatter * std::f64::consts::FRAC_1_SQRT_2);
+        let whole = (before + after).abs() < limits::OUTLIER * scatter;
+        (opposite && whole && size >= limits::OUTLIER).then_some((k, shift, size))
+    });
+    shifted
+        .chain(shifted_beside_pauses(&beside, &away, scatter))
+        .filter(|(k, shift, _)| shift.abs() > limits::OF_INTERVAL * usual[*k].abs())
+        .map(|(k, shift, size)| {
+            let reason = format!(
+                "{shift:+.3} s away from where the rows before and after put it: {size:.0} times the scatter of the \
+                 intervals"
+            );
+            (k, size, reason)
         })
         .collect()
+}
+
+/// Of the rows beside a pause those whose interval to the other side is not that of the others: row, by how much, and
+/// how many times their scatter.
+fn shifted_beside_pauses(rows: &[usize], away: &[f64], scatter: f64) -> Vec<(usize, f64, f64)> {
+    if rows.len() < limits::FEWEST_BESIDE_PAUSES {
+        return Vec::new();
+    }
+    // How much longer than usual the interval is that is no pause, and which way a longer one shifts the row.
+    let longer = |k: &usize| {
+        let (before, after) = (away[k - 1], away[*k]);
+        if before.abs() < after.abs() { (before, 1.0) } else { (after, -1.0) }
+    };
+    let middle = median(&mut rows.iter().map(|k| longer(k).0).collect::<Vec<f64>>());
+    let mut absolute: Vec<f64> = rows.iter().map(|k| (longer(k).0 - middle).abs()).collect();
+    let scatter = scatter.max(with_tail(&mut absolute));
+    let sized = rows.iter().map(|k| {
+        let (longer, sign) = longer(k);
+        (*k, sign * longer, (longer - middle).abs() / scatter)
+    });
+    sized.filter(|(_, _, size)| *size >= limits::OUTLIER).collect()
 }
 
 /// The last decimal in which the times are printed; 0 beyond a microsecond.

@@ -60,6 +60,8 @@ pub const WINDOWS: [usize; 4] = [0, 2, 4, 8];
 pub const TREND_ROWS: usize = 2000;
 /// An interval this many times the usual one is a pause, which tells nothing of the clock.
 pub const PAUSE: f64 = 3.0;
+/// Rows beside a pause from which on one can be told from the others: three pauses have six.
+pub const FEWEST_BESIDE_PAUSES: usize = 6;
 /// Rows at the nearest angles from which a cell is predicted: as many as a calibration of eight passes and more has.
 pub const AT_ANGLE: usize = 8;
 /// Part of the usual step of the angle within which two rows are at the same angle.
