@@ -41,9 +41,9 @@ pub mod rows;
 pub mod screened;
 pub mod search;
 pub mod simulated;
+pub mod slow_channel;
 pub mod steps;
 pub mod summary;
-pub mod thermometer;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::content::is_noise_alone;
 use crate::rows::{Column, Rows, mean, range};
-use crate::thermometer::without_noise;
+use crate::slow_channel::without_noise;
 
 /// Why a recording cannot be diagnosed at all.
 #[derive(Debug, Error)]
@@ -199,8 +199,8 @@ pub fn observe(
     }
     note_columns(recording, &mut rows);
     note_time(recording, &mut rows);
-    if let Some(readings) = &rows.temperature_c {
-        rows.temperature_c = Some(without_noise(&rows.t_s, readings));
+    for slow in [&mut rows.temperature_c, &mut rows.common_mode_um] {
+        *slow = slow.as_ref().map(|readings| without_noise(&rows.t_s, readings));
     }
     if rows.single_move() {
         rows.not_testable.push(

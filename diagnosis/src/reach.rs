@@ -1,6 +1,8 @@
 //! What of an effect is handed on to other recordings of the device, where something that happened at one time of this
 //! one (a step, a drift, two of them) does nearly as well in its place.
 
+use std::collections::BTreeSet;
+
 use crate::averaging::ODDS;
 use crate::base::base_columns;
 use crate::effects::Effect;
@@ -37,18 +39,12 @@ pub fn reach(
         let Some(e) = term.effect.filter(|e| catalogue[*e].runtime_correctable()) else { continue };
         let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
         let Some(handed) = settled.handed.terms.iter_mut().find(same) else { continue };
-        let id = catalogue[e].id();
-        let mut odds: f64 = 0.0;
-        let mut others: Vec<&str> = Vec::new();
         let alone = rivals.iter().map(|rival| (rival.odds, vec![rival.effect]));
-        for (likely, effects) in alone.chain(pair(explanation, catalogue, &settled.joint, &term.term)) {
-            if effects.iter().all(|e| !catalogue[*e].runtime_correctable()) {
-                odds += likely;
-                others.extend(effects.iter().map(|e| catalogue[*e].id()));
-            }
-        }
-        others.sort_unstable();
-        others.dedup();
+        let of_one_time: Vec<(f64, Vec<usize>)> = alone
+            .filter(|(_, effects)| effects.iter().all(|e| !catalogue[*e].runtime_correctable()))
+            .chain(pair(explanation, catalogue, &settled.joint, &term.term))
+            .collect();
+        let odds: f64 = of_one_time.iter().map(|(odds, _)| odds).sum();
         let about = centred(&handed.contribution);
         let mut own = about.clone();
         base.project_off(&mut own);
@@ -58,10 +54,13 @@ pub fn reach(
             continue;
         }
         handed.reach = 1.0 - rest;
+        let others: BTreeSet<&str> =
+            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id()).collect();
         said.push(format!(
-            "{id}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed \
-             on to them",
-            others.join(" or "),
+            "{}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed on \
+             to them",
+            catalogue[e].id(),
+            Vec::from_iter(others).join(" or "),
             100.0 * handed.reach
         ));
     }

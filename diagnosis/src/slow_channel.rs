@@ -1,9 +1,9 @@
-//! The temperature without the thermometer's own noise. A body's temperature wanders, a thermometer's reading
-//! scatters about it; a dependence sought on the scatter too comes out too small, and in noise that remembers, where
-//! only what changes from row to row counts, it is lost. The temperature is taken for a random walk in time, read
-//! with white noise; the ratio of the two is the likeliest one, and every row gets what all rows say of it (Kalman
-//! filter and Rauch–Tung–Striebel smoother; Durbin & Koopman, Time Series Analysis by State Space Methods, 2012,
-//! chapter 2: the local level model). A temperature read without noise stays as it is.
+//! A channel that changes slowly (temperature, common mode) without its sensor's own noise. A dependence that is sought
+//! on the noise too comes out too small, and in correlated noise, where only what changes from row to row counts, it is
+//! lost. The channel is taken for a random walk in time, read with white noise; the ratio of the two is the likeliest
+//! one, and every row gets what all rows say of it (Kalman filter and Rauch–Tung–Striebel smoother; Durbin & Koopman,
+//! Time Series Analysis by State Space Methods, 2012, chapter 2: the local level model). A channel that is read without
+//! noise stays as it is.
 
 /// Variance of a step over a typical gap relative to that of the reading's noise: lowest, highest and how many.
 const RATIOS: (f64, f64, usize) = (1e-5, 1e4, 19);
@@ -18,7 +18,7 @@ struct Filtered {
     step: f64,
 }
 
-/// The temperature at every row, from its `readings` at `t_s` (seconds, not decreasing).
+/// The channel at every row, from its `readings` at `t_s` (seconds, not decreasing).
 pub fn without_noise(t_s: &[f64], readings: &[f64]) -> Vec<f64> {
     let mut gaps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 0.0).collect();
     if gaps.is_empty() {
