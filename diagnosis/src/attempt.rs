@@ -13,10 +13,8 @@ use crate::model::{self, Model};
 use crate::reach::reach;
 use crate::rows::rms;
 use crate::search::Term;
+use crate::thresholds::attempt::CLEARLY;
 use crate::verdict::{self, Said};
-
-/// Part of what one explanation leaves of held-out readings that another must leave at most to be preferred.
-const CLEARLY: f64 = 0.9;
 
 /// What is said where a search without the held-out rows does not find effects that predict them.
 const CHOSEN_WITH_ALL: &str = "the effects were chosen with all readings, and only fitted without the held-out ones: the held-out figures are \

@@ -11,13 +11,7 @@ use crate::dictionary::Kind;
 use crate::effects::Effect;
 use crate::linear::{Basis, dot};
 use crate::search::{Search, Term};
-
-/// Odds before the recording that a given effect which is easily confused with a named one is there too.
-pub const ODDS: f64 = 0.3;
-/// Weight beside the model itself below which another is left out.
-const LEAST: f64 = 0.02;
-/// Part of a column's length that must be left beside the model for it to be another explanation.
-const OWN: f64 = 1e-3;
+use crate::thresholds::averaging::{LEAST, ODDS, OWN};
 
 /// One effect more.
 pub struct Rival {

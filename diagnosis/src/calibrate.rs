@@ -18,27 +18,10 @@ use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns};
 use crate::noise::Noise;
 use crate::rows::rms;
-
-/// False alarms allowed over the whole search.
-pub const FALSE_ALARMS: f64 = 0.004;
-/// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
-/// resamples that it is then applied to would look better than it is.
-pub const RESAMPLES: usize = 360;
-/// Resamples that are drawn from one stream of random numbers and projected together.
-const TOGETHER: usize = 90;
-/// Ranks of candidates, 0 among them, of which only the largest statistic needs its tail.
-const MOST_RANKS: usize = 8;
-/// Part of the resamples that the tails are fitted to.
-const TAIL: f64 = 0.2;
-/// Ranges of the angle from which residuals are drawn, as parts of the rows.
-const NEIGHBOURHOODS: usize = 8;
-/// Weight of the prior that a family's tail falls as a χ² tail does, in resamples.
-const PRIOR_TAIL: f64 = 150.0;
-/// How much more a resample may have of what is new in each reading than the recording has, as a ratio of variances.
-/// A shorter memory at the same level would have more of it than the recording can hide.
-const MOST_NEW: f64 = 1.25;
-/// How much less of the allowed false alarms a generic family gets than a catalogued one.
-pub const GENERIC_SHARE: f64 = 0.04;
+use crate::thresholds::calibrate::{
+    FALSE_ALARMS, MOST_NEW, MOST_RANKS, NEIGHBOURHOODS, PRIOR_TAIL, RESAMPLES, TABLE_DENSITY, TABLE_END,
+    TABLE_RANK, TAIL, TOGETHER,
+};
 
 /// P(M > m) = K exp(−a m) for a family's largest statistic m = −ln P(χ²_d > S).
 #[derive(Debug, Clone, Copy)]
@@ -98,12 +81,6 @@ impl Calibration {
         chi_squared_at(self.families[family].at(self.threshold - share.ln()), rank)
     }
 }
-
-/// Highest rank that is tabulated.
-const TABLE_RANK: usize = 7;
-/// Entries per unit of s in the table, and the s up to which it goes.
-const TABLE_DENSITY: f64 = 4.0;
-const TABLE_END: f64 = 120.0;
 
 /// −ln P(χ²_d > s), by linear interpolation of a table where it is smooth: within 1e-3, which is nothing
 /// beside the tails' own uncertainty.

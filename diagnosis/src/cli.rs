@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use crate::observe::{Simulated, Wanted};
 use crate::simulated;
+use crate::thresholds::cli::MOST_THREADS_PER_PROCESSOR;
 use crate::{Diagnosis, Options, Outcome, diagnose, report, summary};
 
 /// Locates where recordings differ from their simulation, names the physics, and shows that the fit improves.
@@ -44,9 +45,6 @@ Examples:
 pub fn main() -> ExitCode {
     program(Cli::try_parse(), |cli| run(&cli.arguments, cli.common).map(|()| ExitCode::SUCCESS))
 }
-
-/// Threads per processor beyond which more only need memory.
-const MOST_THREADS_PER_PROCESSOR: usize = 4;
 
 /// Arguments of `diagnose`.
 #[derive(Args)]

@@ -4,15 +4,7 @@
 //! is below what the search looks for. What is handed on is fitted to the rows again, and every figure is of rows.
 
 use crate::rows::{Rows, range};
-
-/// Rows above which a recording is condensed, and about how many cells are made of it.
-pub const MOST_ROWS: usize = 1100;
-/// Rows up to which a recording is searched row by row where blocks of successive rows would be too coarse.
-const MOST_ROWS_APART: usize = 2500;
-/// Fewest ranges of the angle in a pass.
-const FEWEST_RANGES: usize = 72;
-/// Part of the stroke over which a block of successive rows may move, at most: as coarse as a calibration in steps.
-const COARSEST_BLOCK: f64 = 1.0 / 40.0;
+use crate::thresholds::condense::{COARSEST_BLOCK, FEWEST_RANGES, MOST_ROWS, MOST_ROWS_APART};
 
 /// A condensed recording.
 pub struct Condensed {

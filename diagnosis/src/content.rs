@@ -6,13 +6,7 @@ use crate::base::legendre;
 use crate::calibrate::log_tail;
 use crate::linear::{Basis, dot};
 use crate::rows::centred;
-
-/// −ln of the probability at which one of the six tests says that there is something: one in a thousand.
-const SURE: f64 = 6.9;
-/// Blocks of neighbouring rows whose means are compared.
-const BLOCKS: [usize; 5] = [2, 4, 8, 16, 32];
-/// Order of the curve over the scaled angle.
-const ORDER: usize = 3;
+use crate::thresholds::content::{BLOCKS, ORDER, SURE};
 
 /// Whether the values (in the order of time) are no more than noise, as far as `scaled_angle` (−1 … 1) and the
 /// order of the rows can tell.

@@ -13,16 +13,8 @@ use rayon::prelude::*;
 
 use crate::linear::{Basis, Columns, cholesky, quadratic_form};
 use crate::rows::median;
+use crate::thresholds::correlation::{COARSE, HOPELESS, POINTS, PRIOR_UNCORRELATED, SHORTEST};
 
-/// Prior probability that readings are uncorrelated.
-const PRIOR_UNCORRELATED: f64 = 0.5;
-/// Shortest correlation time that is searched, in typical gaps between rows.
-const SHORTEST: f64 = 0.3;
-/// Points of the grid of correlation times; every so many of them are tried first.
-const POINTS: usize = 41;
-const COARSE: usize = 5;
-/// Log likelihood below the best of the coarse grid at which a neighbourhood is not looked into.
-const HOPELESS: f64 = 12.0;
 /// Correlation of every row with the one before, e^(−Δt/τ).
 #[derive(Debug, Clone)]
 pub struct Correlation {

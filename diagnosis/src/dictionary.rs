@@ -13,6 +13,9 @@ use crate::generic;
 use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns, add_scaled, dot};
 use crate::rows::Rows;
+use crate::thresholds::dictionary::{
+    HIGHEST_OF_A_MOVE, HIGHEST_ORDER, SMALLEST_PART, SMALLEST_PART_MEASURED, TOGETHER,
+};
 
 /// What a family stands for.
 pub enum Kind {
@@ -66,24 +69,6 @@ pub struct Dictionary {
     /// The candidates.
     pub candidates: Vec<Candidate>,
 }
-
-/// Orders up to which the base polynomial may be raised beyond the one absorbed from the start.
-pub const HIGHEST_ORDER: usize = 13;
-
-/// The same of a single move.
-const HIGHEST_OF_A_MOVE: usize = 9;
-
-/// Part of a column's length that must be left outside the model for it to be a candidate at all: what is
-/// left of a smooth curve after a polynomial is mostly the noise of its argument.
-pub const SMALLEST_PART: f64 = 0.02;
-
-/// The same for a measured column. Probes that differ in gain put nearly all of the stroke into their common
-/// mode: a hundredth of it that the base leaves is still many times its reading noise. A column of which the
-/// reading noise alone is left is no more than any other column of noise; below this it is rounding.
-pub const SMALLEST_PART_MEASURED: f64 = 1e-5;
-
-/// Candidates that are projected together.
-const TOGETHER: usize = 128;
 
 /// Candidates after projection: orthonormal columns per candidate.
 pub struct Projected {

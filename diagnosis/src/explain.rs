@@ -11,7 +11,11 @@ use crate::linear::{dot, least_squares};
 use crate::noise::{Noise, estimate, estimate_white};
 use crate::rows::{Rows, rms};
 use crate::search::{self, Search, Term};
-use crate::verdict::ALTERNATIVE_MARGIN;
+use crate::thresholds::explain::{
+    ANY_WILL_DO, GROSS, LONGEST_MEMORY, MISFIT_OF_A_CURVE, MOSTLY, NEARLY, SAME_CORRELATION, STAGE_GAIN,
+    STAGES, UNMEASURED,
+};
+use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 
 /// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
 /// straight line for a sensor that reports the angle itself (its polynomial must extrapolate).
@@ -22,30 +26,6 @@ pub fn first_order(rows: &Rows) -> usize {
     let wanted = if rows.pair { 9 } else { 1 };
     wanted.min(highest_order(rows))
 }
-
-/// Change of the correlation that leaves the calibration as it is.
-const SAME_CORRELATION: f64 = 0.08;
-
-/// Part of what it stands for that a generic curve may leave: a tenth of its square.
-const MISFIT_OF_A_CURVE: f64 = 0.1;
-
-/// Other effects that would do as well, from which on a name beside a curve says nothing.
-const ANY_WILL_DO: usize = 5;
-
-/// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of ninety, far
-/// beyond what hides in noise.
-const GROSS: f64 = 6.0;
-/// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
-/// part of the whole that all of them may.
-const STAGES: usize = 6;
-pub const STAGE_GAIN: f64 = 0.8;
-const MOSTLY: f64 = 0.75;
-/// Part of the mismatch's variance by which explanations do nearly as well: what an ideal play misses of a real one.
-const NEARLY: f64 = 0.02;
-/// Correlation of neighbouring residuals beyond which they are one.
-const LONGEST_MEMORY: f64 = 0.98;
-/// Rows of a held-out pass count as unmeasured: their σ, in multiples of the floor.
-const UNMEASURED: f64 = 1e6;
 
 /// What was found.
 pub struct Explanation<'a> {

@@ -9,6 +9,7 @@ use crate::base::legendre;
 use crate::effects::{Place, low_pass};
 use crate::rows::{Rows, mean, range};
 
+use crate::thresholds::generic::{MOST_RIPPLES, ONSET, WAVES};
 use histories::histories;
 pub use screen::keep_strongest_columns;
 
@@ -75,9 +76,6 @@ pub fn scaled(values: &[f64]) -> Vec<f64> {
 pub fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
-
-/// How sharply what sets in at one value of an observable sets in, as a part of half its range.
-const ONSET: f64 = 0.06;
 
 /// A family's place and groups.
 type Placed = (Place, Vec<Vec<Vec<f64>>>);
@@ -232,9 +230,6 @@ fn wave(t: &[f64], half_periods: usize) -> Vec<Vec<f64>> {
     vec![t.iter().map(|t| (turn * t).sin()).collect(), t.iter().map(|t| (turn * t).cos()).collect()]
 }
 
-/// Most ripples over the stroke.
-const MOST_RIPPLES: f64 = 48.0;
-
 /// Waves over the stroke, from those that a polynomial nearly follows to the shortest that the spacing of the
 /// angles resolves.
 fn ripples(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
@@ -324,9 +319,6 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns.truncate((n * 2 / 5).max(base.len()));
     columns
 }
-
-/// Half periods over the recording of the waves in time that are looked for.
-const WAVES: std::ops::RangeInclusive<usize> = 4..=40;
 
 /// What is taken for noise that remembers where it is left in, beside a step: offsets of the passes, waves in
 /// time, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told

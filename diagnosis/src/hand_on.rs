@@ -13,9 +13,7 @@ use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model};
 use crate::refit;
 use crate::rows::{Rows, mean, range};
-
-/// Part of a range by which another recording may exceed it: far less than a step.
-const MARGIN: f64 = 0.005;
+use crate::thresholds::hand_on::MARGIN;
 
 /// Everything that turns a model of a recording into what is handed on, and counts what that leaves.
 pub struct HandOn<'a> {

@@ -15,9 +15,8 @@ use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
 use crate::rows::{Rows, mean, rms};
 use crate::search::Term;
-
-/// Most folds.
-const FOLDS: usize = 4;
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::held_out::{COVERED, FOLDS, ROWS_OF_A_BLOCK};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
@@ -74,9 +73,6 @@ pub enum Groups {
     Blocks,
 }
 
-/// Rows of a block where passes repeat: few, since of a step within one nobody can tell the row.
-const ROWS_OF_A_BLOCK: usize = 2;
-
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
 fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     let passes = rows.passes();
@@ -93,9 +89,6 @@ fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     let blocks = if several { (rows.len() / ROWS_OF_A_BLOCK).max(1) } else { (rows.len() / 20).clamp(1, 12) };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
-
-/// Part of the stroke within which a held-out reading must have a reading that is not held out.
-const COVERED: f64 = 1.0 / 40.0;
 
 /// Whether in every fold the other rows were taken where the held-out ones were: no model promises anything beyond.
 fn covered(rows: &Rows, group: &[usize], out_of: &dyn Fn(usize) -> Option<usize>, folds: usize) -> bool {
@@ -264,7 +257,7 @@ pub fn gain(gains: &[f64]) -> Gain {
     let value = mean(gains);
     let n = gains.len() as f64;
     let deviation = (gains.iter().map(|g| (g - value).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
-    let quantile = StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0)).map_or(1.96, |t| t.inverse_cdf(0.975));
+    let quantile = StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0)).map_or(NORMAL_95, |t| t.inverse_cdf(0.975));
     let half = quantile * deviation / n.sqrt();
     Gain { value, ci95: [value - half, value + half] }
 }

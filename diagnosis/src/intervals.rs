@@ -14,25 +14,8 @@ use crate::linear::{Basis, add_scaled, dot};
 use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
 use crate::rows::Rows;
-
-/// Standard normal quantile of 97.5 %.
-const NORMAL: f64 = 1.959_963_985;
-/// Parts into which the range of a shape parameter is divided at first, where the effect does not say over what
-/// distance its signature stays much the same.
-const PARTS: f64 = 96.0;
-/// Fall of the log likelihood below the largest at which nothing more is expected.
-const NEGLIGIBLE: f64 = 9.0;
-/// Part of the largest log likelihood that the middle of a first cell may miss of the best place in it: a fall with
-/// the square of the distance, so that each halving leaves a quarter. By judgement: of a bump that is 0.35 widths off
-/// in its place and a sixth in its width it is 0.07 without a base, some times that beside one of order 9.
-const HIDDEN: f64 = 0.3;
-/// Change of the log likelihood over a cell below which it is not divided any further, and most divisions.
-const UNEVEN: f64 = 0.7;
-const DIVISIONS: i32 = 12;
-/// Rows about a step's best place whose likelihood is looked at.
-const STEP_REACH: usize = 60;
-/// Part of a column's length that must be left beside the others for its amplitude to mean anything.
-const DETERMINED: f64 = 1e-5;
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
 
 /// What an effect's shapes are judged beside.
 pub struct Beside<'a> {
@@ -388,17 +371,17 @@ fn inverse_of_triangle(r: &[f64], n: usize) -> Vec<f64> {
 /// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
 pub fn widening(freedom: f64) -> f64 {
     use statrs::distribution::{ContinuousCDF, StudentsT};
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL)
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{NORMAL, widening};
+    use super::{NORMAL_95, widening};
 
     #[test]
     fn few_degrees_of_freedom_widen() {
         // Student's quantile at 10 degrees is 2.2281.
-        assert!((widening(10.0) - 2.2281 / NORMAL).abs() < 1e-4);
+        assert!((widening(10.0) - 2.2281 / NORMAL_95).abs() < 1e-4);
         assert!((widening(1e6) - 1.0).abs() < 1e-4);
     }
 }

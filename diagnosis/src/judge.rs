@@ -12,32 +12,10 @@ use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::rows::rms;
 use crate::search::Term;
+use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, CLEAR_GAIN, FOLLOWED, REMEMBERS};
+use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::verdict::Verdict;
 
-/// How much more a model may leave than the base alone: the spread of an rms over a thousand readings.
-const WORSE: f64 = 1.02;
-/// How much more than the noise floor may be left, on rows that were held out, where everything is said to be
-/// explained: beside some hundred readings the base's own uncertainty takes up to a tenth, its order the rest.
-const EXPLAINED: f64 = 1.3;
-/// Ends of an interval beyond which nothing is determined.
-const BOUNDLESS: f64 = 1e12;
-/// Widths of its interval by which an estimate may lie outside without a sentence in `judged`. By judgement: beyond, search
-/// and interval stand at different places.
-const BESIDE: f64 = 1.0;
-/// Correlation of neighbouring readings from which on noise has a memory, and how much more than the scatter about the
-/// saturated model it may be. By judgement: of 250 simulated recordings of correlated noise alone four left 1.30 to 1.41
-/// times that scatter.
-const REMEMBERS: f64 = 0.1;
-const FOLLOWED: f64 = 1.5;
-/// How far above the reference's stated accuracy a noise floor may lie: the sensor's own noise adds to the
-/// reference's. By judgement: simulated recordings have half the stated accuracy.
-const ABOVE_ACCURACY: f64 = 5.0;
-
-/// Part of what the base alone leaves of held-out rows by which effects must improve it to be handed on where the
-/// interval of the gain holds 0. Of 2000 devices that were recorded twice, seven in a thousand then had a second
-/// recording that the handed-on model made worse by 3 %, without this rule, and three with it; a hundredth of the
-/// logarithmic gain on the others is lost.
-const CLEAR_GAIN: f64 = 0.1;
 /// What is said where named effects are not handed on.
 const NOT_SHOWN: &str = "the base alone is handed on: that held-out rows are predicted better with the named effects is not shown";
 
@@ -204,7 +182,7 @@ impl<'a> Judge<'a, '_> {
         let before = rms(self.before_left);
         let left = self.hand_on.left(&handed, None);
         let left = match left {
-            Some(left) if rms(&left) <= WORSE * before => left,
+            Some(left) if rms(&left) <= NO_WORSE * before => left,
             other => {
                 let without = |k: usize| self.hand_on.left(&self.alone(&all_but(named, k)), None);
                 let worst = least(named.len(), |k| without(k).map_or(f64::INFINITY, |left| rms(&left)));
@@ -223,7 +201,7 @@ impl<'a> Judge<'a, '_> {
         let Some(proof) = self.proof_of(named) else { return Ok((handed, left, None)) };
         let order = handed.order;
         let shows = |choice: &Choice| {
-            proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= WORSE * proof.before())
+            proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= NO_WORSE * proof.before())
         };
         // As the whole search would have found it; else these effects, fitted without the held-out rows.
         let searched = if as_found { shows(&Choice::Searched) } else { None };
@@ -291,7 +269,7 @@ pub fn allowed(
         Verdict::Explained => Verdict::PartlyExplained,
         other => return (other, None),
     };
-    if left > EXPLAINED * floor.value {
+    if left > AT_FLOOR * floor.value {
         let why = format!(
             "held-out readings are left with {:.2} times the noise floor: structure remains",
             left / floor.value

@@ -44,6 +44,7 @@ pub mod simulated;
 pub mod slow_channel;
 pub mod steps;
 pub mod summary;
+mod thresholds;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};

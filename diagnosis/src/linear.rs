@@ -1,12 +1,10 @@
 //! The little linear algebra that the search needs: orthonormal bases in the whitened metric, built one
 //! column at a time, and one matrix product for all candidates and all resamples at once.
 
+use crate::thresholds::linear::DEPENDENT;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
-
-/// Relative length below which what is left of a column after projection is rounding.
-const DEPENDENT: f64 = 1e-7;
 
 /// Partial sums of an inner product: enough for two of the widest registers, and the same on every processor.
 const LANES: usize = 16;

@@ -9,16 +9,14 @@ use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::dictionary::{Kind, highest_order};
 use crate::effects::{Effect, Reading};
-use crate::explain::{Explanation, STAGE_GAIN, first_order};
+use crate::explain::{Explanation, first_order};
 use crate::intervals::{Beside, widening};
 use crate::linear::{Basis, dot, least_squares};
 use crate::noise::Noise;
 use crate::rows::{Rows, rms};
 use crate::search::{Search, Term};
-
-/// Surprise at which further orders of the base are kept: some ten blocks are tried, and one in fifteen
-/// recordings may keep one by chance.
-const ORDER_SURPRISE: f64 = 5.0;
+use crate::thresholds::explain::STAGE_GAIN;
+use crate::thresholds::model::ORDER_SURPRISE;
 
 /// A term with its amplitudes.
 #[derive(Debug, Clone)]

@@ -8,16 +8,7 @@
 use crate::correlation::{Correlation, Whitener, suspect};
 use crate::linear::{Basis, dot};
 use crate::rows::median;
-
-/// Where the redescending influence function leaves the straight line, starts to fall, and is zero, in σ
-/// (Hampel's three-part function): a Gaussian row is practically never touched.
-const HAMPEL: (f64, f64, f64) = (3.0, 4.5, 8.0);
-/// Rows to either side that a row is compared with.
-const ALONE: usize = 2;
-/// The scale is at least such that nine tenths of the residuals lie within this many of it (Gaussian: 1.64).
-const MOST_CLEANED: f64 = 2.5;
-/// Gain in −2 log likelihood that a dependence of the variance must bring, per parameter.
-const VARIANCE_GAIN: f64 = 6.6;
+use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 
 /// The noise of a recording.
 #[derive(Debug, Clone)]

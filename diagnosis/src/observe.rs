@@ -10,6 +10,7 @@ use thiserror::Error;
 use crate::content::is_noise_alone;
 use crate::rows::{Column, Rows, mean, range};
 use crate::slow_channel::without_noise;
+use crate::thresholds::observe::FEWEST_ROWS;
 
 /// Why a recording cannot be diagnosed at all.
 #[derive(Debug, Error)]
@@ -51,9 +52,6 @@ pub enum ObserveError {
     #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
     Simulation { file: String, found: String, expected: String },
 }
-
-/// Fewest rows of which anything is said.
-pub const FEWEST_ROWS: usize = 16;
 
 /// The user's own simulation of the same rows.
 #[derive(Debug, Clone)]

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::averaging::ODDS;
 use crate::base::base_columns;
 use crate::effects::Effect;
 use crate::explain::Explanation;
@@ -11,13 +10,12 @@ use crate::judge::Settled;
 use crate::linear::{Basis, dot};
 use crate::model::{FittedTerm, Model};
 use crate::rows::centred;
-use crate::search::{Found, SHAPE_PRICE, Term};
-use crate::verdict::{MOST_LOG_ODDS, Rival, without};
-
-/// Part of an effect that is handed on to other recordings in any case: of its square a four-hundredth.
-const LITTLE: f64 = 0.05;
-/// Part of an effect that the first of two others must explain for the two to be tried in its place.
-const HALF: f64 = 0.5;
+use crate::search::{Found, Term};
+use crate::thresholds::averaging::ODDS;
+use crate::thresholds::reach::{HALF, LITTLE};
+use crate::thresholds::search::SHAPE_PRICE;
+use crate::thresholds::verdict::MOST_LOG_ODDS;
+use crate::verdict::{Rival, without};
 
 /// Puts into every term the part of it that is handed on. With the probability p that it is not what happened at one
 /// time, all effects being equally likely before, a part f of it leaves least on another recording in the mean (a model

@@ -12,19 +12,7 @@ use fitter::{Coefficients, Recording};
 
 use crate::linear::least_squares;
 use crate::rows::{Rows, range, rms};
-
-/// Slope of the harmonics below which nothing is gained on rows that were searched one by one, and from which on no
-/// equation may be left.
-const STEEP: (f64, f64) = (0.05, 0.98);
-/// Steps, and the relative gain below which they end.
-const STEPS: usize = 12;
-const GAIN: f64 = 1e-9;
-/// Rows beyond which the fit of their means is good enough: each step solves the equation for every row.
-const MOST_ROWS: usize = 100_000;
-/// Most harmonics, and the part of what was left that one more may leave at most: among some thousand rows chance takes
-/// a thousandth.
-const MOST_HARMONICS: usize = 12;
-const HARMONIC_GAIN: f64 = 0.99;
+use crate::thresholds::refit::{GAIN, HARMONIC_GAIN, MOST_HARMONICS, MOST_ROWS, STEEP, STEPS};
 
 /// Keeps the `most` strongest harmonics of every periodic term.
 pub fn keep_strongest(file: &mut Coefficients, most: usize) {

@@ -4,10 +4,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::thresholds::rows::SAME_PLACE;
 use fitter::turn::Turn;
-
-/// Readings closer than this part of the largest distance between neighbours are of one position.
-const SAME_PLACE: f64 = 0.05;
 
 /// One observable of a recording.
 #[derive(Debug, Clone)]

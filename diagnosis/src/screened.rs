@@ -6,12 +6,7 @@ use fitter::faults::{self, BadRow};
 use fitter::{Mirror, Recording};
 
 use crate::observe::{ObserveError, Simulated};
-
-/// Rows that are diagnosed, at most: a hundred times as many as any effect needs, and what memory is there for beside
-/// the recording itself.
-const MOST_ROWS: usize = 1_000_000;
-/// Part of the rows left out by which the choice moves from pass to pass, so that all passes together hold every angle.
-const GOLDEN: f64 = 0.618_033_988_749_895;
+use crate::thresholds::screened::{GOLDEN, MOST_ROWS};
 
 /// What a diagnosis goes on with.
 pub struct Screened<'a> {

@@ -2,7 +2,7 @@
 //! backward steps, every candidate judged jointly with the others after projecting off what the base model
 //! absorbs. A set's merit is what it explains of the whitened sum of squares less a price per term, and the
 //! price is what the strongest of the family's candidates explains in one recording of nothing in
-//! [`crate::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
+//! [`crate::thresholds::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
 
 mod beside;
 mod refine;
@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use crate::base::base_columns;
-use crate::calibrate::{Calibration, GENERIC_SHARE, calibrate, log_tail};
+use crate::calibrate::{Calibration, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::{Effect, Range};
@@ -22,27 +22,10 @@ use crate::jumps::Jumps;
 use crate::linear::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::noise::Noise;
 use crate::rows::Rows;
-
-/// What a generic term must explain beyond a catalogued one to be preferred: a curve always follows an
-/// effect's signature, and a χ² of its further columns must not be enough to unseat the physics.
-const GENERIC_HANDICAP: f64 = 5.0;
-/// The same for every column beyond the first.
-const HANDICAP_PER_COLUMN: f64 = 1.5;
-/// What every shape parameter must explain in addition: of two explanations that nearly tie, the simpler, of
-/// which the richer one often is a limiting case (a lag without delay, a warm-up that never ends).
-pub const SHAPE_PRICE: f64 = 3.0;
-
-/// How much more than on the grid a shape may explain once refined: what the grid lost, a third, generously.
-const GRID_LOSS: f64 = 1.5;
-/// The same of the parabola through a top of the grid and its neighbours: a tenth, by judgement.
-const TOP_LOSS: f64 = 1.1;
-/// Tops of the grid that are refined. Angles read in two windows forty window widths apart give a period's likelihood a
-/// dozen tops within a tenth of the highest.
-const MOST_RIVALS: usize = 16;
-/// Part by which a refined top may miss the highest and still be tried again with further harmonics, and how many are:
-/// a cycle more or less between two windows 20 mm apart costs 0.2 % in windows of half a millimetre, three cost 1.8 %.
-const NEAR_TIE: f64 = 0.02;
-const MOST_TIED: usize = 6;
+use crate::thresholds::calibrate::GENERIC_SHARE;
+use crate::thresholds::search::{
+    GENERIC_HANDICAP, GRID_LOSS, HANDICAP_PER_COLUMN, MOST_RIVALS, MOST_TIED, NEAR_TIE, SHAPE_PRICE, TOP_LOSS,
+};
 
 /// One term of a model.
 #[derive(Debug, Clone)]

@@ -5,8 +5,7 @@
 //! Time Series Analysis by State Space Methods, 2012, chapter 2: the local level model). A channel that is read without
 //! noise stays as it is.
 
-/// Variance of a step over a typical gap relative to that of the reading's noise: lowest, highest and how many.
-const RATIOS: (f64, f64, usize) = (1e-5, 1e4, 19);
+use crate::thresholds::slow_channel::RATIOS;
 
 /// One row as the filter leaves it.
 struct Filtered {

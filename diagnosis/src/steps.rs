@@ -5,13 +5,7 @@
 //! fifth of a second beside it speak clearly against that.
 
 use crate::noise::Noise;
-
-/// Rows to either side that are looked at.
-const REACH: usize = 16;
-/// Height in σ of a reading from which the single row decides.
-pub const HIGH: f64 = 2.5;
-/// Part of the readings that may be gross outliers, and how many times wider they scatter.
-const OUTLIERS: (f64, f64) = (0.05, 6.0);
+use crate::thresholds::steps::{HIGH, OUTLIERS, REACH};
 
 /// −ln of the density of a standardised residual, outliers allowed for (up to a constant).
 fn cost(z: f64) -> f64 {

@@ -5,10 +5,8 @@ use fitter::figures::{figure, plain, with_interval};
 
 use crate::Diagnosis;
 use crate::report::without_unit;
+use crate::thresholds::summary::LISTED;
 use crate::verdict::{Location, NamedEffect, Verdict};
-
-/// So many lines of a kind are printed unless everything is.
-const LISTED: usize = 4;
 
 /// The sentence that says it all.
 pub fn sentence(d: &Diagnosis) -> String {

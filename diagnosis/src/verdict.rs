@@ -11,21 +11,11 @@ use crate::explain::Explanation;
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
 use crate::rows::{Rows, centred, range};
-use crate::search::{SHAPE_PRICE, Term};
-
-/// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
-/// between two explanations that are equally good in truth the difference seldom exceeds it.
-pub const ALTERNATIVE_MARGIN: f64 = 7.0;
-/// Largest log odds of another explanation beside the named one: more is certainty.
-pub const MOST_LOG_ODDS: f64 = 30.0;
-/// Most alternatives that are listed: a reader can weigh so many, and where more fit, the recording tells nothing of them.
-pub(crate) const MOST_ALTERNATIVES: usize = 5;
-/// What a thermometer's noise takes from an explanation, in its share of the thermometer's variance, allowing for
-/// what it adds to another; and the largest such part.
-const BLUR: f64 = 4.0;
-const MOST_BLURRED: f64 = 0.5;
-/// Part of a contribution's largest deviation above which a row belongs to its range.
-const RANGE_PART: f64 = 0.25;
+use crate::search::Term;
+use crate::thresholds::search::SHAPE_PRICE;
+use crate::thresholds::verdict::{
+    ALTERNATIVE_MARGIN, BLUR, MOST_ALTERNATIVES, MOST_BLURRED, MOST_LOG_ODDS, RANGE_PART,
+};
 
 /// What is said of the recording as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

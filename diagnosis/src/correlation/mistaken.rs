@@ -6,26 +6,10 @@ use rayon::prelude::*;
 use super::{COARSE, Correlation, Whitener, orthonormal};
 use crate::jumps::{Jumps, step};
 use crate::linear::{Basis, Columns, add_scaled, cholesky, dot};
-
-/// Gain in −2 log likelihood, correlation times searched on either side, at which structure is believed: one
-/// column among some hundred by chance once in some thousand recordings.
-const SLOW_GAIN: f64 = 18.0;
-/// The same for every further column of a group.
-const SLOW_GAIN_PER_COLUMN: f64 = 3.0;
-/// Number of columns up to which that is enough. Where noise remembers, a step at any row is a test of that row's
-/// reading alone, so that there are as many independent ones as rows.
-const FEW_COLUMNS: f64 = 50.0;
-/// Gain in −2 log likelihood of the best correlation over none, from which on something can have been taken for
-/// correlation: by chance in one recording of forty.
-const CORRELATION_SEEN: f64 = 4.0;
-/// Part of a column's length that must be left beside the model for it to be looked at.
-const OWN_PART: f64 = 0.02;
-/// Part of the best gain that a group of fewer columns must reach to be taken instead.
-const NEARLY: f64 = 0.6;
-/// The first row at which a step may begin: with fewer before it nothing tells it from the first readings.
-const FIRST_STEP: usize = 2;
-/// Most groups that are taken out.
-const MOST_TAKEN: usize = 3;
+use crate::thresholds::correlation::mistaken::{
+    CORRELATION_SEEN, FEW_COLUMNS, FIRST_STEP, MOST_TAKEN, NEARLY, SLOW_GAIN, SLOW_GAIN_PER_COLUMN,
+};
+use crate::thresholds::dictionary::SMALLEST_PART;
 
 impl Correlation {
     /// The groups of `suspects` (each a number of columns) that explain the observations so much better than
@@ -156,7 +140,7 @@ impl Place {
                     }
                     let left = gram(k, k) - dot(&row, &row);
                     let length = dot(white.get(k), white.get(k));
-                    if left > OWN_PART * OWN_PART * length {
+                    if left > SMALLEST_PART * SMALLEST_PART * length {
                         let along: f64 = factor.iter().zip(&row).map(|((_, _, part), r)| part * r).sum();
                         let part = (products[rank * count + k] - along) / left.sqrt();
                         row.push(left.sqrt());
@@ -172,7 +156,7 @@ impl Place {
     fn explained_by_steps(&self) -> Vec<f64> {
         let n = self.residual.len();
         let rows = FIRST_STEP..n.saturating_sub(1);
-        let scores = Jumps::beside(&self.whitener, &self.basis, rows, OWN_PART).scores(&self.residual);
+        let scores = Jumps::beside(&self.whitener, &self.basis, rows, SMALLEST_PART).scores(&self.residual);
         scores.into_iter().map(|s| s * s).collect()
     }
 

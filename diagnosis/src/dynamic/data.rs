@@ -11,6 +11,7 @@ use super::signal::Signal;
 use super::simulate::Course;
 use super::turns::Turns;
 use crate::rows::mean;
+use crate::thresholds::dynamic::data::{BLOCKS, BLOCKS_OF_WINDOW, BOUND, LEAST_WINDOW, MOST_LEAD, WINDOWS};
 
 /// Number of kinds of rows.
 pub const FOLDS: usize = 3;
@@ -22,20 +23,6 @@ pub const CHOOSE: usize = 1;
 pub const SCORE: usize = 2;
 /// All rows.
 pub const ALL: [bool; FOLDS] = [true; FOLDS];
-/// Blocks into which the rows of all runs are divided; every second one fits, the others choose and score
-/// in turn, so that every kind sees the whole of the excitation.
-const BLOCKS: usize = 64;
-/// A position beyond so many times the recorded range is an unstable simulation.
-const BOUND: f64 = 30.0;
-
-/// Most windows into which a long recording is divided for the search.
-const WINDOWS: usize = 12;
-/// Most rows before a run through which states are brought that are not recorded.
-const MOST_LEAD: usize = 4096;
-/// Least rows of a window.
-const LEAST_WINDOW: usize = 400;
-/// Blocks of a window: as many kinds of rows in each as can be.
-const BLOCKS_OF_WINDOW: usize = 8;
 
 /// One axis.
 pub struct Data<'a> {

@@ -3,9 +3,8 @@
 use fitter::plant::{Plant, PlantFile};
 use rayon::prelude::*;
 
-use super::data::{ALL, Data, SCORE};
-use super::effects::HARD;
-use super::estimate::{Fitted, PATIENCE, fit};
+use super::data::{ALL, Data};
+use super::estimate::{Fitted, fit};
 use super::fault::DynamicError;
 use super::judge::{self, Withdrawn};
 use super::model::{Model, Term};
@@ -16,24 +15,18 @@ use super::structure::{Structure, structure};
 use super::verdict::{self, Left, Units};
 use super::{expected, feedback, floor, plant, remainder, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
+use crate::dynamic::data::SCORE;
 use crate::held_out::{Fit, Score};
+use crate::thresholds::dynamic::diagnose::{SEARCH_STEPS, START_ROWS, TOLD};
+use crate::thresholds::dynamic::effects::HARD;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::search::LEAST_GAIN;
 use crate::verdict::Verdict;
 
-/// Steps of the integrator that a simulation of the search may take: enough to tell effects apart, few
-/// enough that a hundred thousand rows are diagnosed in seconds.
-const SEARCH_STEPS: usize = 33_000;
-/// −2 log likelihood by which the whole recording has to prefer a rival.
-const DECISIVE: f64 = 30.0;
 /// The rows that fit and choose, without those that score.
 const PROOF: [bool; 3] = [true, true, false];
 /// Those that score.
 const SCORE_ROWS: [bool; 3] = [false, false, true];
-/// −2 log likelihood that an effect moves the rows that score by, from which on they tell whether it does them good: a
-/// quarter of what the search asks for, as on the rows that choose.
-const TOLD: f64 = 7.5;
-
-/// Rows from which the nominal plant is identified at first.
-const START_ROWS: usize = 16_384;
 
 /// What a dynamic diagnosis is asked for.
 #[derive(Clone, Default)]
@@ -349,7 +342,7 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
     let Some(own) = fits.next().flatten() else { return chosen };
     let better = fits
         .flatten()
-        .filter(|f| gain(&own, f, CHOOSE_ROWS) > DECISIVE)
+        .filter(|f| gain(&own, f, CHOOSE_ROWS) > LEAST_GAIN)
         .min_by(|a, b| a.cost(CHOOSE_ROWS).total_cmp(&b.cost(CHOOSE_ROWS)));
     let windows = search.data;
     better.and_then(|f| fit(&f.model, &windows.first_states(), windows, FIT_ROWS, PATIENCE)).unwrap_or(chosen)

@@ -2,10 +2,14 @@
 //! by Levenberg's and Marquardt's method (Marquardt 1963) on exact sensitivities. An unstable simulation is
 //! a step that is refused.
 
-use super::data::{Data, FOLDS};
-use super::gram::{Grams, MOST_FREE, grams};
+use super::data::Data;
+use super::gram::{Grams, grams};
 use super::model::Model;
 use super::simulate::{Theta, Unstable, simulate};
+use crate::dynamic::data::FOLDS;
+use crate::thresholds::dynamic::estimate::ENOUGH;
+pub use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// A model with what belongs to this recording, and how well it does.
 #[derive(Clone)]
@@ -54,11 +58,6 @@ pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<
     }
     Ok(out)
 }
-
-/// Most steps of an estimate.
-pub const PATIENCE: usize = 40;
-/// A promised decrease below this part of the mean square changes no likelihood that anyone reads.
-const ENOUGH: f64 = 0.02;
 
 /// Fits a model to the wanted kinds of rows; none where it cannot be simulated at all.
 pub fn fit(

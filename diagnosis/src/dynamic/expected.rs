@@ -7,16 +7,15 @@ use rayon::prelude::*;
 
 use super::data::{ALL, Data, HOLDS};
 use super::diagnose::OwnSimulation;
-use super::estimate::{Fitted, PATIENCE, fit};
+use super::estimate::{Fitted, fit};
 use super::fault::DynamicError;
 use super::model::Term;
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::search::Search;
 use super::start;
-
-/// Part of a position's variance above which a nominal plant does not follow the drive at all.
-const LOST: f64 = 0.98;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::expected::LOST;
 
 /// The nominal plant with the effects `given`, identified from the recording, or from the user's simulation of it and then once
 /// more beside the recording.

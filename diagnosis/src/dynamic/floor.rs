@@ -6,33 +6,14 @@
 use super::data::Data;
 use super::estimate::Fitted;
 use super::noise::Autoregression;
-use super::remainder::COLOURED;
 use super::spectrum::fourier::{coefficients, hann};
 use super::structure::Structure;
-
-/// A residual up to so many times the noise is at the noise: the figure that a verdict of `explained` needs.
-pub const AT_FLOOR: f64 = 1.3;
-/// Periods of the resonance in a stretch whose spectrum is taken: a resonance of 5 % damping is then ten lines wide.
-const PERIODS: f64 = 16.0;
-/// Least rows of a stretch and least number of them: fewer lines or averages tell no peak from chance.
-const LEAST_STRETCH: usize = 64;
-const LEAST_STRETCHES: usize = 6;
-/// Bands of the frequency axis per octave.
-const BANDS: f64 = 2.0;
-/// Frequencies beyond so many times the resonance are those of the reading alone: the mechanism moves a tenth there.
-const BEYOND: f64 = 3.0;
-/// Standard deviations that a band may exceed those beside it by: with some ten bands, one recording of 10³ does.
-const CHANCE: f64 = 3.0;
-/// Standard errors from which on the power of the innovation depends on the motion: no chance in 10⁸ recordings.
-const DEPENDS: f64 = 6.0;
-/// Blocks of time whose power is compared, their least rows, and the least number of blocks.
-const BLOCKS: usize = 64;
-const LEAST_BLOCK: usize = 64;
-const LEAST_BLOCKS: usize = 12;
-/// The quartile of a normal distribution, in standard deviations.
-const QUARTILE: f64 = 0.674;
-/// Lags over which the residual's correlation is summed.
-const LAGS: usize = 64;
+use crate::thresholds::AT_FLOOR;
+use crate::thresholds::dynamic::floor::{
+    BANDS, BEYOND, BLOCKS, CHANCE, DEPENDS, LAGS, LEAST_BLOCK, LEAST_BLOCKS, LEAST_STRETCH, LEAST_STRETCHES,
+    PERIODS, QUARTILE,
+};
+use crate::thresholds::dynamic::remainder::COLOURED;
 
 /// The noise of a reading, and what of the residual is above it.
 pub struct Floor {

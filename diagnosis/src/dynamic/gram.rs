@@ -3,17 +3,14 @@
 
 use rayon::prelude::*;
 
-use super::data::{Data, FOLDS};
+use super::data::Data;
 use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Physics};
 use super::model::Model;
 use super::number::{Dual, Number};
 use super::simulate::{Theta, Unstable, simulate};
-
-/// Directions of the initial state of a run.
-pub const STATE: usize = 2;
-/// Most free parameters of a model.
-pub const MOST_FREE: usize = 16 - STATE;
+use crate::dynamic::data::FOLDS;
+use crate::thresholds::dynamic::gram::STATE;
 
 /// Inner products of the sensitivities (first the run's initial position and velocity, then the free
 /// parameters) and, in the last place, of the residual.

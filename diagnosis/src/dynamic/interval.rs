@@ -1,13 +1,8 @@
 //! Intervals of 95 % that are of the estimate's size: a parameter that a recording hardly determines has a wide
 //! interval, not an infinite one.
 
-/// Standard deviations on either side of an estimate within which it lies with 95 %.
-const WIDTH: f64 = 1.96;
-/// Half-width of an amount's interval as a multiple of the amount, and factor on either side of a shape, at most: beyond
-/// three decades a recording says nothing, and a number would only pretend to.
-const MOST: f64 = 1e3;
-/// Deviation of a shape's logarithm up to which the interval is taken as straight: the third term is 2 % of the first.
-const STRAIGHT: f64 = 0.3;
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::dynamic::interval::{MOST, STRAIGHT};
 
 /// What a parameter is to its effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,7 +17,7 @@ pub enum Sort {
 
 /// The interval around an estimate with a standard deviation.
 pub fn around(value: f64, deviation: f64, sort: Sort) -> [f64; 2] {
-    let half = if deviation.is_finite() { WIDTH * deviation } else { f64::MAX };
+    let half = if deviation.is_finite() { NORMAL_95 * deviation } else { f64::MAX };
     let straight = |most: f64| [value - half.min(most), value + half.min(most)];
     match sort {
         Sort::Shape if !(deviation.is_finite() && deviation <= STRAIGHT * value.abs()) => {

@@ -7,23 +7,13 @@ use motion::{Begin, Series, simulate};
 
 use super::diagnose::{DynamicOutcome, Predicted};
 use super::fault::DynamicError;
-use super::floor::AT_FLOOR;
 use super::interval::undetermined;
 use super::recording::DynamicRecording;
 use super::{plant, score};
 use crate::held_out::Score;
+use crate::thresholds::dynamic::judge::{FLOOR_OVER_BEFORE, MOST_ROWS, WRITTEN};
+use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict};
-
-/// A residual with the effects may be larger than without by this factor: both are estimates from the same rows, and
-/// what parameters without use cost on rows that did not fit them is below it.
-const NO_WORSE: f64 = 1.02;
-/// The noise floor over the residual before, degrees of freedom counted.
-const FLOOR_OVER_BEFORE: f64 = 1.05;
-/// Difference between the written plant and the figures that may be the integrators' own.
-const WRITTEN: f64 = 0.03;
-/// Rows along which a written plant is simulated at most: a simulation with adaptive steps of more would outlast the
-/// diagnosis.
-const MOST_ROWS: usize = 200_000;
 
 /// What is to be left out of an answer.
 #[derive(Debug, Clone, Default)]

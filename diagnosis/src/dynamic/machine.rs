@@ -11,10 +11,7 @@ use super::number::Number;
 use super::simulate::Theta;
 use super::span::Span;
 use super::step::{Room, Step};
-
-/// Changes of direction within one step of the integrator that are followed; beyond them the motion is
-/// smaller than the step resolves.
-const MOST_EVENTS: usize = 4;
+use crate::thresholds::dynamic::machine::MOST_EVENTS;
 
 /// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.
 #[derive(Clone, Copy)]

@@ -3,14 +3,7 @@
 
 use fitter::plant::Hold;
 
-use super::effects::{DynamicEffect, MOST_STATES, Part};
-
-/// Most effects in a model.
-pub const MOST_TERMS: usize = 8;
-/// Most states of all effects in a model.
-pub const MOST_EXTRA: usize = 2 * MOST_STATES;
-/// Most states of all effects that are only probed.
-pub const MOST_PROBED: usize = 22;
+use super::effects::{DynamicEffect, Part};
 
 /// An effect with its parameters.
 #[derive(Clone)]

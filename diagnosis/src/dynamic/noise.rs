@@ -1,10 +1,8 @@
 //! The noise of a residual as an autoregression: what is predictable of a residual from its own past is
 //! taken out before anything is tested, so that coloured noise raises no alarm.
 
+use crate::thresholds::dynamic::noise::MOST;
 use std::ops::Range;
-
-/// Highest order.
-const MOST: usize = 10;
 
 /// An autoregression e_t = x_t − Σ c_j x_(t−j).
 #[derive(Debug, Clone)]

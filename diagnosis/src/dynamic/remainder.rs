@@ -6,28 +6,9 @@ use super::estimate::Fitted;
 use super::noise::Autoregression;
 use super::spectrum::fourier::{coefficients, hann};
 use super::structure::Structure;
-
-/// A residual above so many times the noise is not noise: the deviation from some thousand rows, be they alike in
-/// ten that follow, is known to 3 %.
-const ABOVE: f64 = 1.1;
-/// Innovation of a residual over its root mean square below which it is no noise: one that is alike over a
-/// hundred samples still has 0.14.
-const PREDICTED: f64 = 0.12;
-/// How many times its innovation the noise may be where a residual holds structure: a noise that is alike over
-/// eighteen samples is that.
-pub const COLOURED: f64 = 3.0;
-/// Power on one line over the median of that of the lines around it from which on it is a tone: in noise none of
-/// 10¹⁰ lines reaches 34, and the flank of a resonance is far below.
-const TONE: f64 = 80.0;
-/// Power of a tone over that of any other: what is not linear makes many of the drive's lines.
-const ALONE: f64 = 4.0;
-/// Lines on each side of a tone that its window spreads it to, and lines beyond them to compare it with.
-const SPREAD: usize = 3;
-const AROUND: usize = 24;
-/// Power on a line of the drive over that around it from which on the drive holds the tone itself.
-const IN_DRIVE: f64 = 10.0;
-/// Part of the residual that a tone has to be.
-const LEAST_PART: f64 = 0.005;
+use crate::thresholds::dynamic::remainder::{
+    ABOVE, ALONE, AROUND, COLOURED, IN_DRIVE, LEAST_PART, PREDICTED, SPREAD, TONE,
+};
 
 /// The part of a model's squared residual that is no noise. `floor` is the noise where the recording itself shows it;
 /// elsewhere, once the residual is `known` to hold structure, or is such that its own past predicts it, what its past

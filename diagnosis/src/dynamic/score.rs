@@ -1,12 +1,11 @@
 //! Free-run simulation of rows that were not fitted: the first rows of a run give its initial state.
 
 use super::data::{ALL, Data};
-use super::estimate::{PATIENCE, fit, positions};
+use super::estimate::{fit, positions};
 use super::model::Model;
 use super::recording::DynamicRecording;
-
-/// Rows that give the initial state where the whole record is a periodic steady state.
-const STEADY_ROWS: usize = 2000;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::score::STEADY_ROWS;
 
 /// Simulates a recording with a given model, its initial states estimated from the rows that are not
 /// scored; none where the simulation is unstable.

@@ -5,12 +5,15 @@
 
 use rayon::prelude::*;
 
-use super::data::{CHOOSE, Data, FIT, FOLDS};
+use super::data::Data;
 use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Part};
 use super::estimate::Fitted;
-use super::gram::{Grams, MOST_FREE, STATE, grams_through};
-use super::model::{MOST_PROBED, Model, Term};
+use super::gram::{Grams, grams_through};
+use super::model::{Model, Term};
+use crate::dynamic::data::{CHOOSE, FIT, FOLDS};
+use crate::thresholds::dynamic::gram::{MOST_FREE, STATE};
+use crate::thresholds::dynamic::model::MOST_PROBED;
 
 /// A candidate: an effect at the parameters from which it starts.
 #[derive(Clone)]

@@ -6,26 +6,16 @@ mod exchange;
 mod grow;
 mod seldom;
 
-use super::data::{ALL, Data, FOLDS};
+use super::data::{ALL, Data};
 use super::effects::{CATALOGUE, DynamicEffect, Part};
-use super::estimate::{Fitted, PATIENCE, fit};
+use super::estimate::{Fitted, fit};
 use super::model::Term;
 use super::noise::autoregression;
-
-/// −2 log likelihood that an effect has to gain where it is fitted: with some hundred candidates and starts
-/// pure noise exceeds 30 (1 parameter, p ≈ 4·10⁻⁸ each) in less than one of 10⁵ recordings, and a further
-/// parameter costs its own.
-const LEAST_GAIN: f64 = 30.0;
-/// The same for every parameter beyond the first.
-const GAIN_PER_PARAMETER: f64 = 6.0;
-/// Part of the residual's variance that an effect has to explain: below it the figures of the proof do not
-/// change, and the integrator of whoever simulated the plant would be found.
-const LEAST_PART: f64 = 0.003;
-/// How often over an effect that acts seldom has to gain where it was fitted what others have to: the rows that
-/// choose say little of it.
-const SELDOM: f64 = 2.0;
-/// Times that an effect is exchanged for another, at most.
-const MOST_EXCHANGES: usize = 3;
+use crate::dynamic::data::FOLDS;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::search::{
+    GAIN_PER_PARAMETER, LEAST_GAIN, LEAST_PART, MOST_EXCHANGES, SELDOM,
+};
 
 /// Rows that fit.
 pub const FIT_ROWS: [bool; FOLDS] = [true, false, false];

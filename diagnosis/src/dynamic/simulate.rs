@@ -5,11 +5,13 @@
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::Lag;
 use super::machine::{Machine, State};
-use super::model::{MOST_EXTRA, MOST_PROBED, Model};
+use super::model::Model;
 use super::number::Number;
 use super::signal::Signal;
 use super::step::Room;
 use super::way::Way;
+use crate::thresholds::dynamic::model::{MOST_EXTRA, MOST_PROBED};
+use crate::thresholds::dynamic::simulate::SLOPE_ROWS;
 
 /// The parameters of a model as numbers of one kind.
 pub struct Theta<T> {
@@ -58,9 +60,6 @@ impl Course<'_> {
         if wanted == 0 || rows <= SLOPE_ROWS { &[] } else { &self.lead[known - rows..] }
     }
 }
-
-/// Rows over which the velocity at the start of the lead is taken.
-const SLOPE_ROWS: usize = 8;
 
 /// Simulates one run: from the initial position and velocity along the drive; `visit` is given every
 /// sample's number and the position that is read out there. The effects' own states begin at rest, or, where

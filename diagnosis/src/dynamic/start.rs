@@ -7,13 +7,10 @@ use rayon::prelude::*;
 
 use super::data::{ALL, Data, HOLDS};
 use super::dense::Symmetric;
-use super::estimate::{Fitted, PATIENCE, fit, positions};
+use super::estimate::{Fitted, fit, positions};
 use super::model::Model;
-
-/// Rounds of the instrumental variables.
-const ROUNDS: usize = 4;
-/// Bandwidths of the first filter, as multiples of the rate at which the position moves.
-const WIDTHS: [f64; 4] = [0.5, 1.0, 2.0, 5.0];
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
 
 /// The nominal plant of a recording, fitted by output error, for every way in which the drive may run
 /// between its samples; the best first. Empty where no start leads to a plant that can be simulated.

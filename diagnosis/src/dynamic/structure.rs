@@ -4,13 +4,15 @@
 
 use rayon::prelude::*;
 
-use super::data::{CHOOSE, Data};
+use super::data::Data;
 use super::effects::{DynamicEffect, Flow, Parameter, Part, Physics, Scale};
 use super::estimate::Fitted;
-use super::gram::{MOST_FREE, grams};
+use super::gram::grams;
 use super::model::Term;
 use super::number::Number;
 use super::screen::gained;
+use crate::dynamic::data::CHOOSE;
+use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// A force of one shape of one observable.
 struct Shape {

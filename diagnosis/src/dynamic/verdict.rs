@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::data::{ALL, Data};
 use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Reading, unit_of};
-use super::estimate::{Fitted, PATIENCE, fit};
+use super::estimate::{Fitted, fit};
 use super::gram::grams;
 use super::interval::{Sort, around};
 use super::model::Model;
@@ -15,25 +15,12 @@ use super::noise::Autoregression;
 use super::search::{FIT_ROWS, Search, gain, last_id};
 use super::structure::Structure;
 use crate::rows::range;
-use crate::verdict::{Location, MOST_ALTERNATIVES, NamedEffect, Parameter, Verdict, too_many};
-
-/// −2 log likelihood by which a second explanation may fall short and remain an alternative.
-const ALTERNATIVE_MARGIN: f64 = 10.0;
-/// The same, as a part of the residual's variance, where the model is known to be imperfect: there the
-/// difference of two likelihoods says more of the imperfection than of the two.
-const IMPERFECT_MARGIN: f64 = 0.05;
-/// Structure that is left counts from this part of the residual's variance on.
-const LEFT_PART: f64 = 0.005;
-/// −2 log likelihood that a family of shapes has to gain, and for every shape beyond the first.
-const LEFT_GAIN: f64 = 30.0;
-const LEFT_GAIN_PER_SHAPE: f64 = 6.0;
-/// Structure that is left, as a part of what the effects explain, from which on they are not the physics
-/// but something like it: an effect with the right formula leaves nothing that is worth a hundredth. Only what shows
-/// itself as structure counts: faults of the data, or a noise that is not the same all the time, say nothing against it.
-const MIMICRY: f64 = 0.01;
-
-/// A variance beyond all others whose product with the square of a slope is still a number.
-const WITHOUT_END: f64 = 1e200;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::verdict::{
+    ALTERNATIVE_MARGIN, IMPERFECT_MARGIN, LEFT_GAIN, LEFT_GAIN_PER_SHAPE, LEFT_PART, MIMICRY, WITHOUT_END,
+};
+use crate::thresholds::verdict::MOST_ALTERNATIVES;
+use crate::verdict::{Location, NamedEffect, Parameter, Verdict, too_many};
 
 /// Units of the plant.
 #[derive(Debug, Clone)]

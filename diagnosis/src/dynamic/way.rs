@@ -10,9 +10,7 @@ use super::signal::{Piece, Signal};
 use super::simulate::{Course, Theta};
 use super::span::Span;
 use super::turns::Turns;
-
-/// A part of a step that is shorter changes nothing.
-const LEAST_PART: f64 = 1e-12;
+use crate::thresholds::dynamic::way::LEAST_PART;
 
 /// The drive's way.
 pub struct Way<'a, T> {

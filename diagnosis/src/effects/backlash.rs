@@ -4,6 +4,7 @@ use fitter::terms::{Operator, Play, Product};
 
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, play_from, reading};
 use crate::rows::Rows;
+use crate::thresholds::effects::backlash::{MOVED, RELUCTANCE};
 
 /// State of the play before the first row: in the middle of the gap, or against one side.
 const FREE: f64 = 0.0;
@@ -11,14 +12,6 @@ const FORWARD: f64 = 1.0;
 const BACKWARD: f64 = -1.0;
 /// The side is what the column `direction` states: of settled readings the way there is not in the recording.
 const STATED: f64 = 2.0;
-
-/// What the stated direction must explain beyond the play of the readings, in −2 log likelihood: a correction can follow
-/// the readings, and has to be told the direction.
-const RELUCTANCE: f64 = 12.0;
-
-/// Motion from which on the play is taken to have turned over, in standard deviations of a reading: more than two
-/// readings differ by chance.
-const MOVED: f64 = 6.0;
 
 /// See the module's description.
 pub struct Backlash;

@@ -8,19 +8,7 @@ use fitter::terms::{Operator, Play};
 
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, plays_apart, reading};
 use crate::rows::Rows;
-
-/// Number of play elements between 0 and R.
-const ELEMENTS: usize = 12;
-
-/// Steps of the steady loop from the middle to either end.
-const LOOP_STEPS: i32 = 34;
-
-/// Least R, as a part of half the stroke.
-const LEAST_RADIUS: f64 = 0.25;
-
-/// Values of the second shape parameter: where the elements are before the first row.
-const AT_EASE: f64 = 0.0;
-const FROM_ZERO: f64 = 1.0;
+use crate::thresholds::effects::hysteresis::{AT_EASE, ELEMENTS, FROM_ZERO, LEAST_RADIUS, LOOP_STEPS};
 
 /// See the module's description.
 pub struct Hysteresis;

@@ -4,16 +4,7 @@ use fitter::terms::{Gaussian, Operator};
 
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, logarithmic, reading};
 use crate::rows::Rows;
-
-/// Fewest readings within a width of the centre.
-const FEWEST_SEEN: usize = 3;
-/// Narrowest width in steps of the angle, and the narrowest from which the search starts. Below a third of a step one
-/// position alone sees it, and every width does as well: what is narrower than a twentieth would have to be hit by
-/// chance.
-const NARROWEST: f64 = 0.05;
-const NARROWEST_START: f64 = 0.5;
-/// Distances over which a bump stays much the same: in its place in widths, and in the logarithm of its width.
-const ALIKE: [f64; 2] = [0.7, 0.35];
+use crate::thresholds::effects::local_defect::{ALIKE, FEWEST_SEEN, NARROWEST, NARROWEST_START};
 
 /// A width in steps of the angle within what can be told: narrower than a three-hundredth of the stroke it is one
 /// reading of many.

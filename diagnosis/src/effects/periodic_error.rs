@@ -7,17 +7,7 @@ use fitter::terms::{Operator, Periodic};
 
 use super::{Effect, Handed, Place, Range, Reading, reading};
 use crate::rows::Rows;
-
-/// Most periods over the stroke that are searched.
-const MOST_CYCLES: f64 = 256.0;
-/// Steepest slope that the harmonics may have together: from 1 on the reading would stand still or run back while the
-/// sensor moves, and no correction could undo it. Before that the harmonics follow the reference itself, which stands
-/// in the error, rather than an error of the sensor.
-pub const STEEPEST: f64 = 0.9;
-/// Fewer places than these, in many readings, lie far apart.
-const FEW_PLACES: usize = 20;
-/// Most harmonics.
-const MOST_HARMONICS: f64 = 12.0;
+use crate::thresholds::effects::periodic_error::{FEW_PLACES, MOST_CYCLES, MOST_HARMONICS, STEEPEST};
 
 /// See the module's description.
 pub struct PeriodicError;

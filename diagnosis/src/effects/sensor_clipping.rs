@@ -4,10 +4,7 @@ use fitter::terms::{Hinge, Operator, Side};
 
 use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, reading};
 use crate::rows::Rows;
-
-/// A probe runs out of its range towards an end of the stroke: no threshold lies nearer to the middle than
-/// this part of half the stroke.
-const INNERMOST: f64 = 0.3;
+use crate::thresholds::effects::sensor_clipping::INNERMOST;
 
 /// See the module's description.
 pub struct SensorClipping;

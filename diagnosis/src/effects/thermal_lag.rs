@@ -7,9 +7,7 @@ use super::{
     time_constants,
 };
 use crate::rows::Rows;
-
-/// Longest time constant, in recordings.
-const LONGEST: f64 = 1.0;
+use crate::thresholds::effects::thermal_lag::LONGEST;
 
 /// See the module's description.
 pub struct ThermalLag;

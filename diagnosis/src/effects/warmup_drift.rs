@@ -4,9 +4,7 @@ use fitter::terms::{Exponential, Operator};
 
 use super::{Effect, Handed, Place, Range, Reading, reading, starts_over, time_constants, time_passes};
 use crate::rows::Rows;
-
-/// Longest time constant, in recordings.
-const LONGEST: f64 = 1.5;
+use crate::thresholds::effects::warmup_drift::LONGEST;
 
 /// See the module's description.
 pub struct WarmupDrift;

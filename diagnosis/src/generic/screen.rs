@@ -11,11 +11,7 @@ use crate::calibrate::log_tail;
 use crate::explain::first_order;
 use crate::linear::{Basis, Columns, dot};
 use crate::rows::Rows;
-
-/// Further columns that take part in the search, at most. By judgement: more than a recording of one device has of
-/// sensors that matter. Of 200 recordings of white noise beside 300 columns of noise, half of them slow, three raised an
-/// alarm; an effect of ρ 9 in a slow one of them was located in 11 of 67, beside that column alone in 8 of 20.
-const MOST_COLUMNS: usize = 12;
+use crate::thresholds::generic::screen::MOST_COLUMNS;
 
 /// Keeps the strongest further columns in their order, and says how many there were.
 pub fn keep_strongest_columns(rows: &mut Rows) {

@@ -6,14 +6,11 @@ use plotters::prelude::*;
 use super::readable;
 use crate::diagnosis::Outcome;
 use crate::rows::{mean, range};
+use crate::thresholds::report::charts::{BINS, MOST_POINTS};
 use crate::verdict::values_of;
 
 /// Size of a chart in its own units; the page scales it to the column.
 const SIZE: (u32, u32) = (560, 330);
-/// Most points that are drawn; of a longer recording evenly chosen rows.
-const MOST_POINTS: usize = 1500;
-/// Bins of the running mean.
-const BINS: usize = 24;
 
 /// Stand-ins for the page's colours: what is drawn in them is given the CSS variable of that name.
 pub(crate) const INK: RGBColor = RGBColor(1, 2, 3);

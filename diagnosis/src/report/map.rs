@@ -8,12 +8,8 @@ use super::readable;
 use crate::diagnosis::Outcome;
 use crate::generic;
 use crate::rows::range;
+use crate::thresholds::report::map::{FULL, RANGES};
 use crate::verdict::{angle_name, values_of};
-
-/// Ranges per observable.
-const RANGES: usize = 10;
-/// Deviation in units of its uncertainty at which a cell has its full colour.
-const FULL: f64 = 8.0;
 
 /// The map as SVG, with a line that says how to read it.
 pub(super) fn mismatch(outcome: &Outcome, before: &[f64], after: &[f64]) -> (String, String) {

@@ -6,9 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Found, Search, Term};
 use crate::linear::{Basis, dot};
-
-/// Most sets that are kept; the oldest goes first.
-const MOST_KEPT: usize = 48;
+use crate::thresholds::search::beside::MOST_KEPT;
 
 /// A set of terms, in whatever order: families and the bits of their shapes.
 type Key = Vec<(usize, Vec<u64>)>;

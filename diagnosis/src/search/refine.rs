@@ -8,13 +8,7 @@ use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::linear::{Basis, add_scaled, dot, least_squares};
 use crate::steps::beginning;
-
-/// Precision of a shape, as a part of half the grid's spacing: where candidates are compared, of what they explain
-/// a few ten-thousandths are lost by the first, and where a set is refined.
-pub(super) const ROUGH: f64 = 2e-2;
-const FINE: f64 = 2e-3;
-/// Part of a step that is left once the top lies between its ends and was looked for there.
-const SHRUNK: f64 = 0.3;
+use crate::thresholds::search::refine::{FINE, SHRUNK};
 
 impl Search<'_> {
     /// What a shape of an effect explains beside a basis, with its scores.

@@ -10,12 +10,7 @@ use crate::dictionary::Kind;
 use crate::effects::Place;
 use crate::generic::{observables, own_part, scaled, times};
 use crate::linear::dot;
-
-/// Part of the models with all the right names that are said to leave something.
-pub const MISFIT: f64 = 0.03;
-/// Probability over the whole search below which structure is beyond doubt, whatever the noise remembers: an alarm that
-/// noise of a long memory raised must still be able to fall when that memory is measured.
-const BEYOND_DOUBT: f64 = 1e-5;
+use crate::thresholds::search::remainder::{BEYOND_DOUBT, MISFIT};
 
 impl Search<'_> {
     /// The strongest generic dependence of what the terms leave, where it is more than noise.

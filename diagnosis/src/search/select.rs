@@ -2,23 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::refine::ROUGH;
 use super::{Found, GRID_LOSS, Search, Term, handicap};
-
-/// Most terms in a model.
-const MOST_TERMS: usize = 6;
-/// Generic terms after which the search stops: what is left is located well enough to be looked into.
-const MOST_GENERIC: usize = 2;
-/// Terms up to which one is tried in the place of two.
-const MOST_FOR_PAIRS: usize = 3;
-/// Contenders for the first of two terms that are exchanged at once.
-const FIRST_OF_PAIRS: usize = 6;
-/// Merit by which an exchange must win.
-const EXCHANGE_MARGIN: f64 = 0.3;
-/// Merit that a joint refinement may bring at most, for a set to be worth refining.
-const NEAR: f64 = 12.0;
-/// Families that are refined before they are compared, at most.
-const REFINED: usize = 5;
+use crate::thresholds::search::refine::ROUGH;
+use crate::thresholds::search::select::{
+    EXCHANGE_MARGIN, FIRST_OF_PAIRS, MOST_FOR_PAIRS, MOST_GENERIC, MOST_TERMS, NEAR, REFINED,
+};
 
 impl Search<'_> {
     /// The best candidates beside the terms by merit, refined; `wanted` filters families.

@@ -2,9 +2,7 @@
 
 use super::{DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape};
 use crate::dynamic::number::Number;
-
-/// β and n where `plant.toml` does not give them, and as the search has them.
-const USUAL: [f64; 2] = [0.5, 1.0];
+use crate::thresholds::dynamic::effects::bouc_wen_hysteresis::USUAL;
 
 /// x″ −= k z, z′ = v − (β |v| sign z + (1 − β) v)·|z/Y|ⁿ; β = ½ and n = 1 unless given
 pub struct BoucWenHysteresis;

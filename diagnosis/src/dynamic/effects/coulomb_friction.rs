@@ -1,9 +1,8 @@
 //! Coulomb friction: dry friction of constant magnitude against the motion; it holds the mechanism where the other forces are smaller.
 
-use super::{
-    CREEP, DynamicEffect, Flow, HARD, Parameter, Part, Physics, Reading, Scale, amount, plain_readings,
-};
+use super::{CREEP, DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings};
 use crate::dynamic::number::Number;
+use crate::thresholds::dynamic::effects::HARD;
 
 /// x″ −= F sign v; stuck where |force| ≤ F; F in p/s²
 pub struct CoulombFriction;

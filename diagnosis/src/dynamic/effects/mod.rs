@@ -23,9 +23,7 @@ mod transport_delay;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::number::{Dual, Number};
-
-/// Most states that an effect adds to position and velocity.
-pub const MOST_STATES: usize = 2;
+use crate::thresholds::dynamic::effects::MOST_STATES;
 
 /// What a force sees of the mechanism, and what it changes.
 pub struct Flow<'a, T> {
@@ -232,8 +230,6 @@ fn plain_readings(known: &[Parameter], parameters: &[f64], count: usize) -> Vec<
 
 /// The speed of creep of a dry friction that holds.
 const CREEP: Parameter = shape("creep_velocity", "p/s");
-/// Creep that is none, as a part of the recorded speed.
-pub const HARD: f64 = 1e-9;
 
 /// All effects, in the order in which ties are broken: the simpler explanation first.
 pub static CATALOGUE: [&dyn DynamicEffect; 17] = [

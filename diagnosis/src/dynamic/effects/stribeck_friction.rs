@@ -1,9 +1,10 @@
 //! Stribeck friction: dry friction that is larger at rest and falls with speed.
 
 use super::{
-    CREEP, DynamicEffect, Flow, HARD, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape,
+    CREEP, DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape,
 };
 use crate::dynamic::number::Number;
+use crate::thresholds::dynamic::effects::HARD;
 
 /// x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E; F, E in p/s², v_s in p/s
 pub struct StribeckFriction;

@@ -1,10 +1,8 @@
 //! Zero-phase low-pass filtering: Butterworth of fourth order, once forward and once backward, and central
 //! differences of what has passed it.
 
+use crate::thresholds::dynamic::feedback::filter::QUALITIES;
 use std::f64::consts::PI;
-
-/// Quality factors of the two sections of a fourth-order Butterworth filter.
-const QUALITIES: [f64; 2] = [0.541_196_100_146_197, 1.306_562_964_876_377];
 
 /// One second-order section (bilinear transformation), transposed direct form II.
 struct Section {

@@ -8,9 +8,7 @@ use crate::dynamic::dense::Symmetric;
 use crate::dynamic::effects::{DynamicEffect, Part};
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
-
-/// Rounds in which the lag and the gain inside the effects settle.
-const ROUNDS: usize = 4;
+use crate::thresholds::dynamic::feedback::inverse::ROUNDS;
 
 /// The effect whose column holds the gain.
 const DROOP: &str = "torque_constant_droop";

@@ -9,7 +9,7 @@ pub mod search;
 
 use fitter::plant::Plant;
 
-use super::data::{Data, SCORE};
+use super::data::Data;
 use super::diagnose::{DynamicOutcome, Options, OwnSimulation, Predicted};
 use super::effects::{CATALOGUE, DynamicEffect, Scale, effect};
 use super::fault::DynamicError;
@@ -17,6 +17,7 @@ use super::recording::DynamicRecording;
 use super::verdict::Units;
 use super::{judge, plant, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
+use crate::dynamic::data::SCORE;
 use crate::held_out::{Fit, Score};
 use crate::verdict::Verdict;
 use inverse::{Inverse, Solved, best_cutoff, predict, solve};

@@ -2,13 +2,10 @@
 //! accelerations that the catalogue's effects add along it.
 
 use super::filter::{derivative, low_pass};
-use crate::dynamic::effects::{DynamicEffect, Flow, MOST_STATES, Part, Physics};
+use crate::dynamic::effects::{DynamicEffect, Flow, Part, Physics};
 use crate::dynamic::recording::DynamicRecording;
-
-/// Speed below which the direction of a smoothed motion is uncertain, as a part of its root mean square.
-const STANDING: f64 = 0.01;
-/// Steps from row to row for an effect's own states.
-const SUBSTEPS: usize = 4;
+use crate::thresholds::dynamic::effects::MOST_STATES;
+use crate::thresholds::dynamic::feedback::motion::{STANDING, SUBSTEPS};
 
 /// A smoothed motion, all runs one after another.
 pub struct Motion {

@@ -4,13 +4,15 @@ use fitter::plant::Plant;
 
 use super::inverse::{Inverse, Solved};
 use super::motion::Motion;
-use super::search::{ALTERNATIVE, Along};
+use super::search::Along;
 use super::{filter, square};
-use crate::dynamic::data::{CHOOSE, FIT};
+use crate::dynamic::data::CHOOSE;
+use crate::dynamic::data::FIT;
 use crate::dynamic::effects::{DynamicEffect, Scale, effect, unit_of};
 use crate::dynamic::interval::around;
 use crate::dynamic::verdict::{p_value, sort};
 use crate::rows::range;
+use crate::thresholds::dynamic::feedback::search::ALTERNATIVE;
 use crate::verdict::{Location, NamedEffect, Parameter};
 
 /// Whether a residual that has passed the filter still has most of its power far below the cut-off.

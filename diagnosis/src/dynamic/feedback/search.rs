@@ -5,24 +5,16 @@ use rayon::prelude::*;
 
 use super::inverse::{Inverse, Solved, effect_columns, is_lag, model_columns, solve};
 use super::motion::Motion;
-use crate::dynamic::data::{CHOOSE, FIT};
+use crate::dynamic::data::CHOOSE;
+use crate::dynamic::data::FIT;
 use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
-use crate::dynamic::model::MOST_TERMS;
 use crate::linear::dot;
-
-/// Part of the residual's variance that an effect has to explain: the regressors are themselves measured
-/// and smoothed, and what they are wrong by looks like a small effect.
-const LEAST_PART: f64 = 0.05;
-/// −2 log likelihood that an effect has to gain.
-const LEAST_GAIN: f64 = 30.0;
-/// Standard errors by which an effect has to help on average over the blocks that did not fit it.
-const CONSISTENT: f64 = 3.5;
-/// Part of the variance by which an alternative may fall short.
-pub const ALTERNATIVE: f64 = 0.02;
+use crate::thresholds::dynamic::feedback::search::{ALTERNATIVE, CONSISTENT, LEAST_PART, RESOLVED};
+use crate::thresholds::dynamic::model::MOST_TERMS;
+use crate::thresholds::dynamic::search::LEAST_GAIN;
 
 /// Unit of a parameter that is a speed, and how many times the speed that counts as standing still it has to be.
 const SPEED: &str = "p/s";
-const RESOLVED: f64 = 3.0;
 /// Unit of a parameter that is a frequency: it has to lie within the smoothing.
 const FREQUENCY: &str = "Hz";
 

@@ -16,22 +16,10 @@ use crate::dynamic::judge;
 use crate::dynamic::spectrum::experiments::mean_period;
 use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
 use crate::held_out::{Fit, Score};
+use crate::thresholds::dynamic::linear::diagnose::{
+    FINAL_STEPS, GROWS, LINEAR_STEPS, NOISE, RIVAL, RIVAL_STEPS, STEPS,
+};
 use crate::verdict::Verdict;
-
-/// Steps of a fit with the loop on the few stretches that hold it.
-const STEPS: usize = 7;
-/// Further steps on all rows.
-const FINAL_STEPS: usize = 3;
-/// Steps of a linear model on rows that are not periodic.
-const LINEAR_STEPS: usize = 20;
-/// Steps that a rival without memory is given.
-const RIVAL_STEPS: usize = 4;
-/// Residual rms in units of the noise up to which nothing is left.
-const NOISE: f64 = 1.15;
-/// Part of the residual that depends on the amplitude from which on it is no noise.
-const GROWS: f64 = 0.2;
-/// Excess of a rival's held-out residual power below which it is not told apart.
-const RIVAL: f64 = 0.03;
 
 /// Diagnoses a recording whose plant is `kind = "linear"`.
 ///

@@ -9,6 +9,7 @@ use super::marquardt::Limits;
 use super::modal::Modal;
 use super::operator::{Operator, Plays};
 use super::sensitivity;
+use crate::thresholds::dynamic::linear::hysteresis::{EXPONENT, STRENGTHS};
 
 /// What the operator acts on at the start of a fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,11 +19,6 @@ pub enum Acts {
     /// On the static drive that would hold the position, z = G(1)⁺ y(k + ahead).
     OnElongation { ahead: bool },
 }
-
-/// Strengths of the loop that are tried, as parts of the drive at the largest signal.
-const STRENGTHS: [f64; 6] = [-0.3, -0.1, 0.03, 0.1, 0.2, 0.4];
-/// Exponent of the threshold density to start from.
-const EXPONENT: f64 = -0.2;
 
 /// The best start over what the operator may act on and how strongly; `None` where none can be simulated.
 pub fn start(linear: &Modal, stretches: &[Stretch], hysteresis: bool) -> Option<Looped> {

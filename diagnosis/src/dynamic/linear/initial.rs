@@ -5,9 +5,7 @@ use faer::{Mat, Side};
 
 use super::looped::Looped;
 use super::modal::Modal;
-
-/// Ridge towards the state at rest, relative to the mean diagonal: few rows leave fast modes undetermined.
-const RIDGE: f64 = 1e-6;
+use crate::thresholds::dynamic::linear::initial::RIDGE;
 
 /// x₀ by least squares on the first `rows` rows of `drive` and `position` (by rows); at rest where there are
 /// none.

@@ -6,6 +6,7 @@
 
 use super::modal::Modal;
 use super::operator::{Operator, Runner};
+use crate::thresholds::dynamic::linear::looped::UNBOUNDED;
 
 /// The model.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,9 +55,6 @@ pub struct State {
     /// Memory cells, loops × cells.
     pub memory: Vec<f64>,
 }
-
-/// A position beyond this many drive units times the gain counts as unbounded.
-const UNBOUNDED: f64 = 1e12;
 
 impl Looped {
     /// A linear model without a loop.

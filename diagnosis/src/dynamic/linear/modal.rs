@@ -2,6 +2,7 @@
 //! and every pole is a parameter.
 
 use crate::dynamic::spectrum::Complex;
+use crate::thresholds::dynamic::linear::modal::STABLE;
 
 /// One 2 × 2 block of A, with two parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,9 +61,6 @@ impl Block {
         [(z - d) * inverse, b * inverse, c * inverse, (z - a) * inverse]
     }
 }
-
-/// Poles beyond this modulus count as unstable.
-pub const STABLE: f64 = 0.999_999;
 
 /// x′ = A x + B u, y = C x + D u in discrete time; matrices by rows.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,15 +4,7 @@ use super::modal::Modal;
 use super::refine::refine;
 use super::subspace::{Subspace, subspace};
 use crate::dynamic::spectrum::Experiments;
-
-/// Block rows of the subspace identification; more resolve closer modes and cost noise.
-const BLOCK_ROWS: usize = 40;
-/// Largest order that is tried.
-const MOST: usize = 60;
-/// Excess of the error over the least among the orders that a smaller order may have.
-const EXCESS: f64 = 1.15;
-/// Steps of the refinement.
-const STEPS: usize = 8;
+use crate::thresholds::dynamic::linear::nominal::{BLOCK_ROWS, EXCESS, MOST, STEPS};
 
 /// Relative error of a model on experiments: rms of the error over rms of the position, over all weighted.
 pub fn error(model: &Modal, data: &Experiments) -> f64 {

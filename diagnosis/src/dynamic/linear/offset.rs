@@ -9,18 +9,14 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::diagnose::rms;
 use super::plan::Plan;
 use crate::dynamic::DynamicRecording;
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::dynamic::linear::offset::{BLOCKS, CHANCE, LEAST_PART};
 use crate::verdict::{NamedEffect, Parameter};
 
 /// Id of the effect.
 pub const ID: &str = "sensor_offset";
 /// Id of what it cannot be told from.
 const TWIN: &str = "drive_offset";
-/// Blocks into which a run is divided: their means are nearly independent of each other.
-const BLOCKS: usize = 4;
-/// Chance, for all positions together, below which an offset is none of the noise.
-const CHANCE: f64 = 1e-6;
-/// Part of the residual's power on rows that did not fit it that an offset has to take off.
-const LEAST_PART: f64 = 0.003;
 
 /// An offset of every position, in position units.
 #[derive(Debug, Clone)]
@@ -109,7 +105,7 @@ impl Offset {
             name: if several { format!("offset_{}", k + 1) } else { "offset".into() },
             value: *value,
             unit: unit.into(),
-            ci95: [value - 1.96 * error, value + 1.96 * error],
+            ci95: [value - NORMAL_95 * error, value + NORMAL_95 * error],
         };
         NamedEffect {
             id: ID.into(),

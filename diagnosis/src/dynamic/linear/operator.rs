@@ -6,6 +6,8 @@
 //! Rayleigh, Phil. Mag. 23 (1887) 225; for ferroelectrics D. Damjanovic, J. Appl. Phys. 82 (1997) 1788).
 //! g(r) = r^e departs from it by one exponent: the gain grows with amplitude to the power 1 + e.
 
+use crate::thresholds::dynamic::linear::operator::PLAYS;
+
 /// What stands inside the loop.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Operator {
@@ -25,9 +27,6 @@ pub struct Plays {
     /// e in g(r) = r^e; 0 is Rayleigh's law.
     pub exponent: f64,
 }
-
-/// Plays of a bank: their half-widths span 0.01 … 2 of the largest signal seen.
-const PLAYS: usize = 16;
 
 impl Plays {
     /// A bank for signals of about unit size.

@@ -6,19 +6,7 @@ use super::looped::Stretch;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::spectrum::Experiments;
 use crate::dynamic::spectrum::experiments::{mean_period, periodic, segment_length, segments};
-
-/// Rows of the stretches of one fit in the time domain: as many as hold a few hundred parameters firmly.
-const FIT_ROWS: usize = 34_000;
-/// Rows of the last steps of a fit.
-const FINAL_ROWS: usize = 100_000;
-/// Rows of a stretch of a recording that is not periodic.
-const STRETCH: usize = 4096;
-/// Rows at the start of such a stretch that give its initial state.
-const LEAD: usize = 50;
-/// Part of a single run that is held out, at its end.
-const LAST: f64 = 0.25;
-/// Amplitudes closer than this are one.
-const SAME: f64 = 0.05;
+use crate::thresholds::dynamic::linear::plan::{FINAL_ROWS, FIT_ROWS, LAST, LEAD, SAME, STRETCH};
 
 /// Runs of one amplitude.
 #[derive(Debug, Clone)]

@@ -9,6 +9,7 @@ use super::modal::Modal;
 use crate::dynamic::spectrum::frf::cross;
 use crate::dynamic::spectrum::hermitian::{cholesky, divide};
 use crate::dynamic::spectrum::{Complex, Experiments};
+use crate::thresholds::dynamic::linear::refine::PIECE;
 
 /// Σ |w (Y − G U)|² over the experiments of a line is Σ |(Ĝ − G) L|² plus what no G can change, with
 /// S_uu = L Lᴴ: the experiments enter by Ĝ and L alone.
@@ -17,9 +18,6 @@ struct Line {
     gain: Vec<Complex>,
     factor: Vec<Complex>,
 }
-
-/// Lines of one piece of the normal equations; fixed, so that the sum does not depend on the threads.
-const PIECE: usize = 128;
 
 /// Refines `start` on the experiments; stays stable, never becomes worse.
 pub fn refine(start: &Modal, data: &Experiments, steps: usize) -> Modal {

@@ -11,11 +11,8 @@ use rayon::prelude::*;
 
 use super::looped::{Looped, State, Stepper, Stretch};
 use super::marquardt::{Limits, Normal, minimise};
+use crate::thresholds::dynamic::linear::sensitivity::{LANES, PIECES};
 
-/// Parameters whose sensitivities run together.
-const LANES: usize = 8;
-/// Pieces of rows whose products are summed up in their order, whatever the number of threads.
-const PIECES: usize = 4;
 type Lane = [f64; LANES];
 
 /// Where a parameter enters directly: `targets[target] += sign · sources[source]`, with targets x′, y, z, w

@@ -9,14 +9,12 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::modal::{Block, Modal, STABLE};
+use super::modal::{Block, Modal};
 use crate::dynamic::spectrum::frf::cross;
 use crate::dynamic::spectrum::hermitian::{cholesky, divide};
 use crate::dynamic::spectrum::{Complex, Experiments};
-
-/// Ridge on the Gram matrix of the drives, relative to its trace: a band that is not excited leaves it
-/// singular.
-const RIDGE: f64 = 1e-9;
+use crate::thresholds::dynamic::linear::modal::STABLE;
+use crate::thresholds::dynamic::linear::subspace::RIDGE;
 
 /// The observability range, of which models of any order are read.
 pub struct Subspace {

@@ -10,18 +10,9 @@ use super::sensitivity;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::spectrum::growth::{Growth, growth};
 use crate::dynamic::spectrum::{Experiments, Response, response};
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::dynamic::linear::verdict::{BLOCKS, HELD, OCTAVE, SMALLEST, WORTH};
 use crate::verdict::{Location, NamedEffect, Parameter};
-
-/// Bands of the frequency axis, in octaves.
-const OCTAVE: f64 = 1.0 / 3.0;
-/// Part of the residual that the named bands hold together at least.
-const HELD: f64 = 0.6;
-/// Blocks of a held-out stretch whose residuals are compared.
-const BLOCKS: usize = 16;
-/// Least part of the residual's power that an effect must take away to be named.
-const WORTH: f64 = 0.1;
-/// A probability below which nothing is told apart.
-const SMALLEST: f64 = 1e-300;
 
 /// Gain of one model over another on stretches: the part of the residual's power that is gone, and the
 /// probability of that by chance (paired by blocks, Student's t on the logarithm).
@@ -187,7 +178,7 @@ pub fn hysteresis(
         name: name.into(),
         value,
         unit: unit.into(),
-        ci95: [value - 1.96 * error, value + 1.96 * error],
+        ci95: [value - NORMAL_95 * error, value + NORMAL_95 * error],
     };
     let mut parameters = vec![parameter("growth_exponent", exponent, exponent_error, "1")];
     let followed: Vec<Growth> = growth(responses);

@@ -1,13 +1,10 @@
 //! Checks of a dynamic recording that need more than one row.
 
-use super::{DynamicRecording, LEAST_ROWS};
+use super::DynamicRecording;
 use crate::dynamic::fault::DynamicError;
 use crate::rows::median;
-
-/// Part of the read-out's rows at one extreme from which on it counts as cut off.
-const CUT_OFF_PART: f64 = 2e-3;
-/// Rows in a row at one extreme that a moving mechanism does not show by chance.
-const CUT_OFF_ROWS: usize = 5;
+use crate::thresholds::dynamic::recording::LEAST_ROWS;
+use crate::thresholds::dynamic::recording::checks::{CUT_OFF_PART, CUT_OFF_ROWS};
 
 /// The step, checked: every one may deviate by the rounding of the printed column, `resolution_s`.
 pub(super) fn step(

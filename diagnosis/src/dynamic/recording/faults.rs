@@ -3,18 +3,9 @@
 
 use std::ops::Range;
 
+use crate::thresholds::dynamic::recording::faults::{AROUND, BEYOND, IMAGE, SPIKE};
 use fitter::faults::{BadRow, FaultError, limits, shown};
 use fitter::limits::LARGEST;
-
-/// Multiples of the scatter around it from which on a single position counts as wrong. A position that jumps and is back
-/// at the next sample would need an acceleration that no other sample shows.
-const SPIKE: f64 = 20.0;
-/// Samples around from which that scatter is taken.
-const AROUND: usize = 100;
-/// How nearly the samples beside a spike must show its image, a cubic's weight of it, as a part of it.
-const IMAGE: f64 = 0.25;
-/// Spread of a column in multiples of that of its middle nine tenths beyond which a value is no reading.
-const BEYOND: f64 = 50.0;
 
 /// Replaces the samples of a column that cannot be readings. Of a drive those only that are codes for "no reading" or
 /// beyond all measure: a single high sample may be a pulse that was meant.

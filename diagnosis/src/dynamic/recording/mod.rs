@@ -11,9 +11,6 @@ use std::ops::Range;
 
 use super::fault::DynamicError;
 
-/// Least number of rows of a run.
-pub const LEAST_ROWS: usize = 200;
-
 /// A checked dynamic recording, columnar; every number in it is finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DynamicRecording {

@@ -8,13 +8,10 @@ use fitter::plant::Plant;
 
 use super::draw::{Cell, Curve, Role, curves, map};
 use crate::dynamic::DynamicRecording;
+use crate::thresholds::dynamic::report::surface::{LEAST, REACH};
 
 /// Cells along position and velocity.
 const CELLS: (usize, usize) = (20, 14);
-/// Least readings of a cell that is shown.
-const LEAST: usize = 3;
-/// Half-width of the local polynomial as a part of the natural period.
-const REACH: f64 = 0.06;
 
 /// Position, velocity and missing acceleration of every row that has them.
 fn force(recording: &DynamicRecording, plant: &Plant) -> Option<Vec<[f64; 3]>> {

@@ -3,11 +3,7 @@
 use super::draw::{Curve, Role, curves};
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;
-
-/// Rows that are shown closely.
-const CLOSE: usize = 160;
-/// Points of the residual's envelope.
-const ENVELOPE: usize = 240;
+use crate::thresholds::dynamic::report::traces::{CLOSE, ENVELOPE};
 
 /// Titles and charts. Under feedback the drive is what is predicted.
 pub fn charts(

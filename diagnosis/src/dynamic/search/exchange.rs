@@ -3,13 +3,10 @@
 
 use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, MOST_EXCHANGES, Search, gain, is_late};
 use crate::dynamic::data::CHOOSE;
-use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
+use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::model::{Model, Term};
-
-/// A term without which the squared residual grows by more than this factor is beyond doubt.
-const STRONG: f64 = 10.0;
-/// A model whose squared residual is within this factor of the best may be the better one on more rows.
-const CLOSE: f64 = 1.15;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::search::exchange::{CLOSE, STRONG};
 
 impl Search<'_> {
     /// The model without terms that all rows together drive to where they are no physics, and with an effect in the

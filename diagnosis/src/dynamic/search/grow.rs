@@ -4,21 +4,17 @@
 use rayon::prelude::*;
 
 use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, Search, gain, is_late, last_id};
-use crate::dynamic::data::{CHOOSE, FIT, FOLDS, HOLDS};
-use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
-use crate::dynamic::model::{MOST_TERMS, Model, Term};
+use crate::dynamic::data::CHOOSE;
+use crate::dynamic::data::FIT;
+use crate::dynamic::data::FOLDS;
+use crate::dynamic::data::HOLDS;
+use crate::dynamic::estimate::{Fitted, fit};
+use crate::dynamic::model::{Model, Term};
 use crate::dynamic::screen::{Candidate, Screened, screen};
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::model::MOST_TERMS;
+use crate::thresholds::dynamic::search::grow::{BEHIND, HEAT, REFITTED, REFITTED_PLAINLY, SHORT};
 
-/// Effects that are refitted in full in every round.
-const REFITTED: usize = 8;
-/// Further effects that are refitted for what they explain before whitening.
-const REFITTED_PLAINLY: usize = 2;
-/// Steps after which contenders are compared.
-const HEAT: usize = 8;
-/// Factor of the squared residual by which one is out then.
-const BEHIND: f64 = 4.0;
-/// Steps of an estimate of a start.
-pub(super) const SHORT: usize = 4;
 /// The delay to which a lag is equal to first order.
 const DELAY: &str = "transport_delay";
 

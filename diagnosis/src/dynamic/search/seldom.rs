@@ -2,12 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::grow::SHORT;
 use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, SELDOM, Search};
 use crate::dynamic::data::FOLDS;
 use crate::dynamic::effects::Part;
-use crate::dynamic::estimate::{Fitted, PATIENCE, fit};
-use crate::dynamic::model::{MOST_TERMS, Model, Term};
+use crate::dynamic::estimate::{Fitted, fit};
+use crate::dynamic::model::{Model, Term};
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::model::MOST_TERMS;
+use crate::thresholds::dynamic::search::grow::SHORT;
 
 /// Rows that fit and rows that choose.
 const BOTH: [bool; FOLDS] = [true, true, false];

@@ -10,9 +10,7 @@ use std::ops::Range;
 use super::experiments::mean_period;
 use super::fourier::coefficients;
 use super::{Experiments, response};
-
-/// Part of the strongest drive line below which a line is free, for the detection of distortion.
-const FREE: f64 = 1e-5;
+use crate::thresholds::dynamic::spectrum::distortion::FREE;
 
 /// Levels by line, mean powers over experiments and summed over outputs, position unit².
 #[derive(Debug, Clone, Default)]

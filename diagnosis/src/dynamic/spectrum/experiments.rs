@@ -4,9 +4,7 @@ use std::ops::Range;
 
 use super::Complex;
 use super::fourier::{coefficients, hann};
-
-/// Part of the strongest line's power below which a line counts as not excited.
-const EXCITED: f64 = 1e-5;
+use crate::thresholds::dynamic::spectrum::experiments::EXCITED;
 
 /// One experiment's spectra, by line: drive `lines × inputs`, position `lines × outputs`.
 #[derive(Debug, Clone)]

@@ -2,11 +2,7 @@
 //! keeps the frequency response in shape.
 
 use super::{Complex, Response};
-
-/// Resonances that are followed.
-const RESONANCES: usize = 3;
-/// Lines on either side over which a peak stands out.
-const REACH: usize = 8;
+use crate::thresholds::dynamic::spectrum::growth::{REACH, RESONANCES};
 
 /// One amplitude's gain and resonances.
 #[derive(Debug, Clone)]
