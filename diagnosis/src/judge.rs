@@ -12,7 +12,7 @@ use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::rows::rms;
 use crate::search::Term;
-use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, CLEAR_GAIN, FOLLOWED, REMEMBERS};
+use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, REMEMBERS};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::verdict::Verdict;
 
@@ -74,7 +74,7 @@ impl<'a> Judge<'a, '_> {
             let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
-                    Ok((_, _, Some(shown))) if !gains(&shown, self.before_of(&named)) => {
+                    Ok((_, _, Some(shown))) if !gains(&shown) => {
                         self.extend_intervals(&mut joint, &mut judged);
                         judged.push(NOT_SHOWN.into());
                         return self.base_alone(joint, withdrawn, judged);
@@ -117,11 +117,6 @@ impl<'a> Judge<'a, '_> {
         self.blocks
             .get_or_init(|| prove(self.explanation, self.hand_on, self.before, Groups::Blocks))
             .as_ref()
-    }
-
-    /// What the base alone leaves of the rows that these effects are shown by.
-    fn before_of(&self, named: &[Term]) -> f64 {
-        self.proof_of(named).map_or(0.0, Proof::before)
     }
 
     fn id(&self, term: &Term) -> &'static str {
@@ -226,12 +221,11 @@ impl<'a> Judge<'a, '_> {
     }
 }
 
-/// Whether held-out rows are predicted better: beyond the interval of the gain, or clearly with effects that the other
-/// rows show, since of few groups the interval is wide. Effects that were chosen with all rows look better than they
-/// are.
-fn gains(shown: &Shown, before: f64) -> bool {
+/// Whether held-out rows are predicted better: in the mean with effects that the other rows show; beyond the interval of
+/// the gain with effects that were chosen with all rows, which makes them look better than they are.
+fn gains(shown: &Shown) -> bool {
     let gain = gain(&shown.gains);
-    gain.ci95[0] > 0.0 || (shown.chosen_without && gain.value > CLEAR_GAIN * before)
+    if shown.chosen_without { gain.value > 0.0 } else { gain.ci95[0] > 0.0 }
 }
 
 fn all_but(terms: &[Term], k: usize) -> Vec<Term> {

@@ -785,11 +785,6 @@ pub mod judge {
     /// How far above the reference's stated accuracy a noise floor may lie: the sensor's own noise adds to the
     /// reference's. By judgement: simulated recordings have half the stated accuracy.
     pub const ABOVE_ACCURACY: f64 = 5.0;
-    /// Part of what the base alone leaves of held-out rows by which effects must improve it to be handed on where the
-    /// interval of the gain holds 0. Of 2000 devices that were recorded twice, seven in a thousand then had a second
-    /// recording that the handed-on model made worse by 3 %, without this rule, and three with it; a hundredth of the
-    /// logarithmic gain on the others is lost.
-    pub const CLEAR_GAIN: f64 = 0.1;
 }
 
 /// See [`crate::linear`].
