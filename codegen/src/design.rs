@@ -3,7 +3,7 @@
 use crate::bound::{Bound, Overflows};
 use crate::exact::Interval;
 use crate::output::{Output, OutputError};
-use crate::physics::Ledger;
+use crate::physics::ErrorAccount;
 use crate::program::{Program, Stage};
 
 /// A routine as designed: program, bound, and what its output word stands for.
@@ -26,7 +26,7 @@ pub struct Design {
     /// Fractional bits of the output, where it is a power-of-two fraction.
     pub fraction_bits: Option<i64>,
     /// What is known of the steps of further physics, where there are any.
-    pub ledger: Option<Ledger>,
+    pub account: Option<ErrorAccount>,
 }
 
 /// Why there is no design.

@@ -60,7 +60,7 @@ pub fn design(
             unit,
             sum_bits,
             fraction_bits,
-            ledger: None,
+            account: None,
         })
     };
     if let Format::F32 { .. } = format {

@@ -80,7 +80,7 @@ pub fn design(
             unit,
             sum_bits: bits,
             fraction_bits,
-            ledger: None,
+            account: None,
         })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })

@@ -12,8 +12,8 @@ use codegen::options::{Ends, Method, Options};
 use codegen::physics::Further;
 use codegen::program::Op;
 use codegen::routine::{self, Routine};
+use codegen::verify::fast_reference::FastReference;
 use codegen::verify::sequence::model::Model;
-use codegen::verify::yardstick::Yardstick;
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::recording::Purpose;
@@ -329,14 +329,14 @@ proptest! {
         }
         let routine = routine::design(&coefficients, &options, &options.routines[0]).unwrap();
         let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
-        let yardstick = Yardstick::of(&routine);
+        let fast_reference = FastReference::of(&routine);
         let rated = terms.iter().any(|t| matches!(t.operator, Operator::Rate(_)));
         for words in sequences {
             let sequence = readings(&words);
             let recording = recorded(&sequence, period_s);
             let observables = Observables { recording: &recording, sensor: &coefficients.sensor };
             let added = fitter::terms::evaluate(&terms, &observables, true).inside;
-            let mut model = Model::new(&routine, &yardstick);
+            let mut model = Model::new(&routine, &fast_reference);
             let found = if reads("temperature_c") {
                 interpreted(&routine, &words)
             } else {

@@ -525,9 +525,9 @@ pub mod dynamic {
         /// Part of the residual's variance that an effect has to explain: below it the figures of the proof do not
         /// change, and the integrator of whoever simulated the plant would be found.
         pub const LEAST_PART: f64 = 0.003;
-        /// How often over an effect that acts seldom has to gain where it was fitted what others have to: the rows that
+        /// How often over an effect that acts rarely has to gain where it was fitted what others have to: the rows that
         /// choose say little of it.
-        pub const SELDOM: f64 = 2.0;
+        pub const RARE_GAIN: f64 = 2.0;
         /// Times that an effect is exchanged for another, at most.
         pub const MOST_EXCHANGES: usize = 3;
 
@@ -612,8 +612,8 @@ pub mod dynamic {
         pub const WITHOUT_END: f64 = 1e200;
     }
 
-    /// See [`crate::dynamic::way`].
-    pub mod way {
+    /// See [`crate::dynamic::drive_path`].
+    pub mod drive_path {
         /// A part of a step that is shorter changes nothing.
         pub const LEAST_PART: f64 = 1e-12;
     }

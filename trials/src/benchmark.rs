@@ -1,4 +1,4 @@
-//! What any detector can reach that is not told which effect to look for: one that is told the true covariance
+//! What any detector can reach that does not know which effect to look for: one that knows the true covariance
 //! of the noise and the formulas of the table, but neither the effect nor its nonlinear parameters. Between it
 //! and the matched filter lies the price of searching; between it and the answers what is lost by estimating
 //! the noise, and by looking for what no table holds.
@@ -92,8 +92,8 @@ impl Families {
     }
 }
 
-/// What the detector is told.
-pub struct Told<'a> {
+/// What the detector is known.
+pub struct Known<'a> {
     /// What was true beside each reading.
     pub truths: &'a [Truth],
     /// The kind of noise.
@@ -104,15 +104,15 @@ pub struct Told<'a> {
 
 /// Whether the detector finds something in a recording; none where the covariance of its noise is not positive
 /// definite. `seed` is that of its draws.
-pub fn detects(columns: &Columns, told: &Told, seed: u64) -> Option<bool> {
-    let whitener = Whitener::new(&noise_covariance(told.truths, told.noise), columns.rows())?;
+pub fn detects(columns: &Columns, known: &Known, seed: u64) -> Option<bool> {
+    let whitener = Whitener::new(&noise_covariance(known.truths, known.noise), columns.rows())?;
     let mut base = Basis::default();
-    for column in columns.base(columns.half_mm(), told.distance_mm) {
+    for column in columns.base(columns.half_mm(), known.distance_mm) {
         base.push(&whitener.whiten(&column));
     }
     let families = Families::new(columns, &whitener, &base);
     let mut generator = ChaCha12Rng::seed_from_u64(seed);
-    let mut draw = || base.residual(&white_noise(told, &mut generator));
+    let mut draw = || base.residual(&white_noise(known, &mut generator));
     let first: Vec<Vec<f64>> = (0..DRAWS).map(|_| families.statistics(&draw())).collect();
     let tails: Vec<Tail> =
         (0..families.0.len()).map(|f| Tail::of(first.iter().map(|s| s[f]).collect())).collect();
@@ -127,12 +127,13 @@ pub fn detects(columns: &Columns, told: &Told, seed: u64) -> Option<bool> {
 
 /// Whitened noise of the true distribution: standard normal, but for outliers, of which the covariance knows
 /// only the mean square.
-fn white_noise(told: &Told, generator: &mut ChaCha12Rng) -> Vec<f64> {
-    let usual = told.noise.outlier_variance().sqrt();
-    told.truths
+fn white_noise(known: &Known, generator: &mut ChaCha12Rng) -> Vec<f64> {
+    let usual = known.noise.outlier_variance().sqrt();
+    known
+        .truths
         .iter()
         .map(|truth| {
-            let larger = match *told.noise {
+            let larger = match *known.noise {
                 Noise::Outliers { share, factor } if generator.random_bool(share) => factor,
                 _ => 1.0,
             };

@@ -22,7 +22,7 @@ use crate::workspace::{Batches, Folders, answer_of, diagnose_sealed, progress, t
 
 pub use crate::workspace::{CampaignError, put};
 
-/// What the programs are told of the mirror: the paper's, which all devices are built as.
+/// What is stated to the programs of the mirror: the paper's, which all devices are built as.
 const MIRROR: &str = include_str!("mirror.toml");
 
 /// What a campaign is asked for.

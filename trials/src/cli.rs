@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::campaign::{Campaign, put};
 use crate::plan::{Counts, cells};
 use crate::report::Report;
-use crate::summary::Telling;
+use crate::summary::Summary;
 use crate::{dynamic, examples, real, workspace};
 
 /// Conceals physical effects in simulated recordings, has `diagnose` run on the recordings alone, and scores it.
@@ -116,12 +116,12 @@ pub fn run(command: &Command, common: Common) -> Result<ExitCode> {
     if common.quiet {
         workspace::hush();
     }
-    let mut telling = Telling::new(common);
+    let mut summary = Summary::new(common);
     let reached = match command {
-        Command::Static(args) => run_static(args, &mut telling)?,
-        Command::Dynamic(args) => run_dynamic(args, &mut telling)?,
+        Command::Static(args) => run_static(args, &mut summary)?,
+        Command::Dynamic(args) => run_dynamic(args, &mut summary)?,
     };
-    telling.end(reached);
+    summary.end(reached);
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
@@ -132,18 +132,18 @@ fn threads(jobs: Option<std::num::NonZeroUsize>) -> Result<usize> {
     }
 }
 
-fn run_dynamic(args: &Dynamic, telling: &mut Telling) -> Result<bool> {
+fn run_dynamic(args: &Dynamic, summary: &mut Summary) -> Result<bool> {
     let jobs = threads(args.jobs)?;
     let campaign =
         dynamic::campaign::Campaign { trials: args.trials, seed: args.seed, jobs, out: args.out.clone() };
-    let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
+    let outcome = campaign.run(|hash, count| summary.sealed(hash, count)).into_diagnostic()?;
     let report = Report::of_dynamic(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
-    let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
+    let mut reached = summary.campaign(&report.score.figures, report.score.misses.len(), &args.out);
     if args.feedback > 0 {
         let folder = args.out.join("feedback");
         let figures = dynamic::feedback::run(args.feedback, args.seed, jobs, &folder).into_diagnostic()?;
-        reached &= telling.set("Under feedback", &figures, &[]);
+        reached &= summary.set("Under feedback", &figures, &[]);
     }
     let opened = std::env::var_os("ARCSMITH_EXAMPLES").map(PathBuf::from);
     let scored = match &opened {
@@ -153,9 +153,9 @@ fn run_dynamic(args: &Dynamic, telling: &mut Telling) -> Result<bool> {
         None => None,
     };
     match scored {
-        Some(scored) => reached &= telling.set(OPENED, &scored.figures, &scored.misses),
+        Some(scored) => reached &= summary.set(OPENED, &scored.figures, &scored.misses),
         None => {
-            telling.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder that holds them")
+            summary.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder that holds them")
         }
     }
     Ok(reached)
@@ -163,7 +163,7 @@ fn run_dynamic(args: &Dynamic, telling: &mut Telling) -> Result<bool> {
 
 const OPENED: &str = "Opened examples of an independent laboratory";
 
-fn run_static(args: &Static, telling: &mut Telling) -> Result<bool> {
+fn run_static(args: &Static, summary: &mut Summary) -> Result<bool> {
     let jobs = threads(args.jobs)?;
     if let Some(unknown) = args.only.iter().find(|id| !cells().iter().any(|cell| cell.0 == **id)) {
         return Err(miette!("--only {unknown}: found no such effect; `diagnose --effects` lists them"));
@@ -177,27 +177,27 @@ fn run_static(args: &Static, telling: &mut Telling) -> Result<bool> {
     };
     let campaign =
         Campaign { counts, seed: args.seed, jobs, without: !args.skip_without, out: args.out.clone() };
-    let outcome = campaign.run(|hash, count| telling.sealed(hash, count)).into_diagnostic()?;
+    let outcome = campaign.run(|hash, count| summary.sealed(hash, count)).into_diagnostic()?;
     let report = Report::of_static(&campaign, &outcome);
     report.write(&args.out).into_diagnostic()?;
-    let mut reached = telling.campaign(&report.score.figures, report.score.misses.len(), &args.out);
+    let mut reached = summary.campaign(&report.score.figures, report.score.misses.len(), &args.out);
     match std::env::var_os("ARCSMITH_EXAMPLES") {
         Some(folder) => {
             let scored = examples::score(&PathBuf::from(folder), &args.out.join("examples"), jobs)
                 .into_diagnostic()?;
             write(&args.out, "examples.json", &scored)?;
-            reached &= telling.set(OPENED, &scored.figures, &scored.misses);
+            reached &= summary.set(OPENED, &scored.figures, &scored.misses);
         }
-        None => telling.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder"),
+        None => summary.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder"),
     }
     match std::env::var_os("ARCSMITH_RECORDINGS") {
         Some(folder) => {
             let figures =
                 real::figures(&PathBuf::from(folder), &args.out.join("real"), jobs).into_diagnostic()?;
             write(&args.out, "real.json", &figures)?;
-            reached &= telling.set("Real recordings", &figures, &[]);
+            reached &= summary.set("Real recordings", &figures, &[]);
         }
-        None => telling.skipped("Real recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
+        None => summary.skipped("Real recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
     }
     Ok(reached)
 }

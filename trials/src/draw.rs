@@ -6,7 +6,7 @@ use rand_chacha::rand_core::SeedableRng;
 use twin::effects::{Scope, catalogue};
 use twin::{Device, Injected, Protocol, Reading, calculated_angle_rad, contributions, noise_covariance};
 
-use crate::benchmark::{self, Told};
+use crate::benchmark::{self, Known};
 use crate::formulas::Columns;
 use crate::matched::Metric;
 use crate::plan::{Assignment, circumstances};
@@ -81,13 +81,13 @@ impl Trial {
         noise_covariance(&truths, &self.protocol.noise)
     }
 
-    /// Whether a detector that is told the noise and the formulas finds something in the recording.
+    /// Whether a detector that knows the noise and the formulas finds something in the recording.
     pub fn benchmark(&self) -> Option<bool> {
         let log = twin::record_with_truth(&self.device, &self.protocol, self.seed, &feedback(&self.device));
         let (readings, truths): (Vec<Reading>, Vec<_>) = log.into_iter().unzip();
         let columns = Columns::new(&readings, self.distance_mm());
-        let told = Told { truths: &truths, noise: &self.protocol.noise, distance_mm: self.distance_mm() };
-        benchmark::detects(&columns, &told, self.fresh_seed)
+        let known = Known { truths: &truths, noise: &self.protocol.noise, distance_mm: self.distance_mm() };
+        benchmark::detects(&columns, &known, self.fresh_seed)
     }
 
     /// ρ of what the named effects, whatever their parameters, leave of everything that is concealed.
@@ -285,7 +285,7 @@ mod tests {
     }
 
     /// The physics of `twin` and the formulas of the table are written independently: where they agree, either
-    /// is checked by the other, and a model that is told the ids can come down to the noise.
+    /// is checked by the other, and a model that knows the effects can come down to the noise.
     #[test]
     fn what_was_concealed_is_what_the_table_says() {
         for number in 0..15 {

@@ -1,8 +1,8 @@
-//! What an answer is worth on a fresh recording of the same device, beside a model that was told the ids.
+//! What an answer is worth on a fresh recording of the same device, beside a model that knows the effects.
 //!
-//! The model that was told is the base model of order 9 and the formulas of the concealed effects, fitted
+//! The model that knows them is the base model of order 9 and the formulas of the concealed effects, fitted
 //! together to the same rows by least squares, nonlinear parameters included; once with equal weights, and
-//! once told the true covariance of the noise as well, which no model of a recording can know.
+//! once with the true covariance of the noise as well, which no model of a recording can know.
 
 use std::path::Path;
 
@@ -21,10 +21,10 @@ pub struct Fresh {
     pub base_arcsec: f64,
     /// With the base model alone as `fitter fit` makes it, where that was asked.
     pub fit_arcsec: Option<f64>,
-    /// With a model that was told the ids.
-    pub told_arcsec: f64,
-    /// With a model that was told the ids and the covariance of the noise, where that is known.
-    pub told_more_arcsec: Option<f64>,
+    /// With a model that knows the effects.
+    pub informed_arcsec: f64,
+    /// With a model that knows the effects and the covariance of the noise, where that is known.
+    pub fully_informed_arcsec: Option<f64>,
     /// The first beside the third, on the rows inside the range of the coefficients alone.
     pub inside_ratio: f64,
     /// Rows that lie outside that range, where only a line is used.
@@ -59,7 +59,7 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     let seen = Columns::new(twice.seen, distance_mm);
     let fresh = Columns::new(twice.fresh, distance_mm).on_scale_of(&seen);
     let rest = |ids: &[&str], whitener: &Whitener| -> Vec<f64> {
-        let predicted = Told::fit(&seen, ids, whitener, distance_mm).predict(&fresh, distance_mm);
+        let predicted = Informed::fit(&seen, ids, whitener, distance_mm).predict(&fresh, distance_mm);
         fresh.error_arcsec.iter().zip(predicted).map(|(e, p)| e - p).collect()
     };
     let inside = |values: &[f64]| -> f64 {
@@ -68,14 +68,14 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     };
     let equal = Whitener::identity(seen.rows());
     let known = twice.covariance.and_then(|covariance| Whitener::new(covariance, seen.rows()));
-    let told = rest(twice.ids, &equal);
+    let informed = rest(twice.ids, &equal);
     Some(Fresh {
         answer_arcsec: deviation(&error),
         base_arcsec: deviation(&rest(&[], &equal)),
         fit_arcsec: None,
-        told_arcsec: deviation(&told),
-        told_more_arcsec: known.map(|known| deviation(&rest(twice.ids, &known))),
-        inside_ratio: inside(&error) / inside(&told),
+        informed_arcsec: deviation(&informed),
+        fully_informed_arcsec: known.map(|known| deviation(&rest(twice.ids, &known))),
+        inside_ratio: inside(&error) / inside(&informed),
         extrapolated: outside.iter().filter(|out| **out).count(),
         rows: error.len(),
     })
@@ -106,14 +106,14 @@ pub fn read_column(path: &Path, column: &str) -> Option<(Vec<f64>, Vec<bool>)> {
     Some((angles, marked))
 }
 
-/// A model that was told the ids.
-struct Told {
+/// A model that knows the effects.
+struct Informed {
     half_mm: f64,
     shaped: Vec<Shaped>,
     amplitudes: Vec<f64>,
 }
 
-impl Told {
+impl Informed {
     fn fit(seen: &Columns, ids: &[&str], whitener: &Whitener, distance_mm: f64) -> Self {
         let half_mm = seen.half_mm();
         let mut basis = Basis::default();
@@ -185,8 +185,9 @@ mod tests {
             let seen = Columns::new(&trial.record(), 12.0);
             let fresh = Columns::new(&trial.record_fresh(), 12.0).on_scale_of(&seen);
             let ids = trial.truth.ids();
-            let told = Told::fit(&seen, &ids, &Whitener::identity(seen.rows()), 12.0).predict(&fresh, 12.0);
-            let rest: Vec<f64> = fresh.error_arcsec.iter().zip(told).map(|(e, p)| e - p).collect();
+            let informed =
+                Informed::fit(&seen, &ids, &Whitener::identity(seen.rows()), 12.0).predict(&fresh, 12.0);
+            let rest: Vec<f64> = fresh.error_arcsec.iter().zip(informed).map(|(e, p)| e - p).collect();
             let ratio = deviation(&rest) / trial.truth.noise_arcsec;
             // 210 rows know their deviation to 5 %, and the model was fitted to as many.
             assert!((0.8..1.2).contains(&ratio), "{:?}: {ratio}", trial.truth);

@@ -32,7 +32,7 @@ pub enum ProgramError {
 /// The program that holds all programs.
 const FRONT_DOOR: &str = "arcsmith";
 
-/// What the programs are told of the device, as an option and the file in the folder of the recordings.
+/// What is stated to the programs of the device, as an option and the file in the folder of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Nominal {
     /// The nominal mirror of static recordings.

@@ -83,10 +83,10 @@ pub fn figures(folder: &Path, out: &Path, jobs: usize) -> Result<Vec<Figure>, Re
         programs.apply(&test, coefficients, &angles)?.map_err(refused("fitter apply", "slit-test.csv.gz"))?;
         rms.push(rms_mm(&test, &angles)?);
     }
-    Ok(told(&answer, rms[0], rms[1]))
+    Ok(figures_of(&answer, rms[0], rms[1]))
 }
 
-fn told(answer: &Answer, one_mm: f64, all_mm: f64) -> Vec<Figure> {
+fn figures_of(answer: &Answer, one_mm: f64, all_mm: f64) -> Vec<Figure> {
     let named = answer.effects.iter().find(|e| e.id == "periodic_error");
     let period = named.and_then(|e| e.parameters.iter().find(|p| p.name == "period_mm")).map(|p| p.value);
     let right = period.is_some_and(|p| (p - PERIOD_MM.0).abs() <= PERIOD_MM.1);

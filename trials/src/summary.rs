@@ -8,30 +8,30 @@ use serde_json::{Value, json};
 
 use crate::score::{Figure, Miss};
 
-/// Tells what comes out as it comes out; as JSON, all of it at the end.
-pub struct Telling {
+/// Prints every result as it comes; as JSON, all of them at the end.
+pub struct Summary {
     common: Common,
-    told: Value,
+    collected: Value,
 }
 
-impl Telling {
-    /// Nothing is told yet.
+impl Summary {
+    /// Nothing was measured yet.
     pub fn new(common: Common) -> Self {
-        Self { common, told: json!({"sets": [], "skipped": []}) }
+        Self { common, collected: json!({"sets": [], "skipped": []}) }
     }
 
     /// The truth is sealed, before anything is diagnosed.
     pub fn sealed(&mut self, hash: &str, count: usize) {
-        self.told["recordings"] = json!(count);
-        self.told["sealed"] = json!(hash);
+        self.collected["recordings"] = json!(count);
+        self.collected["sealed"] = json!(hash);
         self.say(&format!("{count} recordings; the truth is sealed: SHA-256 {hash}"));
     }
 
     /// The figures of the campaign; whether all are reached.
     pub fn campaign(&mut self, figures: &[Figure], misses: usize, out: &Path) -> bool {
-        self.told["figures"] = json!(figures);
-        self.told["misses"] = json!(misses);
-        self.told["written"] = json!(out.display().to_string());
+        self.collected["figures"] = json!(figures);
+        self.collected["misses"] = json!(misses);
+        self.collected["written"] = json!(out.display().to_string());
         let out = out.display();
         self.say(&format!("{}{misses} answers that were not right are listed in {out}", styled(figures)));
         reached(figures)
@@ -54,16 +54,16 @@ impl Telling {
         self.say(&format!("\n{why}"));
     }
 
-    /// All is told.
+    /// Nothing more comes.
     pub fn end(mut self, reached: bool) {
         if self.common.json {
-            self.told["reached"] = json!(reached);
-            say_json(&format!("{:#}", self.told));
+            self.collected["reached"] = json!(reached);
+            say_json(&format!("{:#}", self.collected));
         }
     }
 
     fn push(&mut self, list: &str, value: Value) {
-        if let Some(list) = self.told[list].as_array_mut() {
+        if let Some(list) = self.collected[list].as_array_mut() {
             list.push(value);
         }
     }

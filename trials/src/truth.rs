@@ -80,8 +80,8 @@ impl Truth {
 
     /// Whether the recording can tell every concealed effect from the others of the table.
     pub fn can_tell(&self) -> bool {
-        let told = |e: &Concealed| e.imitation.as_ref().is_none_or(|(_, left)| *left >= CAN_TELL);
-        !self.ambiguous() && self.effects.iter().all(told)
+        let distinct = |e: &Concealed| e.imitation.as_ref().is_none_or(|(_, left)| *left >= CAN_TELL);
+        !self.ambiguous() && self.effects.iter().all(distinct)
     }
 
     /// The least ρ of the concealed effects.

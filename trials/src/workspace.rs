@@ -64,7 +64,7 @@ pub enum CampaignError {
 
 /// The folders of a campaign.
 pub struct Folders {
-    /// The recordings, and what the programs are told of the device; nothing else.
+    /// The recordings, and what is stated of the device to the programs; nothing else.
     pub blind: PathBuf,
     /// The answers.
     pub diagnosed: PathBuf,
@@ -77,11 +77,11 @@ pub struct Folders {
 }
 
 impl Folders {
-    /// Makes them anew in `out`, with what the programs are told of the device.
+    /// Makes them anew in `out`, with what is stated of the device to the programs.
     ///
     /// # Errors
     /// [`CampaignError::Occupied`], [`CampaignError::Write`].
-    pub fn prepare(out: &Path, nominal: Nominal, told: &str) -> Result<Self, CampaignError> {
+    pub fn prepare(out: &Path, nominal: Nominal, stated: &str) -> Result<Self, CampaignError> {
         let write =
             |path: &Path, e: std::io::Error| CampaignError::Write { path: path.to_owned(), reason: e.kind() };
         // Absolute, since the programs are started in a folder of their own.
@@ -106,7 +106,7 @@ impl Folders {
             std::fs::create_dir_all(folder).map_err(|e| write(folder, e))?;
         }
         put(&marker, "Written by trials; its folders are overwritten by the next campaign.\n")?;
-        put(&folders.blind.join(nominal.file()), told)?;
+        put(&folders.blind.join(nominal.file()), stated)?;
         Ok(folders)
     }
 }
@@ -115,7 +115,7 @@ impl Folders {
 pub struct Batches<'a> {
     /// The programs.
     pub programs: &'a Programs,
-    /// What they are told of the device.
+    /// What is stated of the device to them.
     pub nominal: Nominal,
     /// Threads.
     pub jobs: usize,

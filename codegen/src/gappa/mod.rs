@@ -8,7 +8,7 @@
 //! polynomials, every sum. What is proved of a word in another way enters as a given: that a limited word and a word
 //! of the state (and an exponential by more than two squarings, which Gappa does not follow) lie in their ranges and are
 //! no further from exact than the bound has it, and how far an
-//! approximated function or a rounded coefficient is off ([`Ledger`](crate::physics::Ledger)).
+//! approximated function or a rounded coefficient is off ([`ErrorAccount`](crate::physics::ErrorAccount)).
 
 mod steps;
 
@@ -44,7 +44,7 @@ pub fn script(
     let words = bound::words(program, &routine.plan);
     let table = base_table(program);
     let mut variables = Vec::new();
-    if !table || routine.design.ledger.is_some() {
+    if !table || routine.design.account.is_some() {
         let (from, to) = &words;
         let ends = if fixed {
             // The integers inside.
@@ -58,7 +58,7 @@ pub fn script(
     if table {
         variables.extend(of_table(program, words));
     }
-    let Some(steps) = steps::of(program, routine.design.ledger.as_ref()) else { return Ok(None) };
+    let Some(steps) = steps::of(program, routine.design.account.as_ref()) else { return Ok(None) };
     variables.extend(steps.variables);
     let factor = if fixed { FIXED_SLACK } else { FLOAT_SLACK };
     let slack = format!("claimed here is {factor} times its largest value.");
@@ -68,7 +68,7 @@ pub fn script(
         bridges => steps.bridges,
         narrower => steps.narrower,
         result => steps.result,
-        terms => routine.design.ledger.is_some(),
+        terms => routine.design.account.is_some(),
         table => if table { program.table.len() } else { 0 },
         split => program.steps.iter().any(|s| matches!(s.op, Op::MulAddSplit { .. })),
         bound => text::double_hex((routine.design.bound.rounding * factor).next_up()),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use minijinja::{Value, context};
 
 use crate::exact::Interval;
-use crate::physics::{Ledger, Taken};
+use crate::physics::{ErrorAccount, Taken};
 use crate::program::{Op, Operand, Program};
 use crate::text;
 
@@ -27,7 +27,7 @@ pub(super) struct Steps {
 struct Number {
     r: String,
     e: String,
-    /// How far the second can be from the first, as the ledger counts it.
+    /// How far the second can be from the first, as the error account counts it.
     error: Interval,
     known: Option<Interval>,
 }
@@ -44,7 +44,7 @@ pub(super) fn of_segment(program: &Program, i: usize) -> String {
 }
 
 /// The steps that lead to the result; `None` where one has no counterpart.
-pub(super) fn of(program: &Program, ledger: Option<&Ledger>) -> Option<Steps> {
+pub(super) fn of(program: &Program, account: Option<&ErrorAccount>) -> Option<Steps> {
     let nothing = Steps {
         variables: Vec::new(),
         computed: Vec::new(),
@@ -52,10 +52,10 @@ pub(super) fn of(program: &Program, ledger: Option<&Ledger>) -> Option<Steps> {
         narrower: Vec::new(),
         result: Value::UNDEFINED,
     };
-    let mut writer = Writer { program, ledger, numbers: BTreeMap::new(), steps: nothing };
+    let mut writer = Writer { program, account, numbers: BTreeMap::new(), steps: nothing };
     let result = Operand::Step(program.output());
     let first = program.variable + 1;
-    for i in needed(program, ledger, result).into_iter().filter(|i| *i >= first) {
+    for i in needed(program, account, result).into_iter().filter(|i| *i >= first) {
         writer.append(i)?;
     }
     let goal = writer.read(program.steps.len(), 0, result)?;
@@ -64,10 +64,10 @@ pub(super) fn of(program: &Program, ledger: Option<&Ledger>) -> Option<Steps> {
 }
 
 /// The steps that lead to the result, where what is known of a word otherwise needs none.
-fn needed(program: &Program, ledger: Option<&Ledger>, result: Operand) -> Vec<usize> {
-    let Some(ledger) = ledger else { return program.needed([result].into_iter()) };
+fn needed(program: &Program, account: Option<&ErrorAccount>, result: Operand) -> Vec<usize> {
+    let Some(account) = account else { return program.needed([result].into_iter()) };
     let mut cut = program.clone();
-    for (i, known) in &ledger.steps {
+    for (i, known) in &account.steps {
         if known.reads.is_empty() {
             // Stands for any operation without operands.
             cut.steps[*i].op = Op::Input { index: 0 };
@@ -78,20 +78,20 @@ fn needed(program: &Program, ledger: Option<&Ledger>, result: Operand) -> Vec<us
 
 struct Writer<'a> {
     program: &'a Program,
-    ledger: Option<&'a Ledger>,
+    account: Option<&'a ErrorAccount>,
     numbers: BTreeMap<usize, Number>,
     steps: Steps,
 }
 
 impl Writer<'_> {
-    /// What the ledger says of operand `k` of a step: of the result's own steps only what the whole sum is off.
+    /// What the error account says of operand `k` of a step: of the result's own steps only what the whole sum is off.
     fn taken(&self, i: usize, k: usize, operand: Operand) -> Option<Taken> {
-        let ledger = self.ledger?;
-        match ledger.steps.get(&i) {
+        let account = self.account?;
+        match account.steps.get(&i) {
             Some(known) => known.reads.get(k).cloned(),
-            None if operand == ledger.sum => {
-                let range = ledger.range_of_sum()?;
-                Some(Taken { range, error: ledger.error.clone() })
+            None if operand == account.sum => {
+                let range = account.range_of_sum()?;
+                Some(Taken { range, error: account.error.clone() })
             }
             None => None,
         }
@@ -139,7 +139,7 @@ impl Writer<'_> {
     }
 
     fn append(&mut self, i: usize) -> Option<()> {
-        let known = self.ledger.and_then(|l| l.steps.get(&i));
+        let known = self.account.and_then(|l| l.steps.get(&i));
         if let Some(known) = known.filter(|k| k.reads.is_empty()) {
             let r = format!("f_{i}");
             // The integers inside.

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::ledger::{Known, Taken};
+use super::error_account::{Known, Taken};
 use crate::bound::Overflows;
 use crate::exact::Interval;
 use crate::format::Format;

@@ -4,8 +4,8 @@ use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::Operator;
 
 use super::builder::{Builder, Tracked};
+use super::error_account::ErrorAccount;
 use super::further::Given;
-use super::ledger::Ledger;
 use super::observed::Observed;
 use super::selection::by_time;
 use super::shape::Variable;
@@ -73,7 +73,7 @@ impl Physics {
         let gain = sum.gain.to_f64_up();
 
         let mut program = b.program;
-        let ledger = Ledger { steps: b.known, sum: sum.word.operand, error: sum.word.error.clone() };
+        let account = ErrorAccount { steps: b.known, sum: sum.word.operand, error: sum.word.error.clone() };
         let rest = finish(&mut program, &design.program, at, &sum.word)?;
         let mut bound = design.bound.clone();
         // Where the terms enlarge what the function is off, that is listed with them.
@@ -92,7 +92,7 @@ impl Physics {
         let words = (&sum.word.range * &unit).div(&design.unit);
         bound.output_range = (words.to_f64_down(), words.to_f64_up());
         debug_assert!(rest <= program.steps.len());
-        Ok(Design { program, bound, ledger: Some(ledger), ..design })
+        Ok(Design { program, bound, account: Some(account), ..design })
     }
 
     /// Appends the steps of all terms.

@@ -8,6 +8,7 @@
 
 mod builder;
 mod error;
+mod error_account;
 mod exponent;
 mod exponential;
 mod extend;
@@ -15,7 +16,6 @@ mod further;
 mod gaussian;
 mod hinge;
 mod lag;
-mod ledger;
 mod observed;
 mod periodic;
 mod play;
@@ -34,8 +34,8 @@ use fitter::terms::{Operator, Term};
 use crate::extent::LeftOut;
 
 pub use error::PhysicsError;
+pub use error_account::{ErrorAccount, Known, Taken};
 pub use further::{Further, FurtherEncoding};
-pub use ledger::{Known, Ledger, Taken};
 pub(crate) use selection::by_time;
 
 /// The terms of a coefficients file as a routine has them.

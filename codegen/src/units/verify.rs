@@ -25,7 +25,7 @@ use crate::routine::Routine;
 use crate::text::camel_case;
 use crate::verify::compile::Tool;
 use crate::verify::domain::{Coverage, Domain};
-use crate::verify::yardstick::Yardstick;
+use crate::verify::fast_reference::FastReference;
 use crate::verify::{VerifyError, belonging};
 
 /// What was found.
@@ -130,7 +130,7 @@ pub fn verify(
     for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&references) {
         let routine = of_unit(design, &fitted.words, fitted.total, reference);
         let program = &routine.design.program;
-        let yardstick = Yardstick::of(&routine);
+        let fast_reference = FastReference::of(&routine);
         let domain = Domain::of(program);
         let indices = indices(&domain.interpreted(program));
         let given: Vec<Vec<u32>> = indices.iter().map(|i| domain.words(program, *i)).collect();
@@ -158,10 +158,10 @@ pub fn verify(
                 sweep.different += u64::from(!same);
                 let value = result(program, *bits);
                 let reading = reading(&domain.arguments(program, *index));
-                worst = worst.max((value - yardstick.at(reading)).abs());
+                worst = worst.max((value - fast_reference.at(reading)).abs());
             }
             let lsb = design.unit.to_f64();
-            sweep.worst = design.quantity.in_bound_unit((worst - yardstick.error).max(0.0) * lsb);
+            sweep.worst = design.quantity.in_bound_unit((worst - fast_reference.error).max(0.0) * lsb);
             report.sweeps.push(sweep);
         }
     }
@@ -212,7 +212,7 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
             unit: design.unit.clone(),
             sum_bits: design.bits,
             fraction_bits: None,
-            ledger: None,
+            account: None,
         },
         plan: design.plan.clone(),
         reference: reference.clone(),

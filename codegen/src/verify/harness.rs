@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::VerifyError;
 use super::compile::Tool;
 use super::domain::{Coverage, Domain, Sweep};
-use super::yardstick::Yardstick;
+use super::fast_reference::FastReference;
 use crate::certificate::{Certificate, rust_type};
 use crate::generate::Generated;
 use crate::interpret::{Word, interpret};
@@ -48,7 +48,7 @@ pub struct Subject<'a> {
     /// How its inputs are numbered.
     pub domain: Domain,
     /// What its outputs are held against.
-    pub yardstick: Yardstick,
+    pub fast_reference: FastReference,
     /// Whether it tells readings outside the range.
     pub flag: bool,
     /// Whether nothing is promised of its results there.
@@ -63,7 +63,7 @@ impl<'a> Subject<'a> {
             name: format!("{base}_{}", routine.options.suffix()),
             routine,
             domain: Domain::of(&routine.design.program),
-            yardstick: Yardstick::of(routine),
+            fast_reference: FastReference::of(routine),
             flag: options.out_of_range == OutOfRange::Flag,
             continues: options.out_of_range == OutOfRange::Continue,
         };
@@ -102,7 +102,7 @@ pub struct Harness {
 /// What a part of a sweep found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
-    /// The largest distance from the yardstick, in output words.
+    /// The largest distance from the fast reference, in output words.
     pub worst: f64,
     /// Index of the input where it occurs.
     pub worst_index: u64,
@@ -248,7 +248,7 @@ pub fn interpreted_digest(subject: &Subject<'_>, coverage: &Coverage) -> Result<
 
 fn render(subject: &Subject<'_>, language: Language, base: &str) -> Result<String, VerifyError> {
     let program = subject.program();
-    let yardstick = &subject.yardstick;
+    let fast_reference = &subject.fast_reference;
     let argument = program.arguments[0].ty;
     let bits = |v: f64| format!("{:016x}", v.to_bits());
     let (at_lo, at_hi) = results_at_ends(subject)?;
@@ -276,12 +276,12 @@ fn render(subject: &Subject<'_>, language: Language, base: &str) -> Result<Strin
         from_bits, c_from_bits,
         spread_bits => format!("{spread:08x}"),
         at_lo_bits => format!("{at_lo:08x}"), at_hi_bits => format!("{at_hi:08x}"),
-        lo_bits => bits(yardstick.range.0), hi_bits => bits(yardstick.range.1),
-        centre_bits => bits(yardstick.centre), scale_bits => bits(yardstick.scale),
-        coefficient_bits => yardstick.coefficients.iter().rev().map(|c| bits(*c)).collect::<Vec<_>>(),
-        lo_hex => double_hex(yardstick.range.0), hi_hex => double_hex(yardstick.range.1),
-        centre_hex => double_hex(yardstick.centre), scale_hex => double_hex(yardstick.scale),
-        coefficient_hex => yardstick.coefficients.iter().rev().map(|c| double_hex(*c)).collect::<Vec<_>>(),
+        lo_bits => bits(fast_reference.range.0), hi_bits => bits(fast_reference.range.1),
+        centre_bits => bits(fast_reference.centre), scale_bits => bits(fast_reference.scale),
+        coefficient_bits => fast_reference.coefficients.iter().rev().map(|c| bits(*c)).collect::<Vec<_>>(),
+        lo_hex => double_hex(fast_reference.range.0), hi_hex => double_hex(fast_reference.range.1),
+        centre_hex => double_hex(fast_reference.centre), scale_hex => double_hex(fast_reference.scale),
+        coefficient_hex => fast_reference.coefficients.iter().rev().map(|c| double_hex(*c)).collect::<Vec<_>>(),
     };
     let template = match language {
         Language::Rust => "verify/sweep.rs",
@@ -313,5 +313,5 @@ fn results_at_ends(subject: &Subject<'_>) -> Result<(u32, u32), VerifyError> {
         };
         Ok(interpret(program, &arguments)?.word.bits() as u32)
     };
-    Ok((at(subject.yardstick.range.0)?, at(subject.yardstick.range.1)?))
+    Ok((at(subject.fast_reference.range.0)?, at(subject.fast_reference.range.1)?))
 }

@@ -2,7 +2,7 @@
 //! compiled code, against other provers, and against deliberately damaged copies of itself.
 //!
 //! [`belonging`] recomputes the certificate; [`sweep`] runs the compiled Rust and C over inputs that
-//! [`domain`] numbers, through programs that [`harness`] renders and compiles, against a [`yardstick`] whose
+//! [`domain`] numbers, through programs that [`harness`] renders and compiles, against a [`fast_reference`] whose
 //! own error is bounded, and compares the outputs by their [`digest`].
 //! Routines with terms of further physics are run over sequences of calls instead: [`sequence`].
 
@@ -12,12 +12,12 @@ pub mod digest;
 pub mod domain;
 pub mod eva;
 pub mod external;
+pub mod fast_reference;
 pub mod harness;
 pub mod mutants;
 pub mod report;
 pub mod sequence;
 pub mod sweep;
-pub mod yardstick;
 
 use std::io;
 use std::path::{Path, PathBuf};

@@ -111,8 +111,8 @@ pub fn sweep(
         let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
         quantity.in_bound_unit(exact.to_f64_up())
     };
-    // The difference was rounded once; then what the yardstick may be off.
-    let worst_words = (found.worst.next_up() + subject.yardstick.error).next_up();
+    // The difference was rounded once; then what the fast reference may be off.
+    let worst_words = (found.worst.next_up() + subject.fast_reference.error).next_up();
     let worst_error = in_unit(worst_words);
     let largest = subject.routine.design.bound.output_range;
     let largest = largest.0.abs().max(largest.1.abs()) as f32;
@@ -148,7 +148,7 @@ pub fn sweep(
         worst_input: describe(program, &arguments),
         worst_error,
         worst_error_lsb: worst_words / lsb,
-        reference_error: in_unit(subject.yardstick.error),
+        reference_error: in_unit(subject.fast_reference.error),
         bound,
         margin: bound / worst_error,
         unit: quantity.bound_unit.clone(),

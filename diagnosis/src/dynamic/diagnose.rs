@@ -101,7 +101,7 @@ pub fn diagnose(
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
     let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
     let search = Search::new(&windows, &options.skip, seen.model.terms.len());
-    let mut chosen = search.with_seldom(search.settled(search.run(&seen)));
+    let mut chosen = search.with_rare_saturation(search.settled(search.run(&seen)));
     if windows.count(ALL) < data.count(ALL) {
         chosen = decided(&search, &data, chosen);
     }

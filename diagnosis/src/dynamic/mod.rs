@@ -4,6 +4,7 @@
 pub mod data;
 pub mod dense;
 pub mod diagnose;
+mod drive_path;
 pub mod effects;
 pub mod estimate;
 pub mod expected;
@@ -35,7 +36,6 @@ pub mod step;
 pub mod structure;
 pub mod turns;
 pub mod verdict;
-mod way;
 
 pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;

@@ -4,7 +4,7 @@
 
 mod exchange;
 mod grow;
-mod seldom;
+mod rare_saturation;
 
 use super::data::{ALL, Data};
 use super::effects::{CATALOGUE, DynamicEffect, Part};
@@ -14,7 +14,7 @@ use super::noise::autoregression;
 use crate::dynamic::data::FOLDS;
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::search::{
-    GAIN_PER_PARAMETER, LEAST_GAIN, LEAST_PART, MOST_EXCHANGES, SELDOM,
+    GAIN_PER_PARAMETER, LEAST_GAIN, LEAST_PART, MOST_EXCHANGES, RARE_GAIN,
 };
 
 /// Rows that fit.
@@ -109,8 +109,8 @@ impl<'a> Search<'a> {
                 let (fitted, chosen) = (gains.of(FIT_ROWS), gains.of(CHOOSE_ROWS));
                 let plenty = fitted > least.max(part(FIT_ROWS));
                 let there = (0.25 * least).max(part(CHOOSE_ROWS));
-                // What acts seldom may hardly act on the rows that choose.
-                plenty && (chosen > there || (fitted > SELDOM * least && gains.as_due(CHOOSE_ROWS)))
+                // What acts rarely may hardly act on the rows that choose.
+                plenty && (chosen > there || (fitted > RARE_GAIN * least && gains.as_due(CHOOSE_ROWS)))
             })
         })
     }

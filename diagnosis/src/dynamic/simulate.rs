@@ -2,6 +2,7 @@
 //! the way to the recording. Written over [`Number`], so that with derivative-carrying numbers it integrates
 //! the sensitivity equations alongside.
 
+use super::drive_path::DrivePath;
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::Lag;
 use super::machine::{Machine, State};
@@ -9,7 +10,6 @@ use super::model::Model;
 use super::number::Number;
 use super::signal::Signal;
 use super::step::Room;
-use super::way::Way;
 use crate::thresholds::dynamic::model::{MOST_EXTRA, MOST_PROBED};
 use crate::thresholds::dynamic::simulate::SLOPE_ROWS;
 
@@ -105,7 +105,7 @@ where
     };
     let first = -(lead.len() as isize);
     let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
-    let way = Way::new(model, theta, course, first);
+    let way = DrivePath::new(model, theta, course, first);
     let mut motion = Motion::new(machine, way, course, &state);
     let mut room = Room::empty();
     for k in first..0 {
@@ -147,7 +147,7 @@ fn between<T: Number, const Z: usize, const Q: usize>(
 /// The mechanism on its way from sample to sample.
 struct Motion<'a, T> {
     machine: Machine<'a, T>,
-    way: Way<'a, T>,
+    way: DrivePath<'a, T>,
     course: &'a Course<'a>,
     /// Direction as dry friction sees it, and the force up to which that holds.
     direction: f64,
@@ -163,7 +163,7 @@ where
 {
     fn new<const Z: usize, const Q: usize>(
         machine: Machine<'a, T>,
-        way: Way<'a, T>,
+        way: DrivePath<'a, T>,
         course: &'a Course<'a>,
         state: &State<T, Z, Q>,
     ) -> Self {

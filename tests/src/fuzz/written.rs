@@ -64,6 +64,8 @@ pub fn wrong(path: &Path, bytes: &[u8]) -> Option<String> {
         return Some(what);
     }
     let text = &*String::from_utf8_lossy(bytes);
+    // A picture is one whatever its name.
+    let kind = if text.starts_with("<svg") { "svg" } else { kind };
     let leaves = match kind {
         "json" => return json(text).err(),
         // In C, the compiler sees it.

@@ -16,7 +16,7 @@ use super::truth::Truth;
 use crate::programs::{Nominal, Programs};
 use crate::workspace::{Batches, CampaignError, Folders, answer_of, diagnose_sealed, progress, threads};
 
-/// What the programs are told of the plant: nothing but its kind and units.
+/// What is stated to the programs of the plant: nothing but its kind and units.
 const PLANT: &str = include_str!("plant.toml");
 /// The first rows of a run give its initial state and are not scored.
 const INITIAL_ROWS: usize = 50;

@@ -7,8 +7,8 @@ use rand_chacha::rand_core::SeedableRng;
 use twin::dynamic::effects::{Specification, find};
 use twin::dynamic::{Series, Typical};
 
-use super::imitation::{Scene, positions};
 use super::matched::{norm, rms};
+use super::nearest_effect::{Scene, positions};
 use super::plan::{Assignment, circumstances};
 use super::truth::{Concealed, Group, Truth};
 

@@ -87,9 +87,9 @@ pub fn run(count: usize, seed: u64, jobs: usize, out: &Path) -> Result<Vec<Figur
         }
     }
     Ok(vec![
-        Figure::told("under feedback: false alarms on nulls, the amplifier's lag apart", alarms),
-        Figure::told("under feedback: single effects named first, that lag apart", named),
-        Figure::told("under feedback: and no other", alone),
+        Figure::reported("under feedback: false alarms on nulls, the amplifier's lag apart", alarms),
+        Figure::reported("under feedback: single effects named first, that lag apart", named),
+        Figure::reported("under feedback: and no other", alone),
     ])
 }
 

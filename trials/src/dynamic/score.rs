@@ -119,7 +119,7 @@ pub fn score(cases: &[Case]) -> Score {
         0.95,
         mentioned,
     ));
-    figures.push(Figure::told(
+    figures.push(Figure::reported(
         "single effects: that one name and no other",
         count(of(Group::Single), names_all),
     ));
@@ -127,14 +127,14 @@ pub fn score(cases: &[Case]) -> Score {
     let pairs = share("pair", of(Group::Pair).collect(), &|c, a| names_all(&c.truth, a));
     figures.push(Figure::at_least("pairs: both named and nothing else", 0.85, pairs));
     let tellable = of(Group::Pair).filter(|c| c.truth.can_tell());
-    figures.push(Figure::told("pairs, where the recording can tell", count(tellable, names_all)));
+    figures.push(Figure::reported("pairs, where the recording can tell", count(tellable, names_all)));
 
     let outside = share("outside", of(Group::Outside).collect(), &|_, a| a.verdict == Verdict::Unexplained);
     figures.push(Figure::at_least("outside the table: unexplained", 0.95, outside));
     let wrong = count(of(Group::Outside), |_, a| a.verdict == Verdict::Explained);
-    figures.push(Figure::told("outside the table: a wrong name alone", wrong));
+    figures.push(Figure::reported("outside the table: a wrong name alone", wrong));
     let located = count(of(Group::Outside), |t, a| a.located_on(&t.effects[0].depends_on));
-    figures.push(Figure::told("outside the table: rightly located", located));
+    figures.push(Figure::reported("outside the table: rightly located", located));
 
     let within = |c: &Case| c.ratio().is_some_and(|ratio| ratio <= LEFT);
     let run = |c: &&Case| matches!(c.truth.group, Group::Single | Group::Pair);

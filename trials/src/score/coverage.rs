@@ -53,7 +53,7 @@ pub struct Cell {
 
 /// The parameters of concealed effects that were named, each with its truth. A number of harmonics is counted,
 /// not measured.
-fn told(case: &Case) -> Vec<(&str, &Parameter, f64)> {
+fn parameters_of(case: &Case) -> Vec<(&str, &Parameter, f64)> {
     let Some(answer) = &case.answer else { return Vec::new() };
     let mut list = Vec::new();
     for effect in &case.truth.effects {
@@ -76,7 +76,7 @@ pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mu
     type Key<'a> = (&'a str, &'a str, &'a str);
     let mut cells: BTreeMap<Key, Vec<(&Parameter, f64)>> = BTreeMap::new();
     for case in cases.iter().filter(|c| c.truth.group == Group::Interval) {
-        for (id, parameter, truth) in told(case) {
+        for (id, parameter, truth) in parameters_of(case) {
             let key = (id, parameter.name.as_str(), case.truth.schedule.as_str());
             cells.entry(key).or_default().push((parameter, truth));
             if !holds(parameter.ci95, truth) {
@@ -160,7 +160,7 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>) -> Vec<Covered>
     let mut pooled = Share::default();
     let drawn = |c: &&Case| !c.truth.ambiguous() && !matches!(c.truth.group, Group::Interval | Group::Twice);
     for case in cases.iter().filter(drawn) {
-        for (id, parameter, truth) in told(case) {
+        for (id, parameter, truth) in parameters_of(case) {
             let hit = holds(parameter.ci95, truth);
             shares.entry((id.to_owned(), parameter.name.clone())).or_default().count(hit);
             pooled.count(hit);

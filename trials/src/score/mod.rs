@@ -74,7 +74,7 @@ impl Figure {
     }
 
     /// A share that is told, without a wanted value.
-    pub(crate) fn told(figure: &str, share: Share) -> Self {
+    pub(crate) fn reported(figure: &str, share: Share) -> Self {
         Self {
             figure: figure.to_owned(), wanted: "–".to_owned(), measured: share.to_string(), passed: None
         }

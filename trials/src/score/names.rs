@@ -34,10 +34,10 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     figures.push(Figure::at_least("named or among the alternatives, likewise", 0.995, share));
     let mut all = Share::default();
     strong().for_each(|c| all.count(c.said(|a| a.first() == Some(&id(c)))));
-    figures.push(Figure::told("right name first, ρ ≥ 8, all recordings", all));
+    figures.push(Figure::reported("right name first, ρ ≥ 8, all recordings", all));
     let mut all = Share::default();
     strong().for_each(|c| all.count(c.said(|a| a.mentions(&id(c)))));
-    figures.push(Figure::told("named or among the alternatives, all recordings", all));
+    figures.push(Figure::reported("named or among the alternatives, all recordings", all));
 
     let share =
         misses.share("right observable first", strong(), |c, a| a.located_on(&c.truth.effects[0].depends_on));
@@ -61,7 +61,7 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
         figures.push(Figure::at_least(&name, least, share));
         let mut all = Share::default();
         of_group().for_each(|c| all.count(c.said(|a| a.ids() == c.truth.ids())));
-        figures.push(Figure::told(&format!("{word} effects, all recordings: the exact set"), all));
+        figures.push(Figure::reported(&format!("{word} effects, all recordings: the exact set"), all));
     }
 
     let ambiguous = cases.iter().filter(|c| c.truth.ambiguous());

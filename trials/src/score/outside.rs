@@ -62,14 +62,14 @@ pub(super) fn figures(
         measured: wrong.to_string(),
         passed: wrong.value().map(|value| value <= 0.02),
     });
-    let mut told = Share::default();
+    let mut alone = Share::default();
     let named = |c: &Case| c.said(|a| a.verdict == Verdict::Explained);
     let alike = |left: Option<f64>| left.is_some_and(|left| left < CAN_TELL);
-    outside().filter(|c| left(c)).for_each(|c| told.count(named(c) && !alike(c.left_by_names[0])));
-    figures.push(Figure::told("a wrong name alone that leaves ρ ≥ 4.1 of it", told));
+    outside().filter(|c| left(c)).for_each(|c| alone.count(named(c) && !alike(c.left_by_names[0])));
+    figures.push(Figure::reported("a wrong name alone that leaves ρ ≥ 4.1 of it", alone));
     let mut all = Share::default();
     outside().for_each(|c| all.count(c.said(|a| right(c, a))));
-    figures.push(Figure::told("outside the table, those that an effect of it imitates included", all));
+    figures.push(Figure::reported("outside the table, those that an effect of it imitates included", all));
 
     let asked: Vec<(&Case, &Option<Answer>)> =
         cases.iter().filter_map(|c| c.without.as_ref().map(|answer| (c, answer))).collect();
@@ -90,8 +90,9 @@ pub(super) fn figures(
         }
     }
     if !asked.is_empty() {
-        figures.push(Figure::told("left out of the catalogue, ρ ≥ 8: unexplained", share));
-        figures.push(Figure::told("the same where other effects do not leave less than ρ 4.1 of it", apart));
+        figures.push(Figure::reported("left out of the catalogue, ρ ≥ 8: unexplained", share));
+        figures
+            .push(Figure::reported("the same where other effects do not leave less than ρ 4.1 of it", apart));
     }
     let outside_rows = rows(outside().map(|c| (c, &c.answer, !left(c), alike(c.left_by_names[0]))));
     let without_rows =

@@ -212,16 +212,16 @@ fn coverage_by_schedule_is_refuted_where_it_is_beyond_chance() {
             .collect();
         score(&cases)
     };
-    let told = of(340, 400);
-    let cell = &told.cells[0];
+    let scored = of(340, 400);
+    let cell = &scored.cells[0];
     assert_eq!((cell.schedule.as_str(), cell.covered), ("fine", Share { hits: 340, of: 400 }));
     assert_eq!((cell.above, cell.own), (60, Share { hits: 400, of: 400 }));
     assert!(cell.refuted);
-    assert_eq!(figure(&told, "the same beyond chance").passed, Some(false));
+    assert_eq!(figure(&scored, "the same beyond chance").passed, Some(false));
     // 91 % of 100 may be chance; what is drawn for the intervals is no part of the pooled figure.
-    let told = of(91, 100);
-    assert!(!told.cells[0].refuted);
-    assert_eq!(figure(&told, "coverage of the 95 % intervals, pooled").passed, None);
+    let scored = of(91, 100);
+    assert!(!scored.cells[0].refuted);
+    assert_eq!(figure(&scored, "coverage of the 95 % intervals, pooled").passed, None);
 }
 
 #[test]
@@ -230,8 +230,8 @@ fn a_second_recording_that_comes_out_worse_is_counted_and_listed() {
         answer_arcsec: ratio,
         base_arcsec: 1.0,
         fit_arcsec: Some(1.0),
-        told_arcsec: 0.5,
-        told_more_arcsec: None,
+        informed_arcsec: 0.5,
+        fully_informed_arcsec: None,
         inside_ratio: 1.0,
         extrapolated: 0,
         rows: 210,

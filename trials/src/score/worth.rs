@@ -14,9 +14,9 @@ use crate::truth::Group;
 pub struct Worth {
     /// Recordings compared.
     pub compared: usize,
-    /// Median and 95th percentile of rms / rms of a model that was told the ids.
+    /// Median and 95th percentile of rms / rms of a model that knows the effects.
     pub told: Option<[f64; 2]>,
-    /// The same beside a model that was told the covariance of the noise as well.
+    /// The same beside a model that knows the covariance of the noise as well.
     pub told_more: Option<[f64; 2]>,
     /// Median and 95th percentile of rms / rms of the base model alone.
     pub base: Option<[f64; 2]>,
@@ -37,9 +37,9 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
         let ratios: Vec<f64> = compared.iter().filter_map(|(_, fresh)| ratio(fresh)).collect();
         Some([percentile(&ratios, 0.5)?, percentile(&ratios, 0.95)?])
     };
-    let told = of(|f| Some(f.answer_arcsec / f.told_arcsec));
+    let told = of(|f| Some(f.answer_arcsec / f.informed_arcsec));
     for (case, fresh) in &compared {
-        let ratio = fresh.answer_arcsec / fresh.told_arcsec;
+        let ratio = fresh.answer_arcsec / fresh.informed_arcsec;
         if ratio > 1.10 {
             misses.add("rms on a fresh recording", case, format!("{ratio:.2} times; {}", case.sentence()));
         }
@@ -80,7 +80,7 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     Worth {
         compared: compared.len(),
         told,
-        told_more: of(|f| f.told_more_arcsec.map(|told| f.answer_arcsec / told)),
+        told_more: of(|f| f.fully_informed_arcsec.map(|told| f.answer_arcsec / told)),
         base: of(|f| Some(f.answer_arcsec / f.base_arcsec)),
         inside,
         realised,

@@ -68,9 +68,9 @@ fn arguments(subject: &Subject<'_>, words: &[u32]) -> Vec<Word> {
 pub fn prepare(subject: &Subject<'_>, thorough: bool) -> Result<Prepared, VerifyError> {
     let routine = subject.routine;
     let calls = strata::of(routine, if thorough { MANY_CALLS } else { CALLS }, !subject.continues);
-    let mut model = Model::new(routine, &subject.yardstick);
+    let mut model = Model::new(routine, &subject.fast_reference);
     let readings = subject.program().arguments.len() - routine.physics.further.len();
-    let (lo, hi) = subject.yardstick.range;
+    let (lo, hi) = subject.fast_reference.range;
     let number = |word: &Word| match word {
         Word::Int(v) => *v as f64,
         Word::Float(v) => f64::from(*v),

@@ -12,7 +12,7 @@ use fitter::terms::{Exponential, Hinge, Operator, Periodic, Side, Term};
 use crate::physics::{Further, FurtherEncoding};
 use crate::program::Op;
 use crate::routine::Routine;
-use crate::verify::yardstick::Yardstick;
+use crate::verify::fast_reference::FastReference;
 
 /// What a chain of operations may be off, relative to the largest number in it.
 const CHAIN: f64 = 1.0 / (1u64 << 48) as f64;
@@ -37,7 +37,7 @@ struct Kept {
 
 /// The model of a routine, somewhere in a sequence of calls.
 pub struct Model<'a> {
-    yardstick: &'a Yardstick,
+    fast_reference: &'a FastReference,
     routine: &'a Routine,
     terms: &'a [Term],
     inputs: Vec<Input>,
@@ -61,13 +61,13 @@ pub struct Expected {
 
 impl<'a> Model<'a> {
     /// The model of a designed routine.
-    pub fn new(routine: &'a Routine, yardstick: &'a Yardstick) -> Self {
+    pub fn new(routine: &'a Routine, fast_reference: &'a FastReference) -> Self {
         let statistic = match routine.physics.sensor {
             Some(Sensor::EddyCurrentPair { .. }) => fitter::units::ARCSEC_PER_RAD,
             _ => 1.0,
         };
         Model {
-            yardstick,
+            fast_reference,
             routine,
             terms: &routine.physics.terms,
             inputs: routine.physics.further.iter().map(|f| Input::new(routine, f)).collect(),
@@ -85,8 +85,8 @@ impl<'a> Model<'a> {
         if begins {
             self.calls = 0;
         }
-        let base = self.yardstick.at(reading);
-        let (lo, hi) = self.yardstick.range;
+        let base = self.fast_reference.at(reading);
+        let (lo, hi) = self.fast_reference.range;
         let limited = if reading >= lo { reading.min(hi) } else { lo };
         let measured = self.reading.0 + self.reading.1 * limited;
         let values: Vec<f64> = self.inputs.iter().zip(further).map(|(input, w)| input.value(*w)).collect();
@@ -101,7 +101,7 @@ impl<'a> Model<'a> {
         }
         self.calls += 1;
         let observed = base * self.unit - sum;
-        let mut error = self.yardstick.error * self.unit + (size + observed.abs()) * CHAIN;
+        let mut error = self.fast_reference.error * self.unit + (size + observed.abs()) * CHAIN;
         let periodic: Vec<(&Periodic, &[f64])> = (self.terms.iter())
             .filter_map(|t| match &t.operator {
                 Operator::Periodic(p) => Some((p, t.coefficients.as_slice())),

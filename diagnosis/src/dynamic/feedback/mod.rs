@@ -2,9 +2,9 @@
 //! what is predicted and scored, by the inverse model along the recorded motion.
 
 pub mod filter;
+mod findings;
 pub mod inverse;
 pub mod motion;
-mod say;
 pub mod search;
 
 use fitter::plant::Plant;
@@ -74,9 +74,9 @@ pub fn diagnose(
         present.terms.retain(|(effect, _)| withdrawn.effects.iter().all(|id| id != effect.id()));
         let after = all(&present).ok_or_else(lost)?;
         let proof_after = proof(&present);
-        let effects = say::named(&along, &present, &after, &catalogue, &scale, nominal);
+        let effects = findings::named(&along, &present, &after, &catalogue, &scale, nominal);
         let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
-        let locations = say::locations(&effects, explained, &motion);
+        let locations = findings::locations(&effects, explained, &motion);
         let own = predictions(recording, &motion, &before, &after);
         let other = held_out.map(|r| {
             let there = Motion::new(r, motion.cutoff_hz, Some(motion.slow()));
@@ -113,7 +113,7 @@ pub fn diagnose(
         };
         let verdict = if effects.is_empty() {
             Verdict::Consistent
-        } else if say::coloured(&after.residual, &motion) {
+        } else if findings::coloured(&after.residual, &motion) {
             Verdict::PartlyExplained
         } else {
             Verdict::Explained

@@ -29,7 +29,7 @@ pub struct Known {
 
 /// All steps of all terms.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ledger {
+pub struct ErrorAccount {
     /// By the step's number in the program.
     pub steps: BTreeMap<usize, Known>,
     /// The sum, all terms subtracted.
@@ -44,7 +44,7 @@ impl From<&Tracked> for Taken {
     }
 }
 
-impl Ledger {
+impl ErrorAccount {
     /// All words that the sum can be, where a term was added to it.
     pub fn range_of_sum(&self) -> Option<Interval> {
         match self.sum {

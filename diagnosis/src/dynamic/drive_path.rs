@@ -1,4 +1,4 @@
-//! The drive on its way to the mechanism: delay, offset, saturation, lag, hysteresis. What reaches the mechanism
+//! The path of the drive to the mechanism: delay, offset, saturation, lag, hysteresis. What reaches the mechanism
 //! in one step of the integrator is handed on as the parabola with the same mean, first and second moment: the
 //! fourth-order rule then moves the mechanism as the drive itself would, jumps and fast transients included.
 
@@ -10,10 +10,10 @@ use super::signal::{Piece, Signal};
 use super::simulate::{Course, Theta};
 use super::span::Span;
 use super::turns::Turns;
-use crate::thresholds::dynamic::way::LEAST_PART;
+use crate::thresholds::dynamic::drive_path::LEAST_PART;
 
-/// The drive's way.
-pub struct Way<'a, T> {
+/// The drive's path.
+pub struct DrivePath<'a, T> {
     model: &'a Model,
     theta: &'a Theta<T>,
     signal: &'a Signal,
@@ -26,30 +26,32 @@ pub struct Way<'a, T> {
     memory: Option<(T, Turns<T>)>,
 }
 
-impl<'a, T: Number> Way<'a, T>
+impl<'a, T: Number> DrivePath<'a, T>
 where
     dyn DynamicEffect: Physics<T>,
 {
-    /// The way of a model's drive from interval `first` on.
-    pub fn new(model: &'a Model, theta: &'a Theta<T>, course: &Course<'a>, first: isize) -> Way<'a, T> {
+    /// The path of a model's drive from interval `first` on.
+    pub fn new(model: &'a Model, theta: &'a Theta<T>, course: &Course<'a>, first: isize) -> DrivePath<'a, T> {
         let parameter = |part: Part| model.acting(part).map(|k| theta.terms[k][0]);
         // An offset comes before a saturation, whichever was found first.
         let mut shaping: Vec<usize> = model.acting(Part::Drive).collect();
         shaping.sort_by_key(|k| model.terms[*k].effect.id() == "drive_saturation");
         let delay = parameter(Part::Delay).reduce(|a, b| a + b);
-        let mut way = Way { model, theta, signal: course.signal, delay, shaping, lag: None, memory: None };
-        way.lag = parameter(Part::DriveLag).next().map(|tau| {
-            let [input, rise, ..] = way.pieces(first, 0.0, 1.0)[0].map_or([tau; 4], |p| way.shaped(p.cubic));
+        let mut path =
+            DrivePath { model, theta, signal: course.signal, delay, shaping, lag: None, memory: None };
+        path.lag = parameter(Part::DriveLag).next().map(|tau| {
+            let [input, rise, ..] =
+                path.pieces(first, 0.0, 1.0)[0].map_or([tau; 4], |p| path.shaped(p.cubic));
             (tau, Lag::behind(input, rise * (1.0 / course.step_s), tau))
         });
-        way.memory = parameter(Part::DriveMemory).next().map(|coefficient| {
+        path.memory = parameter(Part::DriveMemory).next().map(|coefficient| {
             let mut turns = Turns::new();
             course.before.iter().for_each(|u| {
-                turns.to(way.shape(T::from_f64(*u)));
+                turns.to(path.shape(T::from_f64(*u)));
             });
             (coefficient, turns)
         });
-        way
+        path
     }
 
     /// What reaches the mechanism in the part of interval `k` from `s` on, which takes `time`.
@@ -165,8 +167,8 @@ mod tests {
         let delay = Term::new(effect("transport_delay").unwrap(), vec![0.3e-3]);
         let model = Model::nominal([1.0, 1.0, 1.0], Hold::ZeroOrder).with(delay);
         let theta = Theta::plain(&model);
-        let mut way = Way::new(&model, &theta, &course, 0);
-        let [m0, m1, m2] = way.span(2, 0.0, 1.0, 1e-3).moments();
+        let mut path = DrivePath::new(&model, &theta, &course, 0);
+        let [m0, m1, m2] = path.span(2, 0.0, 1.0, 1e-3).moments();
         assert!((m0 - 0.7).abs() < 1e-12);
         assert!((m1 - 0.5 * (1.0 - 0.09)).abs() < 1e-12);
         assert!((m2 - (1.0 - 0.027) / 3.0).abs() < 1e-12);

@@ -1,8 +1,8 @@
-//! What acts so seldom that it acts on hardly any row that fits: a limit that the drive reaches once or twice.
+//! What acts on hardly any row that fits: a limit that the drive reaches once or twice.
 
 use rayon::prelude::*;
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, SELDOM, Search};
+use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, RARE_GAIN, Search};
 use crate::dynamic::data::FOLDS;
 use crate::dynamic::effects::Part;
 use crate::dynamic::estimate::{Fitted, fit};
@@ -16,9 +16,9 @@ const BOTH: [bool; FOLDS] = [true, true, false];
 
 impl Search<'_> {
     /// The model with a limit of the drive, where the rows that fit and those that choose show it only together: it
-    /// must gain on them all what an effect that acts seldom has to gain where it was fitted, and on either kind what
+    /// must gain on them all what an effect that acts rarely has to gain where it was fitted, and on either kind what
     /// its own simulation says.
-    pub fn with_seldom(&self, present: Fitted) -> Fitted {
+    pub fn with_rare_saturation(&self, present: Fitted) -> Fitted {
         if present.model.terms.len() >= MOST_TERMS {
             return present;
         }
@@ -48,7 +48,7 @@ impl Search<'_> {
     }
 
     fn worth_on_both(&self, before: &Fitted, after: &Fitted) -> bool {
-        let least = (SELDOM * LEAST_GAIN).max(LEAST_PART * self.data.count(BOTH) as f64);
+        let least = (RARE_GAIN * LEAST_GAIN).max(LEAST_PART * self.data.count(BOTH) as f64);
         self.compared(before, after).is_some_and(|all| {
             all.iter()
                 .all(|gains| gains.of(BOTH) > least && gains.as_due(FIT_ROWS) && gains.as_due(CHOOSE_ROWS))

@@ -20,7 +20,7 @@ const UNIT_ROUNDOFF_LOG2: i64 = -53;
 
 /// A fast reference and how far it may be off.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Yardstick {
+pub struct FastReference {
     /// c₀, c₁, …: the function of v, in output words.
     pub coefficients: Vec<f64>,
     /// The reading, in its own words, at which v = 0.
@@ -29,12 +29,12 @@ pub struct Yardstick {
     pub scale: f64,
     /// Smallest and largest valid reading, in its own words.
     pub range: (f64, f64),
-    /// Rigorous upper bound of |yardstick − exact function| over the range, in output words.
+    /// Rigorous upper bound of |fast reference − exact function| over the range, in output words.
     pub error: f64,
 }
 
-impl Yardstick {
-    /// The yardstick of a designed routine.
+impl FastReference {
+    /// The fast reference of a designed routine.
     pub fn of(routine: &Routine) -> Self {
         let one = Interval::from_int(1);
         let word = one.div(&routine.design.unit);
@@ -62,7 +62,7 @@ impl Yardstick {
         }
         error = &error + &horner_rounding(&coefficients, &radius);
         error = &error + &variable_rounding(routine, range, &exact, &radius);
-        Yardstick { coefficients, centre, scale, range, error: error.to_f64_up() }
+        FastReference { coefficients, centre, scale, range, error: error.to_f64_up() }
     }
 
     /// The value for a reading, exactly as the harnesses compute it.
@@ -135,15 +135,15 @@ mod tests {
         routine::design(&paper_coefficients(), &options, &wanted).unwrap()
     }
 
-    /// The yardstick's distance from the exact enclosure, in output words, for a reading in its own words.
-    fn distance(routine: &Routine, yardstick: &Yardstick, reading: f64) -> f64 {
+    /// The fast reference's distance from the exact enclosure, in output words, for a reading in its own words.
+    fn distance(routine: &Routine, fast_reference: &FastReference, reading: f64) -> f64 {
         let (offset, step) = &routine.plan.reading_word;
         let v = (&Interval::from_f64(reading) - offset).div(step);
         let exact = routine.reference.at(&v).div(&routine.design.unit);
-        (&exact - &Interval::from_f64(yardstick.at(reading))).magnitude().to_f64_up()
+        (&exact - &Interval::from_f64(fast_reference.at(reading))).magnitude().to_f64_up()
     }
 
-    /// A bound of the yardstick that is far below every bound it is used for.
+    /// A bound of the fast reference that is far below every bound it is used for.
     #[test]
     fn the_yardstick_is_finer_than_what_it_measures() {
         for (format, output) in [
@@ -152,8 +152,8 @@ mod tests {
             (Format::F32 { fused: false }, Output::F32),
         ] {
             let routine = routine(format, output);
-            let yardstick = Yardstick::of(&routine);
-            let part = yardstick.error * routine.design.unit.to_f64() / routine.design.bound.total;
+            let fast_reference = FastReference::of(&routine);
+            let part = fast_reference.error * routine.design.unit.to_f64() / routine.design.bound.total;
             assert!(part < 1e-5, "{format:?}: {part:e} of the bound");
         }
     }
@@ -167,18 +167,18 @@ mod tests {
             (Format::F32 { fused: false }, Output::F32),
         ] {
             let routine = routine(format, output);
-            let yardstick = Yardstick::of(&routine);
-            let (lo, hi) = yardstick.range;
+            let fast_reference = FastReference::of(&routine);
+            let (lo, hi) = fast_reference.range;
             let scattered = (0..2000).map(|i| (f64::from(i) * 0.618_033_988_749_895).fract());
             for at in scattered.chain([0.0, 1.0]) {
                 let reading = lo + (hi - lo) * at;
                 let reading = if format.is_fixed() { reading.round() } else { f64::from(reading as f32) };
                 let reading = reading.clamp(lo, hi);
-                let found = distance(&routine, &yardstick, reading);
+                let found = distance(&routine, &fast_reference, reading);
                 assert!(
-                    found <= yardstick.error,
+                    found <= fast_reference.error,
                     "{format:?} at {reading}: {found:e} > {:e}",
-                    yardstick.error
+                    fast_reference.error
                 );
             }
         }
