@@ -123,7 +123,7 @@ pub fn candidates(
     }
 }
 
-/// The candidates on a core that no other beats in bound, instructions and flash together, best bound last.
+/// The Pareto-optimal candidates on a core (bound, instructions, flash), best bound last.
 pub fn front(candidates: &[Candidate], core: Core) -> Vec<(&Candidate, Cost)> {
     let costed: Vec<(&Candidate, Cost)> = candidates.iter().map(|c| (c, c.cost(core))).collect();
     let beats = |a: &(&Candidate, Cost), b: &(&Candidate, Cost)| {

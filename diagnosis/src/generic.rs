@@ -320,7 +320,7 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// What is taken for noise that remembers where it is left in, beside a step: offsets of the passes, waves in
+/// What is taken for correlated noise where it is left in, beside a step: offsets of the passes, waves in
 /// time, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told
 /// from the error's own shape.
 pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {

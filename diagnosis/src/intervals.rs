@@ -1,5 +1,5 @@
 //! The 95 % interval of every reported parameter, from the posterior of its effect's shape rather than from
-//! the curvature at the best fit: a threshold or a time constant is seldom determined evenly to both sides,
+//! the curvature at the best fit: a threshold or a time constant is rarely determined evenly to both sides,
 //! and two far places may do nearly as well.
 //!
 //! Beside the base, the other effects and the tangents of their shapes, every shape of the effect has its

@@ -1,6 +1,6 @@
 //! Every row at which a step may begin, judged at once. A step from row k on is the sum of the single rows from
 //! there, so that its product with any v in the whitened metric is a sum over the tail of Wᵀ v: one pass over the
-//! rows serves all k. No grid would do, since in noise that remembers a step is told by the one reading at which
+//! rows serves all k. No grid would do, since in correlated noise a step is told by the one reading at which
 //! it begins, and a step two rows off explains next to nothing.
 
 use crate::correlation::Whitener;

@@ -1,5 +1,5 @@
 //! What it costs an amplitude that the memory of the noise is itself an estimate. The amplitude is estimated with
-//! one correlation time, and scatters as it does with the true one: a slow effect in noise that remembers longer
+//! one correlation time, and scatters as it does with the true one: a slow effect in noise correlated over longer
 //! than was thought is known far less well. Averaged over the posterior of the correlation time, with the level
 //! that goes with each.
 

@@ -45,7 +45,7 @@ impl Noise {
 
 /// Estimates the noise of `y`, read at `t_s`, about the span of `model` (raw columns). `covariates` are what
 /// the variance may depend on, centred; a dependence is kept only where it improves the likelihood clearly.
-/// `slow` are groups of columns that would be taken for noise that remembers if they were left in; they and a step
+/// `slow` are groups of columns that would be taken for correlated noise if they were left in; they and a step
 /// at any row (none without such groups) are looked for beside the model, and beside `light`, the least model,
 /// because a model that follows slow changes closely hides a jump nearly as well as correlation does.
 pub fn estimate(
@@ -224,7 +224,7 @@ fn hampel_slope(moved: f64) -> f64 {
 }
 
 /// Squares of what is new in each residual about `basis`, each given back what the fit took of it. By the
-/// correlation from row to row every residual has a part of its predecessor; the squares of what remembers go
+/// correlation from row to row every residual has a part of its predecessor; the squares of correlated residuals go
 /// together, and a slow covariate would follow them by chance.
 fn what_is_new(none: &Correlation, residual: Vec<f64>, basis: &Basis) -> Vec<f64> {
     let given_back = |residual: &[f64], basis: &Basis| -> Vec<f64> {

@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn in_noise_that_remembers_one_reading_decides() {
+    fn in_correlated_noise_one_reading_decides() {
         let n = 120;
         let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
         let white = crate::correlation::tests::white(n, 3);

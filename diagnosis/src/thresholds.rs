@@ -102,7 +102,7 @@ pub mod correlation {
         pub const SLOW_GAIN: f64 = 18.0;
         /// The same for every further column of a group.
         pub const SLOW_GAIN_PER_COLUMN: f64 = 3.0;
-        /// Number of columns up to which that is enough. Where noise remembers, a step at any row is a test of that row's
+        /// Number of columns up to which that is enough. Where noise is correlated, a step at any row is a test of that row's
         /// reading alone, so that there are as many independent ones as rows.
         pub const FEW_COLUMNS: f64 = 50.0;
         /// Gain in −2 log likelihood of the best correlation over none, from which on something can have been taken for
@@ -918,7 +918,7 @@ pub mod search {
     pub mod remainder {
         /// Part of the models with all the right names that are said to leave something.
         pub const MISFIT: f64 = 0.03;
-        /// Probability over the whole search below which structure is beyond doubt, whatever the noise remembers: an alarm that
+        /// Probability over the whole search below which structure is beyond doubt, however the noise is correlated: an alarm that
         /// noise of a long memory raised must still be able to fall when that memory is measured.
         pub const BEYOND_DOUBT: f64 = 1e-5;
     }
@@ -967,7 +967,7 @@ pub mod summary {
 /// See [`crate::verdict`].
 pub mod verdict {
     /// What a second explanation may fall short of the best, in −2 log likelihood, to remain an alternative:
-    /// between two explanations that are equally good in truth the difference seldom exceeds it.
+    /// between two explanations that are equally good in truth the difference rarely exceeds it.
     pub const ALTERNATIVE_MARGIN: f64 = 7.0;
     /// Largest log odds of another explanation beside the named one: more is certainty.
     pub const MOST_LOG_ODDS: f64 = 30.0;

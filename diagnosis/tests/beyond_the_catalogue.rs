@@ -1,5 +1,5 @@
 //! Physics that is in no catalogue is located and not given the names of two effects that together imitate it,
-//! nor taken for noise that remembers.
+//! nor taken for correlated noise.
 
 mod common;
 
@@ -74,7 +74,7 @@ fn what_lets_go_at_a_temperature_is_no_two_steps() {
 
 #[test]
 fn what_names_leave_is_not_taken_for_memory() {
-    // Heat that goes with the square of the angle and dies away in 100 s, in noise that remembers for 7 s.
+    // Heat that goes with the square of the angle and dies away in 100 s, in correlated noise for 7 s.
     let mut heat = 0.0;
     let heats: Vec<f64> = schedule()
         .iter()

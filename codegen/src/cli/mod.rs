@@ -68,7 +68,7 @@ pub enum Command {
         #[arg(long)]
         sweep: bool,
     },
-    /// List the routines that no other beats in bound, instructions and flash, for every core
+    /// List the Pareto-optimal routines (bound, instructions, flash) for every core
     #[command(after_help = EXPLORE)]
     Explore(ExploreArguments),
     /// Check the generated files from outside

@@ -1,4 +1,4 @@
-//! What looks like noise that remembers and is none: a step, a seat that differs from pass to pass, a sway, the
+//! What looks like correlated noise and is none: a step, a seat that differs from pass to pass, a sway, the
 //! trace of an earlier move. Left in, it would be taken for correlation, and the noise would then hide it.
 
 use rayon::prelude::*;

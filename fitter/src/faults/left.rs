@@ -9,7 +9,7 @@ use super::{BadRow, Fault, Screened, limits, listed, trend};
 use crate::recording::{Readings, Recording};
 
 /// The rows whose reading is left far out of the noise, where `left` is what a model leaves of every row and `sigma` the
-/// standard deviation of its noise. Noise that remembers is predicted from the rows before and after.
+/// standard deviation of its noise. Correlated noise is predicted from the rows before and after.
 pub fn beyond_noise(recording: &Recording, left: &[f64], sigma: &[f64]) -> Vec<(usize, BadRow)> {
     if left.len() < limits::FEWEST_ROWS {
         return Vec::new();

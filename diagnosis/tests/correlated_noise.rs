@@ -1,10 +1,10 @@
-//! A step in noise that remembers: it is told by the one reading at which it begins, so every row must be tried.
+//! A step in correlated noise: it is told by the one reading at which it begins, so every row must be tried.
 
 mod common;
 
 use common::{recording, scene, wandering};
 
-/// Six passes of 31 rows, read every 3 s, with noise of 0.5″ that remembers for 7 s, and a step from
+/// Six passes of 31 rows, read every 3 s, with noise of 0.5″ and a correlation time of 7 s, and a step from
 /// `first` on.
 fn step_in_wandering_noise(first: usize, height: f64, seed: u64) -> (Vec<String>, f64) {
     let noise = wandering(186, seed);
