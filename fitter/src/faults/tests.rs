@@ -67,6 +67,23 @@ fn one_bad_cell_of_any_column_is_listed_with_its_line() {
     assert_eq!(listed(&with("direction", |direction| -direction)), [(60, "direction".to_string())]);
 }
 
+/// Two in succession, as a logger writes them that has lost its clock.
+#[test]
+fn times_that_stand_for_no_time_are_listed() {
+    let (mut recording, _) = default();
+    recording.time_s[58..60].fill(-9999.0);
+    assert_eq!(listed(&recording), [(60, "t_s".to_string()), (61, "t_s".to_string())]);
+}
+
+/// The last row of a pass: the pause after it hides where the next one would put it.
+#[test]
+fn a_wrong_time_beside_a_pause_is_listed() {
+    let (mut recording, _) = default();
+    let last = (1..recording.rows()).find(|row| recording.pass[*row] != recording.pass[row - 1]).unwrap() - 1;
+    recording.time_s[last] += 2.6;
+    assert_eq!(listed(&recording), [(recording.line(last), "t_s".to_string())]);
+}
+
 #[test]
 fn the_other_rows_stay_as_they_were() {
     let (whole, sensor) = default();
