@@ -2,7 +2,7 @@
 //! backward steps, every candidate judged jointly with the others after projecting off what the base model
 //! absorbs. A set's merit is what it explains of the whitened sum of squares less a price per term, and the
 //! price is what the strongest of the family's candidates explains in one recording of nothing in
-//! [`crate::thresholds::calibrate::FALSE_ALARMS`]⁻¹: no i.i.d. information criterion.
+//! `FALSE_ALARMS`⁻¹: no i.i.d. information criterion.
 
 mod beside;
 mod refine;

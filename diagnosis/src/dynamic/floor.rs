@@ -25,7 +25,7 @@ pub struct Floor {
     pub place: Structure,
 }
 
-/// The lowest bound of the noise; none where the residual is within [`AT_FLOOR`] of every one.
+/// The lowest bound of the noise; none where the residual is within `AT_FLOOR` of every one.
 pub fn bound(found: &Fitted, simulated: &[f64], data: &Data, noise: &Autoregression) -> Option<Floor> {
     let residual: Vec<f64> = data.position.iter().zip(simulated).map(|(y, s)| y - s).collect();
     let all = [
