@@ -17,7 +17,8 @@ use crate::thresholds::{AT_FLOOR, NO_WORSE};
 use crate::verdict::Verdict;
 
 /// What is said where named effects are not handed on.
-const NOT_SHOWN: &str = "the base alone is handed on: that held-out rows are predicted better with the named effects is not shown";
+const NOT_SHOWN: &str = "the base alone is handed on: nothing shows that held-out rows are predicted \
+    better with the named effects";
 
 /// An answer that agrees with itself.
 pub struct Settled {
@@ -74,7 +75,7 @@ impl<'a> Judge<'a, '_> {
             let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
-                    Ok((_, _, Some(shown))) if !gains(&shown) => {
+                    Ok((_, _, Some(shown))) if !shows_gain(&shown) => {
                         self.extend_intervals(&mut joint, &mut judged);
                         judged.push(NOT_SHOWN.into());
                         return self.base_alone(joint, withdrawn, judged);
@@ -223,7 +224,7 @@ impl<'a> Judge<'a, '_> {
 
 /// Whether held-out rows are predicted better: in the mean with effects that the other rows show; beyond the interval of
 /// the gain with effects that were chosen with all rows, which makes them look better than they are.
-fn gains(shown: &Shown) -> bool {
+fn shows_gain(shown: &Shown) -> bool {
     let gain = gain(&shown.gains);
     if shown.chosen_without { gain.value > 0.0 } else { gain.ci95[0] > 0.0 }
 }

@@ -318,8 +318,8 @@ pub fn fit(
     Model { order, base: coefficients, base_value, terms: fitted, covariance }
 }
 
-/// For every row whose signature the recording does not tell, of any of the terms, the column that takes it alone: with
-/// it the fit is that of the other rows, whatever the correlation.
+/// One column for every row at which the signature of a term is not determined: 1 there and 0 elsewhere. Beside them the
+/// fit is that of the other rows, also in correlated noise.
 fn undetermined_rows(search: &Search, terms: &[Term]) -> Vec<Vec<f64>> {
     let rows = search.rows;
     let effects = terms.iter().filter_map(|t| search.effect(t.family));

@@ -823,7 +823,8 @@ pub mod observe {
 pub mod reach {
     /// Part of an effect that is handed on to other recordings in any case: of its square a four-hundredth.
     pub const LITTLE: f64 = 0.05;
-    /// Part of an effect that the first of two others must explain for the two to be tried in its place.
+    /// Part of an effect that the first of two others must explain for the two to be tried in its place. By judgement: it
+    /// only spares the search where nothing slow is near.
     pub const HALF: f64 = 0.5;
 }
 

@@ -92,7 +92,7 @@ impl Families {
     }
 }
 
-/// What the detector is known.
+/// What the detector knows.
 pub struct Known<'a> {
     /// What was true beside each reading.
     pub truths: &'a [Truth],

@@ -139,7 +139,7 @@ impl Writer<'_> {
     }
 
     fn append(&mut self, i: usize) -> Option<()> {
-        let known = self.account.and_then(|l| l.steps.get(&i));
+        let known = self.account.and_then(|account| account.steps.get(&i));
         if let Some(known) = known.filter(|k| k.reads.is_empty()) {
             let r = format!("f_{i}");
             // The integers inside.

@@ -105,8 +105,8 @@ where
     };
     let first = -(lead.len() as isize);
     let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
-    let way = DrivePath::new(model, theta, course, first);
-    let mut motion = Motion::new(machine, way, course, &state);
+    let path = DrivePath::new(model, theta, course, first);
+    let mut motion = Motion::new(machine, path, course, &state);
     let mut room = Room::empty();
     for k in first..0 {
         motion.advance((&mut state, &mut room), k, |_, _| {})?;
@@ -147,7 +147,7 @@ fn between<T: Number, const Z: usize, const Q: usize>(
 /// The mechanism on its way from sample to sample.
 struct Motion<'a, T> {
     machine: Machine<'a, T>,
-    way: DrivePath<'a, T>,
+    path: DrivePath<'a, T>,
     course: &'a Course<'a>,
     /// Direction as dry friction sees it, and the force up to which that holds.
     direction: f64,
@@ -163,14 +163,14 @@ where
 {
     fn new<const Z: usize, const Q: usize>(
         machine: Machine<'a, T>,
-        way: DrivePath<'a, T>,
+        path: DrivePath<'a, T>,
         course: &'a Course<'a>,
         state: &State<T, Z, Q>,
     ) -> Self {
         let holds = machine.holds();
         let substeps = machine.model.substeps(course.step_s);
         let step_s = course.step_s / substeps as f64;
-        let mut motion = Motion { machine, way, course, direction: 0.0, holds, substeps, step_s };
+        let mut motion = Motion { machine, path, course, direction: 0.0, holds, substeps, step_s };
         motion.turn(state);
         motion
     }
@@ -192,7 +192,7 @@ where
         for i in 0..self.substeps {
             let s = i as f64 * part;
             self.machine.time = self.course.start_s + (k as f64 + s) * self.course.step_s;
-            let span = self.way.span(k, s, part, self.step_s);
+            let span = self.path.span(k, s, part, self.step_s);
             let friction = self.machine.friction;
             if !friction || self.direction != 0.0 {
                 let direction = if friction { self.direction } else { 0.0 };

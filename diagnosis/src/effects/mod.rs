@@ -96,8 +96,8 @@ pub trait Effect: Sync + Send {
     fn begins_before(&self, _shape: &[f64]) -> bool {
         false
     }
-    /// Rows whose signature the recording does not tell, at a standard deviation `noise` of a reading: what they show of the
-    /// effect is left to them when its amplitude is fitted.
+    /// Indices of the rows at which the recording does not determine the signature; they take no part in fitting the
+    /// amplitude. `noise` is the standard deviation of a reading in the unit of the rows.
     fn undetermined_rows(&self, _rows: &Rows, _noise: f64) -> Vec<usize> {
         Vec::new()
     }
