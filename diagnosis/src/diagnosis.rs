@@ -16,7 +16,7 @@ use crate::model::Model;
 use crate::observe::{ObserveError, Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::{Rows, mean, rms};
-use crate::screened::Screened;
+use crate::screened::{Screened, Seen};
 use crate::search::Found;
 use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
 
@@ -123,15 +123,16 @@ fn of_readings(
     mirror: &Mirror,
     options: &Options,
 ) -> Result<(Outcome, Vec<(usize, BadRow)>), ObserveError> {
-    let (recording, simulated, held_out) = screened.parts();
+    let (seen, simulated, held_out) = screened.parts();
+    let recording = seen.recording;
     let full = observe(recording, mirror, simulated, options.base)?;
     let Condensed { mut rows, cell_of } = condense(&full);
     generic::keep_strongest_columns(&mut rows);
     let (rows, cell_of) = (&rows, &cell_of);
-    let other = held_out.map(|r| observe(r, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
+    let other = held_out.map(|r| observe(r.recording, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
     let hand_on = HandOn {
-        recording,
+        seen,
         mirror,
         full: &full,
         rows,
@@ -152,7 +153,7 @@ fn of_readings(
     };
     if let Some((other, other_rows)) = &other {
         let offset = |file: &Coefficients| score(other, other_rows, file);
-        fit.held_out_by = other.file.clone();
+        fit.held_out_by = other.recording.file.clone();
         let before = hand_on.file(&before, None);
         fit.before = Score { held_out_rms: before.ok().as_ref().and_then(offset), ..fit.before };
         fit.after = Score { held_out_rms: file.as_ref().ok().and_then(offset), ..fit.after };
@@ -224,7 +225,7 @@ fn map(explanation: &Explanation, effects: &[Box<dyn Effect>]) -> Vec<(String, f
 }
 
 /// Root mean square of the corrected reading's error on another recording, its own offset removed.
-fn score(other: &Recording, rows: &Rows, coefficients: &Coefficients) -> Option<f64> {
+fn score(other: &Seen<'_>, rows: &Rows, coefficients: &Coefficients) -> Option<f64> {
     let error = refit::errors(coefficients, other, rows)?;
     let offset = mean(&error);
     Some(rms(&error.iter().map(|e| e - offset).collect::<Vec<f64>>()))

@@ -13,12 +13,13 @@ use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model};
 use crate::refit;
 use crate::rows::{Rows, mean, range};
+use crate::screened::Seen;
 use crate::thresholds::hand_on::MARGIN;
 
 /// Everything that turns a model of a recording into what is handed on, and counts what that leaves.
 pub struct HandOn<'a> {
-    /// The recording, bad rows left out.
-    pub recording: &'a Recording,
+    /// The recording, and how `apply` will see it.
+    pub seen: Seen<'a>,
     /// The nominal mirror.
     pub mirror: &'a Mirror,
     /// Every row of it.
@@ -61,20 +62,20 @@ impl HandOn<'_> {
         if self.rows.order.is_some() || self.rows.whole_turn().is_some() || self.simulated {
             return None;
         }
-        let chosen = fitter::choose_order(self.recording, self.mirror, &fitter::Options::default());
+        let chosen = fitter::choose_order(self.seen.recording, self.mirror, &fitter::Options::default());
         chosen.ok().map(|selection| selection.chosen)
     }
 
     /// The model fitted where it is used, one term per effect.
     fn refitted(&self, model: &Model, held: Option<&[bool]>) -> Coefficients {
         let mut file =
-            coefficients(self.recording, self.mirror, self.rows, self.catalogue, model, self.command);
+            coefficients(self.seen.recording, self.mirror, self.rows, self.catalogue, model, self.command);
         describe(&mut file, self.full);
         if let Some(most) = self.harmonics {
             refit::keep_strongest(&mut file, most);
         }
         let used: Vec<bool> = self.cell_of.iter().map(|cell| held.is_none_or(|held| !held[*cell])).collect();
-        refit::refit(&mut file, self.recording, self.full, &used, self.rows.len(), self.harmonics);
+        refit::refit(&mut file, &self.seen, self.full, &used, self.rows.len(), self.harmonics);
         file
     }
 
@@ -111,7 +112,7 @@ impl HandOn<'_> {
 
     /// The same of a file.
     pub fn left_by(&self, file: &Coefficients, held: Option<&[bool]>) -> Option<Vec<f64>> {
-        self.without_offset(refit::errors(file, self.recording, self.full)?, held)
+        self.without_offset(refit::errors(file, &self.seen, self.full)?, held)
     }
 
     fn without_offset(&self, mut left: Vec<f64>, held: Option<&[bool]>) -> Option<Vec<f64>> {

@@ -8,10 +8,11 @@
 
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::{Observables, Operator, Periodic, Term};
-use fitter::{Coefficients, Recording};
+use fitter::Coefficients;
 
 use crate::linear::least_squares;
 use crate::rows::{Rows, range, rms};
+use crate::screened::Seen;
 use crate::thresholds::refit::{GAIN, HARMONIC_GAIN, MOST_HARMONICS, MOST_ROWS, STEEP, STEPS};
 
 /// Keeps the `most` strongest harmonics of every periodic term.
@@ -42,7 +43,7 @@ pub fn keep_strongest(file: &mut Coefficients, most: usize) {
 /// is. Harmonics that are too short for means of rows are added where single rows show them, `most` at most.
 pub fn refit(
     file: &mut Coefficients,
-    recording: &Recording,
+    seen: &Seen<'_>,
     rows: &Rows,
     used: &[bool],
     searched: usize,
@@ -55,14 +56,14 @@ pub fn refit(
     {
         return;
     }
-    let Some(mut left) = settle(file, recording, rows, used) else { return };
+    let Some(mut left) = settle(file, seen, rows, used) else { return };
     if !means {
         return;
     }
     let most = most.map_or(MOST_HARMONICS, |most| most.min(MOST_HARMONICS));
     for k in 0..file.terms.len() {
         while let Some(mut richer) = with_harmonic(file, k, rows.step(), most) {
-            let Some(next) = settle(&mut richer, recording, rows, used) else { break };
+            let Some(next) = settle(&mut richer, seen, rows, used) else { break };
             if next > HARMONIC_GAIN * left {
                 break;
             }
@@ -93,16 +94,16 @@ fn with_harmonic(file: &Coefficients, k: usize, step: f64, most: usize) -> Optio
 
 /// Gauss–Newton steps until nothing is gained; what is then left of the used rows. None where the file cannot be
 /// applied.
-fn settle(file: &mut Coefficients, recording: &Recording, rows: &Rows, used: &[bool]) -> Option<f64> {
+fn settle(file: &mut Coefficients, seen: &Seen<'_>, rows: &Rows, used: &[bool]) -> Option<f64> {
     let of_used = |left: &[f64]| -> f64 {
         rms(&left.iter().zip(used).filter(|(_, used)| **used).map(|(left, _)| *left).collect::<Vec<f64>>())
     };
-    let mut left = errors(file, recording, rows)?;
+    let mut left = errors(file, seen, rows)?;
     for _ in 0..STEPS {
         let before = of_used(&left);
         let mut next = file.clone();
-        step(&mut next, recording, rows, &left, used)?;
-        let Some(errors) = errors(&next, recording, rows).filter(|_| steepest(&next) < STEEP.1) else {
+        step(&mut next, seen, rows, &left, used)?;
+        let Some(errors) = errors(&next, seen, rows).filter(|_| steepest(&next) < STEEP.1) else {
             break;
         };
         let after = of_used(&errors);
@@ -132,8 +133,8 @@ fn periodic(term: &Term) -> Option<&Periodic> {
 
 /// Corrected reading less the reference, row by row, in the recording's unit; of a sensor that turns within half a
 /// turn. None where the file cannot be applied.
-pub fn errors(file: &Coefficients, recording: &Recording, rows: &Rows) -> Option<Vec<f64>> {
-    let applied = fitter::apply(recording, file).ok()?;
+pub fn errors(file: &Coefficients, seen: &Seen<'_>, rows: &Rows) -> Option<Vec<f64>> {
+    let corrected = seen.corrected(file)?;
     let per = file.sensor.per_internal();
     let turn = match &file.sensor {
         Sensor::Direct { revolution, .. } => *revolution,
@@ -143,13 +144,13 @@ pub fn errors(file: &Coefficients, recording: &Recording, rows: &Rows) -> Option
         let error = c * per - t;
         turn.map_or(error, |turn| error - turn * (error / turn).round())
     };
-    Some(applied.corrected.iter().zip(&rows.truth).map(error).collect())
+    Some(corrected.iter().zip(&rows.truth).map(error).collect())
 }
 
 /// One Gauss–Newton step from the errors `left`.
 fn step(
     file: &mut Coefficients,
-    recording: &Recording,
+    seen: &Seen<'_>,
     rows: &Rows,
     left: &[f64],
     used: &[bool],
@@ -185,7 +186,7 @@ fn step(
                 }
             }
         } else {
-            let raw = term.operator.columns(&Observables { recording, sensor: &file.sensor }).ok()?;
+            let raw = term.operator.columns(&Observables { recording: seen.recording, sensor: &file.sensor }).ok()?;
             columns.extend(raw.iter().map(|c| c.iter().zip(&gain).map(|(c, gain)| c * gain).collect()));
         }
     }

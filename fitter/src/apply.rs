@@ -14,7 +14,7 @@ use thiserror::Error;
 
 use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
-use crate::faults::{self, BadRow, Fault};
+use crate::faults::{self, BadRow};
 use crate::output::{OutputError, write_whole};
 use crate::recording::{Readings, Recording};
 use crate::terms::{self, Evaluated, Observables};
@@ -129,7 +129,7 @@ pub struct Applied {
 /// # Errors
 /// [`ApplyError`] if the recording is of another kind of sensor, or in another unit.
 pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
-    without(recording, coefficients, &[])
+    without(recording, coefficients, Vec::new())
 }
 
 /// Corrects every row of a recording. What the correction remembers passes over rows with a cell that cannot be a
@@ -138,24 +138,29 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
 /// # Errors
 /// As [`apply`].
 pub fn apply_screened(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
-    without(recording, coefficients, &used_and_bad(recording, coefficients))
+    // Without terms no row depends on another: there only a reading matters for which the whole recording would pass
+    // for one in another unit.
+    let needed =
+        !coefficients.terms.is_empty() || in_another_unit(range(recording, 0..recording.rows()), coefficients);
+    let bad = if needed { faults::bad_rows(recording, &coefficients.sensor) } else { Vec::new() };
+    apply_passing_over(recording, coefficients, &bad)
 }
 
-/// Cells that cannot be readings, in columns that the correction uses. Without terms no row depends on another: there
-/// only a reading matters for which the whole recording would pass for one in another unit.
-fn used_and_bad(recording: &Recording, coefficients: &Coefficients) -> Vec<Fault> {
-    if coefficients.terms.is_empty() && !in_another_unit(range(recording, 0..recording.rows()), coefficients)
-    {
-        return Vec::new();
-    }
-    let used: Vec<&str> = coefficients.terms.iter().flat_map(|term| term.operator.observables()).collect();
-    let mut screened = recording.clone();
-    screened.further.retain(|column| used.contains(&column.name.as_str()));
+/// As [`apply_screened`], where the cells that cannot be readings are known already. Those in columns that the correction
+/// does not use are no matter.
+///
+/// # Errors
+/// As [`apply`].
+pub fn apply_passing_over(
+    recording: &Recording,
+    coefficients: &Coefficients,
+    bad: &[BadRow],
+) -> Result<Applied, ApplyError> {
     // Lags and rates use the time and the passes.
-    let always = ["t_s", "pass", "x1_mm", "x2_mm", "measured"];
-    let mut found = faults::find(&screened, &coefficients.sensor);
-    found.retain(|fault| always.contains(&fault.column.as_str()) || used.contains(&fault.column.as_str()));
-    found
+    let mut used = vec!["t_s", "pass", "x1_mm", "x2_mm", "measured"];
+    used.extend(coefficients.terms.iter().flat_map(|term| term.operator.observables()));
+    let is_used = |cell: &&BadRow| used.contains(&cell.column.as_str());
+    without(recording, coefficients, bad.iter().filter(is_used).cloned().collect())
 }
 
 /// The smallest and the largest reading of some rows.
@@ -172,11 +177,11 @@ fn in_another_unit((from, to): (f64, f64), coefficients: &Coefficients) -> bool 
     matches!(coefficients.sensor, Sensor::EddyCurrentPair { .. }) && largest > 100.0 * calibrated
 }
 
-/// Corrects every row, as if those of the faults were not there.
+/// Corrects every row, as if those of the bad cells were not there.
 fn without(
     recording: &Recording,
     coefficients: &Coefficients,
-    found: &[Fault],
+    bad_rows: Vec<BadRow>,
 ) -> Result<Applied, ApplyError> {
     let sensor = &coefficients.sensor;
     let (pair, direct) = ("an eddy-current pair", "a direct sensor");
@@ -192,7 +197,8 @@ fn without(
     }
     let valid = &coefficients.valid_range;
     let rows = recording.rows();
-    let kept = faults::without(rows, found);
+    let is_bad = |row: &usize| bad_rows.binary_search_by_key(&recording.line(*row), |bad| bad.line).is_ok();
+    let (passed_over, kept): (Vec<usize>, Vec<usize>) = (0..rows).partition(is_bad);
     let (from, to) = range(recording, kept.iter().copied());
     if in_another_unit((from, to), coefficients) {
         let (variable, valid_from, valid_to) = (valid.variable.clone(), valid.from, valid.to);
@@ -212,7 +218,7 @@ fn without(
     let mut applied = Applied {
         corrected: Vec::with_capacity(rows),
         extrapolated: Vec::with_capacity(rows),
-        bad_rows: found.iter().map(|fault| faults::listed(recording, fault)).collect(),
+        bad_rows,
         notes: Vec::new(),
     };
     for row in 0..rows {
@@ -242,11 +248,11 @@ fn without(
         });
         applied.extrapolated.push(!inside);
     }
-    found.iter().for_each(|fault| applied.extrapolated[fault.row] = false);
+    passed_over.iter().for_each(|row| applied.extrapolated[*row] = false);
     applied.notes = notes(&applied, &evaluated, coefficients, (from, to));
-    found.iter().for_each(|fault| applied.extrapolated[fault.row] = true);
+    passed_over.iter().for_each(|row| applied.extrapolated[*row] = true);
     if let Some(first) = applied.bad_rows.first().cloned() {
-        applied.notes.push(ApplyNote::Bad { first, rows: rows - kept.len() });
+        applied.notes.push(ApplyNote::Bad { first, rows: passed_over.len() });
     }
     Ok(applied)
 }

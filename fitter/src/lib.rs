@@ -38,7 +38,7 @@ pub mod turn;
 pub mod units;
 pub mod weights;
 
-pub use apply::{Applied, ApplyError, ApplyNote, apply, apply_screened};
+pub use apply::{Applied, ApplyError, ApplyNote, apply, apply_passing_over, apply_screened};
 pub use basis::{Basis, MAX_ORDER};
 pub use coefficients::Coefficients;
 pub use error_model::{ErrorModel, Sensor};

@@ -2,6 +2,7 @@
 
 use super::scale::quantile;
 use super::{Fault, limits};
+use crate::figures::plain;
 use crate::limits::LARGEST;
 use crate::recording::{Readings, Recording};
 
@@ -27,6 +28,47 @@ pub fn faults(recording: &Recording) -> Vec<Fault> {
     columns(recording).into_iter().flat_map(|(name, values)| of_column(name, values)).collect()
 }
 
+/// Whether it is what programs write where there is no reading.
+fn is_code(value: f64) -> bool {
+    limits::CODES.contains(&value.abs())
+}
+
+/// The values of a column beside which some are no readings.
+struct Others {
+    from: f64,
+    to: f64,
+    /// How far outside a value is none of theirs.
+    apart: f64,
+}
+
+impl Others {
+    /// All values that are no codes, of the `sorted` ones.
+    fn than_codes(sorted: &[f64]) -> Others {
+        let others: Vec<f64> = sorted.iter().copied().filter(|value| !is_code(*value)).collect();
+        let (Some(from), Some(to)) = (others.first().copied(), others.last().copied()) else {
+            return Others { from: 0.0, to: 0.0, apart: f64::INFINITY };
+        };
+        let widest = others.windows(2).fold(0.0_f64, |widest, pair| widest.max(pair[1] - pair[0]));
+        let codes = sorted.len() - others.len();
+        // Beside one other value a few codes are no readings, and many are the second of two states.
+        let is_state = from == to && codes as f64 > limits::MOST_AFFECTED * sorted.len() as f64;
+        let apart = (limits::CODE_STEPS * widest).max(limits::CODE_PART * (to - from));
+        Others { from, to, apart: if is_state { f64::INFINITY } else { apart } }
+    }
+
+    /// All but the few lowest and highest of the `sorted` ones.
+    fn than_extremes(sorted: &[f64]) -> Others {
+        let (from, to) = (sorted[limits::LONE_ROWS], sorted[sorted.len() - 1 - limits::LONE_ROWS]);
+        Others { from, to, apart: if from < to { limits::LONE * (to - from) } else { f64::INFINITY } }
+    }
+
+    /// How far outside a value lies, as text; none where it may be one of theirs.
+    fn gap(&self, value: f64) -> Option<String> {
+        let outside = (self.from - value).max(value - self.to);
+        (outside > self.apart).then(|| plain(outside))
+    }
+}
+
 fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     let fault = |row: usize, size: f64, reason: String| Fault {
         row,
@@ -46,10 +88,10 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     }
     let [low, tenth, quarter, middle, three_quarters, nine_tenths, high] =
         [0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98].map(|part| quantile(&sorted, part));
-    let others = || (0..values.len()).filter(|row| values[*row].abs() <= LARGEST);
     if low == high {
         // A column that stands still but for one row.
-        let mut different = others().filter(|row| values[*row] != middle);
+        let is_different = |row: &usize| values[*row].abs() <= LARGEST && values[*row] != middle;
+        let mut different = (0..values.len()).filter(is_different);
         if let (Some(row), None) = (different.next(), different.next()) {
             let reason = format!("all other rows have {middle}");
             found.push(fault(row, f64::INFINITY, reason));
@@ -59,28 +101,22 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     // no wrong column.
     let stands = 2.0 * (nine_tenths - tenth) / limits::ABSURD;
     let spread = (three_quarters - quarter).max(1e-3 * middle.abs()).max(stands);
-    if spread == 0.0 {
-        return found;
-    }
-    let is_code = |v: f64| limits::CODES.contains(&v.abs());
-    let (from, to) = (sorted.iter().filter(|v| !is_code(**v)))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
-    for row in others() {
-        let value = values[row];
-        let size = (value - middle).abs() / spread;
-        let outside = value < from - 0.5 * spread || value > to + 0.5 * spread;
+    let (no_codes, no_lone) = (Others::than_codes(&sorted), Others::than_extremes(&sorted));
+    for (row, value) in values.iter().enumerate() {
         let listed = found.iter().any(|fault| fault.row == row);
-        if listed {
+        if listed || value.abs() > LARGEST {
             continue;
         }
-        if is_code(value) && outside && size > limits::CODE {
-            let reason = format!(
-                "what programs write for \"no reading\": {size:.0} times the column's spread away from its median \
-                 {middle}"
-            );
-            found.push(fault(row, size, reason));
-        } else if size > limits::ABSURD && low != high && name != "t_s" {
+        let size = (value - middle).abs() / spread;
+        if let (true, Some(gap)) = (is_code(*value), no_codes.gap(*value)) {
+            let reason = format!("what programs write for \"no reading\", {gap} away from all other values");
+            found.push(fault(row, f64::INFINITY, reason));
+        } else if name == "t_s" {
             // Of times the clock decides: a pause may be long.
+        } else if let Some(gap) = no_lone.gap(*value) {
+            let reason = format!("{gap} away from all other values, which span {}", plain(no_lone.to - no_lone.from));
+            found.push(fault(row, f64::INFINITY, reason));
+        } else if spread > 0.0 && size > limits::ABSURD && low != high {
             let reason =
                 format!("{size:.0} times the column's spread (25 % to 75 %) away from its median {middle}");
             found.push(fault(row, size, reason));

@@ -91,8 +91,15 @@ pub const TIME_ORDER: usize = 3;
 /// A value this many times the spread of the column (25 % to 75 %) away from its median cannot be a reading of the same
 /// quantity, alone or not.
 pub const ABSURD: f64 = 1e4;
-/// A value that programs write for "no reading" is one from this many times the spread on.
-pub const CODE: f64 = 5.0;
+/// A value that programs write for "no reading" is one where it lies outside all other values by this many times the
+/// widest step between them: no further position of the same series.
+pub const CODE_STEPS: f64 = 2.0;
+/// It lies outside them by this part of their range as well: a dense scan may end at such a value.
+pub const CODE_PART: f64 = 0.2;
+/// A value outside all others by this many times their whole range cannot be a reading of the same series,
+pub const LONE: f64 = 5.0;
+/// where at most so many do: more are a place where the sensor was.
+pub const LONE_ROWS: usize = 2;
 /// What programs and converters write where there is no reading.
 pub const CODES: [f64; 14] = [
     999.0,

@@ -106,6 +106,11 @@ pub fn screen<'a>(recording: Cow<'a, Recording>, sensor: &Sensor) -> Result<Scre
     Ok(Screened { recording: clean, kept, bad_rows, notes })
 }
 
+/// The cells that cannot be readings, in the order of the file.
+pub fn bad_rows(recording: &Recording, sensor: &Sensor) -> Vec<BadRow> {
+    find(recording, sensor).iter().map(|fault| listed(recording, fault)).collect()
+}
+
 /// The cells that cannot be readings, in the order of the file; no further ones are looked for once too much of the
 /// recording is affected.
 pub(crate) fn find(recording: &Recording, sensor: &Sensor) -> Vec<Fault> {
@@ -177,7 +182,7 @@ fn selected(recording: &Recording, kept: &[usize]) -> Recording {
     clean
 }
 
-/// A fault as it is told.
+/// A fault as it is reported.
 pub(crate) fn listed(recording: &Recording, fault: &Fault) -> BadRow {
     BadRow {
         line: recording.line(fault.row),

@@ -75,6 +75,35 @@ fn times_that_stand_for_no_time_are_listed() {
     assert_eq!(listed(&recording), [(60, "t_s".to_string()), (61, "t_s".to_string())]);
 }
 
+/// A code beside values nearly as large, in rows that follow one another.
+#[test]
+fn codes_beside_large_values_are_listed() {
+    let (mut recording, _) = default();
+    let Readings::Pair { reference_arcsec: Some(reference), .. } = &mut recording.readings else { panic!() };
+    assert!(reference.iter().any(|value| value.abs() > 5000.0));
+    reference[58..60].fill(-9999.0);
+    let column = "reference_arcsec".to_string();
+    assert_eq!(listed(&recording), [(60, column.clone()), (61, column)]);
+}
+
+/// Of two positions one may be 999.
+#[test]
+fn a_position_is_no_code() {
+    let (mut recording, _) = default();
+    let command = recording.command_deg.as_mut().unwrap();
+    command.iter_mut().enumerate().for_each(|(row, value)| *value = [0.0, 999.0][row / 20 % 2]);
+    assert_eq!(gross::faults(&recording), []);
+}
+
+/// A row whose readings are those of other columns, far from all others.
+#[test]
+fn lone_values_are_listed() {
+    let (mut recording, _) = default();
+    let Readings::Pair { x1_mm, x2_mm, .. } = &mut recording.readings else { panic!() };
+    (x1_mm[58], x2_mm[58]) = (25.0, -31.0);
+    assert_eq!(listed(&recording), [(60, "x1_mm".to_string()), (60, "x2_mm".to_string())]);
+}
+
 /// The last row of a pass: the pause after it hides where the next one would put it.
 #[test]
 fn a_wrong_time_beside_a_pause_is_listed() {

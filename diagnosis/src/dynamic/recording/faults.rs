@@ -68,14 +68,14 @@ fn gross(values: &[f64]) -> Vec<(usize, String)> {
     }
     let of = |(row, value): (usize, &f64)| {
         let size = (value - middle).abs() / spread;
-        let code = limits::CODES.contains(&value.abs()) && size > limits::CODE;
+        let code = limits::CODES.contains(&value.abs()) && size > BEYOND;
         let absurd = size > limits::ABSURD;
         let reason = if value.abs() > LARGEST {
             "beyond any quantity that is measured".to_string()
         } else {
             format!("{size:.0} times the column's spread (5 % to 95 %) away from its median {middle}")
         };
-        (code && size > BEYOND || absurd).then_some((row, reason))
+        (code || absurd).then_some((row, reason))
     };
     values.iter().enumerate().filter_map(of).collect()
 }
