@@ -290,7 +290,8 @@ pub fn fit(
             let mut direction = columns[first].clone();
             basis.project_off(&mut direction);
             let widening = widening(freedom) * crate::memory::spread(noise, &direction, &whole_residual);
-            let beside = Beside { rows, noise, basis, residual, widening, left: &left[index] };
+            let (left, scatter_of_places) = (&left[index][..], rows.scatter_of_places());
+            let beside = Beside { rows, noise, basis, residual, widening, scatter_of_places, left };
             let effect = catalogue[e].as_ref();
             let rivals = rivals(search, effect, &terms, &whole_basis, &whole_residual);
             beside.parameters(effect, &term.shape, &amplitudes, &rivals)

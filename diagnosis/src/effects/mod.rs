@@ -169,6 +169,11 @@ pub trait Effect: Sync + Send {
     /// The effect as a term of the coefficients file, with the factor by which the operator's coefficients
     /// differ from the amplitudes here, one per column.
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed;
+    /// Which of its readings is a place on the angle at which something of one probe stands. It moves along the angle with
+    /// the common mode.
+    fn place_of_a_probe(&self) -> Option<usize> {
+        None
+    }
     /// The parameters as they are reported.
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading>;
 }

@@ -86,6 +86,10 @@ impl Effect for SensorClipping {
         Handed::scaled(Operator::Hinge(Hinge::of(angle_observable(rows), shape[0], side)), shape[1])
     }
 
+    fn place_of_a_probe(&self) -> Option<usize> {
+        Some(0)
+    }
+
     fn readings(&self, rows: &Rows, shape: &[f64], _amplitudes: &[f64]) -> Vec<Reading> {
         let (suffix, per) = edge_unit(rows);
         vec![reading(format!("threshold_{suffix}"), shape[0] / per, suffix)]
