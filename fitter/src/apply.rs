@@ -28,8 +28,8 @@ pub enum ApplyError {
     )]
     OtherSensor { file: String, recording: &'static str, model: &'static str },
     #[error(
-        "{file}: column `{column}` is missing, which `{effect}` of the coefficients depends on; record it, or map it \
-         (--map {column}=…)"
+        "{file}: column `{column}` is missing, which `{effect}` of the coefficients depends on; record it, or map it: \
+         {column}=<your column>"
     )]
     MissingColumn { file: String, column: String, effect: String },
     #[error(
@@ -140,8 +140,8 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
 pub fn apply_screened(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
     // Without terms no row depends on another: there only a reading matters for which the whole recording would pass
     // for one in another unit.
-    let needed =
-        !coefficients.terms.is_empty() || in_another_unit(range(recording, 0..recording.rows()), coefficients);
+    let needed = !coefficients.terms.is_empty()
+        || in_another_unit(range(recording, 0..recording.rows()), coefficients);
     let bad = if needed { faults::bad_rows(recording, &coefficients.sensor) } else { Vec::new() };
     apply_passing_over(recording, coefficients, &bad)
 }

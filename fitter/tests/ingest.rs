@@ -46,6 +46,37 @@ fn delimiter_and_decimal_comma_are_recognised_and_reported() {
     assert!(!expected.notes.iter().any(|note| matches!(note, Note::Dialect(_))));
 }
 
+/// Directions as words, as ones and zeros, or from the motion itself; comments stand anywhere.
+#[test]
+fn directions_and_comments_are_understood() {
+    let expected = plain();
+    let with = |edit: &dyn Fn(&mut Vec<&str>)| {
+        let line = |line: &str| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            edit(&mut fields);
+            fields.join(",") + "\n"
+        };
+        let text: String = CALIBRATION.lines().map(line).collect();
+        Recording::from_bytes("calibration.csv", ("# a bench\n".to_string() + &text).as_bytes()).unwrap()
+    };
+    for [forward, backward] in [["up", "Down"], ["1", "0"], ["+", "-"]] {
+        assert_same(
+            &with(&|fields| match fields[2] {
+                "1" => fields[2] = forward,
+                "-1" => fields[2] = backward,
+                _ => {}
+            }),
+            &expected,
+        );
+    }
+    let without = with(&|fields| {
+        fields.remove(2);
+    });
+    assert_same(&without, &expected);
+    assert!(without.notes.iter().any(|note| note.to_string().contains("from the motion of the readings")));
+    assert_eq!((without.line(0), expected.line(0)), (3, 2));
+}
+
 fn read(path: &Path, map: &[&str], sensor: Option<&Sensor>) -> Result<Recording, fitter::RecordingError> {
     let mappings: Vec<Mapping> = map.iter().map(|map| map.parse().unwrap()).collect();
     let reading = Reading { purpose: Purpose::Fit, mappings: &mappings, sensor };
