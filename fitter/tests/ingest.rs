@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 use std::sync::Arc;
 
 use fitter::recording::{Mapping, Note, Purpose, Reading};
+use fitter::table::{Header, Naming, Table, Use};
 use fitter::{Recording, Sensor};
 use parquet::basic::Compression;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -218,6 +219,11 @@ fn parquet_gives_the_same_recording() {
         let digest = sha2::Sha256::digest(std::fs::read(&path).unwrap());
         assert_eq!(found.sha256, digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
     }
+    // What is not used is not kept, and the numbers are as fine as their shortest decimals.
+    let used = |name: &String| if name == "t_s" { Use::Printed } else { Use::Ignored };
+    let uses = |header: &Header| Ok(header.names.iter().map(used).collect());
+    let table = Table::read(&path, &Naming::default(), &uses, &mut |_| {}).unwrap();
+    assert_eq!((table.columns.len(), table.rounding), (1, 0.01));
     // A null in an optional column is a blank.
     calibration(&path, Compression::SNAPPY, |name, row, value| {
         (name != "temperature_c" || row != 7).then_some(value)

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use fitter::faults::moving;
-use fitter::table::{Header, Lines, Mapping, Naming, Table, family};
+use fitter::table::{Header, Lines, Mapping, Naming, Place, Table, family};
 use motion::Series;
 
 use super::fault::DynamicError;
@@ -43,8 +43,6 @@ pub struct DynamicRecording {
     pub positions: Vec<Vec<f64>>,
     /// Rows of every run, in order, all of the same length.
     pub runs: Vec<Range<usize>>,
-    /// Numbers of the runs as they stand in the file (0 where there is no such column).
-    pub run_numbers: Vec<i64>,
     /// Number of the period of every row, where the excitation is periodic and in steady state.
     pub period: Option<Vec<i64>>,
     /// Amplitude of the excitation of every row.
@@ -85,11 +83,10 @@ impl DynamicRecording {
         let step_s = series.step_s(file, &table.lines, table.rounding, LEAST_ROWS)?;
         let runs = series.runs();
         let number = |run: &Range<usize>| series.run.as_ref().map_or(0, |numbers| numbers[run.start]);
-        let run_numbers: Vec<i64> = runs.iter().map(number).collect();
         let expected = runs[0].len();
-        if let Some(k) = runs.iter().position(|run| run.len() != expected) {
-            let (file, found) = (file.clone(), runs[k].len());
-            let (run, first) = (run_numbers[k], run_numbers[0]);
+        if let Some(other) = runs.iter().find(|run| run.len() != expected) {
+            let (file, found) = (file.clone(), other.len());
+            let (run, first) = (number(other), number(&runs[0]));
             return Err(DynamicError::RunLength { file, run, found, first, expected });
         }
         let names = ["drive", "position"].map(|stem| family(&table.header.names, stem));
@@ -99,14 +96,13 @@ impl DynamicRecording {
             [(&mut drives, &names[0], false), (&mut positions, &names[1], true)]
         {
             for (values, name) in group.iter_mut().zip(names) {
-                let place = |row| table.header.place(table.lines.of(row), name);
+                let place = |row| {
+                    let (line, column) = (table.lines.of(row), name.clone());
+                    Place { file: file.clone(), line, column }
+                };
                 bad_rows.extend(moving::mend(&place, values, &runs, is_position).map_err(Box::new)?);
+                check(file, &table.lines, values, name, is_position)?;
             }
-        }
-        let columns = (drives.iter().zip(&names[0]).map(|column| (column, false)))
-            .chain(positions.iter().zip(&names[1]).map(|column| (column, true)));
-        for ((values, name), is_position) in columns {
-            check(file, &table.lines, values, name, is_position)?;
         }
         let amplitude = table.take("amplitude");
         let Table { file, sha256, .. } = table;
@@ -118,7 +114,6 @@ impl DynamicRecording {
             drives,
             positions,
             runs,
-            run_numbers,
             period,
             amplitude,
             command,
