@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser};
-use fitter::cli::Common;
 use fitter::cli::common::{line, program, say, summarise};
+use fitter::cli::{Common, MapArgs};
 use fitter::output::FileSet;
+use fitter::recording::{Purpose, Reading};
 use fitter::text_safety;
 use fitter::{Mirror, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -38,7 +39,7 @@ Examples:
   diagnose calibration.csv --mirror mirror.toml --out diagnosis
   diagnose monday.csv tuesday.csv --mirror mirror.toml --out diagnosis --no-report
   diagnose calibration.csv --mirror mirror.toml --held-out verification.csv --out diagnosis
-  diagnose motion.csv --plant plant.toml --out diagnosis
+  diagnose motion.csv --plant plant.toml --map position=Encoder:deg --out diagnosis
   diagnose calibration.csv --mirror mirror.toml --out diagnosis --json | jq .[0].verdict";
 
 /// The program: parses the arguments, runs, and prints the message of what went wrong.
@@ -49,7 +50,7 @@ pub fn main() -> ExitCode {
 /// Arguments of `diagnose`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The recordings (CSV, or CSV.gz)
+    /// The recordings (CSV, CSV.gz, or Parquet; - is standard input)
     #[arg(required = true)]
     pub recordings: Vec<PathBuf>,
     /// The nominal mirror (mirror.toml), for static calibration recordings
@@ -64,6 +65,8 @@ pub struct Arguments {
     /// Print the catalogue of effects of static recordings (Markdown) and end
     #[arg(long, exclusive = true)]
     effects: bool,
+    #[command(flatten)]
+    pub(crate) map: MapArgs,
     /// Another recording of the same device, for the held-out figures
     #[arg(long)]
     pub held_out: Option<PathBuf>,
@@ -113,6 +116,8 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
             cli.recordings.len()
         ));
     }
+    let reading = Reading { purpose: Purpose::Fit, mappings: &cli.map.map, sensor: Some(&mirror.sensor) };
+    let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {}).into_diagnostic();
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(simulated::read).transpose().into_diagnostic()?;
     // Everything is read before anything is computed, and computed before anything is written.
@@ -175,15 +180,12 @@ fn one(
     diagnose(recording, mirror, simulated.as_ref(), held_out, options).into_diagnostic()
 }
 
-fn read(path: &Path) -> Result<Recording> {
-    Recording::read(path).into_diagnostic()
-}
-
 /// The stems of the output files; equal ones would overwrite each other.
 pub(crate) fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut stems = Vec::new();
     for path in paths {
+        let path = if fitter::input::is_standard(path) { Path::new("stdin") } else { path };
         let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let name = name.strip_suffix(".gz").unwrap_or(&name);
         let stem = name.strip_suffix(".csv").unwrap_or(name).to_string();
@@ -226,7 +228,8 @@ fn command(cli: &Arguments) -> String {
     let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
     let order = cli.order.map_or_else(String::new, |n| format!(" --order {n}"));
     let turn = cli.turn_harmonics.map_or_else(String::new, |n| format!(" --turn-harmonics {n}"));
-    let command = format!("diagnose {} --mirror {mirror}{order}{turn}{harmonics}", recordings.join(" "));
+    let map: String = cli.map.map.iter().map(|mapping| format!(" --map '{mapping}'")).collect();
+    let command = format!("diagnose {} --mirror {mirror}{map}{order}{turn}{harmonics}", recordings.join(" "));
     text_safety::command(&command)
 }
 

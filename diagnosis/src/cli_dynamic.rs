@@ -14,6 +14,7 @@ use crate::cli::{Arguments, progress, stems, tell, threads};
 use crate::dynamic::diagnose::Predicted;
 use crate::dynamic::linear::{self, diagnose_linear};
 use crate::dynamic::model::Term;
+use crate::dynamic::recording::Reading;
 use crate::dynamic::{self, DynamicOutcome, DynamicRecording, Options, OwnSimulation};
 
 /// Diagnoses dynamic recordings against the plant file.
@@ -28,8 +29,13 @@ pub(crate) fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
             cli.recordings.len()
         ));
     }
-    let command = file.plant.feedback.as_deref();
-    let read = |path: &Path| DynamicRecording::read(path, command).into_diagnostic();
+    let reading = Reading {
+        position_unit: &file.plant.position_unit,
+        drive_unit: &file.plant.drive_unit,
+        command: file.plant.feedback.as_deref(),
+        mappings: &cli.map.map,
+    };
+    let read = |path: &Path| DynamicRecording::read(path, &reading).into_diagnostic();
     let recordings: Vec<DynamicRecording> =
         cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
     let held_out = cli.held_out.as_deref().map(read).transpose()?;

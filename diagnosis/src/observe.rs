@@ -271,10 +271,7 @@ fn note_columns(recording: &Recording, rows: &mut Rows) {
             Note::TextColumn { column } => rows
                 .not_testable
                 .push(format!("{column}: holds no numbers; nothing that depends on it can be tested")),
-            Note::Assumed { column } => rows.not_testable.push(format!(
-                "{column}: missing, all rows are taken as one forward pass; nothing that tells passes or directions \
-                 apart can be tested"
-            )),
+            Note::Assumed { column, taken } => rows.not_testable.push(format!("{column}: missing, {taken}")),
             Note::EmptyPass { .. } => rows.not_testable.push(note.to_string()),
             // How a file was read costs no observable.
             Note::TimeBackward { .. } | Note::Dialect(_) | Note::Mapped { .. } => {}

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use fitter::Recording;
 use fitter::limits::LARGEST;
-use fitter::recording::Readings;
-use fitter::text_safety;
+use fitter::recording::{Place, Readings};
+use fitter::table::{Header, Lines, Naming, Table, Use};
+use fitter::{Recording, RecordingError};
 use thiserror::Error;
 
 use crate::observe::Simulated;
@@ -13,18 +13,15 @@ use crate::observe::Simulated;
 /// Why a simulation is refused.
 #[derive(Debug, Error)]
 pub enum SimulatedError {
-    /// The file cannot be read.
-    #[error("{file}: cannot be read ({reason}); give the path of a CSV with t_s and the predicted reference")]
-    Unreadable { file: String, reason: String },
+    /// It is no table of numbers.
+    #[error(transparent)]
+    Table(#[from] RecordingError),
     /// A column is missing.
-    #[error("{file}: column `{column}` is missing, found {found}; add it")]
-    Column { file: String, column: String, found: String },
-    /// A cell is no number.
-    #[error(
-        "{file}, line {line}, column `{column}`: found `{found}`, expected a number from -{LARGEST:e} to {LARGEST:e}; \
-         correct the cell"
-    )]
-    Cell { file: String, line: u64, column: String, found: String },
+    #[error("{at}: column `{column}` is missing, found {found}; add it")]
+    Column { at: String, column: String, found: String },
+    /// A cell is beyond all measure.
+    #[error("{place}: found `{found}`, expected a number from -{LARGEST:e} to {LARGEST:e}; correct the cell")]
+    Cell { place: Place, found: f64 },
     /// The rows are not those of the recording.
     #[error("{file}: found {found}, expected {expected}; simulate exactly the rows of the recording")]
     Rows { file: String, found: String, expected: String },
@@ -33,55 +30,44 @@ pub enum SimulatedError {
 /// A simulation as read.
 #[derive(Debug, Clone)]
 pub struct Simulation {
-    file: String,
+    header: Header,
     t_s: Vec<f64>,
-    name: String,
+    name: &'static str,
     values: Vec<f64>,
+    lines: Lines,
 }
+
+/// What may be predicted, the first of which that is there is taken.
+const PREDICTED: [&str; 3] = ["reference_arcsec", "reference", "position"];
 
 /// Reads a simulation.
 ///
 /// # Errors
 /// See [`SimulatedError`].
 pub fn read(path: &Path) -> Result<Simulation, SimulatedError> {
-    let file = text_safety::path(path);
-    let unreadable = |reason: String| SimulatedError::Unreadable { file: file.clone(), reason };
-    let text = fitter::input::unpacked(path).map_err(|e| unreadable(e.to_string()))?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&text[..]);
-    let headers: Vec<String> =
-        reader.headers().map_err(|e| unreadable(e.to_string()))?.iter().map(String::from).collect();
-    let find = |name: &str| headers.iter().position(|h| h == name);
-    let missing = |column: &str| SimulatedError::Column {
-        file: file.clone(),
-        column: column.into(),
-        found: headers.join(", "),
+    let predicted = |header: &Header| PREDICTED.into_iter().find(|name| header.has(name));
+    let uses = |header: &Header| {
+        header.require(&["t_s"])?;
+        let used = |name: &String| name == "t_s" || predicted(header) == Some(name);
+        Ok(header.names.iter().map(|name| if used(name) { Use::Needed } else { Use::Ignored }).collect())
     };
-    let time = find("t_s").ok_or_else(|| missing("t_s"))?;
-    let predicted = find("reference_arcsec")
-        .or_else(|| find("reference"))
-        .or_else(|| find("position"))
-        .ok_or_else(|| missing("reference_arcsec (or reference, or position)"))?;
-    let mut simulation = Simulation {
-        file: file.clone(),
-        t_s: Vec::new(),
-        name: headers[predicted].clone(),
-        values: Vec::new(),
+    let mut table = Table::read(path, &Naming::default(), &uses, &mut |_| {})?;
+    let Some(name) = predicted(&table.header) else {
+        let column = PREDICTED.join("` or `");
+        return Err(SimulatedError::Column { found: table.header.listed(), at: table.header.at, column });
     };
-    for (k, record) in reader.records().enumerate() {
-        let record = record.map_err(|e| unreadable(e.to_string()))?;
-        let number = |column: usize| -> Result<f64, SimulatedError> {
-            let text = record.get(column).unwrap_or("");
-            text.parse::<f64>().ok().filter(|v| v.abs() <= LARGEST).ok_or_else(|| SimulatedError::Cell {
-                file: file.clone(),
-                line: k as u64 + 2,
-                column: headers[column].clone(),
-                found: text.into(),
-            })
-        };
-        simulation.t_s.push(number(time)?);
-        simulation.values.push(number(predicted)?);
-    }
-    Ok(simulation)
+    let mut column = |name: &str| -> Result<Vec<f64>, SimulatedError> {
+        let values = table.take(name).unwrap_or_default();
+        match values.iter().position(|value| value.abs() > LARGEST) {
+            None => Ok(values),
+            Some(row) => {
+                let place = table.header.place(table.lines.of(row), name);
+                Err(SimulatedError::Cell { place, found: values[row] })
+            }
+        }
+    };
+    let (t_s, values) = (column("t_s")?, column(name)?);
+    Ok(Simulation { header: table.header, t_s, name, values, lines: table.lines })
 }
 
 impl Simulation {
@@ -109,14 +95,14 @@ impl Simulation {
     fn rows_of(&self, wanted: &str, time_s: &[f64]) -> Result<Vec<f64>, SimulatedError> {
         if self.name != wanted {
             return Err(SimulatedError::Column {
-                file: self.file.clone(),
+                at: self.header.at.clone(),
                 column: wanted.into(),
-                found: self.name.clone(),
+                found: self.header.listed(),
             });
         }
         if self.values.len() != time_s.len() {
             return Err(SimulatedError::Rows {
-                file: self.file.clone(),
+                file: self.header.file.clone(),
                 found: format!("{} rows", self.values.len()),
                 expected: format!("{} rows", time_s.len()),
             });
@@ -125,8 +111,8 @@ impl Simulation {
         let apart = (0..time_s.len()).find(|&i| (self.t_s[i] - time_s[i]).abs() > 1e-3);
         if let Some(i) = apart {
             return Err(SimulatedError::Rows {
-                file: self.file.clone(),
-                found: format!("t_s = {} on line {}", self.t_s[i], i + 2),
+                file: self.header.file.clone(),
+                found: format!("t_s = {} on line {}", self.t_s[i], self.lines.of(i)),
                 expected: format!("t_s = {}", time_s[i]),
             });
         }

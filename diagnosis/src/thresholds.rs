@@ -437,27 +437,6 @@ pub mod dynamic {
     pub mod recording {
         /// Least number of rows of a run.
         pub const LEAST_ROWS: usize = 200;
-
-        /// See [`crate::dynamic::recording::checks`].
-        pub mod checks {
-            /// Part of the read-out's rows at one extreme from which on it counts as cut off.
-            pub const CUT_OFF_PART: f64 = 2e-3;
-            /// Rows in a row at one extreme that a moving mechanism does not show by chance.
-            pub const CUT_OFF_ROWS: usize = 5;
-        }
-
-        /// See [`crate::dynamic::recording::faults`].
-        pub mod faults {
-            /// Multiples of the scatter around it from which on a single position counts as wrong. A position that jumps and is back
-            /// at the next sample would need an acceleration that no other sample shows.
-            pub const SPIKE: f64 = 20.0;
-            /// Samples around from which that scatter is taken.
-            pub const AROUND: usize = 100;
-            /// How nearly the samples beside a spike must show its image, a cubic's weight of it, as a part of it.
-            pub const IMAGE: f64 = 0.25;
-            /// Spread of a column in multiples of that of its middle nine tenths beyond which a value is no reading.
-            pub const BEYOND: f64 = 50.0;
-        }
     }
 
     /// See [`crate::dynamic::remainder`].

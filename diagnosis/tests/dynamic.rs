@@ -197,7 +197,7 @@ fn bad_input_is_refused_in_one_message() {
         (&csv(&clipped), "reduce the drive or extend the range", "largest 300"),
         (&runs, "run 1 has 250 rows", "350"),
         (&good.replace("0.0100,", "0.0100,x"), "expected a number", "line 22"),
-        (&good.replace("position", "angle"), "column `position` is missing", "t_s, drive, angle"),
+        (&good.replace("position", "angle"), "column `position` is missing", "`t_s`, `drive`, `angle`"),
         ("t_s,drive,position\n", "no reading", "bad.csv"),
     ];
     for (text, expected, also) in cases {
@@ -229,6 +229,32 @@ fn bad_input_is_refused_in_one_message() {
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("did you mean `coulomb_friction`?"));
     assert!(!Path::new(&scene.path("out")).exists(), "something was written");
+}
+
+/// Semicolons, decimal commas, comments, other names and units: the same answer.
+#[test]
+fn another_dialect_with_mapped_columns_gives_the_same_answer() {
+    let scene = Scene::new();
+    let good = csv(&made(3000, |_, v| -3e-5 * v * v.abs()));
+    let plain = scene.write("plain.csv", &good);
+    assert!(scene.diagnose(&plain, &[]).status.success());
+    let text = good.replacen("t_s,drive,position", "Time,Coil,Angle", 1).replace(',', ";").replace('.', ",");
+    let other = scene.write("other.csv", &format!("# exported\n{text}"));
+    let map = ["--map", "t_s=Time", "--map", "drive=Coil:A", "--map", "position=Angle:arcsec"];
+    let output = scene.diagnose(&other, &map);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let without_name = |stem: &str| {
+        let mut json = scene.json(stem);
+        json["recording"] = "".into();
+        json
+    };
+    assert_eq!(without_name("other"), without_name("plain"));
+    let output = scene.diagnose(&other, &["--map", "drive=Coil:deg"]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("its unit in") && said.contains("converts into A"), "{said}");
+    let said = String::from_utf8(scene.diagnose(&other, &[]).stderr).expect("text");
+    let missing = "columns `t_s`, `drive`, `position` are missing";
+    assert!(said.contains("other.csv, line 2") && said.contains(missing), "{said}");
 }
 
 /// What the plant file gives is fitted with the plant, and not named again.
@@ -325,7 +351,8 @@ fn force_error(recording: &Path, simulated: &str) -> f64 {
     use diagnosis::dynamic::feedback::filter::low_pass;
 
     const LEFT_OUT: usize = 300;
-    let recording = diagnosis::dynamic::DynamicRecording::read(recording, None).expect("a recording");
+    let recording =
+        diagnosis::dynamic::DynamicRecording::read(recording, &Default::default()).expect("a recording");
     let mut file = csv::Reader::from_path(simulated).expect("a simulation");
     let after = file.headers().expect("a header").iter().position(|name| name == "after").expect("a column");
     let predicted: Vec<f64> =
@@ -351,7 +378,8 @@ fn a_cubic_stiffness_alone_on_the_silverbox() {
     use diagnosis::dynamic::{DynamicRecording, effects, score, start};
 
     let Some(folder) = folder("ARCSMITH_RECORDINGS") else { return };
-    let read = |name: &str| DynamicRecording::read(&folder.join(name), None).expect("a recording");
+    let read =
+        |name: &str| DynamicRecording::read(&folder.join(name), &Default::default()).expect("a recording");
     let train = read("silverbox-train.csv.gz");
     let data = Data::new(&train);
     let windows = data.windows(16_384);

@@ -41,7 +41,7 @@ fn hysteresis_of_the_piezos_is_located_named_and_modelled() {
         println!("skipped: set ARCSMITH_RECORDINGS to a folder with fsm-train.csv.gz (Floren et al. 2024)");
         return;
     };
-    let recording = DynamicRecording::read(&path, None).unwrap();
+    let recording = DynamicRecording::read(&path, &Default::default()).unwrap();
     let plant = PlantFile::parse("fsm.toml", PLANT).unwrap();
     let outcome = diagnose_linear(&recording, &plant, None, None, &[]).unwrap();
     let d = &outcome.diagnosis;

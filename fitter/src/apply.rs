@@ -28,8 +28,8 @@ pub enum ApplyError {
     )]
     OtherSensor { file: String, recording: &'static str, model: &'static str },
     #[error(
-        "{file}: column `{column}` is missing, which `{effect}` of the coefficients depends on; record it, or map it \
-         (--map {column}=…)"
+        "{file}: column `{column}` is missing, which `{effect}` of the coefficients depends on; record it, or map it: \
+         {column}=<your column>"
     )]
     MissingColumn { file: String, column: String, effect: String },
     #[error(

@@ -31,6 +31,7 @@ pub mod recording;
 pub mod report;
 pub mod statistics;
 pub mod summary;
+pub mod table;
 pub mod terms;
 pub mod text_safety;
 mod trust_region;

@@ -6,7 +6,8 @@ use thiserror::Error;
 use toml::{Table, Value};
 
 use crate::error_model::Sensor;
-use crate::recording::nearest;
+use crate::input::{self, Misplaced};
+use crate::table::nearest;
 use crate::text_safety;
 
 /// What `fitter init` writes for two eddy-current probes.
@@ -30,6 +31,8 @@ pub struct Mirror {
 /// Why a mirror file is refused.
 #[derive(Debug, Error)]
 pub enum MirrorError {
+    #[error(transparent)]
+    Misplaced(#[from] Misplaced),
     #[error("{file}: cannot be read ({reason}); give the path of a mirror.toml")]
     Unreadable { file: String, reason: String },
     #[error("{file}, line {line}: is not TOML ({reason}); correct the line")]
@@ -66,7 +69,7 @@ impl Mirror {
     /// One of [`MirrorError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<Mirror, MirrorError> {
         let file = text_safety::path(path);
-        match crate::input::parsed(path) {
+        match input::parsed(path) {
             Ok(text) => Mirror::parse(&file, &text),
             Err(error) => Err(MirrorError::Unreadable { file, reason: error.to_string() }),
         }
@@ -77,6 +80,7 @@ impl Mirror {
     /// # Errors
     /// As [`Mirror::read`].
     pub fn parse(file: &str, text: &str) -> Result<Mirror, MirrorError> {
+        input::expect(file, text.as_bytes(), input::Kind::Mirror)?;
         let table: Table = text.parse().map_err(|error: toml::de::Error| MirrorError::Syntax {
             file: file.to_string(),
             line: error.span().map_or(0, |span| 1 + text[..span.start].matches('\n').count()),

@@ -37,7 +37,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::recording::nearest;
+use crate::input::{self, Misplaced};
+use crate::table::nearest;
 use crate::text_safety;
 
 /// A whole `plant.toml`.
@@ -197,6 +198,8 @@ pub struct StateSpace {
 /// Why a plant file is refused.
 #[derive(Debug, Error)]
 pub enum PlantError {
+    #[error(transparent)]
+    Misplaced(#[from] Misplaced),
     #[error("{file}: cannot be read ({reason}); give the path of a plant.toml")]
     Unreadable { file: String, reason: String },
     #[error("{file}, line {line}: {reason}; correct the line")]
@@ -238,7 +241,7 @@ impl PlantFile {
     /// One of [`PlantError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<PlantFile, PlantError> {
         let file = text_safety::path(path);
-        match crate::input::parsed(path) {
+        match input::parsed(path) {
             Ok(text) => PlantFile::parse(&file, &text),
             Err(error) => Err(PlantError::Unreadable { file, reason: error.to_string() }),
         }
@@ -249,6 +252,7 @@ impl PlantFile {
     /// # Errors
     /// As [`PlantFile::read`].
     pub fn parse(file: &str, text: &str) -> Result<PlantFile, PlantError> {
+        input::expect(file, text.as_bytes(), input::Kind::Plant)?;
         let syntax = |error: toml::de::Error| PlantError::Syntax {
             file: file.to_string(),
             line: error.span().map_or(0, |span| 1 + text[..span.start].matches('\n').count()),

@@ -7,6 +7,8 @@ const CALIBRATION: &str = include_str!("../data/calibration.csv");
 const MIRROR: &str = "[geometry]\nprobe_distance_mm = 12.0\ninitial_gap_mm = 0.3\n";
 const DIRECT: &str = "[sensor]\nkind = \"direct\"\nunit = \"mm\"\n";
 
+const PLANT: &str = "# a plant\n[plant]\nkind = \"linear\"\n";
+
 /// The files of one case, and what is expected.
 struct Case {
     name: &'static str,
@@ -105,10 +107,16 @@ fn cases() -> Vec<Case> {
     let mut latin1 = CALIBRATION.replacen("temperature_c", "temperature_XC", 1).into_bytes();
     let at = latin1.windows(2).position(|pair| pair == b"XC").unwrap();
     latin1[at] = 0xb0;
+    let utf16: Vec<u8> = CALIBRATION.encode_utf16().flat_map(u16::to_le_bytes).collect();
     vec![
         case("empty file", "", &["recording.csv: is empty", "expected a header"]),
         case("header only", CALIBRATION.lines().next().unwrap(), &["has a header but no reading"]),
         case("missing column", without("x2_mm"), &["line 1", "column `x2_mm` is missing", "found `t_s`"]),
+        case(
+            "several missing columns",
+            CALIBRATION.replacen("x1_mm,x2_mm", "left,right", 1),
+            &["columns `x1_mm`, `x2_mm` are missing", "x1_mm=<your column> x2_mm=<your column>"],
+        ),
         case(
             "misspelt column",
             CALIBRATION.replacen("reference_arcsec", "reference_arcsecs", 1),
@@ -159,7 +167,7 @@ fn cases() -> Vec<Case> {
         },
         Case {
             arguments: &["--map", "x1_mm=x2_mm:deg"],
-            ..case("unit that does not convert", CALIBRATION, &["--map x1_mm", "`deg`", "into mm"])
+            ..case("unit that does not convert", CALIBRATION, &["x1_mm is mapped", "`deg`", "into mm"])
         },
         Case {
             arguments: &["--map", "x1_mm=x2_mm:parsec"],
@@ -171,6 +179,17 @@ fn cases() -> Vec<Case> {
         },
         case("pass that is no whole number", with(5, "pass", "1.5"), &["line 5, column `pass`", "`1.5`"]),
         case("direction 0", with(6, "direction", "0"), &["line 6, column `direction`", "1 (forward)"]),
+        case(
+            "comments",
+            format!("# by the bench\n#\n{}", with(7, "x1_mm", "abc").replacen('\n', "\n# begins\n", 1)),
+            &["line 10, column `x1_mm`"],
+        ),
+        case("UTF-16", utf16, &["recording.csv: is UTF-16", "save it as UTF-8"]),
+        case("mirror as recording", MIRROR, &["is a mirror file (TOML), expected a recording"]),
+        case("plant as recording", PLANT, &["is a plant file (TOML), expected a recording"]),
+        case("JSON as recording", "{\"a\": 1}", &["is JSON, expected a recording"]),
+        mirror("recording as mirror", CALIBRATION, &["is a recording, expected a mirror file (TOML)"]),
+        mirror("plant as mirror", PLANT, &["is a plant file (TOML), expected a mirror file (TOML)"]),
         case("latin-1", latin1, &["line 1", "not UTF-8"]),
         Case { file: "recording.csv.gz", ..case("gzip cut short", gzip_cut, &["not a whole gzip file"]) },
         Case { file: "recording.csv.gz", ..case("no gzip", CALIBRATION, &["not a whole gzip file"]) },
@@ -398,7 +417,8 @@ fn damaged_coefficients() {
         format!("\"order\": {}", good.split("\"order\": ").nth(1).unwrap().split(',').next().unwrap());
     let first = good.find("\"coefficients\": [").unwrap() + 17;
     let digit = first + good[first..].find(|sign: char| sign.is_ascii_digit() && sign != '0').unwrap();
-    let cases: [(&str, String, &[&str]); 9] = [
+    let cases: [(&str, String, &[&str]); 10] = [
+        ("a recording", CALIBRATION.to_string(), &["is a recording, expected a coefficients file (JSON)"]),
         (
             "a coefficient edited",
             format!(
@@ -434,6 +454,12 @@ fn damaged_coefficients() {
     }
     let arguments = ["apply", "recording.csv", "--coefficients", "none.json", "--out", "angles.csv"];
     assert_refused("no coefficients", path, &arguments, &["none.json: cannot be read"]);
+    assert_refused(
+        "coefficients as recording",
+        path,
+        &["apply", "good.json", "--coefficients", "good.json", "--out", "angles.csv"],
+        &["is a coefficients file (JSON), expected a recording"],
+    );
     std::fs::write(path.join("direct.csv"), sweep(|x| x)).unwrap();
     let arguments = ["apply", "direct.csv", "--coefficients", "good.json", "--out", "angles.csv"];
     assert_refused("other sensor", path, &arguments, &["columns of a direct sensor"]);

@@ -6,6 +6,7 @@ use std::process::{Command, Output};
 use std::sync::Arc;
 
 use fitter::recording::{Mapping, Note, Purpose, Reading};
+use fitter::table::{Header, Naming, Table, Use};
 use fitter::{Recording, Sensor};
 use parquet::basic::Compression;
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -44,6 +45,37 @@ fn delimiter_and_decimal_comma_are_recognised_and_reported() {
         assert!(found.notes.iter().any(|note| note.to_string().contains(said)), "{:?}", found.notes);
     }
     assert!(!expected.notes.iter().any(|note| matches!(note, Note::Dialect(_))));
+}
+
+/// Directions as words, as ones and zeros, or from the motion itself; comments stand anywhere.
+#[test]
+fn directions_and_comments_are_understood() {
+    let expected = plain();
+    let with = |edit: &dyn Fn(&mut Vec<&str>)| {
+        let line = |line: &str| {
+            let mut fields: Vec<&str> = line.split(',').collect();
+            edit(&mut fields);
+            fields.join(",") + "\n"
+        };
+        let text: String = CALIBRATION.lines().map(line).collect();
+        Recording::from_bytes("calibration.csv", ("# a bench\n".to_string() + &text).as_bytes()).unwrap()
+    };
+    for [forward, backward] in [["up", "Down"], ["1", "0"], ["+", "-"]] {
+        assert_same(
+            &with(&|fields| match fields[2] {
+                "1" => fields[2] = forward,
+                "-1" => fields[2] = backward,
+                _ => {}
+            }),
+            &expected,
+        );
+    }
+    let without = with(&|fields| {
+        fields.remove(2);
+    });
+    assert_same(&without, &expected);
+    assert!(without.notes.iter().any(|note| note.to_string().contains("from the motion of the readings")));
+    assert_eq!((without.line(0), expected.line(0)), (3, 2));
 }
 
 fn read(path: &Path, map: &[&str], sensor: Option<&Sensor>) -> Result<Recording, fitter::RecordingError> {
@@ -187,6 +219,11 @@ fn parquet_gives_the_same_recording() {
         let digest = sha2::Sha256::digest(std::fs::read(&path).unwrap());
         assert_eq!(found.sha256, digest.iter().map(|byte| format!("{byte:02x}")).collect::<String>());
     }
+    // What is not used is not kept, and the numbers are as fine as their shortest decimals.
+    let used = |name: &String| if name == "t_s" { Use::Printed } else { Use::Ignored };
+    let uses = |header: &Header| Ok(header.names.iter().map(used).collect());
+    let table = Table::read(&path, &Naming::default(), &uses, &mut |_| {}).unwrap();
+    assert_eq!((table.columns.len(), table.rounding), (1, 0.01));
     // A null in an optional column is a blank.
     calibration(&path, Compression::SNAPPY, |name, row, value| {
         (name != "temperature_c" || row != 7).then_some(value)

@@ -1,9 +1,11 @@
 //! Dynamic recordings as files: equidistant rows of drives and positions, in one run or several.
 
 use std::io::{self, Write};
+use std::ops::Range;
 use std::path::Path;
 
-use fitter::text_safety;
+use fitter::RecordingError;
+use fitter::table::{Header, Lines, Naming, Table, Use, family};
 
 /// A dynamic recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -11,9 +13,9 @@ pub struct Series {
     /// Time in seconds.
     pub t_s: Vec<f64>,
     /// Number of the run of every row, where there are several.
-    pub run: Option<Vec<u32>>,
+    pub run: Option<Vec<i64>>,
     /// Number of the period of every row, where the excitation is periodic and in its steady state.
-    pub period: Option<Vec<u32>>,
+    pub period: Option<Vec<i64>>,
     /// The drives.
     pub drives: Vec<Vec<f64>>,
     /// The positions; none where the file holds drives only.
@@ -23,81 +25,34 @@ pub struct Series {
 /// Why a recording is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SeriesError {
-    /// It cannot be read.
-    #[error("{file}: cannot be read ({reason}); give a CSV, or CSV.gz, with the columns t_s and drive")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// What the system said.
-        reason: String,
-    },
-    /// It is no CSV.
-    #[error("{file}: {reason}; expected a CSV of as many fields in every row as in the header")]
-    Form {
-        /// The file.
-        file: String,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A column is missing.
-    #[error(
-        "{file}, line 1: there is no column `{column}`, found {found}; expected t_s and drive (or drive_1, drive_2, …)"
-    )]
-    Column {
-        /// The file.
-        file: String,
-        /// The column.
-        column: String,
-        /// The columns that there are.
-        found: String,
-    },
-    /// A field is no number.
-    #[error("{file}, line {line}, column `{column}`: found `{found}`, expected a finite number; correct it")]
-    Number {
-        /// The file.
-        file: String,
-        /// The line, the header being line 1.
-        line: usize,
-        /// The column.
-        column: String,
-        /// What stands there.
-        found: String,
-    },
+    /// It is no table of numbers with the columns that are needed.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// Too few rows.
-    #[error("{file}: has {rows} rows, expected two or more in every run; record longer")]
-    Short {
-        /// The file.
-        file: String,
-        /// How many.
-        rows: usize,
-    },
+    #[error("{file}: run {run} has {found} rows, expected {least} or more; record longer")]
+    Short { file: String, run: i64, found: usize, least: usize },
     /// The rows are not equidistant.
     #[error(
-        "{file}, line {line}, column `t_s`: {found} s after the row before, expected {expected} s as in the \
-         other rows; fill the gap or cut the recording there: nothing is resampled silently"
+        "{file}, line {line}, column `t_s`: found a step of {found} s, expected {expected} s as between most \
+         rows: {what}; record without gaps, or resample it yourself (a resampling is never silent)"
     )]
-    Step {
-        /// The file.
-        file: String,
-        /// The line.
-        line: usize,
-        /// The step.
-        found: f64,
-        /// The step of the rest.
-        expected: f64,
-    },
+    Step { file: String, line: u64, found: f64, expected: f64, what: &'static str },
+    /// Time runs backward.
+    #[error(
+        "{file}, line {line}, column `t_s`: found {found} s after {before} s, expected times that increase \
+         within a run; sort the rows, or number the runs in a column `run`"
+    )]
+    TimeBackward { file: String, line: u64, found: f64, before: f64 },
 }
 
 impl Series {
-    /// Reads the file at `path`, `.gz` as it is.
+    /// Reads the file at `path`, whose positions may be missing.
     ///
     /// # Errors
     /// [`SeriesError`].
     pub fn read(path: &Path) -> Result<Series, SeriesError> {
-        let file = text_safety::path(path);
-        let unreadable =
-            |error: io::Error| SeriesError::Unreadable { file: file.clone(), reason: error.to_string() };
-        Series::parse(&file, &fitter::input::unpacked(path).map_err(unreadable)?)
+        let uses = |header: &Header| Series::uses(header, false, &[]);
+        Series::checked(Table::read(path, &Naming::default(), &uses, &mut |_| {})?)
     }
 
     /// Parses the text of a recording; `file` is the name that stands in messages.
@@ -105,115 +60,101 @@ impl Series {
     /// # Errors
     /// As [`Series::read`].
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Series, SeriesError> {
-        let form = |error: csv::Error| SeriesError::Form { file: file.to_owned(), reason: error.to_string() };
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes);
-        let header: Vec<String> = reader.headers().map_err(form)?.iter().map(str::to_owned).collect();
-        fitter::input::check_columns(header.len())
-            .map_err(|limit| SeriesError::Form { file: file.to_owned(), reason: limit.to_string() })?;
-        let at = |name: &str| header.iter().position(|column| column == name);
-        let missing = |column: &str| SeriesError::Column {
-            file: file.to_owned(),
-            column: column.to_owned(),
-            found: header.join(", "),
-        };
-        let family = |name: &str| -> Vec<usize> {
-            match at(name) {
-                Some(index) => vec![index],
-                None => (1..).map_while(|number| at(&format!("{name}_{number}"))).collect(),
-            }
-        };
-        let time = at("t_s").ok_or_else(|| missing("t_s"))?;
-        let (drives, positions) = (family("drive"), family("position"));
-        if drives.is_empty() {
-            return Err(missing("drive"));
-        }
-        let mut series = Series {
-            run: at("run").map(|_| Vec::new()),
-            period: at("period").map(|_| Vec::new()),
-            drives: vec![Vec::new(); drives.len()],
-            positions: vec![Vec::new(); positions.len()],
-            ..Series::default()
-        };
-        let (run, period) = (at("run"), at("period"));
-        // The last printed digit of the time.
-        let mut digits = 0;
-        for (row, record) in reader.records().enumerate() {
-            let record = record.map_err(form)?;
-            let number = |column: usize| -> Result<f64, SeriesError> {
-                let text = &record[column];
-                match text.parse::<f64>() {
-                    Ok(value) if value.is_finite() => Ok(value),
-                    _ => Err(SeriesError::Number {
-                        file: file.to_owned(),
-                        line: row + 2,
-                        column: header[column].clone(),
-                        found: text.to_owned(),
-                    }),
-                }
-            };
-            digits = digits.max(record[time].split_once('.').map_or(0, |(_, decimals)| decimals.len()));
-            series.t_s.push(number(time)?);
-            for (column, values) in drives.iter().zip(&mut series.drives) {
-                values.push(number(*column)?);
-            }
-            for (column, values) in positions.iter().zip(&mut series.positions) {
-                values.push(number(*column)?);
-            }
-            for (column, values) in [(run, &mut series.run), (period, &mut series.period)] {
-                if let (Some(column), Some(values)) = (column, values) {
-                    values.push(number(column)? as u32);
-                }
-            }
-        }
-        series.check(file, 0.1f64.powi(digits.min(15) as i32))?;
+        let uses = |header: &Header| Series::uses(header, false, &[]);
+        Series::checked(Table::from_bytes(file, bytes, &Naming::default(), &uses)?)
+    }
+
+    fn checked(mut table: Table) -> Result<Series, SeriesError> {
+        let series = Series::of(&mut table);
+        series.step_s(&table.header.file, &table.lines, table.rounding, 2)?;
         Ok(series)
     }
 
-    /// Refuses rows that are not equidistant to within the rounding of the printed time.
-    fn check(&self, file: &str, rounding_s: f64) -> Result<(), SeriesError> {
-        let short = |rows: usize| SeriesError::Short { file: file.to_owned(), rows };
-        if self.t_s.len() < 2 {
-            return Err(short(self.t_s.len()));
+    /// How the columns of a header are used; a drive is needed, and a position where that is said. Columns that are named
+    /// in `further` are read as well, where they are there.
+    ///
+    /// # Errors
+    /// [`RecordingError::MissingColumns`].
+    pub fn uses(header: &Header, positions: bool, further: &[&str]) -> Result<Vec<Use>, RecordingError> {
+        let channels = ["drive", "position"].map(|stem| family(&header.names, stem));
+        let absent = |k: usize, stem| channels[k].is_empty().then_some(stem);
+        let needed = [Some("t_s"), absent(0, "drive"), absent(1, "position").filter(|_| positions)];
+        header.require(&needed.into_iter().flatten().collect::<Vec<_>>())?;
+        let used = |name: &String| match name.as_str() {
+            "t_s" => Use::Printed,
+            "run" | "period" => Use::Whole,
+            name if further.contains(&name) => Use::Needed,
+            _ if channels.iter().flatten().any(|channel| channel == name) => Use::Needed,
+            _ => Use::Ignored,
+        };
+        Ok(header.names.iter().map(used).collect())
+    }
+
+    /// Takes its columns out of a table.
+    pub fn of(table: &mut Table) -> Series {
+        let mut whole = |name: &str| Some(table.take(name)?.iter().map(|number| *number as i64).collect());
+        let (run, period) = (whole("run"), whole("period"));
+        let [drives, positions] = ["drive", "position"].map(|stem| {
+            let names = family(&table.header.names, stem);
+            names.iter().filter_map(|name| table.take(name)).collect()
+        });
+        Series { t_s: table.take("t_s").unwrap_or_default(), run, period, drives, positions }
+    }
+
+    /// Time from row to row, as the longest run gives it, where all steps are equal to within the `rounding_s` of the
+    /// printed times and every run has the `least` number of rows.
+    ///
+    /// # Errors
+    /// [`SeriesError`] but for [`SeriesError::Recording`].
+    pub fn step_s(
+        &self,
+        file: &str,
+        lines: &Lines,
+        rounding_s: f64,
+        least: usize,
+    ) -> Result<f64, SeriesError> {
+        let (file, t_s, runs) = (file.to_string(), &self.t_s, self.runs());
+        let steps = || runs.iter().flat_map(|run| run.start + 1..run.end).map(|k| (k, t_s[k] - t_s[k - 1]));
+        if let Some((k, _)) = steps().find(|(_, step)| *step < -rounding_s) {
+            let (line, found, before) = (lines.of(k), t_s[k], t_s[k - 1]);
+            return Err(SeriesError::TimeBackward { file, line, found, before });
         }
-        for rows in self.runs() {
-            if rows.len() < 2 {
-                return Err(short(rows.len()));
-            }
+        let mut sorted: Vec<f64> = steps().map(|(_, step)| step).collect();
+        if sorted.is_empty() {
+            return Err(SeriesError::Short { file, run: 0, found: t_s.len(), least });
         }
-        let expected = self.sample_s();
-        for rows in self.runs() {
-            let start_s = self.t_s[rows.start];
-            for row in rows.start + 1..rows.end {
-                let step = self.t_s[row] - self.t_s[row - 1];
-                let due_s = start_s + (row - rows.start) as f64 * expected;
-                // Either end of a step may be rounded; the sampling rate is known from all rows of the run.
-                let slack_s = 1.01 * rounding_s + 1e-6 * expected;
-                if (step - expected).abs() > slack_s && (self.t_s[row] - due_s).abs() > slack_s || step <= 0.0
-                {
-                    let file = file.to_owned();
-                    return Err(SeriesError::Step { file, line: row + 2, found: step, expected });
-                }
-            }
+        let middle = sorted.len() / 2;
+        let usual = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+        // Rounding of both times, and of the binary fractions.
+        let slack = |k: usize| 1.01 * rounding_s + 1e-6 * usual.abs() + 4e-16 * t_s[k].abs();
+        if let Some((k, found)) = steps().find(|(k, step)| (step - usual).abs() > slack(*k)) {
+            let what = if found > 1.5 * usual { "rows are missing" } else { "the steps are unequal" };
+            return Err(SeriesError::Step { file, line: lines.of(k), found, expected: usual, what });
         }
-        Ok(())
+        if let Some(run) = runs.iter().find(|run| run.len() < least) {
+            let number = self.run.as_ref().map_or(0, |numbers| numbers[run.start]);
+            return Err(SeriesError::Short { file, run: number, found: run.len(), least });
+        }
+        // The mean over the longest run is free of the rounding of single steps.
+        let longest = runs.iter().max_by_key(|run| run.len()).cloned().unwrap_or(0..t_s.len());
+        Ok((t_s[longest.end - 1] - t_s[longest.start]) / (longest.len() - 1).max(1) as f64)
     }
 
     /// The rows of each run.
-    pub fn runs(&self) -> Vec<std::ops::Range<usize>> {
+    pub fn runs(&self) -> Vec<Range<usize>> {
         let Some(run) = &self.run else { return std::iter::once(0..self.t_s.len()).collect() };
-        let mut ranges = Vec::new();
+        let lengths = run.chunk_by(|a, b| a == b).map(<[i64]>::len);
         let mut start = 0;
-        for row in 1..=run.len() {
-            if row == run.len() || run[row] != run[start] {
-                ranges.push(start..row);
-                start = row;
-            }
-        }
-        ranges
+        lengths
+            .map(|length| {
+                start += length;
+                start - length..start
+            })
+            .collect()
     }
 
     /// Rows of a period in the rows of a run, where the excitation is periodic.
-    pub fn period_of(&self, rows: &std::ops::Range<usize>) -> Option<usize> {
+    pub fn period_of(&self, rows: &Range<usize>) -> Option<usize> {
         let period = self.period.as_ref()?;
         let first = *period.get(rows.start)?;
         Some(rows.clone().take_while(|row| period[*row] == first).count())

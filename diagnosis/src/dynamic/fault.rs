@@ -2,6 +2,7 @@
 //! was found, what was expected and how to mend it.
 
 use fitter::RecordingError;
+use motion::series::SeriesError;
 use thiserror::Error;
 
 /// Why a dynamic diagnosis is refused.
@@ -10,19 +11,12 @@ pub enum DynamicError {
     /// What can be wrong with any recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// Rows that are not equidistant, or too few.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
     /// Too much of the recording cannot be readings.
     #[error(transparent)]
     Faults(#[from] Box<fitter::faults::FaultError>),
-    #[error(
-        "{file}, line {line}, column `t_s`: found a step of {found} s, expected {expected} s as between most \
-         rows: {what}; record without gaps, or resample it yourself (a resampling is never silent)"
-    )]
-    Step { file: String, line: u64, found: f64, expected: f64, what: &'static str },
-    #[error(
-        "{file}, line {line}, column `t_s`: found {found} s after {before} s, expected times that increase \
-         within a run; sort the rows, or number the runs in a column `run`"
-    )]
-    TimeBackward { file: String, line: u64, found: f64, before: f64 },
     #[error(
         "{file}, column `{column}`: found the constant {value}, expected a drive that moves the mechanism; \
          excite it (multisine, sweep, steps) and record again"
@@ -43,12 +37,6 @@ pub enum DynamicError {
          length, or diagnose them apart"
     )]
     RunLength { file: String, run: i64, found: usize, first: i64, expected: usize },
-    #[error("{file}: run {run} has {found} rows, expected {least} or more; record longer")]
-    TooShort { file: String, run: i64, found: usize, least: usize },
-    #[error(
-        "{file}, line {line}, column `{column}`: found {found}, expected a whole number; number the {column}s"
-    )]
-    Whole { file: String, line: u64, column: &'static str, found: f64 },
     #[error(
         "{file}: found {found} drives and {positions} positions, expected one of each for kind = \
          \"second-order\"; use kind = \"linear\" for several, or give one axis at a time"
@@ -64,10 +52,10 @@ pub enum DynamicError {
     )]
     OtherChannels { file: String, found: String, expected: String, recording: String },
     #[error(
-        "{file}: the column `{column}`, which `feedback` in the plant names, is missing, found {found}; add \
+        "{at}: the column `{column}`, which `feedback` in the plant names, is missing, found {found}; add \
          it, or drop `feedback` if the drive was not under feedback"
     )]
-    Feedback { file: String, column: String, found: String },
+    Feedback { at: String, column: String, found: String },
     #[error("{file}: found {found}, expected {expected}; simulate exactly the rows of the recording")]
     Simulated { file: String, found: String, expected: String },
     #[error(

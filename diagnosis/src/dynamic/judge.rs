@@ -167,7 +167,7 @@ fn simulated(
     let series = Series {
         t_s: recording.t_s.clone(),
         run: (recording.runs.len() > 1).then(|| runs(recording)),
-        period: recording.period.as_ref().map(|p| p.iter().map(|n| *n as u32).collect()),
+        period: recording.period.clone(),
         drives: recording.drives.clone(),
         positions: own.to_vec(),
     };
@@ -191,7 +191,7 @@ fn adopt(outcome: &mut DynamicOutcome, positions: Vec<Vec<f64>>, factor: f64) {
     outcome.own.after = positions;
 }
 
-fn runs(recording: &DynamicRecording) -> Vec<u32> {
+fn runs(recording: &DynamicRecording) -> Vec<i64> {
     let mut numbers = vec![0; recording.rows()];
     for (number, run) in (1..).zip(&recording.runs) {
         numbers[run.clone()].fill(number);

@@ -92,7 +92,6 @@ mod tests {
             drives: vec![drive],
             positions: vec![position],
             runs: vec![0..ROWS; 1],
-            run_numbers: vec![0],
             period: None,
             amplitude: None,
             command: None,

@@ -10,6 +10,7 @@ use thiserror::Error;
 use super::{Coefficients, Diagnosed, SCHEMA, VERSION_TURN as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
+use crate::input::{self, Misplaced};
 use crate::mirror::is_identifier;
 use crate::pretty::Pretty;
 use crate::terms::Term;
@@ -19,6 +20,8 @@ use crate::turn::Turn;
 /// Why a coefficients file is refused.
 #[derive(Debug, Error)]
 pub enum CoefficientsError {
+    #[error(transparent)]
+    Misplaced(#[from] Misplaced),
     #[error("{file}: cannot be read ({reason}); give the path of a coefficients.json")]
     Unreadable { file: String, reason: String },
     #[error("{file}, line {line}: is not JSON ({reason}); the file is damaged, fit again")]
@@ -54,7 +57,7 @@ pub fn read(path: &Path) -> Result<Coefficients, CoefficientsError> {
 /// As [`read`].
 pub fn read_with_text(path: &Path) -> Result<(Coefficients, String), CoefficientsError> {
     let file = text_safety::path(path);
-    match crate::input::parsed(path) {
+    match input::parsed(path) {
         Ok(text) => parse(&file, &text).map(|coefficients| (coefficients, text)),
         Err(error) => Err(CoefficientsError::Unreadable { file, reason: error.to_string() }),
     }
@@ -65,6 +68,7 @@ pub fn read_with_text(path: &Path) -> Result<(Coefficients, String), Coefficient
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str) -> Result<Coefficients, CoefficientsError> {
+    input::expect(file, text.as_bytes(), input::Kind::Coefficients)?;
     let file = file.to_string();
     let value: Value = match serde_json::from_str(text) {
         Ok(value) => value,

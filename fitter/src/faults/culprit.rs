@@ -88,19 +88,9 @@ fn of_sensor(recording: &Recording, channels: &[Channel], row: usize) -> Option<
     };
     let away =
         if name == "reference" && channels.len() == 1 { -channels[0].deviation.away[row] } else { away };
-    let value = value(recording, name, row);
+    let value = recording.values(name).map_or(f64::NAN, |values| values[row]);
     let size = size.abs();
     Some(Fault { row, column: name.to_string(), value, reason: reason(away, name, NEARBY, size), size })
-}
-
-fn value(recording: &Recording, column: &str, row: usize) -> f64 {
-    match (&recording.readings, column) {
-        (_, "command_deg") => recording.command_deg.as_ref().map_or(f64::NAN, |c| c[row]),
-        (Readings::Pair { x1_mm, .. }, "x1_mm") => x1_mm[row],
-        (Readings::Pair { x2_mm, .. }, "x2_mm") => x2_mm[row],
-        (Readings::Direct { measured, .. }, "measured") => measured[row],
-        _ => recording.reference(row).unwrap_or(f64::NAN),
-    }
 }
 
 /// Of measured and reference the one that stands out more from the rows before and after; nothing else tells them

@@ -1,7 +1,6 @@
 //! What is told of a recording and removes nothing: pauses, repeated times, stuck and saturated stretches, a coarse
 //! resolution.
 
-use super::gross::columns;
 use super::limits;
 use super::scale::{median, resolution, trimmed};
 use crate::recording::Recording;
@@ -9,7 +8,7 @@ use crate::recording::Recording;
 /// The findings, one sentence each.
 pub fn notes(recording: &Recording) -> Vec<String> {
     let mut notes = times(recording);
-    for (name, values) in columns(recording) {
+    for (name, values) in recording.columns() {
         if !matches!(name, "t_s" | "command_deg") && values.len() >= limits::FEWEST_ROWS {
             notes.extend(column(recording, name, values));
         }

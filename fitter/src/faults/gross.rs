@@ -4,28 +4,10 @@ use super::scale::quantile;
 use super::{Fault, limits};
 use crate::figures::plain;
 use crate::limits::LARGEST;
-use crate::recording::{Readings, Recording};
-
-/// All columns of numbers but pass and direction.
-pub fn columns(recording: &Recording) -> Vec<(&str, &[f64])> {
-    let mut columns: Vec<(&str, &[f64])> = vec![("t_s", &recording.time_s)];
-    columns.extend(recording.command_deg.as_deref().map(|values| ("command_deg", values)));
-    match &recording.readings {
-        Readings::Pair { x1_mm, x2_mm, reference_arcsec } => {
-            columns.extend([("x1_mm", x1_mm.as_slice()), ("x2_mm", x2_mm)]);
-            columns.extend(reference_arcsec.as_deref().map(|values| ("reference_arcsec", values)));
-        }
-        Readings::Direct { measured, reference } => {
-            columns.push(("measured", measured));
-            columns.extend(reference.as_deref().map(|values| ("reference", values)));
-        }
-    }
-    columns.extend(recording.further.iter().map(|c| (c.name.as_str(), c.values.as_slice())));
-    columns
-}
+use crate::recording::Recording;
 
 pub fn faults(recording: &Recording) -> Vec<Fault> {
-    columns(recording).into_iter().flat_map(|(name, values)| of_column(name, values)).collect()
+    recording.columns().into_iter().flat_map(|(name, values)| of_column(name, values)).collect()
 }
 
 /// Whether it is what programs write where there is no reading.

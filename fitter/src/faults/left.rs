@@ -28,10 +28,7 @@ pub fn beyond_noise(recording: &Recording, left: &[f64], sigma: &[f64]) -> Vec<(
             Readings::Pair { .. } => "reference_arcsec",
             Readings::Direct { .. } => jumping(recording, row),
         };
-        let value = match (&recording.readings, column) {
-            (Readings::Direct { measured, .. }, "measured") => measured[row],
-            _ => recording.reference(row).unwrap_or(f64::NAN),
-        };
+        let value = recording.values(column).map_or(f64::NAN, |values| values[row]);
         let reason = reason(away[row] * sigma[row], column, "all other rows and what explains them", size);
         let counts = size > limits::CLOSER_LOOK && alone(row);
         counts.then(|| Fault { row, column: column.into(), value, reason, size })

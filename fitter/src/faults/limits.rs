@@ -137,3 +137,17 @@ pub const SATURATED: f64 = 0.02;
 pub const CUT_OFF_ROWS: usize = 4;
 /// Resolution in multiples of the scatter from which on it is told.
 pub const COARSE: f64 = 2.0;
+
+/// Of a motion: multiples of the scatter around it from which on a single position counts as wrong. A position that jumps
+/// and is back at the next sample would need an acceleration that no other sample shows.
+pub const SPIKE: f64 = 20.0;
+/// Samples around from which that scatter is taken.
+pub const AROUND: usize = 100;
+/// How nearly the samples beside a spike must show its image, a cubic's weight of it, as a part of it.
+pub const IMAGE: f64 = 0.25;
+/// Spread of a column in multiples of that of its middle nine tenths beyond which a code is no reading.
+pub const BEYOND: f64 = 50.0;
+/// Part of a motion's read-out at one extreme from which on it counts as cut off.
+pub const MOVING_CUT_OFF: f64 = 2e-3;
+/// Rows in a row at one extreme that a moving mechanism does not show by chance.
+pub const MOVING_CUT_OFF_ROWS: usize = 5;

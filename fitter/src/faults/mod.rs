@@ -13,6 +13,7 @@ mod findings;
 mod gross;
 pub mod left;
 pub mod limits;
+pub mod moving;
 mod repeated;
 mod scale;
 pub mod summary;
@@ -63,19 +64,12 @@ pub enum FaultError {
          expected at most a tenth; correct or drop these rows, or check the column's unit"
     )]
     TooMany {
-        /// File name.
         file: String,
-        /// Line of the first cell.
         line: u64,
-        /// Its column.
         column: String,
-        /// What stands there.
         found: String,
-        /// Why it cannot be a reading.
         reason: String,
-        /// Rows that are affected.
         affected: usize,
-        /// All rows.
         rows: usize,
     },
 }

@@ -3,7 +3,6 @@
 use std::cmp::Ordering;
 
 use super::Fault;
-use super::gross::columns;
 use crate::recording::Recording;
 
 /// Every row that repeats an earlier one in every column.
@@ -12,7 +11,7 @@ pub fn faults(recording: &Recording) -> Vec<Fault> {
     if recording.time_s.windows(2).all(|pair| pair[0] < pair[1]) {
         return Vec::new();
     }
-    let columns = columns(recording);
+    let columns = recording.columns();
     let compare = |a: &usize, b: &usize| {
         (columns.iter().map(|(_, values)| values[*a].total_cmp(&values[*b])))
             .chain([

@@ -4,31 +4,16 @@
 //! `command_deg`, then `x1_mm`, `x2_mm`, `reference_arcsec` of an eddy-current pair or `measured`,
 //! `reference` of a direct sensor. Any other numeric column is kept as a further observable.
 
-mod build;
-mod checks;
-mod dialect;
-mod fault;
-mod header;
-mod mapping;
-#[cfg(feature = "parquet")]
-mod parquet;
+mod direction;
+mod note;
 mod read;
 
-pub use dialect::Dialect;
-pub use fault::{Place, RecordingError};
-pub(crate) use header::nearest;
-pub use header::safe_column;
-pub use mapping::Mapping;
-pub use read::{Purpose, Reading};
+use std::collections::BTreeSet;
 
-/// A further observable that a mismatch may depend on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Column {
-    /// The name in the header; it ends in the unit (`temperature_c`, `coil_a`).
-    pub name: String,
-    /// One value per row, NaN where the cell is blank.
-    pub values: Vec<f64>,
-}
+use crate::table::Lines;
+pub use crate::table::{Column, Dialect, Mapping, Place, RecordingError};
+pub use note::Note;
+pub use read::{Purpose, Reading};
 
 /// What the sensor and the reference said, row by row.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,68 +34,6 @@ pub enum Readings {
         /// The reference's reading; absent in a recording that is only to be corrected.
         reference: Option<Vec<f64>>,
     },
-}
-
-/// Something that was noticed while reading and does not forbid a fit.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Note {
-    /// Time runs backward at `line`, from `from_s` to `to_s`.
-    TimeBackward {
-        /// Line of the earlier time.
-        line: u64,
-        /// Time of the row before, in seconds.
-        from_s: f64,
-        /// Time of that row, in seconds.
-        to_s: f64,
-    },
-    /// A column that holds no numbers was left out.
-    TextColumn {
-        /// The column's name.
-        column: String,
-    },
-    /// The file separates its columns, or writes its numbers, in another way than by commas and points.
-    Dialect(Dialect),
-    /// Columns were taken under other names, or converted.
-    Mapped {
-        /// As on the command line: `x1_mm=Probe1:um`.
-        columns: Vec<String>,
-    },
-    /// No row has a pass number that lies between those of others.
-    EmptyPass {
-        /// The first such number.
-        pass: i64,
-        /// The smallest number of a pass.
-        first: i64,
-        /// The largest.
-        last: i64,
-    },
-    /// A column that a fit needs is not there and a constant stands for it.
-    Assumed {
-        /// The column's name.
-        column: &'static str,
-    },
-}
-
-impl std::fmt::Display for Note {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Note::TimeBackward { line, from_s, to_s } => write!(
-                f,
-                "time runs backward at line {line} (from {from_s} s to {to_s} s): the fit does not use time, but \
-                 nothing can be concluded about drift, lag or history"
-            ),
-            Note::Dialect(dialect) => dialect.fmt(f),
-            Note::Mapped { columns } => write!(f, "columns taken as {}", columns.join(", ")),
-            Note::TextColumn { column } => write!(f, "column `{column}` holds no numbers and is left out"),
-            Note::EmptyPass { pass, first, last } => write!(
-                f,
-                "pass {pass} has no row, although passes {first} to {last} are there: the others are used as they are"
-            ),
-            Note::Assumed { column } => {
-                write!(f, "column `{column}` is missing: all rows are taken as one forward pass")
-            }
-        }
-    }
 }
 
 /// A checked recording, columnar. Every vector has [`Recording::rows`] entries, and every number in it is
@@ -136,7 +59,7 @@ pub struct Recording {
     /// What was noticed while reading.
     pub notes: Vec<Note>,
     /// Where the rows stand in the file.
-    pub(crate) lines: checks::Lines,
+    pub(crate) lines: Lines,
 }
 
 impl Recording {
@@ -147,7 +70,7 @@ impl Recording {
             rows.iter().map(|row| values[*row]).collect()
         }
         let pick_some = |values: &Option<Vec<f64>>| values.as_ref().map(|values| pick(values, rows));
-        let mut lines = checks::Lines::default();
+        let mut lines = Lines::default();
         for (index, row) in rows.iter().enumerate() {
             lines.push(index, self.line(*row));
         }
@@ -188,18 +111,34 @@ impl Recording {
 
     /// The numbers of the passes, ascending.
     pub fn passes(&self) -> Vec<i32> {
-        let mut passes = Vec::new();
-        // Rows of a pass stand together, so that nearly every row is the one before.
-        let mut last = None;
-        for &pass in &self.pass {
-            if last != Some(pass) {
-                if let Err(at) = passes.binary_search(&pass) {
-                    passes.insert(at, pass);
-                }
-                last = Some(pass);
-            }
+        // Rows of a pass stand together, so that few are looked at.
+        let runs = self.pass.chunk_by(|a, b| a == b).map(|run| run[0]);
+        runs.collect::<BTreeSet<i32>>().into_iter().collect()
+    }
+
+    /// All columns of numbers but pass and direction, by name.
+    pub fn columns(&self) -> Vec<(&str, &[f64])> {
+        fn of<'a>(name: &'a str, values: Option<&'a Vec<f64>>) -> Option<(&'a str, &'a [f64])> {
+            values.map(|values| (name, values.as_slice()))
         }
-        passes
+        let [first, second, third] = match &self.readings {
+            Readings::Pair { x1_mm, x2_mm, reference_arcsec } => [
+                of("x1_mm", Some(x1_mm)),
+                of("x2_mm", Some(x2_mm)),
+                of("reference_arcsec", reference_arcsec.as_ref()),
+            ],
+            Readings::Direct { measured, reference } => {
+                [of("measured", Some(measured)), of("reference", reference.as_ref()), None]
+            }
+        };
+        let known = [of("t_s", Some(&self.time_s)), of("command_deg", self.command_deg.as_ref())];
+        let further = self.further.iter().map(|column| (column.name.as_str(), column.values.as_slice()));
+        known.into_iter().chain([first, second, third]).flatten().chain(further).collect()
+    }
+
+    /// The values of one of [`Recording::columns`].
+    pub fn values(&self, name: &str) -> Option<&[f64]> {
+        self.columns().into_iter().find(|(other, _)| *other == name).map(|(_, values)| values)
     }
 
     /// The further observable of that name.

@@ -1,25 +1,16 @@
-//! Reading a recording from text (CSV, or CSV.gz), every cell checked, without an allocation per row.
+//! From a table to a calibration recording.
 
-use std::fs::File;
-use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
-use csv::{ByteRecord, ErrorKind};
-use sha2::{Digest, Sha256};
-
-use super::build::{Builder, Cell};
-use super::dialect::Dialect;
-use super::header::Header;
-use super::mapping::{self, Mapping};
-use super::{Note, Recording, RecordingError};
+use super::direction::{self, WORDS};
+use super::{Mapping, Note, Readings, Recording, RecordingError};
 use crate::error_model::Sensor;
-use crate::input;
-use crate::text_safety;
+use crate::table::{Dialect, Header, Naming, Table, Use};
 
 /// What a recording is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
-    /// To fit: time, pass, direction, readings and reference are needed.
+    /// To fit: time, pass, readings and reference are needed.
     Fit,
     /// To correct: time and readings are needed.
     Apply,
@@ -36,36 +27,126 @@ pub struct Reading<'a> {
     pub sensor: Option<&'a Sensor>,
 }
 
+const PAIR: [&str; 3] = ["x1_mm", "x2_mm", "reference_arcsec"];
+const DIRECT: [&str; 2] = ["measured", "reference"];
+
 impl Reading<'_> {
     /// Columns as the recording format names them.
     pub const fn plain(purpose: Purpose) -> Reading<'static> {
         Reading { purpose, mappings: &[], sensor: None }
     }
 
-    /// Understands a header; `names` are those in the file.
-    pub(super) fn builder<'f>(
+    /// Reads a table, its columns named and converted as wanted.
+    fn table(
         &self,
-        file: &'f str,
-        names: Vec<String>,
-    ) -> Result<Builder<'f>, RecordingError> {
-        input::check_columns(names.len())
-            .map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
-        let shown = names.clone();
-        let mut names = names;
-        let conversions = mapping::rename(file, &mut names, self.mappings, self.sensor)?;
-        let header = Header::parse(file, names, self.purpose)?;
-        Ok(Builder::new(file, header, conversions, shown))
+        read: impl FnOnce(&Naming, &crate::table::Uses) -> Result<Table, RecordingError>,
+    ) -> Result<Recording, RecordingError> {
+        let units = match self.sensor {
+            Some(Sensor::Direct { unit, .. }) => DIRECT.map(|name| (name, unit.as_str())).to_vec(),
+            _ => Vec::new(),
+        };
+        let naming = Naming { mappings: self.mappings, units: &units, revolution: self.revolution() };
+        self.recording(read(&naming, &|header| self.uses(header))?)
     }
 
-    /// What is to be said of the mappings.
-    pub(super) fn notes(&self) -> Vec<Note> {
-        let columns: Vec<String> = self.mappings.iter().map(Mapping::to_string).collect();
-        if columns.is_empty() { Vec::new() } else { vec![Note::Mapped { columns }] }
+    fn revolution(&self) -> Option<f64> {
+        match self.sensor {
+            Some(Sensor::Direct { revolution, .. }) => *revolution,
+            _ => None,
+        }
+    }
+
+    /// How the columns of a header are used.
+    fn uses(&self, header: &Header) -> Result<Vec<Use>, RecordingError> {
+        let first_of =
+            |wanted: &[&str]| wanted.iter().find(|name| header.has(name)).map(|name| name.to_string());
+        let (pair, direct) = (first_of(&PAIR), first_of(&DIRECT));
+        let is_direct = direct.is_some();
+        if let (Some(pair), Some(direct)) = (pair, direct) {
+            return Err(RecordingError::TwoSensors { at: header.at.clone(), pair, direct });
+        }
+        let readings = if is_direct { &DIRECT[..] } else { &PAIR };
+        let needed = match self.purpose {
+            Purpose::Fit => [&["t_s", "pass"], readings].concat(),
+            Purpose::Apply => [&["t_s"], &readings[..readings.len() - 1]].concat(),
+        };
+        header.require(&needed)?;
+        let used = |name: &String| match name.as_str() {
+            "pass" => Use::Whole,
+            "direction" => Use::Words(WORDS),
+            "t_s" => Use::Needed,
+            name if PAIR.contains(&name) || DIRECT.contains(&name) => Use::Needed,
+            _ => Use::Optional,
+        };
+        Ok(header.names.iter().map(used).collect())
+    }
+
+    /// The recording of a table; its notes are what was noticed.
+    fn recording(&self, mut table: Table) -> Result<Recording, RecordingError> {
+        let rows = table.rows;
+        let mut notes = Vec::new();
+        if table.dialect != Dialect::PLAIN {
+            notes.push(Note::Dialect(table.dialect));
+        }
+        if !self.mappings.is_empty() {
+            notes.push(Note::Mapped { columns: self.mappings.iter().map(Mapping::to_string).collect() });
+        }
+        let time_s = table.take("t_s").unwrap_or_default();
+        if let Some(row) = (1..rows).find(|row| time_s[*row] < time_s[row - 1]) {
+            let (from_s, to_s) = (time_s[row - 1], time_s[row]);
+            notes.push(Note::TimeBackward { line: table.lines.of(row), from_s, to_s });
+        }
+        let pass = match table.take("pass") {
+            Some(pass) => pass.into_iter().map(|number| number as i32).collect(),
+            None => {
+                notes.push(Note::Assumed { column: "pass", taken: "all rows are taken as one pass" });
+                vec![0; rows]
+            }
+        };
+        let readings = match table.take("measured") {
+            Some(measured) => Readings::Direct { measured, reference: table.take("reference") },
+            None => Readings::Pair {
+                x1_mm: table.take("x1_mm").unwrap_or_default(),
+                x2_mm: table.take("x2_mm").unwrap_or_default(),
+                reference_arcsec: table.take("reference_arcsec"),
+            },
+        };
+        let directions = table.take("direction");
+        let mut recording = Recording {
+            file: table.file.clone(),
+            sha256: std::mem::take(&mut table.sha256),
+            time_s,
+            pass,
+            direction: Vec::new(),
+            command_deg: table.take("command_deg"),
+            readings,
+            further: std::mem::take(&mut table.columns),
+            notes,
+            lines: std::mem::take(&mut table.lines),
+        };
+        recording.direction = match directions {
+            Some(values) => direction::of_numbers(&values).map_err(|row| RecordingError::Direction {
+                place: table.header.place(recording.line(row), "direction"),
+                found: values[row].to_string(),
+            })?,
+            None => {
+                let taken = "it is taken from the motion of the readings";
+                recording.notes.push(Note::Assumed { column: "direction", taken });
+                let readings = (0..rows).map(|row| recording.reading(row));
+                direction::of_motion(readings, &recording.pass, self.revolution())
+            }
+        };
+        let without = table.without_numbers.into_iter().map(|column| Note::TextColumn { column });
+        recording.notes.extend(without);
+        if self.purpose == Purpose::Fit {
+            recording.notes.extend(recording.empty_pass());
+        }
+        Ok(recording)
     }
 }
 
 impl Recording {
-    /// Reads the recording at `path` for a fit; a name that ends in `.gz` is decompressed.
+    /// Reads the recording at `path` for a fit; `-` is standard input.
     ///
     /// # Errors
     /// One of [`RecordingError`], with the line and the column where there is one.
@@ -82,7 +163,7 @@ impl Recording {
         Recording::read_as(path, &Reading::plain(purpose), progress)
     }
 
-    /// As [`Recording::read_for`], with columns mapped and converted. Parquet, and TDMS to refuse it, are known by their first bytes.
+    /// As [`Recording::read_for`], with columns mapped and converted.
     ///
     /// # Errors
     /// As [`Recording::read`], and those of a mapping that does not fit.
@@ -91,27 +172,7 @@ impl Recording {
         reading: &Reading,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Recording, RecordingError> {
-        let shown = text_safety::path(path);
-        let name = text_safety::file_name(path);
-        let unreadable = |error: std::io::Error| RecordingError::of(&shown, &error, false);
-        let mut file = File::open(path).map_err(unreadable)?;
-        if file.metadata().map_err(unreadable)?.is_dir() {
-            return Err(RecordingError::IsDirectory { file: shown });
-        }
-        let mut magic = [0; 4];
-        let count = read_most(&mut file, &mut magic).map_err(unreadable)?;
-        let head = &magic[..count];
-        // A pipe cannot be read again from its beginning: what was read is put before the rest.
-        let mut recording = match head {
-            b"PAR1" => {
-                let file = if file.rewind().is_ok() { Ok(file) } else { spooled(head.chain(file)) };
-                read_parquet(&shown, file.map_err(unreadable)?, reading, progress)?
-            }
-            b"TDSm" => return Err(RecordingError::NoTdms { file: shown }),
-            _ => read_from(&shown, head.chain(file), input::is_gzip(&shown, head), reading, progress)?,
-        };
-        recording.file = name;
-        Ok(recording)
+        reading.table(|naming, uses| Table::read(path, naming, uses, progress))
     }
 
     /// Reads a recording from bytes; `file` is the name that stands in messages and provenance, and a name
@@ -120,180 +181,21 @@ impl Recording {
     /// # Errors
     /// As [`Recording::read`].
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Recording, RecordingError> {
-        let gzip = input::is_gzip(file, bytes);
-        read_from(file, bytes, gzip, &Reading::plain(Purpose::Fit), &mut |_| {})
+        Reading::plain(Purpose::Fit).table(|naming, uses| Table::from_bytes(file, bytes, naming, uses))
     }
-}
 
-/// Hashes and counts what passes through.
-struct Hashing<'a, R> {
-    inner: R,
-    hash: Sha256,
-    bytes: u64,
-    progress: &'a mut dyn FnMut(u64),
-}
-
-impl<R: Read> Read for Hashing<'_, R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.inner.read(buffer)?;
-        self.hash.update(&buffer[..count]);
-        self.bytes += count as u64;
-        (self.progress)(self.bytes);
-        Ok(count)
-    }
-}
-
-const BUFFER: usize = 1 << 20;
-/// So much of the beginning tells the dialect.
-const HEAD: u64 = 1 << 16;
-
-fn read_from<R: Read>(
-    file: &str,
-    source: R,
-    gzip: bool,
-    reading: &Reading,
-    progress: &mut dyn FnMut(u64),
-) -> Result<Recording, RecordingError> {
-    let hashing = Hashing { inner: source, hash: Sha256::new(), bytes: 0, progress };
-    let mut raw = BufReader::with_capacity(BUFFER, hashing);
-    let mut recording = read_text(file, input::text(&mut raw, gzip), reading, gzip)?;
-    // What stands behind the last member of a gzip file belongs to the file's bytes as well.
-    std::io::copy(&mut raw, &mut std::io::sink()).map_err(|error| RecordingError::of(file, &error, false))?;
-    recording.sha256 = hexadecimal(raw.into_inner().hash);
-    Ok(recording)
-}
-
-fn hexadecimal(hash: Sha256) -> String {
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Reads until the buffer is full or the source ends; the number of bytes.
-fn read_most(source: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
-    let mut count = 0;
-    while count < buffer.len() {
-        match source.read(&mut buffer[count..])? {
-            0 => break,
-            more => count += more,
+    /// A pass number between the smallest and the largest that no row has. In a recording of one direction only the
+    /// passes of the other are rightly missing.
+    fn empty_pass(&self) -> Option<Note> {
+        let passes = self.passes();
+        if self.direction.iter().all(|d| *d == self.direction[0]) {
+            return None;
         }
+        let gap = passes.windows(2).find(|pair| i64::from(pair[1]) > i64::from(pair[0]) + 1)?;
+        Some(Note::EmptyPass {
+            pass: i64::from(gap[0]) + 1,
+            first: i64::from(passes[0]),
+            last: i64::from(passes[passes.len() - 1]),
+        })
     }
-    Ok(count)
-}
-
-/// A file that can be read in any order, of what perhaps cannot.
-fn spooled(mut source: impl Read) -> std::io::Result<File> {
-    let mut file = tempfile::tempfile()?;
-    let most = input::max_bytes();
-    if std::io::copy(&mut source.by_ref().take(most.saturating_add(1)), &mut file)? > most {
-        let limit = input::LimitError::Bytes { most, decompressed: false };
-        return Err(std::io::Error::other(limit));
-    }
-    file.rewind()?;
-    Ok(file)
-}
-
-/// Hashes a Parquet file and reads it.
-fn read_parquet(
-    file: &str,
-    mut source: File,
-    reading: &Reading,
-    progress: &mut dyn FnMut(u64),
-) -> Result<Recording, RecordingError> {
-    let unreadable = |error: std::io::Error| RecordingError::of(file, &error, false);
-    let mut hashing = Hashing { inner: &mut source, hash: Sha256::new(), bytes: 0, progress };
-    std::io::copy(&mut hashing, &mut std::io::sink()).map_err(unreadable)?;
-    let sha256 = hexadecimal(hashing.hash);
-    source.rewind().map_err(unreadable)?;
-    Ok(Recording { sha256, ..parquet(file, source, reading)? })
-}
-
-#[cfg(feature = "parquet")]
-use super::parquet::read as parquet;
-
-#[cfg(not(feature = "parquet"))]
-fn parquet(file: &str, _: File, _: &Reading) -> Result<Recording, RecordingError> {
-    Err(RecordingError::NoParquet { file: file.to_string() })
-}
-
-fn read_text<R: Read>(
-    file: &str,
-    mut text: R,
-    reading: &Reading,
-    compressed: bool,
-) -> Result<Recording, RecordingError> {
-    let failed = |error: std::io::Error| RecordingError::of(file, &error, compressed);
-    let broken = |error: csv::Error| match error.kind() {
-        ErrorKind::Utf8 { pos, .. } => {
-            RecordingError::NotText { file: file.to_string(), line: pos.as_ref().map_or(1, |pos| pos.line()) }
-        }
-        ErrorKind::Io(error) => RecordingError::of(file, error, compressed),
-        _ => failed(error.into()),
-    };
-    let mut head = Vec::new();
-    text.by_ref().take(HEAD).read_to_end(&mut head).map_err(failed)?;
-    let dialect = Dialect::of(&head);
-    // Lines end in a line feed; a carriage return before it is trimmed with the blanks around a field.
-    let mut reader = csv::ReaderBuilder::new()
-        .terminator(csv::Terminator::Any(b'\n'))
-        .delimiter(dialect.delimiter)
-        .has_headers(false)
-        .flexible(true)
-        .buffer_capacity(BUFFER)
-        .from_reader(head.as_slice().chain(text));
-    let mut row = ByteRecord::new();
-    if !reader.read_byte_record(&mut row).map_err(broken)? {
-        return Err(RecordingError::Empty { file: file.to_string() });
-    }
-    let names = row
-        .iter()
-        .map(|field| std::str::from_utf8(field).map(|name| name.trim().to_string()))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(|_| RecordingError::NotText { file: file.to_string(), line: 1 })?;
-    let mut builder = reading.builder(file, names)?;
-    while reader.read_byte_record(&mut row).map_err(broken)? {
-        // A record begins, for the reader, where the one before ended: blank lines stand in between. It
-        // ends in the line before the reader's, or in the reader's if the file ends without a line feed.
-        let begun = row.position().map_or(0, |position| position.line());
-        let line = begun.max(reader.position().line() - 1);
-        if row.len() == 1 && row[0].trim_ascii().is_empty() {
-            continue;
-        }
-        if row.len() != builder.columns() {
-            let (found, expected) = (row.len() as u64, builder.columns() as u64);
-            return Err(RecordingError::FieldCount { file: file.to_string(), line, found, expected });
-        }
-        for (index, field) in row.iter().enumerate() {
-            let field = field.trim_ascii();
-            let cell = match cell(field, dialect) {
-                // A number whose point is no decimal sign in this file: left as text it would vanish.
-                Cell::Text(text) if dialect.decimal_comma && parse(text).is_some() => {
-                    let place = builder.place(line, index);
-                    return Err(RecordingError::DecimalSign { place, found: text_safety::cell(text) });
-                }
-                cell => cell,
-            };
-            builder.cell(line, index, cell)?;
-        }
-        builder.row(line);
-    }
-    let mut notes = reading.notes();
-    if dialect != Dialect::PLAIN {
-        notes.insert(0, Note::Dialect(dialect));
-    }
-    builder.finish(reading.purpose, notes)
-}
-
-/// What a field holds. "nan" and "inf" are numbers here and refused later.
-fn cell(field: &[u8], dialect: Dialect) -> Cell<'_> {
-    if field.is_empty() {
-        return Cell::Blank;
-    }
-    let mut room = [0; 64];
-    let number =
-        if dialect.decimal_comma { dialect.plain(field, &mut room).and_then(parse) } else { parse(field) };
-    number.map_or(Cell::Text(field), Cell::Number)
-}
-
-/// The field as a number, `None` if it is not one.
-fn parse(field: &[u8]) -> Option<f64> {
-    std::str::from_utf8(field).ok()?.parse().ok()
 }

@@ -47,12 +47,11 @@ impl<'a> Observables<'a> {
         let rows = 0..recording.rows();
         let missing = || Missing { observable: name.to_string() };
         match (name, &recording.readings) {
-            ("t_s", _) => Ok(Cow::Borrowed(&recording.time_s)),
             ("pass", _) => Ok(recording.pass.iter().map(|pass| f64::from(*pass)).collect()),
             ("direction", _) => Ok(recording.direction.iter().map(|d| f64::from(*d)).collect()),
-            ("command_deg", _) => recording.command_deg.as_deref().map(Cow::Borrowed).ok_or_else(missing),
-            ("x1_mm", Readings::Pair { x1_mm, .. }) => Ok(Cow::Borrowed(x1_mm)),
-            ("x2_mm", Readings::Pair { x2_mm, .. }) => Ok(Cow::Borrowed(x2_mm)),
+            ("t_s" | "command_deg" | "x1_mm" | "x2_mm", _) => {
+                recording.values(name).map(Cow::Borrowed).ok_or_else(missing)
+            }
             ("s_mm", Readings::Pair { .. }) => Ok(rows.map(|row| recording.reading(row)).collect()),
             ("common_mode_um", Readings::Pair { x1_mm, x2_mm, .. }) => {
                 Ok(x1_mm.iter().zip(x2_mm).map(|(x1, x2)| 500.0 * (x1 + x2)).collect())

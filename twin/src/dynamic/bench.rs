@@ -108,7 +108,7 @@ impl Bench {
         for run in 1..=self.runs {
             let mut source = Source::start(&self.noise, 1, stream(seed, Stream::ReadOut(run)));
             for row in 0..series.t_s.len() {
-                if series.run.as_ref().is_none_or(|runs| runs[row] == run) {
+                if series.run.as_ref().is_none_or(|runs| runs[row] == i64::from(run)) {
                     series.positions[0][row] += self.noise_arcsec * source.draw(0, series.t_s[row]);
                 }
             }
@@ -140,10 +140,10 @@ impl Bench {
             let position = self.model.simulate(std::slice::from_ref(&drive), self.sample_s, start)?;
             series.t_s.extend((0..count).map(|k| k as f64 * self.sample_s));
             if let Some(runs) = &mut series.run {
-                runs.resize(runs.len() + count, run);
+                runs.resize(runs.len() + count, i64::from(run));
             }
             if let Some(periods) = &mut series.period {
-                periods.extend((0..count).map(|k| 1 + (k / self.samples) as u32));
+                periods.extend((0..count).map(|k| 1 + (k / self.samples) as i64));
             }
             series.drives[0].extend(drive);
             series.positions[0].extend(position);

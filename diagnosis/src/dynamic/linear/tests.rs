@@ -88,7 +88,6 @@ fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
         t_s: (0..period.len()).map(|k| k as f64 * 1e-3).collect(),
         drives,
         positions,
-        run_numbers: (0..runs.len() as i64).collect(),
         runs,
         period: Some(period),
         amplitude: Some(amplitude),

@@ -1,11 +1,11 @@
-//! Samples that cannot be readings: listed, and replaced by what the samples before and after say, since the rows of a
-//! moving recording have to stay equidistant.
+//! Samples of a motion that cannot be readings: listed, and replaced by what the samples before and after say, since the
+//! rows of a moving recording have to stay equidistant.
 
 use std::ops::Range;
 
-use crate::thresholds::dynamic::recording::faults::{AROUND, BEYOND, IMAGE, SPIKE};
-use fitter::faults::{BadRow, FaultError, limits, shown};
-use fitter::limits::LARGEST;
+use super::{BadRow, FaultError, limits, shown};
+use crate::limits::LARGEST;
+use crate::table::Place;
 
 /// Replaces the samples of a column that cannot be readings. Of a drive those only that are codes for "no reading" or
 /// beyond all measure: a single high sample may be a pulse that was meant.
@@ -13,33 +13,24 @@ use fitter::limits::LARGEST;
 /// # Errors
 /// [`FaultError`] where more than a tenth of the samples are affected.
 pub fn mend(
-    file: &str,
-    column: &str,
+    place: &dyn Fn(usize) -> Place,
     values: &mut [f64],
     runs: &[Range<usize>],
-    lines: &[u64],
     is_position: bool,
 ) -> Result<Vec<BadRow>, FaultError> {
     let mut found = gross(values);
     let bad: Vec<usize> = found.iter().map(|(row, _)| *row).collect();
     let rows = values.len();
-    let listed = |(row, reason): &(usize, String), value: f64| BadRow {
-        line: lines[*row],
-        column: column.to_string(),
-        value: shown(value),
-        reason: format!("{reason}; replaced by what the samples before and after say"),
+    let listed = |(row, reason): &(usize, String), value: f64| {
+        let Place { line, column, .. } = place(*row);
+        let reason = format!("{reason}; replaced by what the samples before and after say");
+        BadRow { line, column, value: shown(value), reason }
     };
     if bad.len() as f64 > limits::MOST_AFFECTED * rows as f64 {
-        let (row, reason) = &found[0];
-        return Err(FaultError::TooMany {
-            file: file.to_string(),
-            line: lines[*row],
-            column: column.to_string(),
-            found: shown(values[*row]),
-            reason: reason.clone(),
-            affected: bad.len(),
-            rows,
-        });
+        let (row, reason) = found.swap_remove(0);
+        let Place { file, line, column } = place(row);
+        let (found, affected) = (shown(values[row]), bad.len());
+        return Err(FaultError::TooMany { file, line, column, found, reason, affected, rows });
     }
     let whole: Vec<f64> = values.to_vec();
     fill(values, runs, &bad);
@@ -68,7 +59,7 @@ fn gross(values: &[f64]) -> Vec<(usize, String)> {
     }
     let of = |(row, value): (usize, &f64)| {
         let size = (value - middle).abs() / spread;
-        let code = limits::CODES.contains(&value.abs()) && size > BEYOND;
+        let code = limits::CODES.contains(&value.abs()) && size > limits::BEYOND;
         let absurd = size > limits::ABSURD;
         let reason = if value.abs() > LARGEST {
             "beyond any quantity that is measured".to_string()
@@ -83,7 +74,7 @@ fn gross(values: &[f64]) -> Vec<(usize, String)> {
 /// Single positions far from the cubic through the two samples before and the two after.
 fn spikes(values: &[f64], run: &Range<usize>) -> Vec<(usize, String)> {
     let y = &values[run.clone()];
-    if y.len() < 2 * AROUND {
+    if y.len() < 2 * limits::AROUND {
         return Vec::new();
     }
     let n = y.len();
@@ -92,12 +83,12 @@ fn spikes(values: &[f64], run: &Range<usize>) -> Vec<(usize, String)> {
     (3..n - 3)
         .filter_map(|k| {
             let own = away[k];
-            let image = |other: f64| (other / own + 2.0 / 3.0).abs() < IMAGE;
+            let image = |other: f64| (other / own + 2.0 / 3.0).abs() < limits::IMAGE;
             if own == 0.0 || !image(away[k - 1]) || !image(away[k + 1]) {
                 return None;
             }
-            let start = k.saturating_sub(AROUND).min(n - 2 * AROUND);
-            let mut around: Vec<f64> = (start..start + 2 * AROUND)
+            let start = k.saturating_sub(limits::AROUND).min(n - 2 * limits::AROUND);
+            let mut around: Vec<f64> = (start..start + 2 * limits::AROUND)
                 .filter(|other| other.abs_diff(k) > 2)
                 .map(|other| away[other].abs())
                 .collect();
@@ -107,7 +98,7 @@ fn spikes(values: &[f64], run: &Range<usize>) -> Vec<(usize, String)> {
             let size = own.abs() / scatter.max(f64::MIN_POSITIVE);
             let reason =
                 || format!("{own:+.6} away from the samples before and after, {size:.0} times their scatter");
-            (size > SPIKE && scatter > 0.0).then(|| (run.start + k, reason()))
+            (size > limits::SPIKE && scatter > 0.0).then(|| (run.start + k, reason()))
         })
         .collect()
 }
@@ -135,6 +126,34 @@ fn fill(values: &mut [f64], runs: &[Range<usize>], bad: &[usize]) {
     }
 }
 
+/// First row, end and number of rows at which a read-out is cut off: it stands at its extreme for several
+/// rows in a row, again and again, and gets there at speed. (A mechanism that rests arrives slowly.)
+pub fn cut_off(column: &[f64]) -> Option<(usize, &'static str, usize)> {
+    let moves: f64 = column.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
+    let speed = (moves / column.len() as f64).sqrt();
+    for (end, extreme) in [
+        ("largest", column.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+        ("smallest", column.iter().copied().fold(f64::INFINITY, f64::min)),
+    ] {
+        let (mut rows, mut first, mut k) = (0, None, 0);
+        while k < column.len() {
+            let length = column[k..].iter().take_while(|v| **v == extreme).count();
+            let abrupt = k > 0 && (column[k] - column[k - 1]).abs() > 0.25 * speed;
+            if length >= limits::MOVING_CUT_OFF_ROWS && abrupt {
+                rows += length;
+                first = first.or(Some(k));
+            }
+            k += length.max(1);
+        }
+        if let Some(first) = first
+            && rows as f64 > limits::MOVING_CUT_OFF * column.len() as f64
+        {
+            return Some((first, end, rows));
+        }
+    }
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,8 +163,9 @@ mod tests {
     }
 
     fn mended(values: &mut [f64]) -> Vec<BadRow> {
-        let lines: Vec<u64> = (0..values.len() as u64).map(|k| k + 2).collect();
-        mend("r.csv", "position", values, std::slice::from_ref(&(0..values.len())), &lines, true).unwrap()
+        let place = |row| Place { file: "r.csv".into(), line: row as u64 + 2, column: "position".into() };
+        let runs = [0..values.len(); 1];
+        mend(&place, values, &runs, true).unwrap()
     }
 
     #[test]

@@ -3,13 +3,17 @@
 //! A limit is there so that a file that is not what it seems (a gzip file of zeros, a device) ends in a message and
 //! not in the machine's memory. Two of them can be raised by an option of every program.
 
+mod kind;
+
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::bufread::MultiGzDecoder;
 use thiserror::Error;
+
+pub use kind::{Kind, Misplaced, expect, is_utf16};
 
 /// Bytes of a file, decompressed: beyond ten million rows of ten columns. In memory a recording takes about as much.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -45,35 +49,19 @@ fn max_line() -> u64 {
 pub enum LimitError {
     /// The file.
     #[error("holds more than {most} bytes{}; if that is meant, allow more with --max-bytes", if *decompressed { ", decompressed" } else { "" })]
-    Bytes {
-        /// How many are read.
-        most: u64,
-        /// Whether they are counted after decompression.
-        decompressed: bool,
-    },
+    Bytes { most: u64, decompressed: bool },
     /// A file that is parsed as a whole.
     #[error("holds more than {most} bytes, a 16th of --max-bytes; if that is meant, allow more with it")]
-    Parsed {
-        /// How many are read.
-        most: u64,
-    },
+    Parsed { most: u64 },
     /// A line.
     #[error(
         "has a line of more than {most} bytes, a 1024th of --max-bytes, expected one line for each reading; if that \
          is meant, allow more with it"
     )]
-    Line {
-        /// How many are read.
-        most: u64,
-    },
+    Line { most: u64 },
     /// The columns.
     #[error("has {found} columns, expected at most {most}; drop some, or allow more with --max-columns")]
-    Columns {
-        /// How many there are.
-        found: u64,
-        /// How many are read.
-        most: u64,
-    },
+    Columns { found: u64, most: u64 },
 }
 
 impl LimitError {
@@ -132,41 +120,28 @@ pub fn text<'a>(source: impl io::BufRead + 'a, gzip: bool) -> Limited<Box<dyn Re
     Limited { inner, left: max_bytes(), line: 0, decompressed: gzip }
 }
 
-/// All bytes of a file as they lie there.
-///
-/// # Errors
-/// What the system says, or a [`LimitError`].
-pub fn bytes(path: &Path) -> io::Result<Vec<u8>> {
-    at_most(path, max_bytes(), |most| LimitError::Bytes { most, decompressed: false })
-}
-
-/// All bytes of a file, decompressed where it is so.
-///
-/// # Errors
-/// As [`bytes`].
-pub fn unpacked(path: &Path) -> io::Result<Vec<u8>> {
-    let raw = bytes(path)?;
-    if !is_gzip(&path.to_string_lossy(), &raw) {
-        return Ok(raw);
-    }
-    let mut unpacked = Vec::new();
-    text(BufReader::new(&raw[..]), true).read_to_end(&mut unpacked)?;
-    Ok(unpacked)
+/// Whether a path stands for standard input, where a recording is expected.
+pub fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 /// The text of a file that is parsed as a whole: JSON, TOML.
 ///
 /// # Errors
-/// As [`bytes`].
+/// What the system says, a [`LimitError`], or bytes that are no UTF-8 text.
 pub fn parsed(path: &Path) -> io::Result<String> {
-    let bytes = at_most(path, max_parsed(), |most| LimitError::Parsed { most })?;
-    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
-}
-
-fn at_most(path: &Path, most: u64, refused: impl Fn(u64) -> LimitError) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
+    let (mut bytes, most) = (Vec::new(), max_parsed());
     File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most { Err(io::Error::other(refused(most))) } else { Ok(bytes) }
+    if bytes.len() as u64 > most {
+        return Err(io::Error::other(LimitError::Parsed { most }));
+    }
+    let reason = match &bytes[..] {
+        [0x1f, 0x8b, ..] => "it is a gzip file, as of a recording",
+        [b'P', b'A', b'R', b'1', ..] => "it is a Parquet file, as of a recording",
+        text if is_utf16(text) => "it is UTF-16; save it as UTF-8",
+        _ => "it is not UTF-8 text",
+    };
+    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, reason))
 }
 
 #[cfg(test)]

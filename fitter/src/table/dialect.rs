@@ -13,11 +13,11 @@ impl Dialect {
     /// Commas and points, as the recording format has them.
     pub const PLAIN: Dialect = Dialect { delimiter: b',', decimal_comma: false };
 
-    /// Recognises the dialect from the first bytes of a file: the delimiter is the most frequent candidate of the
+    /// Recognises the dialect from the first bytes of a file, comments left out: the delimiter is the most frequent candidate of the
     /// header, and where it is not the comma itself, numbers with a comma and none with a point mean that the comma
     /// is the decimal sign.
     pub fn of(head: &[u8]) -> Dialect {
-        let mut lines = head.split(|byte| *byte == b'\n').filter(|line| !line.trim_ascii().is_empty());
+        let mut lines = head.split(|byte| *byte == b'\n').filter(|line| !skipped(line));
         let Some(header) = lines.next() else { return Dialect::PLAIN };
         let count = |sign: u8| header.iter().filter(|byte| **byte == sign).count();
         // Of equally frequent ones the first: the comma.
@@ -54,6 +54,11 @@ impl Dialect {
     }
 }
 
+/// Whether a line says nothing: it is blank, or a comment.
+fn skipped(line: &[u8]) -> bool {
+    line.trim_ascii().is_empty() || line.starts_with(b"#")
+}
+
 impl std::fmt::Display for Dialect {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let delimiter = match self.delimiter {
@@ -82,6 +87,7 @@ mod tests {
         assert_eq!(of("a\tb\n1,5\t-2,5e-3\n"), (b'\t', true));
         assert_eq!(of("\n\na;b\n1;2\n"), (b';', false));
         assert_eq!(of("a b\n1 2\n"), (b',', false));
+        assert_eq!(of("# a, b, c, d\na;b\n1;2,5\n"), (b';', true));
         // A name with a comma in it does not outvote the delimiter.
         assert_eq!(of("s, mm;t;u\n1,5;2;3\n"), (b';', true));
     }

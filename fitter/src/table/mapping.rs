@@ -4,7 +4,6 @@ use std::str::FromStr;
 
 use super::RecordingError;
 use super::header::nearest;
-use crate::error_model::Sensor;
 use crate::units::{UNIT_NAMES, Unit};
 
 /// One column of a file that stands for one of the recording format.
@@ -57,19 +56,30 @@ pub(super) struct Conversion {
     pub offset: f64,
 }
 
-impl Mapping {
-    /// The conversion into the target's unit: the end of its name, or that of the sensor. None without a unit.
-    fn conversion(&self, file: &str, sensor: Option<&Sensor>) -> Result<Option<Conversion>, RecordingError> {
-        let Some(name) = &self.unit else { return Ok(None) };
-        let (stated, revolution) = match sensor {
-            Some(Sensor::Direct { unit, revolution }) => (Some(unit.as_str()), *revolution),
-            _ => (None, None),
-        };
-        let own = matches!(self.target.as_str(), "measured" | "reference");
-        let target = if own { stated } else { self.target.rsplit_once('_').map(|(_, unit)| unit) };
-        let unit_of = |name: &str| match (name, stated, revolution) {
+/// How the columns of a file are taken: under other names, and converted into the units that are expected.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Naming<'a> {
+    /// Columns under other names.
+    pub mappings: &'a [Mapping],
+    /// Units of columns whose names do not end in one, such as `measured` or `position`, of which several are
+    /// numbered (`position_2`).
+    pub units: &'a [(&'a str, &'a str)],
+    /// One turn in the first of these units, where it is a count.
+    pub revolution: Option<f64>,
+}
+
+impl Naming<'_> {
+    /// The conversion into the target's unit. None without a unit.
+    fn conversion(&self, file: &str, mapping: &Mapping) -> Result<Option<Conversion>, RecordingError> {
+        let Some(name) = &mapping.unit else { return Ok(None) };
+        let ending = mapping.target.rsplit_once('_');
+        let stem =
+            ending.filter(|(_, end)| end.parse::<u32>().is_ok()).map_or(&*mapping.target, |(stem, _)| stem);
+        let stated = self.units.iter().find(|(column, _)| *column == stem).map(|(_, unit)| *unit);
+        let target = stated.or(ending.map(|(_, unit)| unit));
+        let unit_of = |name: &str| match (self.units.first(), self.revolution) {
             // A count, or any other unit of the sensor's own, is what its revolution says.
-            (_, Some(stated), Some(turn)) if name == stated && Unit::named(name).is_none() => {
+            (Some((_, own)), Some(turn)) if name == *own && Unit::named(name).is_none() => {
                 Some(Unit::part_of_turn(turn))
             }
             _ => Unit::named(name),
@@ -82,55 +92,48 @@ impl Mapping {
             Some((factor, offset)) => Ok(Some(Conversion { factor, offset })),
             None => Err(RecordingError::MappedUnit {
                 file: file.to_string(),
-                target: self.target.clone(),
+                target: mapping.target.clone(),
                 found: name.clone(),
                 expected: target.unwrap_or("a number without a unit").to_string(),
             }),
         }
     }
-}
 
-/// Gives the columns of a header the names that they are mapped to; beside them how each is converted.
-pub(super) fn rename(
-    file: &str,
-    names: &mut [String],
-    mappings: &[Mapping],
-    sensor: Option<&Sensor>,
-) -> Result<Vec<Option<Conversion>>, RecordingError> {
-    let mut conversions = vec![None; names.len()];
-    let original = names.to_vec();
-    for mapping in mappings {
-        let Some(index) = original.iter().position(|name| *name == mapping.source) else {
-            return Err(RecordingError::MappedColumn {
-                file: file.to_string(),
-                target: mapping.target.clone(),
-                column: mapping.source.clone(),
-                found: original.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
-                similar: nearest(&mapping.source, original.iter().map(String::as_str)).map(str::to_string),
-            });
-        };
-        let twice = mappings.iter().filter(|other| other.target == mapping.target).count() > 1
-            || mappings.iter().filter(|other| other.source == mapping.source).count() > 1;
-        if twice {
-            return Err(RecordingError::MappedTwice {
-                target: mapping.target.clone(),
-                column: mapping.source.clone(),
-            });
+    /// The names that the columns of a header are mapped to, and how each is converted.
+    pub(super) fn rename(
+        &self,
+        file: &str,
+        in_file: &[String],
+    ) -> Result<(Vec<String>, Vec<Option<Conversion>>), RecordingError> {
+        let (mut names, mut conversions) = (in_file.to_vec(), vec![None; in_file.len()]);
+        for mapping in self.mappings {
+            let Mapping { target, source, .. } = mapping;
+            let Some(index) = in_file.iter().position(|name| name == source) else {
+                return Err(RecordingError::MappedColumn {
+                    file: file.to_string(),
+                    target: target.clone(),
+                    column: source.clone(),
+                    found: in_file.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
+                    similar: nearest(source, in_file.iter().map(String::as_str)).map(str::to_string),
+                });
+            };
+            let count = |same: &dyn Fn(&Mapping) -> bool| self.mappings.iter().filter(|m| same(m)).count();
+            if count(&|other| other.target == *target) > 1 || count(&|other| other.source == *source) > 1 {
+                return Err(RecordingError::MappedTwice { target: target.clone(), column: source.clone() });
+            }
+            names[index] = target.clone();
+            conversions[index] = self.conversion(file, mapping)?;
         }
-        names[index] = mapping.target.clone();
-        conversions[index] = mapping.conversion(file, sensor)?;
-    }
-    // A column that has a mapped name of its own keeps it under another: the mapping says which is meant.
-    for index in 0..names.len() {
-        let mapped = mappings.iter().any(|mapping| mapping.target == names[index]);
-        if mapped
-            && original[index] == names[index]
-            && names.iter().filter(|n| **n == names[index]).count() > 1
-        {
-            names[index] = format!("{}_in_file", names[index]);
+        // A column that has a mapped name of its own keeps it under another: the mapping says which is meant.
+        for index in 0..names.len() {
+            let mapped = self.mappings.iter().any(|mapping| mapping.target == names[index]);
+            let double = names.iter().filter(|name| **name == names[index]).count() > 1;
+            if mapped && double && in_file[index] == names[index] {
+                names[index] += "_in_file";
+            }
         }
+        Ok((names, conversions))
     }
-    Ok(conversions)
 }
 
 #[cfg(test)]

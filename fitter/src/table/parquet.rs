@@ -10,9 +10,8 @@ use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-use super::build::Cell;
-use super::read::Reading;
-use super::{Recording, RecordingError};
+use super::columns::{Cell, Columns, Uses};
+use super::{Dialect, Naming, RecordingError, Table};
 use crate::input::{self, LimitError};
 
 thread_local! {
@@ -21,7 +20,7 @@ thread_local! {
 
 /// Reads the file; its hash is left blank. The crate panics at some files whose parts contradict each other: that is
 /// caught here, without a word of its own, and reported as damage.
-pub(super) fn read(file: &str, source: File, reading: &Reading) -> Result<Recording, RecordingError> {
+pub(super) fn read(file: &str, source: File, naming: &Naming, uses: &Uses) -> Result<Table, RecordingError> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let usual = panic::take_hook();
@@ -32,7 +31,7 @@ pub(super) fn read(file: &str, source: File, reading: &Reading) -> Result<Record
         }));
     });
     QUIET.set(true);
-    let read = panic::catch_unwind(AssertUnwindSafe(|| read_trusting(file, source, reading)));
+    let read = panic::catch_unwind(AssertUnwindSafe(|| read_trusting(file, source, naming, uses)));
     QUIET.set(false);
     read.unwrap_or_else(|panicked| {
         let text = panicked.downcast_ref::<String>().map(String::as_str);
@@ -58,42 +57,45 @@ fn check_size(metadata: &ParquetMetaData) -> Result<(), LimitError> {
     Ok(())
 }
 
-fn read_trusting(file: &str, source: File, reading: &Reading) -> Result<Recording, RecordingError> {
+fn read_trusting(file: &str, source: File, naming: &Naming, uses: &Uses) -> Result<Table, RecordingError> {
     let broken = |error: parquet::errors::ParquetError| RecordingError::Parquet {
         file: file.to_string(),
         reason: error.to_string(),
     };
     let reader = SerializedFileReader::new(source).map_err(broken)?;
     check_size(reader.metadata()).map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
-    let schema = reader.metadata().file_metadata().schema();
     let mut names = Vec::new();
-    for column in schema.get_fields() {
+    for column in reader.metadata().file_metadata().schema().get_fields() {
         let info = column.get_basic_info();
-        let repeated = info.has_repetition() && info.repetition() == parquet::basic::Repetition::REPEATED;
-        if column.is_group() || repeated {
-            let found =
-                if repeated { "a repeated field".to_string() } else { "a group of fields".to_string() };
-            return Err(RecordingError::Nested {
-                file: file.to_string(),
-                column: column.name().to_string(),
-                found,
-            });
-        }
-        names.push(column.name().to_string());
+        let found = if info.has_repetition() && info.repetition() == parquet::basic::Repetition::REPEATED {
+            "a repeated field"
+        } else if column.is_group() {
+            "a group of fields"
+        } else {
+            names.push(column.name().to_string());
+            continue;
+        };
+        let column = column.name().to_string();
+        return Err(RecordingError::Nested { file: file.to_string(), column, found });
     }
-    let mut builder = reading.builder(file, names)?;
-    for (number, row) in reader.get_row_iter(None).map_err(broken)?.enumerate() {
-        let (row, line) = (row.map_err(broken)?, number as u64 + 1);
+    let mut columns = Columns::new(file, file.to_string(), names, naming, uses)?;
+    for (line, row) in (1..).zip(reader.get_row_iter(None).map_err(broken)?) {
+        let row = row.map_err(broken)?;
         for (index, (_, field)) in row.get_column_iter().enumerate() {
+            if !columns.reads(index) {
+                continue;
+            }
+            let text = || field.to_string();
             match number_of(field) {
-                Some(value) => builder.cell(line, index, Cell::Number(value))?,
-                None if matches!(field, Field::Null) => builder.cell(line, index, Cell::Null)?,
-                None => builder.cell(line, index, Cell::Text(field.to_string().as_bytes()))?,
+                // A number is as fine as its shortest decimal.
+                Some(value) => columns.cell(line, index, Cell::Number(value), || value.to_string())?,
+                None if matches!(field, Field::Null) => columns.cell(line, index, Cell::Null, text)?,
+                None => columns.cell(line, index, Cell::Text(text().as_bytes()), text)?,
             }
         }
-        builder.row(line);
+        columns.row(line);
     }
-    builder.finish(reading.purpose, reading.notes())
+    columns.finish(Dialect::PLAIN)
 }
 
 /// The field as a number: times in seconds; none of text, dates and nulls.

@@ -3,7 +3,7 @@
 
 use thiserror::Error;
 
-use crate::input::LimitError;
+use crate::input::{LimitError, Misplaced};
 use crate::text_safety::UnsafeText;
 
 /// A place in a recording's file.
@@ -11,7 +11,7 @@ use crate::text_safety::UnsafeText;
 pub struct Place {
     /// The file as it was named.
     pub file: String,
-    /// Line number, the header being line 1.
+    /// Line number, the first line being 1.
     pub line: u64,
     /// The column's name.
     pub column: String,
@@ -38,17 +38,41 @@ impl RecordingError {
     }
 }
 
+/// Which columns are missing, and how each can be given: by the name that is nearly it, or by any other.
+fn absent(columns: &[(String, Option<String>)]) -> String {
+    let names: Vec<String> = columns.iter().map(|(name, _)| format!("`{name}`")).collect();
+    if let [name] = &names[..] {
+        format!("column {name} is missing")
+    } else {
+        format!("columns {} are missing", names.join(", "))
+    }
+}
+
+fn mend(columns: &[(String, Option<String>)]) -> String {
+    let given = columns
+        .iter()
+        .map(|(name, similar)| format!("{name}={}", similar.as_deref().unwrap_or("<your column>")));
+    let maps = given.collect::<Vec<_>>().join(" ");
+    match columns {
+        [(_, Some(similar))] => format!("rename `{similar}`, if that is what it is, or map it: {maps}"),
+        [_] => format!("add it, or map the column that it is: {maps}"),
+        _ => format!("add them, or map the columns that they are: {maps}"),
+    }
+}
+
 /// Why a recording is refused.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     #[error("{file}: there is no such file; check the path of the recording")]
     NotFound { file: String },
-    #[error("{file}: is a directory, expected a recording (CSV, or CSV.gz); name the file itself")]
+    #[error("{file}: is a directory, expected a recording (CSV, CSV.gz or Parquet); name the file itself")]
     IsDirectory { file: String },
     #[error("{file}: cannot be read ({reason}); check the file's permissions and medium")]
     Unreadable { file: String, reason: String },
     #[error("{file}: {limit}")]
     Limit { file: String, limit: LimitError },
+    #[error(transparent)]
+    Misplaced(#[from] Misplaced),
     #[error("{file}: is empty, expected a header row and one row per reading; record or export it again")]
     Empty { file: String },
     #[error("{file}: has a header but no reading, expected one row per reading; export the rows as well")]
@@ -58,26 +82,27 @@ pub enum RecordingError {
          name of a plain CSV"
     )]
     DamagedGzip { file: String, reason: String },
+    #[error("{file}: is UTF-16, expected UTF-8; save it as UTF-8")]
+    Utf16 { file: String },
     #[error(
         "{file}, line {line}: found bytes that are not UTF-8 text, expected a CSV text file; export it as \
          UTF-8 CSV"
     )]
     NotText { file: String, line: u64 },
     #[error(
-        "{file}, line 1: found columns separated by {found}, expected commas, semicolons or tabs; export it as \
-         comma-separated values"
+        "{at}: found columns separated by spaces, expected commas, semicolons or tabs; export it as comma-separated values"
     )]
-    Separator { file: String, found: &'static str },
+    Separator { at: String },
     #[error(
-        "--map {target}={column}: {file} has no column `{column}`; found {found}{}",
+        "{target}={column} is mapped, but {file} has no column `{column}`; found {found}{}",
         similar.as_ref().map_or(String::new(), |s| format!("; did you mean `{s}`?"))
     )]
     MappedColumn { file: String, target: String, column: String, found: String, similar: Option<String> },
-    #[error("--map {target}={column}: the name or the column is mapped twice; keep one of the two")]
+    #[error("{target}={column} is mapped, but the name or the column is mapped twice; keep one of the two")]
     MappedTwice { target: String, column: String },
     #[error(
-        "--map {target}: found the unit `{found}` for {file}, expected one that converts into {expected}; correct the \
-         unit, or leave it out"
+        "{target} is mapped, but its unit in {file} is `{found}`, expected one that converts into {expected}; correct \
+         the unit, or leave it out"
     )]
     MappedUnit { file: String, target: String, found: String, expected: String },
     #[error(
@@ -90,7 +115,7 @@ pub enum RecordingError {
         "{file}, column `{column}`: is nested ({found}), expected plain columns of numbers; write each part as a column \
          of its own"
     )]
-    Nested { file: String, column: String, found: String },
+    Nested { file: String, column: String, found: &'static str },
     #[error("{place}: is null, expected a number (only optional columns may have nulls); drop the row")]
     Null { place: Place },
     #[error(
@@ -99,27 +124,29 @@ pub enum RecordingError {
     NoParquet { file: String },
     #[error("{file}: is a LabVIEW TDMS file, expected CSV or Parquet; export its channels as one of the two")]
     NoTdms { file: String },
-    #[error("{file}, line 1: column {number} has no name, expected a name in every field of the header")]
-    UnnamedColumn { file: String, number: usize },
-    #[error("{file}, line 1: column `{column}` stands there twice; keep one of the two or rename the other")]
-    DoubledColumn { file: String, column: String },
-    #[error("{file}, line 1: the name of column {number}, `{column}`, {reason}; rename the column")]
-    UnsafeColumn { file: String, number: usize, column: String, reason: UnsafeText },
+    #[error("{at}: column {number} has no name, expected a name in every field of the header")]
+    UnnamedColumn { at: String, number: usize },
+    #[error("{at}: column `{column}` stands there twice; keep one of the two or rename the other")]
+    DoubledColumn { at: String, column: String },
+    #[error("{at}: the name of column {number}, `{column}`, {reason}; rename the column")]
+    UnsafeColumn { at: String, number: usize, column: String, reason: UnsafeText },
+    #[error("{at}: {}; found {found}; {}", absent(missing), mend(missing))]
+    MissingColumns {
+        at: String,
+        /// The missing columns, and for each the name in the file that is nearly it.
+        missing: Vec<(String, Option<String>)>,
+        found: String,
+    },
     #[error(
-        "{file}, line 1: column `{column}` is missing; found {found}{}",
-        similar.as_ref().map_or(String::from("; add it"), |s| format!("; rename `{s}`, if that is what it is"))
-    )]
-    MissingColumn { file: String, column: String, found: String, similar: Option<String> },
-    #[error(
-        "{file}, line 1: found both `{pair}` and `{direct}`, expected the columns of one sensor: `x1_mm`, \
+        "{at}: found both `{pair}` and `{direct}`, expected the columns of one sensor: `x1_mm`, \
          `x2_mm`, `reference_arcsec`, or `measured`, `reference`; drop one group"
     )]
-    TwoSensors { file: String, pair: String, direct: String },
+    TwoSensors { at: String, pair: String, direct: String },
     #[error(
         "{file}, line {line}: found {found} fields, expected {expected} as in the header; mend the row (a \
          comma as decimal sign, or a row cut short?)"
     )]
-    FieldCount { file: String, line: u64, found: u64, expected: u64 },
+    FieldCount { file: String, line: u64, found: usize, expected: usize },
     #[error("{place}: found `{found}`, expected a number; correct the cell or drop the row")]
     NotANumber { place: Place, found: String },
     #[error(
@@ -129,8 +156,13 @@ pub enum RecordingError {
     NotFinite { place: Place, found: String },
     #[error("{place}: is blank, expected a number (only optional columns may have blanks); drop the row")]
     Blank { place: Place },
-    #[error("{place}: found `{found}`, expected the whole number of the pass (0, 1, 2 …); number the passes")]
-    PassNumber { place: Place, found: String },
-    #[error("{place}: found `{found}`, expected 1 (forward) or -1 (backward); correct the direction")]
+    #[error(
+        "{place}: found `{found}`, expected a whole number (0, 1, 2 …), one for all rows that belong together; number \
+         them"
+    )]
+    NotWhole { place: Place, found: String },
+    #[error(
+        "{place}: found `{found}`, expected 1 (forward) or -1 (backward), or throughout 1 and 0; correct the direction"
+    )]
     Direction { place: Place, found: String },
 }

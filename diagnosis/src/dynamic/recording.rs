@@ -1,0 +1,189 @@
+//! A dynamic recording: equidistant rows of drives and positions, in one or several runs.
+//!
+//! Columns: `t_s`, `drive` (or `drive_1`, `drive_2`, …), `position` (or `position_1`, …); optional `run`,
+//! `period`, `amplitude`, `command`. Any other column is ignored.
+
+use std::ops::Range;
+use std::path::Path;
+
+use fitter::faults::moving;
+use fitter::table::{Header, Lines, Mapping, Naming, Place, Table, family};
+use motion::Series;
+
+use super::fault::DynamicError;
+use crate::thresholds::dynamic::recording::LEAST_ROWS;
+
+/// How a recording is read: what the plant says of it, and columns under other names.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reading<'a> {
+    /// The unit into which a mapped `position` is converted.
+    pub position_unit: &'a str,
+    /// The unit into which a mapped `drive` is converted.
+    pub drive_unit: &'a str,
+    /// The column that the controller followed, where there is one.
+    pub command: Option<&'a str>,
+    /// Columns under other names and in other units.
+    pub mappings: &'a [Mapping],
+}
+
+/// A checked dynamic recording, columnar; every number in it is finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DynamicRecording {
+    /// File name without its folder.
+    pub file: String,
+    /// SHA-256 of the file's bytes as they lie on disk, hexadecimal.
+    pub sha256: String,
+    /// Time from one row to the next, s.
+    pub step_s: f64,
+    /// Time of every row, s.
+    pub t_s: Vec<f64>,
+    /// The drives, one column each, in drive units.
+    pub drives: Vec<Vec<f64>>,
+    /// The positions, one column each, in position units.
+    pub positions: Vec<Vec<f64>>,
+    /// Rows of every run, in order, all of the same length.
+    pub runs: Vec<Range<usize>>,
+    /// Number of the period of every row, where the excitation is periodic and in steady state.
+    pub period: Option<Vec<i64>>,
+    /// Amplitude of the excitation of every row.
+    pub amplitude: Option<Vec<f64>>,
+    /// What the controller followed, from the column that the plant names.
+    pub command: Option<Vec<f64>>,
+    /// Samples that cannot be readings; what the samples before and after say stands in their place.
+    pub bad_rows: Vec<fitter::faults::BadRow>,
+}
+
+impl DynamicRecording {
+    /// Reads the recording at `path`; `-` is standard input.
+    ///
+    /// # Errors
+    /// One of [`DynamicError`].
+    pub fn read(path: &Path, reading: &Reading) -> Result<DynamicRecording, DynamicError> {
+        let units = [("position", reading.position_unit), ("drive", reading.drive_unit)];
+        let naming = Naming { mappings: reading.mappings, units: &units, revolution: None };
+        let further: Vec<&str> = ["amplitude"].into_iter().chain(reading.command).collect();
+        let uses = |header: &Header| Series::uses(header, true, &further);
+        DynamicRecording::of(Table::read(path, &naming, &uses, &mut |_| {})?, reading.command)
+    }
+
+    fn of(mut table: Table, command: Option<&str>) -> Result<DynamicRecording, DynamicError> {
+        let command = match command {
+            None => None,
+            Some(name) => match table.columns.iter().find(|column| column.name == name) {
+                Some(column) => Some(column.values.clone()),
+                None => {
+                    let (found, at) = (table.header.listed(), table.header.at);
+                    let column = name.into();
+                    return Err(DynamicError::Feedback { at, column, found });
+                }
+            },
+        };
+        let series = Series::of(&mut table);
+        let file = &table.header.file;
+        let step_s = series.step_s(file, &table.lines, table.rounding, LEAST_ROWS)?;
+        let runs = series.runs();
+        let number = |run: &Range<usize>| series.run.as_ref().map_or(0, |numbers| numbers[run.start]);
+        let expected = runs[0].len();
+        if let Some(other) = runs.iter().find(|run| run.len() != expected) {
+            let (file, found) = (file.clone(), other.len());
+            let (run, first) = (number(other), number(&runs[0]));
+            return Err(DynamicError::RunLength { file, run, found, first, expected });
+        }
+        let names = ["drive", "position"].map(|stem| family(&table.header.names, stem));
+        let Series { t_s, period, mut drives, mut positions, .. } = series;
+        let mut bad_rows = Vec::new();
+        for (group, names, is_position) in
+            [(&mut drives, &names[0], false), (&mut positions, &names[1], true)]
+        {
+            for (values, name) in group.iter_mut().zip(names) {
+                let place = |row| {
+                    let (line, column) = (table.lines.of(row), name.clone());
+                    Place { file: file.clone(), line, column }
+                };
+                bad_rows.extend(moving::mend(&place, values, &runs, is_position).map_err(Box::new)?);
+                check(file, &table.lines, values, name, is_position)?;
+            }
+        }
+        let amplitude = table.take("amplitude");
+        let Table { file, sha256, .. } = table;
+        Ok(DynamicRecording {
+            file,
+            sha256,
+            step_s,
+            t_s,
+            drives,
+            positions,
+            runs,
+            period,
+            amplitude,
+            command,
+            bad_rows,
+        })
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.t_s.len()
+    }
+
+    /// Rows at the start of every run that give its initial state and are not scored: 50, or none in a
+    /// periodic steady state.
+    pub fn unscored(&self) -> usize {
+        if self.period.is_some() { 0 } else { 50 }
+    }
+
+    /// Whether a row is scored.
+    pub fn scored(&self, row: usize) -> bool {
+        let start = self.runs.iter().find(|r| r.contains(&row)).map_or(0, |r| r.start);
+        row >= start + self.unscored()
+    }
+
+    /// Refuses `other` as a held-out recording of the same device where its rate or channels differ.
+    ///
+    /// # Errors
+    /// [`DynamicError::Rate`], [`DynamicError::OtherChannels`].
+    pub fn comparable(&self, other: &DynamicRecording) -> Result<(), DynamicError> {
+        if (other.step_s / self.step_s - 1.0).abs() > 1e-3 {
+            return Err(DynamicError::Rate {
+                file: other.file.clone(),
+                found: other.step_s,
+                expected: self.step_s,
+                recording: self.file.clone(),
+            });
+        }
+        let channels =
+            |r: &DynamicRecording| format!("{} drives and {} positions", r.drives.len(), r.positions.len());
+        if channels(other) != channels(self) {
+            return Err(DynamicError::OtherChannels {
+                file: other.file.clone(),
+                found: channels(other),
+                expected: channels(self),
+                recording: self.file.clone(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a drive or a position that stands still, and a position that is cut off.
+fn check(
+    file: &str,
+    lines: &Lines,
+    values: &[f64],
+    name: &str,
+    is_position: bool,
+) -> Result<(), DynamicError> {
+    let (file, column, value) = (file.to_string(), name.to_string(), values[0]);
+    match values.iter().all(|other| *other == value) {
+        true if is_position => return Err(DynamicError::ConstantPosition { file, column, value }),
+        true => return Err(DynamicError::ConstantDrive { file, column, value }),
+        false => {}
+    }
+    match moving::cut_off(values) {
+        Some((row, end, rows)) if is_position => {
+            let (line, value) = (lines.of(row), values[row]);
+            Err(DynamicError::Saturated { file, line, column, end, value, rows })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,79 @@
+//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or Parquet.
+//!
+//! This is the one reader of recordings. What a column means is not known here: a kind of recording says of each column
+//! of a header how it is used ([`Use`]), and takes what was read.
+
+mod columns;
+mod dialect;
+mod error;
+mod header;
+mod lines;
+mod mapping;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod source;
+mod text;
+
+pub use columns::Uses;
+pub use dialect::Dialect;
+pub use error::{Place, RecordingError};
+pub use header::{Header, family, nearest};
+pub use lines::Lines;
+pub use mapping::{Mapping, Naming};
+
+/// How a column is used.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Use {
+    /// Not at all.
+    Ignored,
+    /// Where it holds numbers; cells may be blank.
+    Optional,
+    /// Every cell is a finite number.
+    Needed,
+    /// As needed, and how finely the numbers are printed matters.
+    Printed,
+    /// Every cell is a whole number, at most 10⁹.
+    Whole,
+    /// Every cell is a number, or one of these words for it, in lower case.
+    Words(&'static [(&'static str, f64)]),
+}
+
+/// A column as it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Column {
+    /// The name in the header, or that to which it is mapped; it ends in the unit (`temperature_c`, `coil_a`).
+    pub name: String,
+    /// One value per row, NaN where the cell is blank.
+    pub values: Vec<f64>,
+}
+
+/// The columns of a file that are used.
+#[derive(Debug)]
+pub struct Table {
+    /// File name without its folder.
+    pub file: String,
+    /// SHA-256 of the bytes of the file as it lies on disk (of a `.gz`, the compressed bytes), hexadecimal.
+    pub sha256: String,
+    /// Number of rows, at least one.
+    pub rows: usize,
+    /// The names of all columns, those that are not used included.
+    pub header: Header,
+    /// The columns that are used, in the order of the file.
+    pub columns: Vec<Column>,
+    /// Optional columns that hold no numbers.
+    pub without_numbers: Vec<String>,
+    /// How far the numbers of the column of [`Use::Printed`] may be rounded: a unit of the last printed digit.
+    pub rounding: f64,
+    /// How the file separates columns and writes numbers.
+    pub dialect: Dialect,
+    /// Where the rows stand in the file.
+    pub lines: Lines,
+}
+
+impl Table {
+    /// The values of a column, which is taken out of the table; none if it is not there.
+    pub fn take(&mut self, name: &str) -> Option<Vec<f64>> {
+        let at = self.columns.iter().position(|column| column.name == name)?;
+        Some(self.columns.remove(at).values)
+    }
+}
