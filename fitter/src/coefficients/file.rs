@@ -10,10 +10,9 @@ use thiserror::Error;
 use super::{Coefficients, Diagnosed, SCHEMA, VERSION_TURN as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
-use crate::mirror::is_identifier;
 use crate::pretty::Pretty;
 use crate::terms::Term;
-use crate::text_safety;
+use crate::text_safety::{self, is_identifier};
 use crate::turn::Turn;
 
 /// Why a coefficients file is refused.

@@ -15,7 +15,6 @@ pub mod left;
 pub mod limits;
 mod repeated;
 mod scale;
-pub mod summary;
 mod trend;
 
 use std::borrow::Cow;

@@ -4,21 +4,31 @@
 //! `command_deg`, then `x1_mm`, `x2_mm`, `reference_arcsec` of an eddy-current pair or `measured`,
 //! `reference` of a direct sensor. Any other numeric column is kept as a further observable.
 
+#[cfg(feature = "fit")]
 mod build;
 mod checks;
 mod dialect;
+#[cfg(feature = "fit")]
 mod fault;
+#[cfg(feature = "fit")]
 mod header;
+#[cfg(feature = "fit")]
 mod mapping;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(feature = "fit")]
 mod read;
 
 pub use dialect::Dialect;
+#[cfg(feature = "fit")]
 pub use fault::{Place, RecordingError};
+#[cfg(feature = "fit")]
 pub(crate) use header::nearest;
+#[cfg(feature = "fit")]
 pub use header::safe_column;
+#[cfg(feature = "fit")]
 pub use mapping::Mapping;
+#[cfg(feature = "fit")]
 pub use read::{Purpose, Reading};
 
 /// A further observable that a mismatch may depend on.
