@@ -1,14 +1,28 @@
-//! `arcsmith`: one front door over `fitter`, `codegen`, `diagnose`, `twin` and `trials`. Every command is that of
-//! the single program, from the same function.
+//! `arcsmith`: arguments, progress and printing. Every command has a file of its name; `generate`, `check` and `verify`
+//! are those of `codegen::cli`, which the package `codegen` needs for its own program.
 
-mod rename;
+mod apply;
+mod completions;
+mod diagnose;
+mod effects;
+mod encode;
+mod excite;
+mod explore;
+mod fit;
+mod init;
+mod input;
+mod man;
+mod record;
+mod report;
+mod simulate;
+mod trials;
 
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use fitter::cli::common::program;
-use fitter::cli::{Common, pages};
-use miette::Result;
+use clap::{CommandFactory, Parser, Subcommand};
+use codegen::cli::{self, terminal};
+
+use terminal::{Common, Result, program, say};
 
 /// Calibration recordings of a mirror or an encoder in, proven firmware correction out.
 #[derive(Parser)]
@@ -30,54 +44,80 @@ Examples:
 
 #[derive(Subcommand)]
 enum Command {
-    #[command(flatten)]
-    Fit(fitter::cli::Work),
+    /// Choose the order, identify the coefficients, write coefficients.json
+    Fit(fit::FitArgs),
+    /// Write the corrected reading of every row of a recording
+    Apply(apply::ApplyArgs),
+    /// Draw a calibration and its verification as one page and as SVG files
+    Report(report::ReportArgs),
+    /// Write a commented mirror.toml to fill in
+    Init(init::InitArgs),
+    /// Print the JSON schema of mirror.toml
+    Schema,
     /// Locate where recordings differ from their simulation, name the physics, show that the fit improves
-    #[command(after_help = diagnosis::cli::EXAMPLES)]
-    Diagnose(diagnosis::cli::Arguments),
+    #[command(after_help = diagnose::EXAMPLES)]
+    Diagnose(diagnose::Arguments),
     /// Generate the correction in Rust and C, with a proven bound
     ///
     /// Generates from the coefficients that are named, or from the one file of them that lies in the folder.
-    #[command(after_help = codegen::cli::EXAMPLES)]
-    Generate(Box<codegen::cli::Arguments>),
-    #[command(flatten)]
-    Check(Box<codegen::cli::Command>),
-    #[command(flatten)]
-    Simulate(twin::cli::Command),
+    #[command(after_help = cli::GENERATE)]
+    Generate(Box<cli::Arguments>),
+    /// Compare what is in the output folder with what would be generated
+    ///
+    /// The exit code is 1 where the folder is stale; nothing is written.
+    #[command(after_help = cli::CHECK)]
+    Check(Box<cli::Check>),
+    /// List the Pareto-optimal routines (bound, instructions, flash) for every core
+    Explore(Box<explore::ExploreArgs>),
+    /// Check the generated files from outside
+    ///
+    /// Recomputes the certificate and sweeps the compiled Rust and C against a bounded reference; the exit code
+    /// is 1 where anything does not hold.
+    #[command(after_help = cli::VERIFY)]
+    Verify(Box<cli::Verify>),
+    /// Simulate a calibration: step a mirror in closed loop on the calculated angle, and write its log
+    Record(record::Record),
+    /// Simulate a magnetic encoder that is turned against a reference, and write what both read
+    Encode(encode::Encode),
+    /// Simulate a mirror that is excited, and write drive and position
+    Excite(excite::Excite),
+    /// Run a plant, with all that was found in it, on the drive of a recording, and write the position
+    Simulate(simulate::Simulate),
+    /// List the effects that can be hidden in a simulated device, with their parameters
+    Effects,
     /// Conceal effects in simulated recordings, have them diagnosed blind, and score the answers
-    #[command(after_help = trials::cli::EXAMPLES)]
-    Trials(Trials),
+    Trials(trials::TrialsArgs),
     /// Print the completions of a shell
-    #[command(after_help = fitter::cli::COMPLETIONS)]
-    Completions(pages::CompletionsArgs),
+    Completions(completions::CompletionsArgs),
     /// Print the manual page, or write those of all commands
-    #[command(after_help = fitter::cli::MANUAL)]
-    Man(pages::ManArgs),
-}
-
-#[derive(Args)]
-struct Trials {
-    #[command(subcommand)]
-    command: trials::cli::Command,
+    Man(man::ManArgs),
 }
 
 fn main() -> ExitCode {
-    let own = rename::renamed(Cli::command());
-    let parsed = own.clone().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
-    program(parsed, |cli| run(cli, own))
+    program(Cli::try_parse(), run)
 }
 
-fn run(cli: Cli, own: clap::Command) -> Result<ExitCode> {
-    let common = cli.common;
-    match cli.command {
-        Command::Fit(command) => fitter::cli::run(command, common)?,
-        Command::Diagnose(arguments) => diagnosis::cli::run(&arguments, common)?,
-        Command::Generate(arguments) => return codegen::cli::generated(&arguments),
-        Command::Check(command) => return codegen::cli::run(&command),
-        Command::Simulate(command) => twin::cli::run(command, common)?,
-        Command::Trials(trials) => return trials::cli::run(&trials.command, common),
-        Command::Completions(args) => pages::completions(&args, own),
-        Command::Man(args) => pages::man(&args, own, common)?,
+fn run(Cli { common, command }: Cli) -> Result<ExitCode> {
+    common.limit();
+    match command {
+        Command::Fit(args) => fit::run(&args, common)?,
+        Command::Apply(args) => apply::run(&args, common)?,
+        Command::Report(args) => report::run(&args, common)?,
+        Command::Init(args) => init::run(&args, common)?,
+        Command::Schema => say(fitter::mirror::SCHEMA.trim_end()),
+        Command::Diagnose(args) => diagnose::run(&args, common)?,
+        Command::Generate(arguments) => return arguments.generate(),
+        Command::Check(check) => return check.run(),
+        Command::Explore(args) => return explore::run(&args),
+        Command::Verify(verify) => return verify.run(),
+        Command::Record(args) => record::run(args, common)?,
+        Command::Encode(args) => encode::run(&args, common)?,
+        Command::Excite(args) => excite::run(args, common)?,
+        Command::Simulate(args) => simulate::run(&args, common)?,
+        Command::Effects => effects::run(common),
+        Command::Trials(args) => return trials::run(&args, common),
+        Command::Completions(args) => completions::run(&args, Cli::command()),
+        Command::Man(args) => man::run(&args, Cli::command(), common)?,
     }
     Ok(ExitCode::SUCCESS)
 }

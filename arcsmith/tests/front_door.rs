@@ -1,5 +1,4 @@
-//! The front door from outside: every command is there with its help, does what the single program does, and
-//! says as much as it was told to.
+//! The program from outside: every command is there with its help, and says as much as it was told to.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -21,7 +20,7 @@ fn text(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
-/// What the front door has to lead to.
+/// What there has to be.
 const COMMANDS: [&str; 19] = [
     "init",
     "fit",
@@ -47,7 +46,7 @@ const COMMANDS: [&str; 19] = [
 const WITHOUT_EXAMPLES: [&str; 3] = ["schema", "effects", "help"];
 
 #[test]
-fn every_command_is_listed_and_its_help_shows_examples_by_its_own_name() {
+fn every_command_is_listed_and_its_help_shows_examples() {
     let folder = Path::new(".");
     let listing = text(&arcsmith(folder, "--help"));
     for command in COMMANDS {
@@ -64,9 +63,6 @@ fn every_command_is_listed_and_its_help_shows_examples_by_its_own_name() {
         }
         if !WITHOUT_EXAMPLES.contains(&command) {
             assert!(help.contains("Examples:\n  arcsmith "), "{command}: {help}");
-        }
-        for program in ["fitter", "codegen", "twin", "diagnose", "trials"] {
-            assert!(!help.contains(&format!("\n  {program} ")), "{command} shows {program}: {help}");
         }
     }
 }
@@ -125,6 +121,52 @@ fn every_step_says_as_much_as_it_is_told_to() {
     let wrong = arcsmith(folder.path(), "fit nothing.csv --mirror mirror.toml");
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8(wrong.stderr).unwrap().contains("nothing.csv"));
+    let error = |line: &str| -> Value {
+        let wrong = arcsmith(folder.path(), line);
+        assert_eq!((wrong.status.code(), wrong.stdout), (Some(2), Vec::new()), "{line}");
+        serde_json::from_slice::<Value>(&wrong.stderr).unwrap()["error"].take()
+    };
+    std::fs::write(folder.path().join("bad.csv"), BAD_CELL).unwrap();
+    let told = error("fit bad.csv --mirror mirror.toml --json");
+    for (part, value) in [("file", "bad.csv"), ("column", "x1_mm"), ("found", "oops")] {
+        assert_eq!(told[part], value, "{told}");
+    }
+    assert_eq!(told["line"], 3, "{told}");
+    assert!(
+        told["expected"].is_string() && told["mend"].is_string() && told["message"].is_string(),
+        "{told}"
+    );
+    assert!(error("fit --json")["message"].is_string());
+}
+
+const BAD_CELL: &str = "\
+t_s,pass,direction,x1_mm,x2_mm,reference_arcsec
+0,1,1,0.1,-0.1,100
+1,1,1,oops,-0.1,100
+";
+
+#[test]
+fn a_recording_comes_from_standard_input_too() {
+    let folder = tempfile::tempdir().unwrap();
+    text(&arcsmith(folder.path(), "init --quiet"));
+    text(&arcsmith(folder.path(), "record --protocol calibration --schedule coarse --seed 7 --out c.csv.gz"));
+    let fit = |recording: &str, out: &str| {
+        let input = std::fs::File::open(folder.path().join("c.csv.gz")).unwrap();
+        let mut cat = Command::new("cat").stdin(input).stdout(std::process::Stdio::piped()).spawn().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_arcsmith"))
+            .current_dir(folder.path())
+            .args(["fit", recording, "--mirror", "mirror.toml", "--out", out])
+            .stdin(cat.stdout.take().unwrap())
+            .output()
+            .unwrap();
+        cat.wait().unwrap();
+        text(&output);
+        let file = std::fs::read_to_string(folder.path().join(out)).unwrap();
+        serde_json::from_str::<Value>(&file).unwrap()
+    };
+    let (named, piped) = (fit("c.csv.gz", "named.json"), fit("-", "piped.json"));
+    assert_eq!(named["base"], piped["base"]);
+    assert_eq!(named["recording"]["sha256"], piped["recording"]["sha256"]);
 }
 
 #[test]
@@ -150,7 +192,7 @@ fn a_diagnosis_is_told_in_one_screen_or_as_json() {
 }
 
 #[test]
-fn trials_run_the_front_door_itself() {
+fn trials_run_the_program_itself() {
     let folder = tempfile::tempdir().unwrap();
     // A copy alone in its folder: no other program is beside it.
     let program = folder.path().join(format!("arcsmith{}", std::env::consts::EXE_SUFFIX));

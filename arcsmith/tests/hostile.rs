@@ -253,7 +253,7 @@ fn arguments_that_are_not_text_are_taken_as_names_of_files_or_refused() {
         "report",
         "simulate",
         "trials",
-        "generate --units",
+        "generate --devices",
         "--",
         "record --out",
     ] {
@@ -285,7 +285,7 @@ fn output_on_a_full_device_fails_and_a_closed_pipe_does_not() {
         let output = command.stdout(full()).output().unwrap();
         let said = refusal(line, &output);
         assert!(said.contains("standard output cannot be written (No space left"), "{line}: {said}");
-        assert_eq!(said.matches(" × ").count(), 1, "{line}: {said}");
+        assert_eq!(said.matches("error: ").count(), 1, "{line}: {said}");
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = command.stdout(writer).output().unwrap();

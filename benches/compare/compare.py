@@ -100,7 +100,7 @@ def order_table():
     with tempfile.TemporaryDirectory() as folder:
         mirror, out = Path(folder, "mirror.toml"), Path(folder, "coefficients.json")
         mirror.write_text(MIRROR)
-        command = [RELEASE / "fitter", "fit", recording, "--mirror", mirror, "--out", out]
+        command = [RELEASE / "arcsmith", "fit", recording, "--mirror", mirror, "--out", out]
         ours, _ = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 20)
         fitted = json.loads(out.read_text())
     with recording.open() as file:
@@ -116,7 +116,7 @@ def order_table():
     lines = [
         "| | order selection and fit | ratio | largest difference of the fitted curve, rad |",
         "|---|---:|---:|---:|",
-        f"| `fitter fit`, the whole program | {1e3 * ours:.1f} ms | 1 | |",
+        f"| `arcsmith fit`, the whole program | {1e3 * ours:.1f} ms | 1 | |",
     ]
     # lmfit is timed on fewer splits, and its time scaled: it is the slowest by far.
     for name, fit, splits in [("scipy", scipy_fit, SPLITS), ("lmfit", lmfit_fit, 5)]:
@@ -149,7 +149,7 @@ def silverbox_table(folder):
         plant = folder / "silverbox.toml"
         errors, taken, terms = {}, 0.0, ""
         for name, test in tests.items():
-            command = [RELEASE / "diagnose", train, "--plant", plant, "--out", out, "--held-out", test, "--no-report"]
+            command = [RELEASE / "arcsmith", "diagnose", train, "--plant", plant, "--out", out, "--held-out", test, "--no-report"]
             once, _ = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 1)
             taken = max(taken, once)
             simulated = np.loadtxt(Path(out, "silverbox-train.simulated.csv"), delimiter=",", skiprows=1)
@@ -252,12 +252,12 @@ def residual_table():
 
         for name, seed in [("train.csv", "101"), ("test.csv", "102")]:
             concealed = [word for effect in EFFECTS for word in ("--effect", effect)]
-            run("twin", "record", "--protocol", "calibration", "--schedule", "fine", "--temperature", "levels",
+            run("arcsmith", "record", "--protocol", "calibration", "--schedule", "fine", "--temperature", "levels",
                 "--device-seed", "100", "--seed", seed, "--out", name, *concealed)
 
         def left(recording, coefficients):
             """Corrected less reference in arcsec, the mean taken off: the zero of the reference is unknown."""
-            run("fitter", "apply", recording, "--coefficients", coefficients, "--out", "angles.csv")
+            run("arcsmith", "apply", recording, "--coefficients", coefficients, "--out", "angles.csv")
             angles = np.loadtxt(path("angles.csv"), delimiter=",", skiprows=1, usecols=1)
             with path(recording).open() as file:
                 rows = list(csv.DictReader(file))
@@ -265,9 +265,9 @@ def residual_table():
             error = angles - columns["reference_arcsec"]
             return error - error.mean(), columns
 
-        run("fitter", "fit", "train.csv", "--mirror", "mirror.toml", "--out", "base.json")
+        run("arcsmith", "fit", "train.csv", "--mirror", "mirror.toml", "--out", "base.json")
         before, _ = left("test.csv", "base.json")
-        command = ("diagnose", "train.csv", "--mirror", "mirror.toml", "--out", "out", "--no-report")
+        command = ("arcsmith", "diagnose", "train.csv", "--mirror", "mirror.toml", "--out", "out", "--no-report")
         ours, _ = seconds(lambda: run(*command), 1)
         diagnosed, _ = left("test.csv", "out/train.coefficients.json")
         found = json.loads(path("out/train.json").read_text())

@@ -1,7 +1,8 @@
 //! Generation from a build script: what the program does, as functions.
 //!
 //! A firmware's `build.rs` names the coefficients and what is wanted of the routine, and the firmware includes
-//! the module that is written; `cargo build` fails where no routine meets the bound.
+//! the module that is written; `cargo build` fails where no routine meets the bound. On a coefficients file it needs
+//! none of the features: with `default-features = false` little is compiled.
 //!
 //! ```no_run
 //! // build.rs
@@ -40,7 +41,7 @@ use crate::source::{Source, SourceError};
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
     /// Nothing is named to generate from.
-    #[error("nothing is named to generate from: call `coefficients`, or `recording`, or `demo`")]
+    #[error("nothing is named to generate from: call `coefficients` or `recording`")]
     NoSource,
     /// The coefficients leave more than they explain, or cannot be evaluated.
     #[error(transparent)]
@@ -93,13 +94,14 @@ impl Builder {
     }
 
     /// The embedded recording of a simulated mirror, to try it with.
+    #[cfg(feature = "recordings")]
     #[must_use]
     pub fn demo(mut self) -> Self {
         self.source = Some(Source::Embedded);
         self
     }
 
-    /// Coefficients as `fitter fit` or `diagnose` wrote them.
+    /// Coefficients as `fit` or `diagnose` wrote them.
     #[must_use]
     pub fn coefficients(mut self, path: impl Into<PathBuf>) -> Self {
         self.source = Some(Source::Coefficients(path.into()));
@@ -107,6 +109,7 @@ impl Builder {
     }
 
     /// A recording with its nominal mirror, fitted on the way.
+    #[cfg(feature = "recordings")]
     #[must_use]
     pub fn recording(mut self, recording: impl Into<PathBuf>, mirror: impl Into<PathBuf>) -> Self {
         self.source = Some(Source::Recording { recording: recording.into(), mirror: mirror.into() });

@@ -12,6 +12,7 @@ pub mod builder;
 pub mod certificate;
 pub mod choose;
 pub mod claim;
+#[cfg(feature = "program")]
 pub mod cli;
 pub mod cost;
 pub mod design;
@@ -33,7 +34,6 @@ pub mod options;
 pub mod output;
 pub mod physics;
 pub mod piecewise;
-pub mod plot;
 pub mod program;
 pub mod quantity;
 pub mod quantize;

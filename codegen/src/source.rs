@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fitter::coefficients::{Coefficients, CoefficientsError};
+#[cfg(feature = "recordings")]
 use fitter::{FitError, Mirror, MirrorError, Recording, RecordingError, text_safety};
 
 use crate::generate::sha256;
@@ -13,6 +14,7 @@ pub enum Source {
     /// A coefficients file.
     Coefficients(PathBuf),
     /// A recording and its nominal mirror.
+    #[cfg(feature = "recordings")]
     Recording {
         /// The recording.
         recording: PathBuf,
@@ -20,6 +22,7 @@ pub enum Source {
         mirror: PathBuf,
     },
     /// The recording that is embedded in `fitter`.
+    #[cfg(feature = "recordings")]
     Embedded,
 }
 
@@ -30,12 +33,15 @@ pub enum SourceError {
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),
     /// The recording.
+    #[cfg(feature = "recordings")]
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The mirror.
+    #[cfg(feature = "recordings")]
     #[error(transparent)]
     Mirror(#[from] MirrorError),
     /// The fit.
+    #[cfg(feature = "recordings")]
     #[error(transparent)]
     Fit(#[from] FitError),
 }
@@ -45,13 +51,15 @@ impl Source {
     pub fn files(&self) -> Vec<&Path> {
         match self {
             Source::Coefficients(path) => vec![path],
+            #[cfg(feature = "recordings")]
             Source::Recording { recording, mirror } => vec![recording, mirror],
+            #[cfg(feature = "recordings")]
             Source::Embedded => Vec::new(),
         }
     }
 
-    /// The coefficients and the SHA-256 of their file (where they were fitted here: of the file that `fitter
-    /// fit` would have written).
+    /// The coefficients and the SHA-256 of their file (where they were fitted here: of the file that `fit`
+    /// would have written).
     ///
     /// # Errors
     /// [`SourceError`] where a file cannot be read or the fit fails.
@@ -61,10 +69,12 @@ impl Source {
                 let (coefficients, text) = fitter::coefficients::read_with_text(path)?;
                 Ok((coefficients, sha256(&text)))
             }
+            #[cfg(feature = "recordings")]
             Source::Recording { recording, mirror } => {
                 let mirror = Mirror::read(mirror)?;
                 fitted(&Recording::read(recording)?, &mirror, &fit_command(recording))
             }
+            #[cfg(feature = "recordings")]
             Source::Embedded => {
                 let (recording, mirror) = fitter::default_recording()?;
                 fitted(&recording, &mirror, "fitter fit (the embedded recording)")
@@ -73,10 +83,12 @@ impl Source {
     }
 }
 
+#[cfg(feature = "recordings")]
 fn fit_command(recording: &Path) -> String {
     text_safety::command(&format!("fitter fit {}", recording.display()))
 }
 
+#[cfg(feature = "recordings")]
 fn fitted(
     recording: &Recording,
     mirror: &Mirror,

@@ -268,7 +268,7 @@ fn a_later_unit_may_be_a_little_worse() {
 /// About what degree 5 leaves of the paper's error over the range.
 const LOW_DEGREE_ARCSEC: f64 = 0.8;
 
-/// `codegen verify --units`: what is generated holds; a damaged page, table of limits or certificate does not.
+/// `codegen verify --devices`: what is generated holds; a damaged page, table of limits or certificate does not.
 #[test]
 fn what_was_damaged_is_found() {
     let units = three();
@@ -349,15 +349,15 @@ fn bad_input_ends_with_2_and_writes_nothing() {
         program.unwrap()
     };
     for (arguments, said) in [
-        (vec!["--units", "nothing-*.json"], "nothing-*.json"),
-        (vec!["--units", "a.json", "again/a.json"], "unit `a`"),
-        (vec!["--units", "a.json", "broken.json"], "broken.json"),
-        (vec!["--units", "a.json", "--margin", "-1"], "margin"),
-        (vec!["--units", "a.json", "--page-address", "0x11"], "multiple of 16"),
-        (vec!["--units", "a.json", "--format", "f32"], "f32"),
-        (vec!["--units", "a.json", "--target", "cortex-m0"], "--target"),
-        (vec!["--units", "a.json", "--pages-for", "b.json"], "b.json"),
-        (vec!["--units", "a.json", "--from", "-0.5", "--to", "0.5"], "covers"),
+        (vec!["--devices", "nothing-*.json"], "nothing-*.json"),
+        (vec!["--devices", "a.json", "again/a.json"], "unit `a`"),
+        (vec!["--devices", "a.json", "broken.json"], "broken.json"),
+        (vec!["--devices", "a.json", "--margin", "-1"], "margin"),
+        (vec!["--devices", "a.json", "--page-address", "0x11"], "multiple of 16"),
+        (vec!["--devices", "a.json", "--format", "f32"], "f32"),
+        (vec!["--devices", "a.json", "--target", "cortex-m0"], "--target"),
+        (vec!["--devices", "a.json", "--pages-for", "b.json"], "b.json"),
+        (vec!["--devices", "a.json", "--from", "-0.5", "--to", "0.5"], "covers"),
         (vec!["--coefficients", "a.json", "--output-bits", "16"], "--output-bits"),
         (vec!["--coefficients", "a.json", "--flash-bytes", "16"], "--target"),
     ] {
@@ -367,13 +367,13 @@ fn bad_input_ends_with_2_and_writes_nothing() {
         assert!(message.contains(said), "{arguments:?}: {message}");
         assert!(!folder.path().join("out").exists(), "{arguments:?}");
     }
-    let out = run(&["--units", "[a-c].json", "?.json", "--quiet"]);
+    let out = run(&["--devices", "[a-c].json", "?.json", "--quiet"]);
     assert_eq!(out.status.code(), Some(2), "only `*` is a pattern");
-    let out = run(&["--units", "a.json", "b.json", "c.json", "--quiet"]);
+    let out = run(&["--devices", "a.json", "b.json", "c.json", "--quiet"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    let out = run(&["check", "--units", "a.json", "b.json", "c.json", "--quiet"]);
+    let out = run(&["check", "--devices", "a.json", "b.json", "c.json", "--quiet"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stdout));
     std::fs::write(folder.path().join("out/pages/a.bin"), [0; 64]).unwrap();
-    let out = run(&["check", "--units", "a.json", "b.json", "c.json", "--quiet"]);
+    let out = run(&["check", "--devices", "a.json", "b.json", "c.json", "--quiet"]);
     assert_eq!(out.status.code(), Some(1));
 }

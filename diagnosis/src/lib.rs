@@ -11,8 +11,6 @@ pub mod attempt;
 pub mod averaging;
 pub mod base;
 pub mod calibrate;
-pub mod cli;
-mod cli_dynamic;
 pub mod condense;
 pub mod content;
 pub mod correlation;
@@ -43,7 +41,6 @@ pub mod search;
 pub mod simulated;
 pub mod slow_channel;
 pub mod steps;
-pub mod summary;
 mod thresholds;
 pub mod verdict;
 

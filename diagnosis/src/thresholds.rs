@@ -55,12 +55,6 @@ pub mod calibrate {
     pub const TABLE_END: f64 = 120.0;
 }
 
-/// See [`crate::cli`].
-pub mod cli {
-    /// Threads per processor beyond which more only need memory.
-    pub const MOST_THREADS_PER_PROCESSOR: usize = 4;
-}
-
 /// See [`crate::condense`].
 pub mod condense {
     /// Rows above which a recording is condensed, and about how many cells are made of it.
@@ -936,12 +930,6 @@ pub mod steps {
     pub const HIGH: f64 = 2.5;
     /// Part of the readings that may be gross outliers, and how many times wider they scatter.
     pub const OUTLIERS: (f64, f64) = (0.05, 6.0);
-}
-
-/// See [`crate::summary`].
-pub mod summary {
-    /// So many lines of a kind are printed unless everything is.
-    pub const LISTED: usize = 4;
 }
 
 /// See [`crate::verdict`].

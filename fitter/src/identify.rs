@@ -4,7 +4,7 @@
 //! The refinement (Björck 1967: residual and right-hand side in doubled precision) leaves the least-squares
 //! solution rounded once, so that it does not depend on the instruction set that the factorisation ran on.
 
-use faer::Mat;
+use nalgebra::DMatrix;
 
 use crate::basis::Basis;
 use crate::double_double::Double;
@@ -36,15 +36,15 @@ impl Problem<'_> {
 
     /// The triangular factor of the weighted rows with the error as their last column, block by block: each
     /// block's rows are stacked under the factor of those before.
-    fn triangle(&self) -> Mat<f64> {
+    fn triangle(&self) -> DMatrix<f64> {
         let columns = self.order + 2;
-        let mut factor: Mat<f64> = Mat::zeros(0, columns);
+        let mut factor: DMatrix<f64> = DMatrix::zeros(0, columns);
         let mut values = vec![0.0; self.order + 1];
         for start in (0..self.reading.len()).step_by(BLOCK) {
             let end = (start + BLOCK).min(self.reading.len());
             let above = factor.nrows();
-            let mut stacked: Mat<f64> = Mat::zeros(above + end - start, columns);
-            stacked.as_mut().subrows_mut(0, above).copy_from(&factor);
+            let mut stacked = DMatrix::zeros(above + end - start, columns);
+            stacked.rows_mut(0, above).copy_from(&factor);
             for row in start..end {
                 let root = (self.weight)(row).sqrt();
                 self.model_row(row, &mut values);
@@ -53,7 +53,7 @@ impl Problem<'_> {
                 }
                 stacked[(above + row - start, columns - 1)] = root * self.error[row];
             }
-            factor = stacked.qr().thin_R().to_owned();
+            factor = stacked.qr().unpack_r();
         }
         factor
     }
@@ -65,24 +65,20 @@ impl Problem<'_> {
         if triangle.nrows() < parameters {
             return None;
         }
-        let r = triangle.submatrix(0, 0, parameters, parameters);
+        let r = triangle.view((0, 0), (parameters, parameters));
         let largest = (0..parameters).map(|i| r[(i, i)].abs()).fold(0.0, f64::max);
         if (0..parameters).any(|i| r[(i, i)].abs() <= 1e-10 * largest) {
             return None;
         }
-        let mut solution = triangle.submatrix(0, parameters, parameters, 1).to_owned();
-        r.solve_upper_triangular_in_place(solution.as_mut());
-        let mut c: Vec<Double> = (0..parameters).map(|k| Double::from(solution[(k, 0)])).collect();
+        let solution = r.solve_upper_triangular(&triangle.view((0, parameters), (parameters, 1)))?;
+        let mut c: Vec<Double> = solution.iter().map(|c| Double::from(*c)).collect();
         if self.reading.len() <= REFINED_ROWS {
             for _ in 0..4 {
-                let mut step = Mat::zeros(parameters, 1);
-                for (k, gradient) in self.gradient(&c).into_iter().enumerate() {
-                    step[(k, 0)] = gradient.round();
-                }
-                r.transpose().solve_lower_triangular_in_place(step.as_mut());
-                r.solve_upper_triangular_in_place(step.as_mut());
-                for (k, value) in c.iter_mut().enumerate() {
-                    *value = *value + Double::from(step[(k, 0)]);
+                let gradient = self.gradient(&c).into_iter().map(Double::round);
+                let step = r.tr_solve_upper_triangular(&DMatrix::from_iterator(parameters, 1, gradient))?;
+                let step = r.solve_upper_triangular(&step)?;
+                for (c, step) in c.iter_mut().zip(step.iter()) {
+                    *c = *c + Double::from(*step);
                 }
             }
         }
@@ -128,7 +124,7 @@ pub(crate) fn null_direction(
 ) -> Result<NullDirection, FitError> {
     let columns = order + 2;
     let gain = |s: f64| distance_mm / (s * s + distance_mm * distance_mm);
-    let mut jacobian = Mat::from_fn(readings.len(), columns, |row, column| {
+    let mut jacobian = DMatrix::from_fn(readings.len(), columns, |row, column| {
         let s = readings[row];
         match column {
             0 => -gain(s) * s / distance_mm,
@@ -140,10 +136,12 @@ pub(crate) fn null_direction(
         *length = (0..readings.len()).map(|row| jacobian[(row, column)].powi(2)).sum::<f64>().sqrt();
         (0..readings.len()).for_each(|row| jacobian[(row, column)] /= *length);
     }
-    let svd = jacobian.thin_svd().map_err(|_| FitError::Singular)?;
-    let last = columns.min(readings.len()) - 1;
-    let values = svd.S();
-    let vector: Vec<f64> = (0..columns).map(|i| svd.V()[(i, last)] / lengths[i]).collect();
+    // The decomposition sorts its values, the largest first.
+    let svd = jacobian.try_svd(false, true, f64::EPSILON, 0).ok_or(FitError::Singular)?;
+    let right = svd.v_t.ok_or(FitError::Singular)?;
+    let values = svd.singular_values;
+    let last = values.len() - 1;
+    let vector: Vec<f64> = right.row(last).iter().zip(&lengths).map(|(v, length)| v / length).collect();
     let scale = vector[0];
     Ok(NullDirection {
         direction: vector.iter().map(|value| value / scale).collect(),

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use crate::error_model::Sensor;
 use crate::input::{self, Misplaced};
 use crate::table::nearest;
-use crate::text_safety;
+use crate::text_safety::{self, is_identifier};
 
 /// What `fitter init` writes for two eddy-current probes.
 pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
@@ -195,12 +195,4 @@ impl Reader<'_> {
             )),
         }
     }
-}
-
-/// Whether `name` may become part of a name in generated source: ASCII letters, digits and underscores,
-/// a letter first, at most 24 of them.
-pub fn is_identifier(name: &str) -> bool {
-    name.len() <= 24
-        && name.starts_with(|first: char| first.is_ascii_alphabetic())
-        && name.chars().all(|sign| sign.is_ascii_alphanumeric() || sign == '_')
 }

@@ -64,6 +64,14 @@ pub fn name(text: &str) -> Result<(), UnsafeText> {
     checked(text, LONGEST_NAME)
 }
 
+/// Whether `name` may become part of a name in generated source: ASCII letters, digits and underscores,
+/// a letter first, at most 24 of them.
+pub fn is_identifier(name: &str) -> bool {
+    name.len() <= 24
+        && name.starts_with(|first: char| first.is_ascii_alphabetic())
+        && name.chars().all(|sign| sign.is_ascii_alphanumeric() || sign == '_')
+}
+
 /// Whether a text of a file that is read again may be used.
 ///
 /// # Errors

@@ -7,22 +7,9 @@
 //! do differ, neighbouring angles are pooled first: what makes noise uneven (the gap, the drive, the edge
 //! of the autocollimator's field) changes slowly with the angle.
 
-use serde::{Deserialize, Serialize};
-
 use crate::statistics::readable;
 
-/// What the passes say about the noise.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Scatter {
-    /// Standard deviation of one reading between passes at the same angle, pooled over all angles, in the
-    /// unit of the errors.
-    pub standard_deviation: f64,
-    /// Degrees of freedom of that figure.
-    pub degrees_of_freedom: usize,
-    /// Whether the noise differs between angles so clearly that the rows were weighted.
-    pub weighted: bool,
-}
+pub use crate::coefficients::Scatter;
 
 /// Variance of each point with its degrees of freedom.
 pub(crate) struct Variance {

@@ -38,4 +38,4 @@ arcsmith fit enc.csv --mirror encoder.toml --splits 5 --out enc.json
 arcsmith apply cal.csv --coefficients coef.json --out applied.csv
 sed 1s/angle_arcsec/reference_arcsec/ applied.csv >sim.csv
 arcsmith generate --coefficients coef.json --format f32 --degree 3 --bound 100arcsec --out firmware
-arcsmith generate --units coef.json two.json --format q31 --degree 3 --bound 100arcsec --out units
+arcsmith generate --devices coef.json two.json --format q31 --degree 3 --bound 100arcsec --out units

@@ -22,9 +22,9 @@ const fn bad(what: &'static str, command: &'static str, says: &'static [&'static
     Bad { what, command, says }
 }
 
-const FIT: &str = "fitter fit {} --mirror mirror.toml --out new/c.json";
+const FIT: &str = "arcsmith fit {} --mirror mirror.toml --out new/c.json";
 
-/// Recordings that `fitter fit` must refuse; the codegen that fits on the way says the same.
+/// Recordings that `fit` must refuse; the `generate` that fits on the way says the same.
 const RECORDINGS: &[Bad] = &[
     bad("a column is missing", "missing.csv", &["missing.csv, line 1", "`x2_mm`", "missing"]),
     bad("a column stands there twice", "doubled.csv", &["doubled.csv, line 1", "`x1_mm`", "twice"]),
@@ -74,255 +74,283 @@ const RECORDINGS: &[Bad] = &[
 const COMMANDS: &[Bad] = &[
     bad(
         "fewer points than parameters",
-        "fitter fit few.csv --mirror mirror.toml --order 9 --out new/c.json",
+        "arcsmith fit few.csv --mirror mirror.toml --order 9 --out new/c.json",
         &["5 distinct angles", "10 parameters", "--order"],
     ),
     bad(
         "too few points to choose an order",
-        "fitter fit three.csv --mirror mirror.toml --out new/c.json",
+        "arcsmith fit three.csv --mirror mirror.toml --out new/c.json",
         &["3 readings", "--order"],
     ),
     bad(
         "an order that is none",
-        "fitter fit good.csv --mirror mirror.toml --order 99 --out new/c.json",
+        "arcsmith fit good.csv --mirror mirror.toml --order 99 --out new/c.json",
         &["99", "1..=15"],
     ),
     bad(
         "a probe distance error that is no number",
-        "fitter fit good.csv --mirror mirror.toml --probe-distance-error NaN --out new/c.json",
+        "arcsmith fit good.csv --mirror mirror.toml --probe-distance-error NaN --out new/c.json",
         &["NaN", "finite"],
     ),
     bad(
         "an unknown key in the mirror",
-        "fitter fit good.csv --mirror unknown-key.toml --out new/c.json",
+        "arcsmith fit good.csv --mirror unknown-key.toml --out new/c.json",
         &["unknown-key.toml", "`geometry.probe_distance`", "did you mean `probe_distance_mm`"],
     ),
     bad(
         "a key missing in the mirror",
-        "fitter fit good.csv --mirror missing-key.toml --out new/c.json",
+        "arcsmith fit good.csv --mirror missing-key.toml --out new/c.json",
         &["missing-key.toml", "`geometry.initial_gap_mm`", "add it"],
     ),
     bad(
         "a probe distance below zero",
-        "fitter fit good.csv --mirror negative.toml --out new/c.json",
+        "arcsmith fit good.csv --mirror negative.toml --out new/c.json",
         &["negative.toml", "`geometry.probe_distance_mm`", "above zero"],
     ),
     bad(
         "a mirror that is no TOML",
-        "fitter fit good.csv --mirror broken.toml --out new/c.json",
+        "arcsmith fit good.csv --mirror broken.toml --out new/c.json",
         &["broken.toml, line 2", "TOML"],
     ),
     bad(
         "a unit that is no identifier",
-        "fitter fit direct.csv --mirror unit.toml --out new/c.json",
+        "arcsmith fit direct.csv --mirror unit.toml --out new/c.json",
         &["unit.toml", "`sensor.unit`", "letter"],
     ),
     bad(
         "no mirror",
-        "fitter fit good.csv --mirror nowhere.toml --out new/c.json",
+        "arcsmith fit good.csv --mirror nowhere.toml --out new/c.json",
         &["nowhere.toml", "cannot be read"],
     ),
     bad(
         "an output folder that is not there",
-        "fitter fit good.csv --mirror mirror.toml --out nowhere/c.json",
+        "arcsmith fit good.csv --mirror mirror.toml --out nowhere/c.json",
         &["nowhere/c.json", "cannot be written", "--out"],
     ),
     bad(
         "the recording as output",
-        "fitter fit good.csv --mirror mirror.toml --out good.csv",
+        "arcsmith fit good.csv --mirror mirror.toml --out good.csv",
         &["good.csv", "the file that was read"],
     ),
     bad(
         "a directory as output",
-        "fitter fit good.csv --mirror mirror.toml --out new",
+        "arcsmith fit good.csv --mirror mirror.toml --out new",
         &["new", "is a directory"],
     ),
     bad(
         "coefficients cut short",
-        "fitter apply good.csv --coefficients cut.json --out new/a.csv",
+        "arcsmith apply good.csv --coefficients cut.json --out new/a.csv",
         &["cut.json, line", "not JSON", "fit again"],
     ),
     bad(
         "coefficients of a newer program",
-        "fitter apply good.csv --coefficients newer.json --out new/a.csv",
+        "arcsmith apply good.csv --coefficients newer.json --out new/a.csv",
         &["newer.json", "version 99", "newer program"],
     ),
     bad(
         "coefficients for another sensor",
-        "fitter apply direct.csv --coefficients good.json --out new/a.csv",
+        "arcsmith apply direct.csv --coefficients good.json --out new/a.csv",
         &["direct.csv", "eddy-current pair"],
     ),
     bad(
-        "codegen: coefficients that are none",
-        "codegen --coefficients other.json --out new/g",
+        "generate: coefficients that are none",
+        "arcsmith generate --coefficients other.json --out new/g",
         &["other.json", "`schema`", "no coefficients file"],
     ),
     bad(
-        "codegen: coefficients that contradict themselves",
-        "codegen --coefficients contradiction.json --out new/g",
+        "generate: coefficients that contradict themselves",
+        "arcsmith generate --coefficients contradiction.json --out new/g",
         &["contradiction.json", "damaged", "order"],
     ),
     bad(
-        "codegen: a directory as coefficients",
-        "codegen --coefficients new --out new/g",
+        "generate: a directory as coefficients",
+        "arcsmith generate --coefficients new --out new/g",
         &["new", "cannot be read"],
     ),
     bad(
-        "codegen: nothing to generate from",
-        "codegen --out new/g",
+        "generate: nothing to generate from",
+        "arcsmith generate --out new/g",
         &["nothing is named", "no coefficients.json", "--coefficients", "--recording", "--demo"],
     ),
     bad(
-        "codegen: a model that leaves more than it names",
-        "codegen --coefficients unexplained.json --out new/g",
+        "generate: a model that leaves more than it names",
+        "arcsmith generate --coefficients unexplained.json --out new/g",
         &["ended `unexplained`", "leaves 12.0 arcsec rms at a noise of 0.500 arcsec", "--accept-unexplained"],
     ),
-    bad("codegen: a recording without its mirror", "codegen --recording good.csv --out new/g", &["--mirror"]),
     bad(
-        "codegen: a recording with text in it",
-        "codegen --recording text.csv --mirror mirror.toml --out new/g",
+        "generate: a recording without its mirror",
+        "arcsmith generate --recording good.csv --out new/g",
+        &["--mirror"],
+    ),
+    bad(
+        "generate: a recording with text in it",
+        "arcsmith generate --recording text.csv --mirror mirror.toml --out new/g",
         &["text.csv, line 5", "`oops`"],
     ),
     bad(
-        "codegen: a bound that no program can meet",
-        "codegen --demo --bound-arcsec 1e-9 --out new/g",
+        "generate: a bound that no program can meet",
+        "arcsmith generate --demo --bound-arcsec 1e-9 --out new/g",
         &["1e-9 arcsec", "the best is", "ask for that"],
     ),
     bad(
-        "codegen: a bound below zero",
-        "codegen --demo --bound-arcsec=-1 --out new/g",
+        "generate: a bound below zero",
+        "arcsmith generate --demo --bound-arcsec=-1 --out new/g",
         &["the bound is -1", "positive"],
     ),
     bad(
-        "codegen: a bound that is no number",
-        "codegen --demo --bound-arcsec NaN --out new/g",
+        "generate: a bound that is no number",
+        "arcsmith generate --demo --bound-arcsec NaN --out new/g",
         &["the bound is NaN", "positive"],
     ),
     bad(
-        "codegen: a bound in another unit",
-        "codegen --demo --bound 0.01mm --out new/g",
+        "generate: a bound in another unit",
+        "arcsmith generate --demo --bound 0.01mm --out new/g",
         &["--bound 0.01mm", "\"mm\"", "\"arcsec\"", "0.01arcsec"],
     ),
     bad(
-        "codegen: a bound without a unit",
-        "codegen --demo --bound 0.01 --out new/g",
+        "generate: a bound without a unit",
+        "arcsmith generate --demo --bound 0.01 --out new/g",
         &["--bound 0.01", "0.01arcsec"],
     ),
     bad(
-        "codegen: a bound in words",
-        "codegen --demo --bound smallarcsec --out new/g",
+        "generate: a bound in words",
+        "arcsmith generate --demo --bound smallarcsec --out new/g",
         &["--bound smallarcsec", "not a number"],
     ),
     bad(
-        "codegen: arcseconds for a length",
-        "codegen --coefficients direct.json --bound-arcsec 1 --out new/g",
+        "generate: arcseconds for a length",
+        "arcsmith generate --coefficients direct.json --bound-arcsec 1 --out new/g",
         &["in mm", "--bound"],
     ),
     bad(
-        "codegen: a range beyond the recording",
-        "codegen --demo --from -0.4 --to 0.4 --out new/g",
+        "generate: a range beyond the recording",
+        "arcsmith generate --demo --from -0.4 --to 0.4 --out new/g",
         &["-0.4…0.4 mm", "covers -0.356", "--extrapolate"],
     ),
     bad(
-        "codegen: a range the wrong way round",
-        "codegen --demo --from 0.2 --to 0.1 --out new/g",
+        "generate: a range the wrong way round",
+        "arcsmith generate --demo --from 0.2 --to 0.1 --out new/g",
         &["0.2…0.1", "lower end first"],
     ),
     bad(
-        "codegen: a range that is no number",
-        "codegen --demo --from NaN --to 0.1 --out new/g",
+        "generate: a range that is no number",
+        "arcsmith generate --demo --from NaN --to 0.1 --out new/g",
         &["NaN", "finite"],
     ),
-    bad("codegen: a range with one end", "codegen --demo --from 0.1 --out new/g", &["--to"]),
+    bad("generate: a range with one end", "arcsmith generate --demo --from 0.1 --out new/g", &["--to"]),
     bad(
-        "codegen: a range steeper than the probes can be",
-        "codegen --demo --from -9 --to 9 --extrapolate --out new/g",
+        "generate: a range steeper than the probes can be",
+        "arcsmith generate --demo --from -9 --to 9 --extrapolate --out new/g",
         &["s = 9", "d = 12", "narrow the range"],
     ),
     bad(
-        "codegen: a name that is no identifier",
-        "codegen --demo --name 9lives --out new/g",
+        "generate: a name that is no identifier",
+        "arcsmith generate --demo --name 9lives --out new/g",
         &["\"9lives\"", "not an identifier", "letter"],
     ),
     bad(
-        "codegen: a name that is a keyword",
-        "codegen --demo --name while --out new/g",
+        "generate: a name that is a keyword",
+        "arcsmith generate --demo --name while --out new/g",
         &["\"while\"", "keyword"],
     ),
-    bad("codegen: counts without a gain", "codegen --demo --input counts --out new/g", &["--gain"]),
     bad(
-        "codegen: a gain without counts",
-        "codegen --demo --gain 1e-5 --out new/g",
+        "generate: counts without a gain",
+        "arcsmith generate --demo --input counts --out new/g",
+        &["--gain"],
+    ),
+    bad(
+        "generate: a gain without counts",
+        "arcsmith generate --demo --gain 1e-5 --out new/g",
         &["--gain", "--input counts"],
     ),
     bad(
-        "codegen: a table that is none",
-        "codegen --demo --table 3by7 --out new/g",
+        "generate: a table that is none",
+        "arcsmith generate --demo --table 3by7 --out new/g",
         &["--table 3by7", "2x32"],
     ),
     bad(
-        "codegen: a gain below zero",
-        "codegen --demo --input counts --gain -1 --out new/g",
+        "generate: a gain below zero",
+        "arcsmith generate --demo --input counts --gain -1 --out new/g",
         &["gain is -1", "positive"],
     ),
     bad(
-        "codegen: a converter of 40 bits",
-        "codegen --demo --input counts --gain 1e-5 --bits 40 --out new/g",
+        "generate: a converter of 40 bits",
+        "arcsmith generate --demo --input counts --gain 1e-5 --bits 40 --out new/g",
         &["40 bits", "1 to 24"],
     ),
     bad(
-        "codegen: a converter that does not reach the range",
-        "codegen --demo --input counts --gain 1e-6 --out new/g",
+        "generate: a converter that does not reach the range",
+        "arcsmith generate --demo --input counts --gain 1e-6 --out new/g",
         &["reaches", "the range is", "gain"],
     ),
     bad(
-        "codegen: an offset that is no number",
-        "codegen --demo --input counts --gain 2e-5 --offset inf --out new/g",
+        "generate: an offset that is no number",
+        "arcsmith generate --demo --input counts --gain 2e-5 --offset inf --out new/g",
         &["offset", "inf"],
     ),
     bad(
-        "codegen: a full scale below the range",
-        "codegen --demo --full-scale 0.1 --out new/g",
+        "generate: a full scale below the range",
+        "arcsmith generate --demo --full-scale 0.1 --out new/g",
         &["0.1", "full scale"],
     ),
     bad(
-        "codegen: a full scale of zero",
-        "codegen --demo --full-scale 0 --out new/g",
+        "generate: a full scale of zero",
+        "arcsmith generate --demo --full-scale 0 --out new/g",
         &["full scale is 0", "positive"],
     ),
     bad(
-        "codegen: two probes of a direct sensor",
-        "codegen --coefficients direct.json --input x1x2-f32 --out new/g",
+        "generate: two probes of a direct sensor",
+        "arcsmith generate --coefficients direct.json --input x1x2-f32 --out new/g",
         &["one reading", "x1x2"],
     ),
-    bad("codegen: an integer from floats", "codegen --demo --format f32 --output nano --out new/g", &["f32"]),
-    bad("codegen: a format that is none", "codegen --demo --format q63 --out new/g", &["q63", "q31", "f32"]),
-    bad("codegen: a format twice", "codegen --demo --format q31,q31 --out new/g", &["q31", "twice"]),
-    bad("codegen: a degree of zero", "codegen --demo --degree 0 --out new/g", &["degree is 0", "1 to 16"]),
     bad(
-        "codegen: an output folder under a file",
-        "codegen --demo --out good.csv/g",
+        "generate: an integer from floats",
+        "arcsmith generate --demo --format f32 --output nano --out new/g",
+        &["f32"],
+    ),
+    bad(
+        "generate: a format that is none",
+        "arcsmith generate --demo --format q63 --out new/g",
+        &["q63", "q31", "f32"],
+    ),
+    bad(
+        "generate: a format twice",
+        "arcsmith generate --demo --format q31,q31 --out new/g",
+        &["q31", "twice"],
+    ),
+    bad(
+        "generate: a degree of zero",
+        "arcsmith generate --demo --degree 0 --out new/g",
+        &["degree is 0", "1 to 16"],
+    ),
+    bad(
+        "generate: an output folder under a file",
+        "arcsmith generate --demo --out good.csv/g",
         &["good.csv/g", "cannot be written", "--out"],
     ),
     bad(
-        "twin: a name that says no format",
-        "twin record --protocol calibration --seed 1 --out new/r.txt",
+        "record: a name that says no format",
+        "arcsmith record --protocol calibration --seed 1 --out new/r.txt",
         &["new/r.txt", ".csv"],
     ),
     bad(
-        "twin: a folder that is not there",
-        "twin record --protocol calibration --seed 1 --out nowhere/r.csv",
+        "record: a folder that is not there",
+        "arcsmith record --protocol calibration --seed 1 --out nowhere/r.csv",
         &["nowhere/r.csv", "folder that exists"],
     ),
-    bad("twin: a seed that is none", "twin record --protocol calibration --seed -1 --out new/r.csv", &["-1"]),
     bad(
-        "twin: an effect that is none",
-        "twin record --protocol calibration --seed 1 --effect moonlight:x=1 --out new/r.csv",
+        "record: a seed that is none",
+        "arcsmith record --protocol calibration --seed -1 --out new/r.csv",
+        &["-1"],
+    ),
+    bad(
+        "record: an effect that is none",
+        "arcsmith record --protocol calibration --seed 1 --effect moonlight:x=1 --out new/r.csv",
         &["moonlight"],
     ),
     bad(
-        "twin: a schedule for a verification",
-        "twin record --protocol verification --schedule fine --seed 1 --out new/r.csv",
+        "record: a schedule for a verification",
+        "arcsmith record --protocol verification --schedule fine --seed 1 --out new/r.csv",
         &["--schedule", "calibration"],
     ),
 ];
@@ -443,7 +471,7 @@ fn prepare(folder: &Path) {
     for (recording, mirror, out) in
         [("good.csv", "mirror.toml", "good.json"), ("direct.csv", "direct.toml", "direct.json")]
     {
-        let output = run("fitter", folder, &["fit", recording, "--mirror", mirror, "--out", out]);
+        let output = run("arcsmith", folder, &["fit", recording, "--mirror", mirror, "--out", out]);
         assert!(output.status.success(), "{}", both(&output));
     }
     let good = fs::read_to_string(folder.join("good.json")).unwrap();
@@ -486,7 +514,7 @@ fn complaint(what: &str, command: &str, says: &[&str], folder: &Path) -> Option<
         "it panicked".to_string()
     } else if let Some(missing) = says.iter().find(|part| !said.contains(**part)) {
         format!("the message does not say {missing:?}")
-    } else if said.lines().filter(|line| line.contains(" × ") || line.contains("error:")).count() > 1 {
+    } else if said.lines().filter(|line| line.contains("error:")).count() > 1 {
         "it gives more than one message".to_string()
     } else {
         return None;

@@ -58,7 +58,7 @@ fn the_coefficients_of_the_folder_are_found() {
     let fit = |out: &str| {
         fs::write(folder.path().join("m.toml"), MIRROR).unwrap();
         let output = run(
-            "fitter",
+            "arcsmith",
             folder.path(),
             &["fit", data.to_str().unwrap(), "--mirror", "m.toml", "--out", out],
         );

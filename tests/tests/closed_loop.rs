@@ -132,7 +132,7 @@ fn generated_c_in_the_loop_takes_off_what_was_diagnosed() {
         let coldest = log.iter().map(|r| r.temperature_c).fold(f64::INFINITY, f64::min);
         let hottest = log.iter().map(|r| r.temperature_c).fold(f64::NEG_INFINITY, f64::max);
 
-        run("diagnose", &["r.csv", "--mirror", "mirror.toml", "--out", "d", "--no-report"]);
+        run("arcsmith", &["diagnose", "r.csv", "--mirror", "mirror.toml", "--out", "d", "--no-report"]);
         let report = fs::read_to_string(folder.path().join("d/r.json")).unwrap();
         let report: serde_json::Value = serde_json::from_str(&report).unwrap();
         let named: Vec<&str> =

@@ -8,7 +8,7 @@ use std::process::Command;
 use arcsmith_tests::documents::{Block, blocks, documents, printed};
 use arcsmith_tests::programs::{both, program, root};
 
-const PROGRAMS: [&str; 6] = ["arcsmith", "fitter", "codegen", "diagnose", "twin", "trials"];
+const PROGRAMS: [&str; 2] = ["arcsmith", "codegen"];
 
 /// In place of cargo: `cargo run` starts the program that is built already; all else takes too long here.
 const CARGO: &str = r#"#!/bin/sh
@@ -25,7 +25,6 @@ while [ $# -gt 0 ]; do
     *) echo "the documentation's test cannot run cargo run … $1: label the block 'sh no-run: why'" >&2; exit 3 ;;
     esac
 done
-[ "$program" != diagnosis ] || program=diagnose
 exec "$program" "$@"
 "#;
 
@@ -79,7 +78,7 @@ fn unknown_options(command: &str) -> Vec<String> {
             |flag: &str| words.iter().position(|w| *w == flag).and_then(|at| words.get(at + 1)).copied();
         let name = value("--bin").or(value("-p")).unwrap_or_default();
         let arguments = words.iter().position(|w| *w == "--").map_or(words.len(), |at| at + 1);
-        words.splice(..arguments, [if name == "diagnosis" { "diagnose" } else { name }]);
+        words.splice(..arguments, [name]);
     }
     let Some((name, arguments)) = words.split_first() else { return Vec::new() };
     if !PROGRAMS.contains(name) {
@@ -172,17 +171,17 @@ fn the_picture_is_drawn_by_the_program() {
     let folder = tempfile::tempdir().unwrap();
     let calibration = root().canonicalize().unwrap().join("fitter/data/calibration.csv");
     let calibration = calibration.to_str().unwrap();
-    let run = |name: &str, line: &str| {
-        let output = program(name).current_dir(folder.path()).args(line.split(' ')).output().unwrap();
-        assert!(output.status.success(), "{name} {line}\n{}", both(&output));
+    let run = |line: &str| {
+        let output = program("arcsmith").current_dir(folder.path()).args(line.split(' ')).output().unwrap();
+        assert!(output.status.success(), "{line}\n{}", both(&output));
     };
-    run("fitter", "init --out mirror.toml");
-    run("twin", "record --protocol verification --device-seed 1 --seed 2 --out verification.csv");
+    run("init --out mirror.toml");
+    run("record --protocol verification --device-seed 1 --seed 2 --out verification.csv");
     let overview = "--overview before-and-after.svg --no-svg";
-    run("fitter", &format!("report {calibration} verification.csv --mirror mirror.toml {overview}"));
+    run(&format!("report {calibration} verification.csv --mirror mirror.toml {overview}"));
     for name in ["before-and-after.svg", "before-and-after-dark.svg"] {
         let drawn = fs::read_to_string(folder.path().join(name)).unwrap();
         let committed = fs::read_to_string(root().join("docs/images").join(name)).unwrap_or_default();
-        assert!(drawn == committed, "docs/images/{name} is not what fitter report draws: draw it again");
+        assert!(drawn == committed, "docs/images/{name} is not what `arcsmith report` draws: draw it again");
     }
 }

@@ -29,7 +29,7 @@ fn the_generated_routine_corrects_a_slit_on_another_move() {
         assert_eq!(output.status.code(), Some(0), "{program} {arguments:?}:\n{}", both(&output));
     };
     let path = |path: &Path| path.to_str().unwrap().to_string();
-    run("diagnose", &[&path(&train), "--mirror", &path(&mirror), "--out", "d", "--no-report"]);
+    run("arcsmith", &["diagnose", &path(&train), "--mirror", &path(&mirror), "--out", "d", "--no-report"]);
 
     // The test lies beyond what was recorded.
     let recording = Recording::read_for(&test, Purpose::Apply, &mut |_| {}).unwrap();

@@ -35,14 +35,14 @@ fn a_slit_is_fitted_applied_and_generated() {
 
     // Fitted, with order selection.
     let path = |path: &std::path::Path| path.to_str().unwrap().to_string();
-    run("fitter", &["fit", &path(&train), "--mirror", &path(&mirror), "--out", "c.json"]);
+    run("arcsmith", &["fit", &path(&train), "--mirror", &path(&mirror), "--out", "c.json"]);
     let coefficients = fitter::coefficients::read(&folder.path().join("c.json")).unwrap();
     assert_eq!(coefficients.units.statistics, "mm");
     let selection = coefficients.order_selection.as_ref().unwrap();
     assert_eq!(selection.held_out_by, "contiguous block");
 
     // Applied outside the trained range: a warning, every row marked, and only what extrapolates is used.
-    let said = run("fitter", &["apply", &path(&test), "--coefficients", "c.json", "--out", "a.csv"]);
+    let said = run("arcsmith", &["apply", &path(&test), "--coefficients", "c.json", "--out", "a.csv"]);
     assert!(said.contains("warning") && said.contains("outside the calibrated range"), "{said}");
     let text = fs::read_to_string(folder.path().join("a.csv")).unwrap();
     let mut rows = text.lines();
@@ -69,11 +69,22 @@ fn a_slit_is_fitted_applied_and_generated() {
     assert_abs_diff_eq!(rms_mm, 0.015, epsilon = 0.003);
 
     // Generated from the coefficients and, the same again, from the recording.
-    let said = run("codegen", &["--coefficients", "c.json", "--bound", "0.0001mm", "--out", "slit"]);
+    let said =
+        run("arcsmith", &["generate", "--coefficients", "c.json", "--bound", "0.0001mm", "--out", "slit"]);
     assert!(said.contains("corrected_mm_q31") && said.contains("mm"), "{said}");
     run(
-        "codegen",
-        &["--recording", &path(&train), "--mirror", &path(&mirror), "--bound", "0.0001mm", "--out", "again"],
+        "arcsmith",
+        &[
+            "generate",
+            "--recording",
+            &path(&train),
+            "--mirror",
+            &path(&mirror),
+            "--bound",
+            "0.0001mm",
+            "--out",
+            "again",
+        ],
     );
     let certificate = fs::read_to_string(folder.path().join("slit/certificate.json")).unwrap();
     let certificate: Certificate = serde_json::from_str(&certificate).unwrap();

@@ -3,7 +3,6 @@
 
 use std::path::PathBuf;
 
-use fitter::cli::common::complain;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha12Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -18,7 +17,7 @@ use crate::plan::{self, Counts};
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
 use crate::truth::{Group, Truth};
-use crate::workspace::{Batches, Folders, answer_of, diagnose_sealed, progress, threads};
+use crate::workspace::{Batches, Folders, answer_of, diagnose_sealed, threads};
 
 pub use crate::workspace::{CampaignError, put};
 
@@ -53,55 +52,55 @@ impl Campaign {
     ///
     /// # Errors
     /// [`CampaignError`].
-    pub fn run(&self, sealed: impl FnOnce(&str, usize)) -> Result<Outcome, CampaignError> {
-        let programs = Programs::find()?;
+    pub fn run(
+        &self,
+        programs: &Programs,
+        sealed: impl FnOnce(&str, usize),
+    ) -> Result<Outcome, CampaignError> {
         let folders = Folders::prepare(&self.out, Nominal::Mirror, MIRROR)?;
         let pool = threads(self.jobs)?;
-        let trials = pool.install(|| self.draw(&folders))?;
+        let trials = pool.install(|| self.draw(programs, &folders))?;
         let mut truths: Vec<&Truth> = trials.iter().map(|t| &t.truth).collect();
         truths.sort_by(|a, b| a.recording.cmp(&b.recording));
-        let batches = Batches { programs: &programs, nominal: Nominal::Mirror, jobs: self.jobs };
+        let batches = Batches { programs, nominal: Nominal::Mirror, jobs: self.jobs };
         let listed: Vec<(&str, &Truth)> = truths.into_iter().map(|t| (t.recording.as_str(), t)).collect();
         let sealed = diagnose_sealed(&batches, &folders, &listed, sealed)?;
 
         if self.without {
             self.diagnose_without(&batches, &folders, &trials)?;
         }
-        let bar = progress("recording afresh", trials.len());
+        programs.begin("recording afresh", trials.len());
         let cases: Result<Vec<Case>, CampaignError> = pool.install(|| {
             trials
                 .into_par_iter()
                 .map(|trial| {
-                    let case = self.case(&programs, &folders, trial);
-                    bar.inc(1);
+                    let case = self.case(programs, &folders, trial);
+                    programs.watch.advance(1);
                     case
                 })
                 .collect()
         });
-        bar.finish_and_clear();
         Ok(Outcome { cases: cases?, sealed })
     }
 
     /// Draws every trial and writes its recording under a name that says nothing.
-    fn draw(&self, folders: &Folders) -> Result<Vec<Trial>, CampaignError> {
+    fn draw(&self, programs: &Programs, folders: &Folders) -> Result<Vec<Trial>, CampaignError> {
         let assignments = plan::assignments(&self.counts, self.seed);
         let mut numbers: Vec<usize> = (0..assignments.len()).collect();
         let mut generator = ChaCha12Rng::seed_from_u64(self.seed);
         generator.set_stream(1);
         numbers.shuffle(&mut generator);
-        let bar = progress("recording", assignments.len());
-        let trials = assignments
+        programs.begin("recording", assignments.len());
+        assignments
             .par_iter()
             .zip(&numbers)
             .map(|(assignment, number)| {
                 let trial = Trial::draw(assignment, format!("r{number:06}.csv"))?;
                 twin::write_file(&trial.record(), &folders.blind.join(&trial.truth.recording))?;
-                bar.inc(1);
+                programs.watch.advance(1);
                 Ok(trial)
             })
-            .collect();
-        bar.finish_and_clear();
-        trials
+            .collect()
     }
 
     /// The strong single effects once more, each left out of the catalogue.
@@ -112,16 +111,15 @@ impl Campaign {
         trials: &[Trial],
     ) -> Result<(), CampaignError> {
         let strong = || trials.iter().filter(|t| t.truth.group == Group::Strong);
-        let bar = progress("leaving out", strong().count());
+        batches.programs.begin("leaving out", strong().count());
         for formula in crate::formulas::FORMULAS {
             let mut files: Vec<String> = strong()
                 .filter(|t| t.truth.effects[0].id == formula.id)
                 .map(|t| t.truth.recording.clone())
                 .collect();
             files.sort();
-            batches.diagnose(&folders.blind, &files, &folders.without, Some(formula.id), &bar)?;
+            batches.diagnose(&folders.blind, &files, &folders.without, Some(formula.id))?;
         }
-        bar.finish_and_clear();
         Ok(())
     }
 
@@ -161,7 +159,9 @@ impl Campaign {
                         fresh = fresh.map(|fresh| Fresh { fit_arcsec, ..fresh });
                     }
                 }
-                Err(reason) => complain(&format!("{stem}: the coefficients were refused: {reason}")),
+                Err(reason) => {
+                    programs.watch.warn(&format!("{stem}: the coefficients were refused: {reason}"))
+                }
             }
         }
         let named = |answer: Option<&Answer>| {
@@ -179,7 +179,7 @@ impl Campaign {
     }
 }
 
-/// Error on a fresh recording of the base model alone, as `fitter fit` makes it from the first; none where it is
+/// Error on a fresh recording of the base model alone, as `fit` makes it from the first; none where it is
 /// refused.
 fn base_alone(
     programs: &Programs,
@@ -197,7 +197,7 @@ fn base_alone(
     match applied {
         Ok(()) => Ok(fresh::error_of(&angles, log)),
         Err(reason) => {
-            complain(&format!("{stem}: the base alone was refused: {reason}"));
+            programs.watch.warn(&format!("{stem}: the base alone was refused: {reason}"));
             Ok(None)
         }
     }

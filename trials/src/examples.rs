@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use fitter::cli::common::complain;
 use serde::Deserialize;
 use twin::Reading;
 
@@ -78,8 +77,7 @@ struct OpenedEffect {
 ///
 /// # Errors
 /// [`ExampleError`].
-pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleError> {
-    let programs = Programs::find()?;
+pub fn score(programs: &Programs, folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleError> {
     let path = folder.join("truth.json");
     let truths: BTreeMap<String, Opened> =
         serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })?;
@@ -112,12 +110,12 @@ pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleErr
                 None,
                 jobs,
             )? {
-                complain(&format!("{file} was refused: {reason}"));
+                programs.watch.warn(&format!("{file} was refused: {reason}"));
             }
         }
     }
     let cases: Result<Vec<Case>, ExampleError> =
-        truths.iter().map(|(stem, opened)| case(&programs, folder, &diagnosed, stem, opened)).collect();
+        truths.iter().map(|(stem, opened)| case(programs, folder, &diagnosed, stem, opened)).collect();
     Ok(score_cases(&cases?))
 }
 
@@ -148,7 +146,7 @@ fn case(
                     Twice { seen: &seen, fresh: &fresh, ids: &ids, covariance: None, distance_mm: 12.0 };
                 compared = fresh::compare(&twice, &angles);
             }
-            Err(reason) => complain(&format!("{stem}: the coefficients were refused: {reason}")),
+            Err(reason) => programs.watch.warn(&format!("{stem}: the coefficients were refused: {reason}")),
         }
     }
     Ok(Case { truth, answer, fresh: compared, without: None, left_by_names: [None; 2], benchmark: None })

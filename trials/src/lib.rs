@@ -7,7 +7,6 @@
 pub mod answer;
 pub mod benchmark;
 pub mod campaign;
-pub mod cli;
 pub mod curve;
 pub mod draw;
 pub mod dynamic;
@@ -22,6 +21,5 @@ pub mod real;
 pub mod report;
 pub mod score;
 pub mod statistics;
-pub mod summary;
 pub mod truth;
 pub mod workspace;

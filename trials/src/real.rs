@@ -54,8 +54,12 @@ pub enum RealError {
 ///
 /// # Errors
 /// [`RealError`].
-pub fn figures(folder: &Path, out: &Path, jobs: usize) -> Result<Vec<Figure>, RealError> {
-    let programs = Programs::find()?;
+pub fn figures(
+    programs: &Programs,
+    folder: &Path,
+    out: &Path,
+    jobs: usize,
+) -> Result<Vec<Figure>, RealError> {
     let write = |path: &Path, reason: std::io::Error| CampaignError::Write {
         path: path.to_owned(),
         reason: reason.kind(),
@@ -80,7 +84,7 @@ pub fn figures(folder: &Path, out: &Path, jobs: usize) -> Result<Vec<Figure>, Re
     let mut rms = Vec::new();
     for coefficients in [&one, &all] {
         let angles = coefficients.with_extension("csv");
-        programs.apply(&test, coefficients, &angles)?.map_err(refused("fitter apply", "slit-test.csv.gz"))?;
+        programs.apply(&test, coefficients, &angles)?.map_err(refused("apply", "slit-test.csv.gz"))?;
         rms.push(rms_mm(&test, &angles)?);
     }
     Ok(figures_of(&answer, rms[0], rms[1]))

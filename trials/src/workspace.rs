@@ -2,10 +2,7 @@
 //! a folder that holds nothing else, answers read.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use fitter::cli::common::complain;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::answer::{Answer, AnswerError};
@@ -114,7 +111,7 @@ impl Folders {
 /// How recordings are diagnosed.
 pub struct Batches<'a> {
     /// The programs.
-    pub programs: &'a Programs,
+    pub programs: &'a Programs<'a>,
     /// What is stated of the device to them.
     pub nominal: Nominal,
     /// Threads.
@@ -133,7 +130,6 @@ impl Batches<'_> {
         files: &[String],
         out: &Path,
         without: Option<&str>,
-        bar: &ProgressBar,
     ) -> Result<(), ProgramError> {
         let run =
             |files: &[String]| self.programs.diagnose(self.nominal, blind, files, out, without, self.jobs);
@@ -141,11 +137,11 @@ impl Batches<'_> {
             if run(batch)?.is_err() {
                 for file in batch {
                     if let Err(reason) = run(std::slice::from_ref(file))? {
-                        bar.suspend(|| complain(&format!("{file} was refused: {reason}")));
+                        self.programs.watch.warn(&format!("{file} was refused: {reason}"));
                     }
                 }
             }
-            bar.inc(batch.len() as u64);
+            self.programs.watch.advance(batch.len() as u64);
         }
         Ok(())
     }
@@ -165,9 +161,8 @@ pub fn diagnose_sealed<T: Serialize>(
     let (truth, hash) = seal(&truths.iter().map(|(_, truth)| *truth).collect::<Vec<_>>());
     sealed(&hash, truths.len());
     let files: Vec<String> = truths.iter().map(|(file, _)| (*file).to_owned()).collect();
-    let bar = progress("diagnosing", files.len());
-    batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
-    bar.finish_and_clear();
+    batches.programs.begin("diagnosing", files.len());
+    batches.diagnose(&folders.blind, &files, &folders.diagnosed, None)?;
     put(&folders.truth, &truth)?;
     Ok(hash)
 }
@@ -195,25 +190,4 @@ pub fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, AnswerErro
 /// [`CampaignError::Output`].
 pub fn put(path: &Path, text: &str) -> Result<(), CampaignError> {
     Ok(fitter::output::write_whole(path, |file| file.write_all(text.as_bytes()))?)
-}
-
-/// Whether progress is to be shown at all: `--quiet` holds for the whole run of the program.
-static HUSHED: AtomicBool = AtomicBool::new(false);
-
-/// Shows no progress from now on.
-pub fn hush() {
-    HUSHED.store(true, Ordering::Relaxed);
-}
-
-/// A progress bar on standard error, if someone is watching.
-pub fn progress(what: &str, count: usize) -> ProgressBar {
-    if HUSHED.load(Ordering::Relaxed) {
-        return ProgressBar::hidden();
-    }
-    // Hidden by itself where standard error is no terminal.
-    let bar = ProgressBar::new(count as u64);
-    if let Ok(style) = ProgressStyle::with_template("{msg:17} {bar:40} {pos}/{len}, {eta} left") {
-        bar.set_style(style);
-    }
-    bar.with_message(what.to_owned())
 }

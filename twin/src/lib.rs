@@ -32,7 +32,6 @@
 pub mod angular_error;
 pub mod autocollimator;
 mod chain;
-pub mod cli;
 pub mod controller;
 pub mod device;
 pub mod drive;

@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use fitter::cli::common::warn;
 use fitter::coefficients::Coefficients;
-use miette::{Result, miette};
 
-use super::arguments::{Arguments, CheckArguments};
-use super::{conclude, options};
+use super::terminal::warn;
+use super::verify::{CheckArguments, conclude};
+use super::{Arguments, Result, options};
 use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
@@ -31,7 +30,7 @@ pub(super) fn prepare(
         );
         warn(&what, arguments.common);
     }
-    let generated = generate(coefficients, sha256, &options).map_err(|e| miette!("{e}"))?;
+    let generated = generate(coefficients, sha256, &options)?;
     Ok((generated, quantity, options))
 }
 
@@ -43,20 +42,11 @@ pub(super) fn verify(
     sha256: &str,
 ) -> Result<ExitCode> {
     // `--exhaustive` is what happens anyway.
-    let others = [
-        ("--gappa", checks.gappa),
-        ("--frama-c", checks.frama_c),
-        ("--misra", checks.misra),
-        ("--objects", checks.objects),
-        ("--sanitize", checks.sanitize),
-        ("--mutants", checks.mutants),
-    ];
-    if let Some((option, _)) = others.into_iter().find(|(_, given)| *given) {
-        return Err(miette!("{}", TurnError::Option { option }));
+    if let Some(option) = checks.beyond(&["--exhaustive"]) {
+        return Err(TurnError::Option { option }.into());
     }
     let (generated, _, options) = prepare(arguments, coefficients, sha256)?;
-    let report =
-        verify::verify(&arguments.out, &generated, coefficients, &options).map_err(|e| miette!("{e}"))?;
+    let report = verify::verify(&arguments.out, &generated, coefficients, &options)?;
     conclude(arguments, &report, report.holds(), &report.text())
 }
 

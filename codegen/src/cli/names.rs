@@ -7,8 +7,9 @@ use crate::format::Format;
 use crate::options::{CShift, OutOfRange};
 use crate::output::Output;
 
+/// A number format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum FormatName {
+pub enum FormatName {
     /// 32-bit integers, high words of products.
     Q31,
     /// The same from 16-bit halves, for cores without a long multiplication.
@@ -20,7 +21,8 @@ pub(super) enum FormatName {
 }
 
 impl FormatName {
-    pub(super) fn format(self) -> Format {
+    /// As the library has it.
+    pub fn format(self) -> Format {
         match self {
             FormatName::Q31 => Format::Q31,
             FormatName::Q31Split => Format::Q31Split,
@@ -30,8 +32,9 @@ impl FormatName {
     }
 }
 
+/// A core.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum CoreName {
+pub enum CoreName {
     /// ARMv6-M.
     CortexM0,
     /// ARMv7-M.
@@ -41,7 +44,8 @@ pub(super) enum CoreName {
 }
 
 impl CoreName {
-    pub(super) fn core(self) -> Core {
+    /// As the library has it.
+    pub fn core(self) -> Core {
         match self {
             CoreName::CortexM0 => Core::CortexM0,
             CoreName::CortexM3 => Core::CortexM3,
@@ -50,8 +54,9 @@ impl CoreName {
     }
 }
 
+/// What the routines are given.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum InputName {
+pub enum InputName {
     /// The reading (s = x₂ − x₁ of a pair) as a float.
     F32,
     /// The reading as a Q31 word.
@@ -66,8 +71,9 @@ pub(super) enum InputName {
     X1x2Counts,
 }
 
+/// What the routines return.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum OutputName {
+pub enum OutputName {
     /// An integer, a power-of-two fraction of the unit.
     Pow2,
     /// An integer, 10⁻⁹ of the unit: nanoradians.
@@ -78,8 +84,9 @@ pub(super) enum OutputName {
     F32,
 }
 
+/// What happens outside the range.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum OutOfRangeName {
+pub enum OutOfRangeName {
     /// The value at the nearest end.
     Clamp,
     /// The same, and the caller is told.
@@ -88,8 +95,9 @@ pub(super) enum OutOfRangeName {
     Continue,
 }
 
+/// How C shifts negative numbers.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum CShiftName {
+pub enum CShiftName {
     /// Fully defined by C99.
     Strict,
     /// Arithmetic right shift, checked at compile time.
@@ -97,7 +105,8 @@ pub(super) enum CShiftName {
 }
 
 impl OutputName {
-    pub(super) fn output(self) -> Output {
+    /// As the library has it.
+    pub fn output(self) -> Output {
         match self {
             OutputName::Pow2 => Output::PowerOfTwo,
             OutputName::Nano => Output::Nano,
@@ -108,7 +117,8 @@ impl OutputName {
 }
 
 impl OutOfRangeName {
-    pub(super) fn out_of_range(self) -> OutOfRange {
+    /// As the library has it.
+    pub fn out_of_range(self) -> OutOfRange {
         match self {
             OutOfRangeName::Clamp => OutOfRange::Clamp,
             OutOfRangeName::Flag => OutOfRange::Flag,
@@ -118,7 +128,8 @@ impl OutOfRangeName {
 }
 
 impl CShiftName {
-    pub(super) fn c_shift(self) -> CShift {
+    /// As the library has it.
+    pub fn c_shift(self) -> CShift {
         match self {
             CShiftName::Strict => CShift::Strict,
             CShiftName::Arithmetic => CShift::Arithmetic,

@@ -1,26 +1,25 @@
 //! From arguments to options.
 
 use fitter::text_safety;
-use miette::{Result, miette};
 
-use super::arguments::Arguments;
 use super::names::{CoreName, InputName, OutOfRangeName, OutputName};
-use super::source;
+use super::{Arguments, Result, source};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options};
 use crate::physics::Further;
+use crate::refused;
 use crate::turn::{Encoder, TurnError};
 
 /// The width of a converter unless one is given.
 const USUAL_BITS: u32 = 16;
 
 /// What the arguments ask for; `unit` is that of the sensor's bounds.
-pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
+pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
     let bound = match (&arguments.bound_arcsec, &arguments.bound) {
         (Some(bound), _) if unit == "arcsec" => Some(*bound),
         (Some(_), _) => {
-            return Err(miette!(
+            return Err(refused!(
                 "this sensor's bound is in {unit}: give --bound with its unit, 0.0001{unit}"
             ));
         }
@@ -28,8 +27,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         (None, None) => None,
     };
     let ends = ends(arguments)?;
-    let further: std::result::Result<Vec<_>, _> =
-        arguments.further.iter().map(|f| Further::parse(f)).collect();
+    let further: Result<Vec<_>, _> = arguments.further.iter().map(|f| Further::parse(f)).collect();
     let method = arguments.table.as_deref().map_or(Ok(Method::Fused), table)?;
     let formats = match &arguments.format[..] {
         // Terms of further physics need long products.
@@ -45,7 +43,7 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
         range: arguments.from.zip(arguments.to),
         extrapolate: arguments.extrapolate,
         out_of_range: arguments.out_of_range.out_of_range(),
-        further: further.map_err(|e| miette!("{e}"))?,
+        further: further?,
         period_s: arguments.period_s,
         without: arguments.without.clone(),
         keep: arguments.keep.clone(),
@@ -64,12 +62,12 @@ pub(super) fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<
             flash_bytes: arguments.flash_bytes,
         },
     };
-    options.within_limits().map_err(|e| miette!("{e}"))?;
+    options.within_limits()?;
     Ok(options)
 }
 
 /// What the arguments ask for of the routine of an encoder.
-pub(super) fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
+pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
     let a = arguments;
     let beside = [
         ("--degree", a.degree.is_some()),
@@ -89,22 +87,22 @@ pub(super) fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Optio
         ("--keep", !a.keep.is_empty()),
     ];
     if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
-        return Err(miette!("{}", TurnError::Option { option }));
+        return Err(TurnError::Option { option }.into());
     }
     options(arguments, unit, false)
 }
 
 /// Options that belong to encoders only.
-pub(super) fn no_encoder(arguments: &Arguments) -> Result<()> {
+pub fn no_encoder(arguments: &Arguments) -> Result<()> {
     let of_encoders =
         [("--output-bits", arguments.output_bits.is_some()), ("--counts", arguments.counts.is_some())];
     if let Some((option, _)) = of_encoders.into_iter().find(|(_, given)| *given) {
-        return Err(miette!(
+        return Err(refused!(
             "{option} belongs to an encoder, whose coefficients hold on a whole turn: leave it out"
         ));
     }
     if arguments.flash_bytes.is_some() && arguments.target.is_none() {
-        return Err(miette!(
+        return Err(refused!(
             "--flash-bytes belongs to a choice: add --target, the core that the routine is for"
         ));
     }
@@ -112,14 +110,14 @@ pub(super) fn no_encoder(arguments: &Arguments) -> Result<()> {
 }
 
 /// The input and output that the user named.
-pub(super) fn ends(arguments: &Arguments) -> Result<Ends> {
+pub fn ends(arguments: &Arguments) -> Result<Ends> {
     let encoding = |probes: bool, name: InputName| -> Result<Encoding> {
         Ok(match name {
             InputName::F32 | InputName::X1x2F32 => Encoding::F32,
             InputName::Q31 | InputName::X1x2Q31 => Encoding::Q31 { full_scale: arguments.full_scale },
             InputName::Counts | InputName::X1x2Counts => {
                 let Some(gain) = arguments.gain else {
-                    return Err(miette!(
+                    return Err(refused!(
                         "counts need --gain, the change of the {} by one count",
                         if probes { "displacement" } else { "reading" }
                     ));
@@ -141,7 +139,7 @@ pub(super) fn ends(arguments: &Arguments) -> Result<Ends> {
     let output = arguments.output.map(OutputName::output);
     let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
     if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
-        return Err(miette!(
+        return Err(refused!(
             "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
         ));
     }
@@ -155,7 +153,7 @@ fn table(text: &str) -> Result<Method> {
         Some((degree, segments)) if segments.is_power_of_two() => {
             Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros() })
         }
-        _ => Err(miette!(
+        _ => Err(refused!(
             "--table {text}: give degree and number of segments, a power of two: for example 2x32"
         )),
     }
@@ -169,10 +167,10 @@ fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
     let value = digits.trim().parse::<f64>();
     match value {
         Ok(value) if found == unit => Ok(value),
-        Ok(_) => Err(miette!(
+        Ok(_) => Err(refused!(
             "--bound {text}: the unit is {found:?}, this sensor's is {unit:?}: give for example {digits}{unit}"
         )),
-        Err(_) => Err(miette!("--bound {text}: not a number with a unit: give for example 0.01{unit}")),
+        Err(_) => Err(refused!("--bound {text}: not a number with a unit: give for example 0.01{unit}")),
     }
 }
 

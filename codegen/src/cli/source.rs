@@ -3,10 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-use fitter::cli::common::{line, say};
-use miette::{Result, miette};
-
-use super::arguments::Arguments;
+use super::terminal::{line, say};
+use super::{Arguments, Result};
+use crate::refused;
 use crate::source::Source;
 
 /// The name that `fit` gives its file.
@@ -15,7 +14,7 @@ const USUAL: &str = "coefficients.json";
 const OF_A_DIAGNOSIS: &str = ".coefficients.json";
 
 /// The source that is named, or else that is found in the current folder.
-pub(super) fn source(arguments: &Arguments) -> Result<Source> {
+pub fn source(arguments: &Arguments) -> Result<Source> {
     match (&arguments.coefficients, &arguments.recording, &arguments.mirror) {
         (Some(path), _, _) => Ok(Source::Coefficients(path.clone())),
         (None, Some(recording), Some(mirror)) => {
@@ -23,7 +22,7 @@ pub(super) fn source(arguments: &Arguments) -> Result<Source> {
         }
         _ if arguments.demo || regenerates() => Ok(Source::Embedded),
         _ => found(Path::new("")).map(Source::Coefficients).map_err(|there| {
-            miette!(
+            refused!(
                 "nothing is named to generate from, and {there}: give --coefficients coefficients.json, or --recording \
                  with --mirror, or --demo for the embedded recording of a simulated mirror"
             )
@@ -62,9 +61,9 @@ fn found(folder: &Path) -> Result<PathBuf, String> {
 }
 
 /// What a command has to name so that it takes the same source anywhere; nothing where the user named it.
-pub(super) fn words_of(arguments: &Arguments) -> Result<Vec<String>> {
+pub fn words_of(arguments: &Arguments) -> Result<Vec<String>> {
     let a = arguments;
-    if a.coefficients.is_some() || a.recording.is_some() || a.demo || !a.units.is_empty() {
+    if a.coefficients.is_some() || a.recording.is_some() || a.demo || !a.devices.is_empty() {
         return Ok(Vec::new());
     }
     Ok(match source(arguments)? {
@@ -75,7 +74,7 @@ pub(super) fn words_of(arguments: &Arguments) -> Result<Vec<String>> {
 }
 
 /// Says which file was taken where none was named.
-pub(super) fn tell(arguments: &Arguments) -> Result<()> {
+pub fn tell(arguments: &Arguments) -> Result<()> {
     let common = arguments.common;
     if let [option, file] = &words_of(arguments)?[..]
         && option == "--coefficients"

@@ -7,8 +7,8 @@
 use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
-use dashu::base::{Approximation, BitTest, Sign, Signed};
-use dashu::integer::IBig;
+use dashu_base::{Approximation, BitTest, Sign, Signed};
+use dashu_int::IBig;
 
 /// The common exponent: an end is `mantissa · 2^-SCALE`.
 const SCALE: usize = 320;

@@ -77,7 +77,7 @@ impl Default for Wanted {
 pub enum UnitsError {
     /// No unit.
     #[error(
-        "no coefficients file matches {pattern}: give the units' files, for example --units 'units/*.json'"
+        "no coefficients file matches {pattern}: give the units' files, for example --devices 'units/*.json'"
     )]
     None {
         /// What was asked for.
@@ -102,7 +102,7 @@ pub enum UnitsError {
         name: String,
     },
     /// The summary of an earlier routine.
-    #[error("{file}: {what}; give the units.json that `codegen --units` wrote beside the routine")]
+    #[error("{file}: {what}; give the units.json that `codegen --devices` wrote beside the routine")]
     Earlier {
         /// The file.
         file: String,
@@ -194,7 +194,7 @@ pub enum UnitsError {
         effect: String,
     },
     /// A whole turn.
-    #[error("unit {unit} is an encoder, of a whole turn: generate its routine by itself, without --units")]
+    #[error("unit {unit} is an encoder, of a whole turn: generate its routine by itself, without --devices")]
     WholeTurn {
         /// The unit.
         unit: String,
@@ -259,7 +259,7 @@ pub enum UnitsError {
         unit: String,
     },
     /// Options of other routines.
-    #[error("{option} does not go with --units: leave it out")]
+    #[error("{option} does not go with --devices: leave it out")]
     Option {
         /// Which one.
         option: &'static str,

@@ -22,7 +22,7 @@ pub mod sweep;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use indicatif::ProgressBar;
+use fitter::progress::Progress;
 
 use crate::certificate::{Certificate, Entry};
 use crate::generate::Generated;
@@ -119,7 +119,7 @@ pub fn verify(
     quantity: &Quantity,
     options: &Options,
     checks: Checks,
-    bar: &ProgressBar,
+    bar: &dyn Progress,
 ) -> Result<Report, VerifyError> {
     let certificate = belonging::read_certificate(folder)?;
     let mut report = Report {
@@ -132,7 +132,7 @@ pub fn verify(
     let base = harness::base_name(&generated.certificate);
     let subjects = Subject::all(generated, options);
 
-    bar.set_message("compiling");
+    bar.doing("compiling");
     harness::compile_crate(&folder, &base, build.path())?;
     let mut runs = vec![(Language::Rust, false), (Language::C, false)];
     if checks.sanitize {
@@ -143,14 +143,14 @@ pub fn verify(
     };
     let functions = || subjects.iter().filter(|s| !s.has_terms());
     let total: u64 = functions().map(|s| sweep::inputs(&coverage(s))).sum();
-    bar.set_length(total * runs.len() as u64);
+    bar.steps(total * runs.len() as u64);
     for subject in subjects.iter().filter(|s| s.has_terms()) {
-        bar.set_message(format!("{}: sequences of calls", subject.name));
+        bar.doing(&format!("{}: sequences of calls", subject.name));
         let prepared = sequence::prepare(subject, checks.exhaustive)?;
         for &(language, sanitized) in &runs {
             let stated = stated(&certificate, subject, language);
             let Some(stated) = stated else { continue };
-            bar.set_message(format!("{} in {}", subject.name, language.name()));
+            bar.doing(&format!("{} in {}", subject.name, language.name()));
             let built = sequence::runner::build(subject, language, sanitized, &folder, &base, build.path())?;
             let how = (language, sanitized);
             let found = sequence::sweep(subject, how, &built, &prepared, stated.bound, quantity)?;
@@ -162,14 +162,14 @@ pub fn verify(
         for &(language, sanitized) in &runs {
             let stated = stated(&certificate, subject, language);
             let Some(stated) = stated else { continue };
-            bar.set_message(format!("{} in {}", subject.name, language.name()));
+            bar.doing(&format!("{} in {}", subject.name, language.name()));
             let harness = harness::build(subject, language, sanitized, &folder, &base, build.path())?;
             let found = sweep::sweep(subject, &harness, &coverage, stated.bound, quantity, bar)?;
             report.sweeps.push(found);
         }
     }
     report.compare_digests();
-    bar.set_message("other tools");
+    bar.doing("other tools");
     if checks.gappa {
         report.tools.extend(external::gappa(&subjects, &folder)?);
     }

@@ -1,6 +1,6 @@
 //! Sweeps a compiled routine in parallel and states what was found.
 
-use indicatif::ProgressBar;
+use fitter::progress::Progress;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -61,13 +61,13 @@ pub fn inputs(coverage: &Coverage) -> u64 {
 ///
 /// # Errors
 /// [`VerifyError`] where a harness cannot be run to its end.
-pub fn run(harness: &Harness, coverage: &Coverage, bar: &ProgressBar) -> Result<Found, VerifyError> {
+pub fn run(harness: &Harness, coverage: &Coverage, bar: &dyn Progress) -> Result<Found, VerifyError> {
     let parts: Vec<Sweep> = coverage.sweeps.iter().flat_map(|s| cut(*s)).collect();
     let found: Vec<Found> = parts
         .par_iter()
         .map(|part| {
             let found = harness.run(*part);
-            bar.inc(part.count);
+            bar.advance(part.count);
             found
         })
         .collect::<Result<_, _>>()?;
@@ -95,12 +95,12 @@ pub fn sweep(
     coverage: &Coverage,
     bound: f64,
     quantity: &Quantity,
-    bar: &ProgressBar,
+    bar: &dyn Progress,
 ) -> Result<SweepReport, VerifyError> {
     let program = subject.program();
     let found = run(harness, coverage, bar)?;
     let subset = subject.domain.interpreted(program);
-    let compiled = run(harness, &subset, &ProgressBar::hidden())?.digest;
+    let compiled = run(harness, &subset, &())?.digest;
     let as_interpreted = compiled == interpreted_digest(subject, &subset)?;
 
     let arguments = subject.domain.arguments(program, found.worst_index);

@@ -13,8 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let counts = Encoding::Counts { bits: 16, gain: 1.526e-5, offset: 32768.0 };
     let input = Input { arity: Arity::Probes, encoding: counts };
     codegen::Builder::new()
-        // .coefficients("coefficients.json"): your own mirror's in place of the embedded recording.
-        .demo()
+        .coefficients("coefficients.json")
         .target(Core::CortexM4f)
         .bound_arcsec(0.01)
         .ends(Ends { input: Some(input), output: Some(Output::Nano), full_scale: None })

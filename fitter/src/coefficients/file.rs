@@ -11,10 +11,9 @@ use super::{Coefficients, Diagnosed, SCHEMA, VERSION_TURN as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
 use crate::input::{self, Misplaced};
-use crate::mirror::is_identifier;
 use crate::pretty::Pretty;
 use crate::terms::Term;
-use crate::text_safety;
+use crate::text_safety::{self, is_identifier};
 use crate::turn::Turn;
 
 /// Why a coefficients file is refused.

@@ -5,19 +5,21 @@
 mod diagnosed;
 mod file;
 mod joint;
+mod selection;
+mod statistics;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use crate::error_model::{ErrorModel, Sensor};
-use crate::order::OrderSelection;
 use crate::recording::Recording;
-use crate::statistics::Statistics;
 use crate::terms::Term;
 use crate::turn::Turn;
 
 pub use file::{CoefficientsError, parse, read, read_with_text};
+pub use selection::{OrderScore, OrderSelection};
+pub use statistics::{PointStatistics, Scatter, Spread, Statistics};
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -16,7 +16,6 @@ pub mod limits;
 pub mod moving;
 mod repeated;
 mod scale;
-pub mod summary;
 mod trend;
 
 use std::borrow::Cow;

@@ -120,11 +120,6 @@ pub fn text<'a>(source: impl io::BufRead + 'a, gzip: bool) -> Limited<Box<dyn Re
     Limited { inner, left: max_bytes(), line: 0, decompressed: gzip }
 }
 
-/// Whether a path stands for standard input, where a recording is expected.
-pub fn is_standard(path: &Path) -> bool {
-    path.as_os_str() == "-"
-}
-
 /// The text of a file that is parsed as a whole: JSON, TOML.
 ///
 /// # Errors

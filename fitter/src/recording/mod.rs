@@ -4,15 +4,20 @@
 //! `command_deg`, then `x1_mm`, `x2_mm`, `reference_arcsec` of an eddy-current pair or `measured`,
 //! `reference` of a direct sensor. Any other numeric column is kept as a further observable.
 
+#[cfg(feature = "fit")]
 mod direction;
 mod note;
+#[cfg(feature = "fit")]
 mod read;
 
 use std::collections::BTreeSet;
 
 use crate::table::Lines;
-pub use crate::table::{Column, Dialect, Mapping, Place, RecordingError};
+pub use crate::table::{Column, Dialect};
+#[cfg(feature = "fit")]
+pub use crate::table::{Mapping, Place, RecordingError};
 pub use note::Note;
+#[cfg(feature = "fit")]
 pub use read::{Purpose, Reading};
 
 /// What the sensor and the reference said, row by row.

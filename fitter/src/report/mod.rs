@@ -16,7 +16,6 @@ use crate::error_model::Sensor;
 use crate::faults::BadRow;
 use crate::fit::Fit;
 use crate::recording::Recording;
-use crate::summary;
 
 pub use after::{AfterError, Corrected};
 
@@ -88,8 +87,8 @@ impl<'a> Report<'a> {
         self.corrected.first().map(|corrected| figures::overview(self.fit, corrected))
     }
 
-    /// The page, with the cells that were left out before the fit.
-    pub fn page(&self, figures: &[Figure], bad_rows: &[BadRow]) -> String {
+    /// The page, with the cells that were left out before the fit, and the `summary` of the fit as plain text.
+    pub fn page(&self, figures: &[Figure], bad_rows: &[BadRow], summary: &str) -> String {
         let file = &self.fit.coefficients;
         let statistics = file.statistics.as_ref();
         let figures: Vec<_> = (figures.iter())
@@ -136,7 +135,7 @@ impl<'a> Report<'a> {
             depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
             slope => file.turn.as_ref().and_then(|turn| turn.slope.as_ref()).map(|s| capital(&s.statement)),
-            summary => summary::summary(self.fit),
+            summary => summary,
             figures => figures,
         };
         // The template is part of the program and rendered by a test: it cannot fail on other data.

@@ -3,25 +3,36 @@
 //! This is the one reader of recordings. What a column means is not known here: a kind of recording says of each column
 //! of a header how it is used ([`Use`]), and takes what was read.
 
+#[cfg(feature = "fit")]
 mod columns;
 mod dialect;
+#[cfg(feature = "fit")]
 mod error;
+#[cfg(feature = "fit")]
 mod header;
 mod lines;
+#[cfg(feature = "fit")]
 mod mapping;
 #[cfg(feature = "parquet")]
 mod parquet;
+#[cfg(feature = "fit")]
 mod source;
+#[cfg(feature = "fit")]
 mod text;
 
+#[cfg(feature = "fit")]
 pub use columns::Uses;
 pub use dialect::Dialect;
+#[cfg(feature = "fit")]
 pub use error::{Place, RecordingError};
+#[cfg(feature = "fit")]
 pub use header::{Header, family, nearest};
 pub use lines::Lines;
+#[cfg(feature = "fit")]
 pub use mapping::{Mapping, Naming};
 
 /// How a column is used.
+#[cfg(feature = "fit")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Use {
     /// Not at all.
@@ -48,6 +59,7 @@ pub struct Column {
 }
 
 /// The columns of a file that are used.
+#[cfg(feature = "fit")]
 #[derive(Debug)]
 pub struct Table {
     /// File name without its folder.
@@ -70,6 +82,7 @@ pub struct Table {
     pub lines: Lines,
 }
 
+#[cfg(feature = "fit")]
 impl Table {
     /// The values of a column, which is taken out of the table; none if it is not there.
     pub fn take(&mut self, name: &str) -> Option<Vec<f64>> {

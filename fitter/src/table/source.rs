@@ -13,7 +13,7 @@ use crate::input;
 use crate::text_safety;
 
 impl Table {
-    /// Reads the file at `path`, or standard input where it is `-`; gzip is known by its name or its first bytes, Parquet
+    /// Reads the file at `path`; gzip is known by its name or its first bytes, Parquet
     /// by its first bytes. `uses` says which columns are taken, and `progress` is told the number of bytes read so far.
     ///
     /// # Errors
@@ -24,7 +24,6 @@ impl Table {
         uses: &Uses,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Table, RecordingError> {
-        let path = if input::is_standard(path) { Path::new(STANDARD) } else { path };
         let shown = text_safety::path(path);
         let unreadable = |error: io::Error| RecordingError::of(&shown, &error, false);
         let mut file = File::open(path).map_err(unreadable)?;
@@ -62,9 +61,6 @@ impl Table {
         hashed(file, bytes, input::is_gzip(file, bytes), naming, uses, &mut |_| {})
     }
 }
-
-/// Standard input as a file.
-const STANDARD: &str = "/dev/stdin";
 
 /// Hashes and counts what passes through.
 struct Hashing<'a, R> {

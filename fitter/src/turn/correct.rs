@@ -1,38 +1,14 @@
 //! What a sensor that turns is corrected for beside the harmonics: a slope over the turn, and a lag. Both only where they
 //! are significant; a recording that shows neither gets harmonics alone.
 
-use serde::{Deserialize, Serialize};
-
 use super::beside::Kind;
-use super::direction::Estimate;
+use super::description::{Estimate, Left, Slope};
 use super::harmonics::{Choice, Harmonics};
 use crate::error_model::Sensor;
 use crate::figures::plus_minus;
 use crate::fit::FitError;
 use crate::statistics::readable;
 use crate::terms::{Observables, Operator, Product, Rate};
-
-/// An error that grows with the travelled angle and does not repeat with the turn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Slope {
-    /// By how much the error grows in a turn, in the sensor's unit.
-    pub per_turn: Estimate,
-    /// The same in a sentence, and where such an error comes from.
-    pub statement: String,
-}
-
-/// What is left of the recording's errors where not everything is corrected: root mean squares about their mean, in the
-/// sensor's unit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Left {
-    /// By the harmonics alone.
-    pub harmonics_alone_rms: f64,
-    /// By all that repeats with the turn or moves with the speed, fitted without the slope: harmonics, and the lag where
-    /// one was found.
-    pub without_slope_rms: f64,
-}
 
 /// The terms beside the harmonics.
 #[derive(Debug, Clone, Default)]

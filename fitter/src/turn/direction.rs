@@ -1,60 +1,16 @@
 //! Forward and backward, told apart: friction and backlash move the reading by a constant whose sign is the
 //! direction's, a lag by the speed. One direction alone shows neither; one speed alone does not tell the two apart.
 
-use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use super::Turn;
+use super::description::{Directions, Estimate};
 use super::solve::Columns;
 use super::unwind::Unwound;
+use crate::error_model::Sensor;
 use crate::figures::{figure, plus_minus};
 use crate::recording::Recording;
 use crate::statistics::readable;
-
-/// What the recording says about its directions of motion.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Directions {
-    /// Number of readings in the forward direction.
-    pub forward: usize,
-    /// Number of readings in the backward direction.
-    pub backward: usize,
-    /// Half of the distance from backward to forward errors, in the sensor's unit; below zero where the reading
-    /// stays behind the reference. None with one direction only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub half_distance: Option<Estimate>,
-    /// Delay of the reading in seconds; none where the speed hardly changes.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lag_s: Option<Estimate>,
-    /// Whether the lag is a term of the coefficients, and `apply` takes it off.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub lag_corrected: bool,
-    /// Root mean square by which half of the distance varies over the turn, in the sensor's unit; none where
-    /// it does not beyond chance.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub variation_rms: Option<f64>,
-    /// 10th and 90th percentile of the speed from row to row, in the sensor's unit per second; none without
-    /// increasing times.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub speed_per_s: Option<[f64; 2]>,
-    /// The same in a sentence, and what the recording cannot tell.
-    pub statement: String,
-}
-
-fn is_false(value: &bool) -> bool {
-    !value
-}
-
-/// A value with its uncertainty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Estimate {
-    /// The value.
-    pub value: f64,
-    /// Its standard error.
-    pub standard_error: f64,
-    /// 95 % interval (Student's t).
-    pub ci95: [f64; 2],
-}
 
 impl Estimate {
     pub(super) fn of(value: f64, standard_error: f64, quantile: f64) -> Estimate {
@@ -119,9 +75,29 @@ impl Motion {
     }
 }
 
+/// What is said of a recording that covers a part of the turn: a polynomial was fitted to it.
+pub(crate) fn part(recording: &Recording, sensor: &Sensor, unwound: &Unwound) -> Turn {
+    let revolution = match sensor {
+        Sensor::Direct { revolution: Some(turn), .. } => *turn,
+        _ => f64::INFINITY,
+    };
+    Turn {
+        revolution,
+        from: unwound.from,
+        counts_turns: unwound.counts_turns,
+        whole: false,
+        wraps: unwound.wraps,
+        harmonics: None,
+        amplitudes: Vec::new(),
+        directions: untold(recording, unwound),
+        slope: None,
+        left: None,
+    }
+}
+
 /// The directions of a recording to which no harmonics were fitted: what a polynomial leaves is tested for
 /// them elsewhere.
-pub(super) fn untold(recording: &Recording, unwound: &Unwound) -> Directions {
+fn untold(recording: &Recording, unwound: &Unwound) -> Directions {
     let motion = Motion::of(recording, unwound);
     let statement = if motion.both {
         "a part of the turn: forward and backward are compared by what the fit leaves".to_string()

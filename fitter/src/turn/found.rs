@@ -5,8 +5,9 @@ use std::f64::consts::SQRT_2;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::beside::Kind;
-use super::correct::{Corrections, Slope, lag_operator, slope_operator};
-use super::direction::{Directions, Estimate, Findings, variation};
+use super::correct::{Corrections, lag_operator, slope_operator};
+use super::description::{Directions, Estimate, Slope};
+use super::direction::{Findings, variation};
 use super::harmonics::Harmonics;
 use super::solve::Solution;
 use super::{Amplitude, Turn};

@@ -11,30 +11,41 @@
 //! quantisation of the reading stays on the side of the error, where least squares expects it.
 
 mod arc;
+#[cfg(feature = "fit")]
 mod beside;
+#[cfg(feature = "fit")]
 mod correct;
+mod description;
+#[cfg(feature = "fit")]
 mod direction;
+#[cfg(feature = "fit")]
 mod fit;
+#[cfg(feature = "fit")]
 mod found;
+#[cfg(feature = "fit")]
 mod harmonics;
+#[cfg(feature = "fit")]
 mod significance;
+#[cfg(feature = "fit")]
 mod solve;
 mod travelled;
+#[cfg(feature = "fit")]
 mod unwind;
 
 use serde::{Deserialize, Serialize};
 
-use crate::coefficients::Coefficients;
-use crate::error_model::Sensor;
-use crate::order::OrderSelection;
-use crate::recording::Recording;
+use crate::coefficients::{Coefficients, OrderSelection};
 use crate::terms::{Operator, Periodic};
 
-pub use correct::{Left, Slope};
-pub use direction::{Directions, Estimate};
+pub use description::{Directions, Estimate, Left, Slope};
+#[cfg(feature = "fit")]
+pub(crate) use direction::part;
+#[cfg(feature = "fit")]
 pub(crate) use fit::fit;
+#[cfg(feature = "fit")]
 pub(crate) use harmonics::{Harmonics, MAX_HARMONICS};
 pub(crate) use travelled::{nearest, travelled, travelled_about};
+#[cfg(feature = "fit")]
 pub(crate) use unwind::{Unwound, unwind};
 
 /// What the coefficients file says of a sensor that turns.
@@ -171,25 +182,5 @@ impl Turn {
     pub(crate) fn finish(&self, corrected: f64, turns: f64) -> f64 {
         let one_turn = self.whole && !self.counts_turns;
         if one_turn { self.within(corrected).0 } else { corrected + turns * self.revolution }
-    }
-}
-
-/// What is said of a recording that covers a part of the turn: a polynomial was fitted to it.
-pub(crate) fn part(recording: &Recording, sensor: &Sensor, unwound: &Unwound) -> Turn {
-    let revolution = match sensor {
-        Sensor::Direct { revolution: Some(turn), .. } => *turn,
-        _ => f64::INFINITY,
-    };
-    Turn {
-        revolution,
-        from: unwound.from,
-        counts_turns: unwound.counts_turns,
-        whole: false,
-        wraps: unwound.wraps,
-        harmonics: None,
-        amplitudes: Vec::new(),
-        directions: direction::untold(recording, unwound),
-        slope: None,
-        left: None,
     }
 }

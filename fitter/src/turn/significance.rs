@@ -7,7 +7,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::direction::Estimate;
+use super::description::Estimate;
 
 /// A column belongs into the fit where chance would show it less often than this: one clean recording in a thousand gets a
 /// term that it does not need, and that term is then as small as the noise.

@@ -42,7 +42,7 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
         };
         wrong.extend(what.map(|what| format!("{} {what}", path.display())));
     }
-    let start = |line: &&str| line.trim_start().starts_with("× ") || line.starts_with("error: ");
+    let start = |line: &&str| line.starts_with("error: ") || line.starts_with("  \"error\": {");
     match (outcome.code, stderr.lines().filter(start).count()) {
         (Some(0), _) => wrong.extend(json(case, outcome).or_else(|| infinite(case, outcome))),
         // Without a command the help is printed, which is clap's way.

@@ -14,7 +14,7 @@ use super::plan;
 use super::score::Case;
 use super::truth::Truth;
 use crate::programs::{Nominal, Programs};
-use crate::workspace::{Batches, CampaignError, Folders, answer_of, diagnose_sealed, progress, threads};
+use crate::workspace::{Batches, CampaignError, Folders, answer_of, diagnose_sealed, threads};
 
 /// What is stated to the programs of the plant: nothing but its kind and units.
 const PLANT: &str = include_str!("plant.toml");
@@ -47,13 +47,16 @@ impl Campaign {
     ///
     /// # Errors
     /// [`CampaignError`].
-    pub fn run(&self, sealed: impl FnOnce(&str, usize)) -> Result<Outcome, CampaignError> {
-        let programs = Programs::find()?;
+    pub fn run(
+        &self,
+        programs: &Programs,
+        sealed: impl FnOnce(&str, usize),
+    ) -> Result<Outcome, CampaignError> {
         let folders = Folders::prepare(&self.out, Nominal::Plant, PLANT)?;
         let pool = threads(self.jobs)?;
-        let mut truths = pool.install(|| self.draw(&folders))?;
+        let mut truths = pool.install(|| self.draw(programs, &folders))?;
         truths.sort_by(|a, b| a.recording.cmp(&b.recording));
-        let batches = Batches { programs: &programs, nominal: Nominal::Plant, jobs: self.jobs };
+        let batches = Batches { programs, nominal: Nominal::Plant, jobs: self.jobs };
         let listed: Vec<(&str, &Truth)> = truths.iter().map(|t| (t.recording.as_str(), t)).collect();
         let sealed = diagnose_sealed(&batches, &folders, &listed, sealed)?;
         let cases = truths
@@ -64,26 +67,24 @@ impl Campaign {
     }
 
     /// Draws every trial and writes its recording under a name that says nothing.
-    fn draw(&self, folders: &Folders) -> Result<Vec<Truth>, CampaignError> {
+    fn draw(&self, programs: &Programs, folders: &Folders) -> Result<Vec<Truth>, CampaignError> {
         let assignments = plan::assignments(self.trials, self.seed);
         let mut numbers: Vec<usize> = (0..assignments.len()).collect();
         let mut generator = ChaCha12Rng::seed_from_u64(self.seed);
         generator.set_stream(1);
         numbers.shuffle(&mut generator);
-        let bar = progress("recording", assignments.len());
-        let truths = assignments
+        programs.begin("recording", assignments.len());
+        assignments
             .par_iter()
             .zip(&numbers)
             .map(|(assignment, number)| {
                 let trial = Trial::draw(assignment, &format!("r{number:06}.csv.gz"))?;
                 let file = folders.blind.join(&trial.truth.recording);
                 write_series(&trial.series, Some(bench::DECIMALS), &file)?;
-                bar.inc(1);
+                programs.watch.advance(1);
                 Ok(trial.truth)
             })
-            .collect();
-        bar.finish_and_clear();
-        truths
+            .collect()
     }
 }
 

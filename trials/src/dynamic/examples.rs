@@ -12,7 +12,7 @@ use super::score::{Score, score as score_cases};
 use super::truth::{Concealed, Group, Truth};
 use crate::examples::ExampleError;
 use crate::programs::{Nominal, Programs};
-use crate::workspace::{Batches, CampaignError, Folders, progress, put};
+use crate::workspace::{Batches, CampaignError, Folders, put};
 
 #[derive(Deserialize)]
 struct Opened {
@@ -32,7 +32,12 @@ struct OpenedEffect {
 ///
 /// # Errors
 /// [`ExampleError`].
-pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Option<Score>, ExampleError> {
+pub fn score(
+    programs: &Programs,
+    folder: &Path,
+    out: &Path,
+    jobs: usize,
+) -> Result<Option<Score>, ExampleError> {
     let path = folder.join("truth_dynamic.json");
     if !path.is_file() {
         return Ok(None);
@@ -43,7 +48,6 @@ pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Option<Score>, Ex
     };
     let truths: BTreeMap<String, Opened> =
         serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })?;
-    let programs = Programs::find()?;
     // Copies, so that the program that answers stands in a folder without the truth.
     let folders = Folders::prepare(out, Nominal::Plant, &read(&folder.join("plant.toml"))?)?;
     let mut files = Vec::new();
@@ -54,15 +58,13 @@ pub fn score(folder: &Path, out: &Path, jobs: usize) -> Result<Option<Score>, Ex
             .map_err(|e| ExampleError::Missing { path: from, reason: e.kind() })?;
         files.push(file);
     }
-    let bar = progress("examples", files.len());
-    Batches { programs: &programs, nominal: Nominal::Plant, jobs }.diagnose(
+    programs.begin("examples", files.len());
+    Batches { programs, nominal: Nominal::Plant, jobs }.diagnose(
         &folders.blind,
         &files,
         &folders.diagnosed,
         None,
-        &bar,
     )?;
-    bar.finish_and_clear();
     let cases = truths
         .into_iter()
         .map(|(stem, opened)| {

@@ -17,7 +17,7 @@ use twin::dynamic::{Context, Model, PositionLoop, Typical};
 use crate::answer::Answer;
 use crate::programs::{Nominal, Programs};
 use crate::score::{Figure, Share};
-use crate::workspace::{Batches, CampaignError, Folders, answer_of, progress, put, threads};
+use crate::workspace::{Batches, CampaignError, Folders, answer_of, put, threads};
 
 /// What the programs are told.
 const PLANT: &str = include_str!("feedback.toml");
@@ -51,10 +51,15 @@ struct Trial {
 ///
 /// # Errors
 /// [`CampaignError`].
-pub fn run(count: usize, seed: u64, jobs: usize, out: &Path) -> Result<Vec<Figure>, CampaignError> {
-    let programs = Programs::find()?;
+pub fn run(
+    programs: &Programs,
+    count: usize,
+    seed: u64,
+    jobs: usize,
+    out: &Path,
+) -> Result<Vec<Figure>, CampaignError> {
     let folders = Folders::prepare(out, Nominal::Plant, PLANT)?;
-    let bar = progress("recording", count);
+    programs.begin("recording", count);
     let draw = |number: usize| -> Result<Trial, CampaignError> {
         let trial = Trial {
             stem: format!("f{number:06}"),
@@ -62,17 +67,15 @@ pub fn run(count: usize, seed: u64, jobs: usize, out: &Path) -> Result<Vec<Figur
         };
         let text = record(trial.concealed, seed.wrapping_mul(1_000_003).wrapping_add(number as u64))?;
         put(&folders.blind.join(format!("{}.csv", trial.stem)), &text)?;
-        bar.inc(1);
+        programs.watch.advance(1);
         Ok(trial)
     };
     let trials: Vec<Trial> =
         threads(jobs)?.install(|| (0..count).into_par_iter().map(draw).collect::<Result<_, _>>())?;
-    bar.finish_and_clear();
     let files: Vec<String> = trials.iter().map(|t| format!("{}.csv", t.stem)).collect();
-    let bar = progress("diagnosing", files.len());
-    let batches = Batches { programs: &programs, nominal: Nominal::Plant, jobs };
-    batches.diagnose(&folders.blind, &files, &folders.diagnosed, None, &bar)?;
-    bar.finish_and_clear();
+    programs.begin("diagnosing", files.len());
+    let batches = Batches { programs, nominal: Nominal::Plant, jobs };
+    batches.diagnose(&folders.blind, &files, &folders.diagnosed, None)?;
 
     let (mut alarms, mut named, mut alone) = (Share::default(), Share::default(), Share::default());
     for trial in &trials {

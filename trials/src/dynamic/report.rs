@@ -5,7 +5,7 @@ use minijinja::context;
 use super::campaign::{Campaign, Outcome};
 use super::score::{Score, score};
 use crate::report::{Page, Report, class, render};
-use crate::summary::reached;
+use crate::score::reached;
 
 impl Report<Score> {
     /// Scores a campaign of dynamic trials.

@@ -10,8 +10,8 @@ use minijinja::{Environment, context};
 use serde::Serialize;
 
 use crate::campaign::{Campaign, CampaignError, Outcome};
+use crate::score::reached;
 use crate::score::{Figure, Score, score};
-use crate::summary::reached;
 use crate::truth::CAN_TELL;
 
 /// What is reported of a campaign with scores of type `S`.

@@ -231,5 +231,10 @@ pub fn score(cases: &[Case]) -> Score {
     }
 }
 
+/// Whether every figure that has a wanted value and could be measured is reached.
+pub fn reached(figures: &[Figure]) -> bool {
+    figures.iter().all(|f| f.passed != Some(false))
+}
+
 #[cfg(test)]
 pub(crate) mod tests;

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use indicatif::ProgressBar;
+use fitter::progress::Progress;
 
 use changes::{Mutation, mutations};
 
@@ -41,14 +41,14 @@ pub fn mutants(
     generated: &Generated,
     quantity: &Quantity,
     base: &str,
-    bar: &ProgressBar,
+    bar: &dyn Progress,
 ) -> Result<Vec<ToolReport>, VerifyError> {
     let mut reports = vec![hand_edited(generated)?];
     let source_c = generated.files.get(&PathBuf::from(format!("c/{base}.c"))).map_or("", String::as_str);
     for subject in subjects {
         let prepared = subject.has_terms().then(|| sequence::prepare(subject, false)).transpose()?;
         for mutation in mutations(subject, source_c) {
-            bar.set_message(format!("{}: {}", subject.name, mutation.what));
+            bar.doing(&format!("{}: {}", subject.name, mutation.what));
             let files = (generated, base);
             reports.push(damaged_source(subject, files, quantity, &mutation, prepared.as_ref())?);
         }
@@ -109,7 +109,7 @@ fn damaged_source(
     } else {
         let built = harness::build(subject, language, false, folder.path(), base, build.path())?;
         let coverage = subject.domain.interpreted(subject.program());
-        sweep::sweep(subject, &built, &coverage, bound, quantity, &ProgressBar::hidden())?
+        sweep::sweep(subject, &built, &coverage, bound, quantity, &())?
     };
     let mut caught = Vec::new();
     if !found.as_interpreted {
@@ -229,7 +229,7 @@ mod tests {
         let anew = generated(&options);
         let quantity = Quantity::of(&paper_coefficients().error_model());
         let folder = folder_of(&anew.files).unwrap();
-        let hidden = ProgressBar::hidden();
+        let hidden = ();
         let checks = Checks::default();
         let report = verify(folder.path(), &anew, &quantity, &options, checks, &hidden).unwrap();
         assert!(report.holds(), "{}", report.text());

@@ -1,0 +1,238 @@
+//! `diagnose`: reads, runs the recordings in parallel, writes.
+
+mod motion;
+mod summary;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use codegen::refused;
+use diagnosis::observe::{Simulated, Wanted};
+use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
+use fitter::output::FileSet;
+use fitter::recording::{Purpose, Reading};
+use fitter::{Mirror, Recording, text_safety};
+use rayon::prelude::*;
+
+use crate::fit::MapArgs;
+use crate::input::recording;
+use crate::terminal::{Common, Result, line, say, summarise};
+
+/// Examples for the help.
+pub const EXAMPLES: &str = "\
+Examples:
+  arcsmith diagnose calibration.csv --mirror mirror.toml --out diagnosis
+  arcsmith diagnose monday.csv tuesday.csv --mirror mirror.toml --out diagnosis --no-report
+  arcsmith diagnose calibration.csv --mirror mirror.toml --held-out verification.csv --out diagnosis
+  arcsmith diagnose motion.csv --plant plant.toml --map position=Encoder:deg --out diagnosis
+  arcsmith diagnose calibration.csv --mirror mirror.toml --out diagnosis --json | jq .[0].verdict";
+
+/// More threads than this for every processor bring nothing.
+const MOST_THREADS_PER_PROCESSOR: usize = 4;
+
+/// Arguments of `diagnose`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The recordings (CSV, CSV.gz, or Parquet; `-`: standard input)
+    #[arg(required = true, value_parser = recording())]
+    recordings: Vec<PathBuf>,
+    /// The nominal mirror (mirror.toml), for static calibration recordings
+    #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
+    mirror: Option<PathBuf>,
+    /// The nominal plant (plant.toml), for dynamic recordings
+    #[arg(long)]
+    plant: Option<PathBuf>,
+    /// The folder to write into; it is made if it is not there
+    #[arg(long, default_value_if("effects", "true", "."))]
+    out: PathBuf,
+    /// Print the catalogue of effects of static recordings (Markdown) and end
+    #[arg(long, exclusive = true)]
+    effects: bool,
+    #[command(flatten)]
+    map: MapArgs,
+    /// Another recording of the same device, for the held-out figures
+    #[arg(long)]
+    held_out: Option<PathBuf>,
+    /// Your own simulation of the same rows (t_s and the predicted reference), instead of the built-in one
+    #[arg(long)]
+    simulated: Option<PathBuf>,
+    /// Write no HTML report
+    #[arg(long)]
+    no_report: bool,
+    /// Leave these effects out of the catalogue (ids, separated by commas)
+    #[arg(long, value_delimiter = ',')]
+    without: Vec<String>,
+    /// Hand on only this many harmonics of a periodic error, the strongest, fitted again without the others
+    #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(1..))]
+    harmonics: Option<u16>,
+    /// Order of the base polynomial; chosen by cross-validation if not given
+    #[arg(long, value_name = "N", conflicts_with_all = ["plant", "turn_harmonics"], value_parser = clap::value_parser!(u16).range(1..=15))]
+    order: Option<u16>,
+    /// Harmonics of a whole turn in the base; chosen by cross-validation if not given
+    #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(0..=32))]
+    turn_harmonics: Option<u16>,
+    /// Number of threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<usize>,
+}
+
+pub fn run(cli: &Arguments, common: Common) -> Result<()> {
+    if cli.effects {
+        say(effects::page::markdown().trim_end());
+        return Ok(());
+    }
+    match (&cli.mirror, &cli.plant) {
+        (_, Some(plant)) => motion::run(cli, plant, common),
+        (Some(mirror), None) => run_static(cli, mirror, common),
+        (None, None) => Err(refused!("--mirror is missing; give the mirror.toml")),
+    }
+}
+
+fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
+    let mirror = Mirror::read(mirror)?;
+    let stems = stems(&cli.recordings)?;
+    known(&cli.without, &effects::catalogue().iter().map(|e| e.id()).collect::<Vec<_>>())?;
+    one_simulation(cli)?;
+    let reading = Reading { purpose: Purpose::Fit, mappings: &cli.map.map, sensor: Some(&mirror.sensor) };
+    let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {});
+    let held_out = cli.held_out.as_deref().map(read).transpose()?;
+    let simulated = cli.simulated.as_deref().map(simulated::read).transpose()?;
+    // Everything is read before anything is computed, and computed before anything is written.
+    let recordings: Vec<Recording> =
+        cli.recordings.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
+    let options = Options {
+        skip: cli.without.clone(),
+        base: Wanted {
+            order: cli.order.map(usize::from),
+            turn_harmonics: cli.turn_harmonics.map(usize::from),
+        },
+        harmonics: cli.harmonics.map(usize::from),
+        command: command(cli),
+    };
+    let outcomes = all(cli, common, &recordings, |recording| {
+        let simulated: Option<Simulated> =
+            simulated.as_ref().map(|s| s.for_recording(recording)).transpose()?;
+        Ok(diagnose(recording, &mirror, simulated.as_ref(), held_out.as_ref(), &options)?)
+    })?;
+    let mut set = FileSet::new();
+    set.folder(&cli.out)?;
+    for (stem, outcome) in stems.iter().zip(&outcomes) {
+        write(&mut set, &cli.out, stem, outcome, !cli.no_report)?;
+    }
+    set.commit()?;
+    tell(outcomes.iter().map(|outcome| &outcome.diagnosis), &cli.out, common);
+    Ok(())
+}
+
+/// What is made of every recording, several at a time, in their order.
+fn all<R: Sync, O: Send>(
+    cli: &Arguments,
+    common: Common,
+    recordings: &[R],
+    one: impl Fn(&R) -> Result<O> + Sync,
+) -> Result<Vec<O>> {
+    let template = match recordings.len() {
+        ..10 => "{spinner} diagnosing, {elapsed}",
+        _ => "{bar:40} {pos}/{len} recordings, {eta} left",
+    };
+    let bar = common.progress(recordings.len() as u64, template);
+    let outcomes: Vec<Result<O>> = threads(cli.jobs)?.install(|| {
+        let diagnosed = |recording| {
+            let outcome = one(recording);
+            bar.inc(1);
+            outcome
+        };
+        recordings.par_iter().map(diagnosed).collect()
+    });
+    bar.finish_and_clear();
+    outcomes.into_iter().collect()
+}
+
+/// Prints what was found.
+fn tell<'a>(found: impl Iterator<Item = &'a Diagnosis>, out: &Path, common: Common) {
+    let found: Vec<&Diagnosis> = found.collect();
+    summarise(
+        common,
+        || serde_json::to_value(&found).unwrap_or_default(),
+        || {
+            let texts: Vec<String> = found.iter().map(|one| summary::styled(one, common.verbose)).collect();
+            texts.concat() + &line("written", &out.display().to_string())
+        },
+    );
+}
+
+/// Refuses one simulation for several recordings.
+fn one_simulation(cli: &Arguments) -> Result<()> {
+    if cli.simulated.is_none() || cli.recordings.len() == 1 {
+        return Ok(());
+    }
+    Err(refused!(
+        "--simulated: found {} recordings, expected one; a simulation belongs to the rows of one recording",
+        cli.recordings.len()
+    ))
+}
+
+/// The stems of the output files; equal ones would overwrite each other.
+fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
+    let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
+    let mut stems = Vec::new();
+    for path in paths {
+        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+        let name = name.strip_suffix(".gz").unwrap_or(&name);
+        let stem = name.strip_suffix(".csv").unwrap_or(name).to_string();
+        if let Some(first) = seen.insert(stem.clone(), path) {
+            return Err(refused!(
+                "{} and {}: both would be written as `{stem}`; rename one or diagnose them in separate calls",
+                first.display(),
+                path.display()
+            ));
+        }
+        stems.push(stem);
+    }
+    Ok(stems)
+}
+
+/// Refuses ids that no effect has.
+fn known(ids: &[String], all: &[&str]) -> Result<()> {
+    match ids.iter().find(|id| !all.contains(&id.as_str())) {
+        None => Ok(()),
+        Some(id) => Err(refused!("--without: found `{id}`, expected one of {}", all.join(", "))),
+    }
+}
+
+/// As many threads as wanted, one per processor where nothing is said; more than a few per processor bring nothing.
+fn threads(wanted: Option<usize>) -> Result<rayon::ThreadPool> {
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = wanted.unwrap_or(processors).clamp(1, MOST_THREADS_PER_PROCESSOR * processors);
+    Ok(rayon::ThreadPoolBuilder::new().num_threads(count).build()?)
+}
+
+/// The command as it stands in the coefficients file: without folders, which differ from machine to machine.
+fn command(cli: &Arguments) -> String {
+    let name = |p: &Path| text_safety::file_name(p);
+    let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
+    let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
+    let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
+    let order = cli.order.map_or_else(String::new, |n| format!(" --order {n}"));
+    let turn = cli.turn_harmonics.map_or_else(String::new, |n| format!(" --turn-harmonics {n}"));
+    let map: String = cli.map.map.iter().map(|mapping| format!(" --map '{mapping}'")).collect();
+    let command = format!("diagnose {} --mirror {mirror}{map}{order}{turn}{harmonics}", recordings.join(" "));
+    text_safety::command(&command)
+}
+
+/// Adds the files of one recording, the answer last: it names the others.
+fn write(set: &mut FileSet, folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
+    let at = |end: &str| folder.join(format!("{stem}.{end}"));
+    if with_report {
+        set.put(&at("html"), report::page(outcome))?;
+    }
+    let coefficients = at("coefficients.json");
+    match &outcome.coefficients {
+        Some(file) => set.put(&coefficients, file.to_sealed_json())?,
+        // A file of an earlier run would pass for this one's.
+        None => set.remove(&coefficients)?,
+    }
+    let text = serde_json::to_string_pretty(&outcome.diagnosis)? + "\n";
+    Ok(set.put(&at("json"), text)?)
+}

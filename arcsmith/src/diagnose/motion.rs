@@ -1,0 +1,111 @@
+//! `diagnose` of dynamic recordings.
+
+use std::io::Write;
+use std::path::Path;
+
+use diagnosis::dynamic::diagnose::Predicted;
+use diagnosis::dynamic::linear::{self, diagnose_linear};
+use diagnosis::dynamic::model::Term;
+use diagnosis::dynamic::recording::Reading;
+use diagnosis::dynamic::{self, DynamicRecording, Options, OwnSimulation};
+use diagnosis::simulated;
+use fitter::output::FileSet;
+use fitter::plant::{Kind, PlantFile};
+use fitter::text_safety;
+use rayon::prelude::*;
+
+use super::{Arguments, all, known, one_simulation, stems, tell};
+use crate::terminal::{Common, Result};
+
+/// Diagnoses dynamic recordings against the plant file.
+pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
+    let file = PlantFile::read(plant)?;
+    let given = given(plant, &file)?;
+    let stems = stems(&cli.recordings)?;
+    let ids = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).chain([linear::file::ID]);
+    known(&cli.without, &ids.collect::<Vec<_>>())?;
+    one_simulation(cli)?;
+    let reading = Reading {
+        position_unit: &file.plant.position_unit,
+        drive_unit: &file.plant.drive_unit,
+        command: file.plant.feedback.as_deref(),
+        mappings: &cli.map.map,
+    };
+    let read = |path: &Path| DynamicRecording::read(path, &reading);
+    let recordings: Vec<DynamicRecording> =
+        cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_, _>>()?;
+    let held_out = cli.held_out.as_deref().map(read).transpose()?;
+    let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
+    let options = Options { skip: cli.without.clone(), given };
+    let (own, other) = (simulated.as_ref(), held_out.as_ref());
+    let outcomes = all(cli, common, &recordings, |recording| {
+        Ok(match file.plant.kind {
+            Kind::SecondOrder => dynamic::diagnose(recording, &file.plant, own, other, &options)?,
+            Kind::Linear => diagnose_linear(recording, &file, own, other, &options.skip)?,
+        })
+    })?;
+    let mut set = FileSet::new();
+    set.folder(&cli.out)?;
+    for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
+        let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
+        if !cli.no_report {
+            set.put(&at("html"), dynamic::report::page(recording, outcome))?;
+        }
+        let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
+        set.put(&at("simulated.csv"), rows)?;
+        set.put(&at("plant.toml"), outcome.plant.to_toml())?;
+        // The answer last: it names the others.
+        let text = serde_json::to_string_pretty(&outcome.diagnosis)? + "\n";
+        set.put(&at("json"), text)?;
+    }
+    set.commit()?;
+    tell(outcomes.iter().map(|outcome| &outcome.diagnosis), &cli.out, common);
+    Ok(())
+}
+
+/// The effects that the plant file gives; refuses ids that no effect has.
+fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
+    let name = path.display().to_string();
+    match file.plant.kind {
+        Kind::SecondOrder => {
+            let all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
+            file.check_effects(&name, &all)?;
+            let names = |id: &str| dynamic::effects::effect(id).map_or(Vec::new(), |e| e.names());
+            file.check_parameters(&name, names)?;
+            Ok(dynamic::plant::given(&name, file)?)
+        }
+        Kind::Linear => {
+            file.check_effects(&name, &[linear::file::ID, linear::offset::ID])?;
+            file.check_parameters(&name, linear::file::names)?;
+            Ok(Vec::new())
+        }
+    }
+}
+
+/// The user's own simulation: the same rows, with `position` predicted.
+fn own(path: &Path, recording: &DynamicRecording) -> Result<OwnSimulation> {
+    let simulation = simulated::read(path)?;
+    let positions = simulation.positions_for(&recording.t_s)?;
+    let file = text_safety::file_name(path);
+    Ok(OwnSimulation { file, positions })
+}
+
+/// `t_s,before,after`, numbered where there are several positions.
+fn table(predicted: &Predicted) -> String {
+    let mut text = Vec::new();
+    let several = predicted.before.len() > 1;
+    let name = |what: &str, k: usize| if several { format!("{what}_{}", k + 1) } else { what.to_string() };
+    let columns = predicted.before.len();
+    let names = (0..columns).map(|k| name("before", k)).chain((0..columns).map(|k| name("after", k)));
+    let header: Vec<String> = std::iter::once("t_s".to_string()).chain(names).collect();
+    // Writing to memory does not fail.
+    let _ = writeln!(text, "{}", header.join(","));
+    for (k, t) in predicted.t_s.iter().enumerate() {
+        let _ = write!(text, "{t}");
+        for column in predicted.before.iter().chain(&predicted.after) {
+            let _ = write!(text, ",{}", column[k]);
+        }
+        let _ = writeln!(text);
+    }
+    String::from_utf8(text).unwrap_or_default()
+}

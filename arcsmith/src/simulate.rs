@@ -1,0 +1,58 @@
+//! `simulate`: a plant on the drive of a recording.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use fitter::output::not_the_input;
+use fitter::plant::PlantFile;
+use twin::dynamic::{Begin, Series, simulate};
+use twin::log::write_series;
+
+use crate::input::recording;
+use crate::record::written;
+use crate::terminal::{Common, Result};
+
+/// Arguments of `simulate`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  arcsmith simulate --plant motion.plant.toml --drive motion.csv --out simulated.csv
+  arcsmith simulate --plant plant.toml --drive motion.csv --begin rest --out simulated.csv")]
+pub struct Simulate {
+    /// The plant with its numbers, as `diagnose` writes it.
+    #[arg(long)]
+    plant: PathBuf,
+    /// A recording with the columns t_s and drive (drive_1, drive_2, …), .csv or .csv.gz; `-`: standard input.
+    #[arg(long, value_parser = recording())]
+    drive: PathBuf,
+    /// How each run begins. recorded: as the first 50 rows of the recorded position (or one period of the mechanism's
+    /// own vibration) say, if there is one; rest:
+    /// at rest. A recording with a column `period` is simulated in its steady state.
+    #[arg(long, value_enum)]
+    begin: Option<Beginning>,
+    /// The file to write, .csv or .csv.gz: t_s and position.
+    #[arg(long)]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Beginning {
+    Recorded,
+    Rest,
+}
+
+pub fn run(options: &Simulate, common: Common) -> Result<()> {
+    let plant = PlantFile::read(&options.plant)?;
+    let recording = Series::read(&options.drive)?;
+    not_the_input(&options.out, &[&options.drive, &options.plant])?;
+    let begin = match options.begin {
+        Some(Beginning::Recorded) => Begin::Recorded,
+        Some(Beginning::Rest) => Begin::Rest,
+        None if recording.positions.len() == 1 && plant.state_space.is_none() => Begin::Recorded,
+        None => Begin::Rest,
+    };
+    let simulated = simulate(&options.plant.display().to_string(), &plant, &recording, begin)?;
+    write_series(&simulated, None, &options.out)?;
+    written(simulated.t_s.len(), &options.out, common);
+    Ok(())
+}

@@ -1,0 +1,188 @@
+//! `trials`: exit code 0 where every figure is reached, 1 where one is not.
+
+mod summary;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+use codegen::refused;
+use serde::Serialize;
+use trials::campaign::Campaign;
+use trials::plan::{Counts, cells};
+use trials::programs::Programs;
+use trials::report::Report;
+use trials::workspace::put;
+use trials::{dynamic, examples, real};
+
+use crate::terminal::{Common, Result, Watched};
+use summary::Summary;
+
+/// Arguments of `trials`.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  arcsmith trials static                                              3000 trials and 8000 nulls: an hour or two
+  arcsmith trials static --trials 300 --nulls 50 --skip-without       some minutes
+  arcsmith trials static --trials 0 --nulls 0 --coverage 400 --only local_defect --only sensor_clipping
+  arcsmith trials static --trials 0 --nulls 0 --twice 1000            some minutes
+  arcsmith trials dynamic --trials 50 --seed 2 --json")]
+pub struct TrialsArgs {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Static calibrations
+    Static(Static),
+    /// Moving mechanisms
+    Dynamic(Dynamic),
+}
+
+#[derive(Args)]
+struct Dynamic {
+    /// Trials: a fifth of them nulls, the others with something concealed
+    #[arg(long, default_value_t = 500)]
+    trials: usize,
+    /// Seed of everything: the same seed gives the same report
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+    /// Recordings under feedback besides, half of them nulls
+    #[arg(long, default_value_t = 0)]
+    feedback: usize,
+    /// The folder for recordings, answers and the report (report.json, report.html; examples.json where
+    /// ARCSMITH_EXAMPLES names the folder of opened recordings)
+    #[arg(long, default_value = "target/trials-dynamic")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
+struct Static {
+    /// Trials with something concealed
+    #[arg(long, default_value_t = 3000)]
+    trials: usize,
+    /// Nulls of each of the four noise families
+    #[arg(long, default_value_t = 2000)]
+    nulls: usize,
+    /// Devices with one effect that is found for certain (ρ ≥ 8.2), for every effect in every schedule: how often its
+    /// intervals hold the truth
+    #[arg(long, default_value_t = 0)]
+    coverage: usize,
+    /// With --coverage: this effect alone; may be repeated
+    #[arg(long, requires = "coverage")]
+    only: Vec<String>,
+    /// Devices with one to three effects of any strength that are recorded twice: how often the model of the first
+    /// recording makes the second worse than the base alone
+    #[arg(long, default_value_t = 0)]
+    twice: usize,
+    /// Seed of everything: the same seed gives the same report
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+    /// The folder for recordings, answers and the report (report.json, report.html; examples.json and real.json
+    /// where ARCSMITH_EXAMPLES and ARCSMITH_RECORDINGS name the folders of opened and of real recordings)
+    #[arg(long, default_value = "target/trials")]
+    out: PathBuf,
+    /// Do not leave each effect out of the catalogue in turn
+    #[arg(long)]
+    skip_without: bool,
+}
+
+pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
+    let mut summary = Summary::new(common);
+    let watch = Watched(common.progress(0, "{msg:17} {bar:40} {pos}/{len}, {eta} left"));
+    let programs = Programs { path: std::env::current_exe()?, watch: &watch };
+    let reached = match &args.command {
+        Command::Static(args) => run_static(args, &mut summary, &programs)?,
+        Command::Dynamic(args) => run_dynamic(args, &mut summary, &programs)?,
+    };
+    watch.0.finish_and_clear();
+    summary.end(reached);
+    Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn threads(jobs: Option<std::num::NonZeroUsize>) -> Result<usize> {
+    match jobs {
+        Some(jobs) => Ok(jobs.get()),
+        None => Ok(std::thread::available_parallelism()?.get()),
+    }
+}
+
+fn run_dynamic(args: &Dynamic, summary: &mut Summary, programs: &Programs) -> Result<bool> {
+    let jobs = threads(args.jobs)?;
+    let campaign =
+        dynamic::campaign::Campaign { trials: args.trials, seed: args.seed, jobs, out: args.out.clone() };
+    let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
+    let report = Report::of_dynamic(&campaign, &outcome);
+    report.write(&args.out)?;
+    let mut reached = summary.campaign(&report.score.figures, report.score.misses.len(), &args.out);
+    if args.feedback > 0 {
+        let folder = args.out.join("feedback");
+        let figures = dynamic::feedback::run(programs, args.feedback, args.seed, jobs, &folder)?;
+        reached &= summary.set("Under feedback", &figures, &[]);
+    }
+    let opened = std::env::var_os("ARCSMITH_EXAMPLES").map(PathBuf::from);
+    let scored = match &opened {
+        Some(folder) => dynamic::examples::score(programs, folder, &args.out.join("examples"), jobs)?,
+        None => None,
+    };
+    match scored {
+        Some(scored) => reached &= summary.set(OPENED, &scored.figures, &scored.misses),
+        None => {
+            summary.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder that holds them")
+        }
+    }
+    Ok(reached)
+}
+
+const OPENED: &str = "Opened examples of an independent laboratory";
+
+fn run_static(args: &Static, summary: &mut Summary, programs: &Programs) -> Result<bool> {
+    let jobs = threads(args.jobs)?;
+    if let Some(unknown) = args.only.iter().find(|id| !cells().iter().any(|cell| cell.0 == **id)) {
+        return Err(refused!(
+            "--only {unknown}: found no such effect; `arcsmith diagnose --effects` lists them"
+        ));
+    }
+    let counts = Counts {
+        trials: args.trials,
+        nulls: args.nulls,
+        intervals: args.coverage,
+        only: args.only.clone(),
+        twice: args.twice,
+    };
+    let campaign =
+        Campaign { counts, seed: args.seed, jobs, without: !args.skip_without, out: args.out.clone() };
+    let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
+    let report = Report::of_static(&campaign, &outcome);
+    report.write(&args.out)?;
+    let mut reached = summary.campaign(&report.score.figures, report.score.misses.len(), &args.out);
+    match std::env::var_os("ARCSMITH_EXAMPLES") {
+        Some(folder) => {
+            let scored = examples::score(programs, &PathBuf::from(folder), &args.out.join("examples"), jobs)?;
+            write(&args.out, "examples.json", &scored)?;
+            reached &= summary.set(OPENED, &scored.figures, &scored.misses);
+        }
+        None => summary.skipped("Opened examples are skipped: ARCSMITH_EXAMPLES names no folder"),
+    }
+    match std::env::var_os("ARCSMITH_RECORDINGS") {
+        Some(folder) => {
+            let figures = real::figures(programs, &PathBuf::from(folder), &args.out.join("real"), jobs)?;
+            write(&args.out, "real.json", &figures)?;
+            reached &= summary.set("Real recordings", &figures, &[]);
+        }
+        None => summary.skipped("Real recordings are skipped: ARCSMITH_RECORDINGS names no folder"),
+    }
+    Ok(reached)
+}
+
+fn write(folder: &Path, name: &str, value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)? + "\n";
+    Ok(put(&folder.join(name), &text)?)
+}

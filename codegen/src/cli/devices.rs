@@ -1,0 +1,142 @@
+//! `--devices`: one routine for many mirrors.
+
+use std::process::ExitCode;
+
+use serde_json::json;
+
+use super::names::OutOfRangeName;
+use super::terminal::{FIGURE, line, summarise, warn};
+use super::verify::{CheckArguments, conclude};
+use super::{Arguments, Result, options};
+use crate::files;
+use crate::format::Format;
+use crate::options::Options;
+use crate::quantity::Quantity;
+use crate::refused;
+use crate::text;
+use crate::units::{self, Generated, Unit, UnitsError, Wanted, verify};
+
+/// What was generated, of what.
+struct Prepared {
+    generated: Generated,
+    units: Vec<Unit>,
+    options: Options,
+    wanted: Wanted,
+}
+
+/// Generates the files.
+pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.generated)
+}
+
+fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
+    let a = arguments;
+    let beside = [
+        ("--target", a.target.is_some()),
+        ("--flash-bytes", a.flash_bytes.is_some()),
+        ("--table", a.table.is_some()),
+        ("--output-bits", a.output_bits.is_some()),
+        ("--counts", a.counts.is_some()),
+        ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
+        ("--further", !a.further.is_empty()),
+        ("--period-s", a.period_s.is_some()),
+        ("--keep", !a.keep.is_empty()),
+    ];
+    if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
+        return Err(UnitsError::Option { option }.into());
+    }
+    let bar = arguments.progress();
+    let wanted = wanted(arguments)?;
+    let paths = units::expand(&arguments.devices)?;
+    let units = units::read(&paths)?;
+    let unit = units.first().map(|unit| Quantity::of(&unit.coefficients.error_model()).bound_unit);
+    let options = options::options(arguments, &unit.unwrap_or_default(), true)?;
+    if options.routines.len() > 1 {
+        return Err(refused!("--devices makes one routine: give one --format, q31 or q31-split"));
+    }
+    if let Some(bad) =
+        options.routines.iter().map(|r| r.format).find(|f| !matches!(f, Format::Q31 | Format::Q31Split))
+    {
+        return Err(UnitsError::Format(bad.name()).into());
+    }
+    bar.set_message("approximating and bounding");
+    let generated = units::generate(&units, &options, &wanted)?;
+    bar.finish_and_clear();
+    Ok(Prepared { generated, units, options, wanted })
+}
+
+/// Sweeps every unit's page through the compiled files.
+pub(super) fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+    // `--exhaustive` would take minutes for every unit; what it asks for is proved.
+    if let Some(option) = checks.beyond(&["--sanitize"]) {
+        return Err(UnitsError::Option { option }.into());
+    }
+    let Prepared { generated, units, options, wanted } = prepare_all(arguments)?;
+    let bar = arguments.progress();
+    bar.set_message("sweeping every unit");
+    let report = verify::verify(&arguments.out, &generated, &units, &options, &wanted, checks.sanitize)?;
+    bar.finish_and_clear();
+    conclude(arguments, &report, report.holds(), &report.text())
+}
+
+fn wanted(arguments: &Arguments) -> Result<Wanted> {
+    let usual = Wanted::default();
+    let address = match &arguments.page_address {
+        None => usual.address,
+        Some(given) => {
+            let digits = given.trim_start_matches("0x").trim_start_matches("0X");
+            let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
+            match parsed {
+                Ok(address) if address % 16 == 0 => address,
+                _ => {
+                    return Err(refused!(
+                        "--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800"
+                    ));
+                }
+            }
+        }
+    };
+    let earlier = arguments.pages_for.as_deref().map(units::earlier::read).transpose()?;
+    Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address, earlier })
+}
+
+/// Generates and writes.
+pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
+    let generated = prepare(arguments)?;
+    let changed = files::write(&arguments.out, &generated.files)?;
+    for open in generated.certificate.reservation.iter().flat_map(|open| open.lines()) {
+        warn(open, arguments.common);
+    }
+    let design = &generated.design;
+    let stated = |value: f64| {
+        let unit = &design.quantity.bound_unit;
+        format!("{} {unit}", text::rounded_up(design.quantity.in_bound_unit(value)))
+    };
+    let (out, count) = (arguments.out.display().to_string(), generated.files.len());
+    summarise(
+        arguments.common,
+        || {
+            json!({
+                "routine": generated.name,
+                "units": design.fitted.len(),
+                "bound": stated(design.total),
+                "rounding": stated(design.rounding),
+                "out": out,
+                "changed": changed,
+            })
+        },
+        || {
+            format!(
+                "{:<24} degree {:>2}   {} units, each proven within {FIGURE}{}{FIGURE:#}, later ones within {}; any \
+                 coefficients in their ranges: rounding {}\n",
+                generated.name,
+                design.degree,
+                design.fitted.len(),
+                stated(design.fitted.iter().map(|unit| unit.total).fold(0.0, f64::max)),
+                stated(design.total),
+                stated(design.rounding),
+            ) + &line("written", &format!("{out}: {count} files, {changed} changed"))
+        },
+    );
+    Ok(ExitCode::SUCCESS)
+}

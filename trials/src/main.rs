@@ -1,5 +1,0 @@
-//! `trials`: everything is in [`trials::cli`].
-
-fn main() -> std::process::ExitCode {
-    trials::cli::main()
-}

@@ -1,5 +1,0 @@
-//! `twin`: everything is in [`twin::cli`].
-
-fn main() -> std::process::ExitCode {
-    twin::cli::main()
-}
