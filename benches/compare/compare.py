@@ -100,7 +100,7 @@ def order_table():
     with tempfile.TemporaryDirectory() as folder:
         mirror, out = Path(folder, "mirror.toml"), Path(folder, "coefficients.json")
         mirror.write_text(MIRROR)
-        command = [RELEASE / "fitter", "fit", recording, "--mirror", mirror, "--out", out]
+        command = [RELEASE / "arcsmith", "fit", recording, "--mirror", mirror, "--out", out]
         ours, _ = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 20)
         fitted = json.loads(out.read_text())
     with recording.open() as file:
@@ -116,7 +116,7 @@ def order_table():
     lines = [
         "| | order selection and fit | ratio | largest difference of the fitted curve, rad |",
         "|---|---:|---:|---:|",
-        f"| `fitter fit`, the whole program | {1e3 * ours:.1f} ms | 1 | |",
+        f"| `arcsmith fit`, the whole program | {1e3 * ours:.1f} ms | 1 | |",
     ]
     # lmfit is timed on fewer splits, and its time scaled: it is the slowest by far.
     for name, fit, splits in [("scipy", scipy_fit, SPLITS), ("lmfit", lmfit_fit, 5)]:
@@ -149,7 +149,7 @@ def silverbox_table(folder):
         plant = folder / "silverbox.toml"
         errors, taken, terms = {}, 0.0, ""
         for name, test in tests.items():
-            command = [RELEASE / "diagnose", train, "--plant", plant, "--out", out, "--held-out", test, "--no-report"]
+            command = [RELEASE / "arcsmith", "diagnose", train, "--plant", plant, "--out", out, "--held-out", test, "--no-report"]
             once, _ = seconds(lambda: subprocess.run(command, check=True, capture_output=True), 1)
             taken = max(taken, once)
             simulated = np.loadtxt(Path(out, "silverbox-train.simulated.csv"), delimiter=",", skiprows=1)
@@ -248,16 +248,16 @@ def residual_table():
         path("mirror.toml").write_text(MIRROR)
 
         def run(*command):
-            subprocess.run([RELEASE / command[0], *command[1:]], check=True, capture_output=True, cwd=folder)
+            subprocess.run([RELEASE / "arcsmith", *command], check=True, capture_output=True, cwd=folder)
 
         for name, seed in [("train.csv", "101"), ("test.csv", "102")]:
             concealed = [word for effect in EFFECTS for word in ("--effect", effect)]
-            run("twin", "record", "--protocol", "calibration", "--schedule", "fine", "--temperature", "levels",
+            run("record", "--protocol", "calibration", "--schedule", "fine", "--temperature", "levels",
                 "--device-seed", "100", "--seed", seed, "--out", name, *concealed)
 
         def left(recording, coefficients):
             """Corrected less reference in arcsec, the mean taken off: the zero of the reference is unknown."""
-            run("fitter", "apply", recording, "--coefficients", coefficients, "--out", "angles.csv")
+            run("apply", recording, "--coefficients", coefficients, "--out", "angles.csv")
             angles = np.loadtxt(path("angles.csv"), delimiter=",", skiprows=1, usecols=1)
             with path(recording).open() as file:
                 rows = list(csv.DictReader(file))
@@ -265,7 +265,7 @@ def residual_table():
             error = angles - columns["reference_arcsec"]
             return error - error.mean(), columns
 
-        run("fitter", "fit", "train.csv", "--mirror", "mirror.toml", "--out", "base.json")
+        run("fit", "train.csv", "--mirror", "mirror.toml", "--out", "base.json")
         before, _ = left("test.csv", "base.json")
         command = ("diagnose", "train.csv", "--mirror", "mirror.toml", "--out", "out", "--no-report")
         ours, _ = seconds(lambda: run(*command), 1)
@@ -310,9 +310,9 @@ def residual_table():
 
 def main():
     lines = [
-        "# Measured against what one would use otherwise",
+        "# Benchmarks against other fitting tools",
         "",
-        "Made by `benches/compare/compare.py` in one run; ratios carry over to other machines, times do not. "
+        "How fast and how well SciPy, lmfit, a Gaussian process and PySINDy do the same tasks. Made by `benches/compare/compare.py` in one run; ratios carry over to other machines, times do not. "
         "Times are of all processors together, start of the program included. "
         f"Python {platform.python_version()}, numpy {version('numpy')}, {os.cpu_count()} processors.",
         "",
