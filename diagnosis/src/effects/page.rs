@@ -35,7 +35,10 @@ mod tests {
         let page = include_str!("../../../docs/effects.md");
         for paragraph in markdown().split("\n### ") {
             let id = paragraph.lines().next().unwrap_or_default();
-            assert!(page.contains(paragraph.trim()), "{id}: print it again with `arcsmith diagnose --effects`");
+            assert!(
+                page.contains(paragraph.trim()),
+                "{id}: print it again with `arcsmith diagnose --effects`"
+            );
         }
     }
 }
