@@ -8,7 +8,7 @@ use std::process::Command;
 use arcsmith_tests::documents::{Block, anchors, blocks, documents, links, printed};
 use arcsmith_tests::programs::{both, program, root};
 
-const PROGRAMS: [&str; 6] = ["arcsmith", "fitter", "codegen", "diagnose", "twin", "trials"];
+const PROGRAMS: [&str; 2] = ["arcsmith", "codegen"];
 
 /// In place of cargo: `cargo run` starts the program that is built already; all else takes too long here.
 const CARGO: &str = r#"#!/bin/sh
@@ -25,7 +25,6 @@ while [ $# -gt 0 ]; do
     *) echo "the documentation's test cannot run cargo run … $1: label the block 'sh no-run: why'" >&2; exit 3 ;;
     esac
 done
-[ "$program" != diagnosis ] || program=diagnose
 exec "$program" "$@"
 "#;
 
@@ -79,7 +78,7 @@ fn unknown_options(command: &str) -> Vec<String> {
             |flag: &str| words.iter().position(|w| *w == flag).and_then(|at| words.get(at + 1)).copied();
         let name = value("--bin").or(value("-p")).unwrap_or_default();
         let arguments = words.iter().position(|w| *w == "--").map_or(words.len(), |at| at + 1);
-        words.splice(..arguments, [if name == "diagnosis" { "diagnose" } else { name }]);
+        words.splice(..arguments, [name]);
     }
     let Some((name, arguments)) = words.split_first() else { return Vec::new() };
     if !PROGRAMS.contains(name) {
