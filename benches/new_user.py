@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A new user's path, timed: from a clone to a firmware file from their own CSV, every step as the README has it.
+"""A new user's path, timed: from a clone to a firmware file from their own CSV, every step as the tutorial has it.
 
 Everything happens in a temporary folder; crates are fetched as cargo finds them, from its cache where they are there.
 With --write the figures take their place in docs/benchmarks.md.

@@ -248,16 +248,16 @@ def residual_table():
         path("mirror.toml").write_text(MIRROR)
 
         def run(*command):
-            subprocess.run([RELEASE / command[0], *command[1:]], check=True, capture_output=True, cwd=folder)
+            subprocess.run([RELEASE / "arcsmith", *command], check=True, capture_output=True, cwd=folder)
 
         for name, seed in [("train.csv", "101"), ("test.csv", "102")]:
             concealed = [word for effect in EFFECTS for word in ("--effect", effect)]
-            run("arcsmith", "record", "--protocol", "calibration", "--schedule", "fine", "--temperature", "levels",
+            run("record", "--protocol", "calibration", "--schedule", "fine", "--temperature", "levels",
                 "--device-seed", "100", "--seed", seed, "--out", name, *concealed)
 
         def left(recording, coefficients):
             """Corrected less reference in arcsec, the mean taken off: the zero of the reference is unknown."""
-            run("arcsmith", "apply", recording, "--coefficients", coefficients, "--out", "angles.csv")
+            run("apply", recording, "--coefficients", coefficients, "--out", "angles.csv")
             angles = np.loadtxt(path("angles.csv"), delimiter=",", skiprows=1, usecols=1)
             with path(recording).open() as file:
                 rows = list(csv.DictReader(file))
@@ -265,9 +265,9 @@ def residual_table():
             error = angles - columns["reference_arcsec"]
             return error - error.mean(), columns
 
-        run("arcsmith", "fit", "train.csv", "--mirror", "mirror.toml", "--out", "base.json")
+        run("fit", "train.csv", "--mirror", "mirror.toml", "--out", "base.json")
         before, _ = left("test.csv", "base.json")
-        command = ("arcsmith", "diagnose", "train.csv", "--mirror", "mirror.toml", "--out", "out", "--no-report")
+        command = ("diagnose", "train.csv", "--mirror", "mirror.toml", "--out", "out", "--no-report")
         ours, _ = seconds(lambda: run(*command), 1)
         diagnosed, _ = left("test.csv", "out/train.coefficients.json")
         found = json.loads(path("out/train.json").read_text())
@@ -310,9 +310,9 @@ def residual_table():
 
 def main():
     lines = [
-        "# Measured against what one would use otherwise",
+        "# Benchmarks against other fitting tools",
         "",
-        "Made by `benches/compare/compare.py` in one run; ratios carry over to other machines, times do not. "
+        "How fast and how well SciPy, lmfit, a Gaussian process and PySINDy do the same tasks. Made by `benches/compare/compare.py` in one run; ratios carry over to other machines, times do not. "
         "Times are of all processors together, start of the program included. "
         f"Python {platform.python_version()}, numpy {version('numpy')}, {os.cpu_count()} processors.",
         "",

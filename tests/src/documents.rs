@@ -113,12 +113,39 @@ pub fn blocks(text: &str) -> Vec<Block> {
     found
 }
 
-/// README.md and everything below docs that is Markdown, sorted.
+/// The links of a text in Markdown with their lines; those in fenced blocks are none.
+pub fn links(text: &str) -> Vec<(usize, String)> {
+    let mut found = Vec::new();
+    let mut open = false;
+    for (index, line) in text.lines().enumerate() {
+        open ^= line.trim_start().starts_with("```");
+        let targets = line.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+        found.extend(targets.filter(|_| !open).map(|(target, _)| (index + 1, target.to_string())));
+    }
+    found
+}
+
+/// The anchors of a page's headings: letters and digits in lower case, a hyphen for every space.
+pub fn anchors(text: &str) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for heading in text
+        .lines()
+        .filter_map(|line| line.trim_start_matches('#').strip_prefix(' ').filter(|_| line.starts_with('#')))
+    {
+        let kept = heading.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        let anchor = kept.collect::<String>().to_lowercase().replace(' ', "-");
+        let before = found.iter().filter(|other| **other == anchor).count();
+        found.push(if before == 0 { anchor } else { format!("{anchor}-{before}") });
+    }
+    found
+}
+
+/// README.md, CONTRIBUTING.md and everything below docs that is Markdown, sorted.
 ///
 /// # Panics
 /// Where the project cannot be read.
 pub fn documents(root: &Path) -> Vec<PathBuf> {
-    let mut found = vec![root.join("README.md")];
+    let mut found = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
     let mut pending = vec![root.join("docs")];
     while let Some(folder) = pending.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -185,6 +212,13 @@ mod tests {
         assert!(!found[2].is_run());
         let listed = blocks("1. a\n\n   ```console\n   $ b \\\n       c\n   d\n   ```\n");
         assert_eq!(listed[0].text, "$ b \\\n    c\nd\n");
+    }
+
+    #[test]
+    fn links_and_headings_are_found() {
+        let text = "# A `b` c, d\n[x](y.md#z) and [u](v)\n```\n[no](link)\n```\n## A b c d\n";
+        assert_eq!(links(text), [(2, "y.md#z".to_string()), (2, "v".to_string())]);
+        assert_eq!(anchors(text), ["a-b-c-d", "a-b-c-d-1"]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use arcsmith_tests::documents::{Block, blocks, documents, printed};
+use arcsmith_tests::documents::{Block, anchors, blocks, documents, links, printed};
 use arcsmith_tests::programs::{both, program, root};
 
 const PROGRAMS: [&str; 2] = ["arcsmith", "codegen"];
@@ -164,24 +164,70 @@ fn every_command_in_the_documentation_runs_and_prints_what_is_shown() {
     assert!(ran > 5, "the documentation shows commands");
 }
 
-/// The picture in the README is what the program draws of the embedded recording and a verification of the same
-/// device.
 #[test]
-fn the_picture_is_drawn_by_the_program() {
-    let folder = tempfile::tempdir().unwrap();
-    let calibration = root().canonicalize().unwrap().join("fitter/data/calibration.csv");
-    let calibration = calibration.to_str().unwrap();
-    let run = |line: &str| {
-        let output = program("arcsmith").current_dir(folder.path()).args(line.split(' ')).output().unwrap();
-        assert!(output.status.success(), "{line}\n{}", both(&output));
-    };
-    run("init --out mirror.toml");
-    run("record --protocol verification --device-seed 1 --seed 2 --out verification.csv");
-    let overview = "--overview before-and-after.svg --no-svg";
-    run(&format!("report {calibration} verification.csv --mirror mirror.toml {overview}"));
-    for name in ["before-and-after.svg", "before-and-after-dark.svg"] {
-        let drawn = fs::read_to_string(folder.path().join(name)).unwrap();
-        let committed = fs::read_to_string(root().join("docs/images").join(name)).unwrap_or_default();
-        assert!(drawn == committed, "docs/images/{name} is not what `arcsmith report` draws: draw it again");
+fn every_link_leads_to_a_file_and_a_heading_that_are_there() {
+    let mut wrong = Vec::new();
+    for document in documents(&root()) {
+        for (line, link) in links(&fs::read_to_string(&document).unwrap()) {
+            let (path, anchor) = link.split_once('#').unwrap_or((&link, ""));
+            let page = if path.is_empty() { document.clone() } else { document.parent().unwrap().join(path) };
+            let headings = || anchors(&fs::read_to_string(&page).unwrap_or_default());
+            let there =
+                page.exists() && (anchor.is_empty() || headings().iter().any(|known| known == anchor));
+            if !link.contains("://") && !there {
+                wrong.push(format!("{}, line {line}: {link}", document.display()));
+            }
+        }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The pictures are what the program draws.
+fn redrawn(commands: &[&str], pictures: &[(&str, &str)]) {
+    let folder = tempfile::tempdir().unwrap();
+    for command in commands {
+        let arguments = command.split(' ');
+        let output = program("arcsmith").current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{command}\n{}", both(&output));
+    }
+    for (drawn, committed) in pictures {
+        let drawn = fs::read_to_string(folder.path().join(drawn)).unwrap();
+        let there = fs::read_to_string(root().join("docs/images").join(committed)).unwrap_or_default();
+        assert!(drawn == there, "docs/images/{committed} is not what `arcsmith report` draws: draw it again");
+    }
+}
+
+/// That in the README, of the embedded recording and a verification of the same device.
+#[test]
+fn the_picture_in_the_readme_is_drawn_by_the_program() {
+    let calibration = root().canonicalize().unwrap().join("fitter/data/calibration.csv");
+    let report = format!(
+        "report {} verification.csv --mirror mirror.toml --overview before-and-after.svg --no-svg",
+        calibration.display()
+    );
+    redrawn(
+        &[
+            "init --out mirror.toml",
+            "record --protocol verification --device-seed 1 --seed 2 --out verification.csv",
+            &report,
+        ],
+        &["before-and-after.svg", "before-and-after-dark.svg"].map(|name| (name, name)),
+    );
+}
+
+#[test]
+fn the_pictures_in_the_tutorial_are_drawn_by_the_program() {
+    redrawn(
+        &[
+            "init --out mirror.toml",
+            "record --protocol calibration --seed 7 --out calibration.csv",
+            "record --protocol verification --device-seed 7 --seed 8 --out verification.csv",
+            "report calibration.csv verification.csv --mirror mirror.toml --out report.html",
+        ],
+        &[
+            ("report-figure-5b.svg", "tutorial-error.svg"),
+            ("report-figure-6.svg", "tutorial-order.svg"),
+            ("report-figure-9b.svg", "tutorial-verification.svg"),
+        ],
+    );
 }

@@ -1,4 +1,4 @@
-//! The catalogue as a page: what `diagnose --effects` prints and what the documentation holds.
+//! The catalogue as a page: what `arcsmith diagnose --effects` prints and `docs/effects.md` holds.
 
 use super::{Effect, catalogue};
 
@@ -32,10 +32,13 @@ mod tests {
 
     #[test]
     fn the_documentation_holds_the_catalogue_as_it_is() {
-        let page = include_str!("../../../docs/diagnosis.md");
+        let page = include_str!("../../../docs/effects.md");
         for paragraph in markdown().split("\n### ") {
             let id = paragraph.lines().next().unwrap_or_default();
-            assert!(page.contains(paragraph.trim()), "{id}: print it anew with `diagnose --effects`");
+            assert!(
+                page.contains(paragraph.trim()),
+                "{id}: print it again with `arcsmith diagnose --effects`"
+            );
         }
     }
 }
