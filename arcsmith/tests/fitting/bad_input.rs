@@ -113,6 +113,11 @@ fn cases() -> Vec<Case> {
         case("header only", CALIBRATION.lines().next().unwrap(), &["has a header but no reading"]),
         case("missing column", without("x2_mm"), &["line 1", "column `x2_mm` is missing", "found `t_s`"]),
         case(
+            "a column that is nearly two missing ones",
+            CALIBRATION.replacen("x1_mm,x2_mm", "Probe1,X2_mm", 1),
+            &["x1_mm=<your column> x2_mm=X2_mm"],
+        ),
+        case(
             "several missing columns",
             CALIBRATION.replacen("x1_mm,x2_mm", "left,right", 1),
             &["columns `x1_mm`, `x2_mm` are missing", "x1_mm=<your column> x2_mm=<your column>"],
@@ -188,6 +193,7 @@ fn cases() -> Vec<Case> {
         case("mirror as recording", MIRROR, &["is a mirror file (TOML), expected a recording"]),
         case("plant as recording", PLANT, &["is a plant file (TOML), expected a recording"]),
         case("JSON as recording", "{\"a\": 1}", &["is JSON, expected a recording"]),
+        mirror("UTF-16 mirror", &MIRROR.chars().flat_map(|c| [c, '\0']).collect::<String>(), &["is UTF-16"]),
         mirror("recording as mirror", CALIBRATION, &["is a recording, expected a mirror file (TOML)"]),
         mirror("plant as mirror", PLANT, &["is a plant file (TOML), expected a mirror file (TOML)"]),
         case("latin-1", latin1, &["line 1", "not UTF-8"]),

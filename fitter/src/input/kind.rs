@@ -32,26 +32,28 @@ impl std::fmt::Display for Kind {
     }
 }
 
-/// A file of one kind in the place of another.
+/// A file that is another than the one that belongs there.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{file}: is {found}, expected {expected}; give that in its place")]
-pub struct Misplaced {
-    /// The file.
-    pub file: String,
-    /// What it is.
-    pub found: Kind,
-    /// What belongs there.
-    pub expected: Kind,
+pub enum Misplaced {
+    /// Of another kind.
+    #[error("{file}: is {found}, expected {expected}; give that in its place")]
+    Kind { file: String, found: Kind, expected: Kind },
+    /// Of another encoding.
+    #[error("{file}: is UTF-16, expected UTF-8; save it as UTF-8")]
+    Utf16 { file: String },
 }
 
-/// Refuses a file that begins as one of another kind.
+/// Refuses a file that begins as one of another kind, or as UTF-16.
 ///
 /// # Errors
 /// [`Misplaced`].
 pub fn expect(file: &str, head: &[u8], expected: Kind) -> Result<(), Misplaced> {
+    if is_utf16(head) {
+        return Err(Misplaced::Utf16 { file: file.to_string() });
+    }
     match of(head) {
         Some(found) if found != expected && !(found == Kind::Json && expected == Kind::Coefficients) => {
-            Err(Misplaced { file: file.to_string(), found, expected })
+            Err(Misplaced::Kind { file: file.to_string(), found, expected })
         }
         _ => Ok(()),
     }
@@ -88,7 +90,7 @@ fn of(head: &[u8]) -> Option<Kind> {
 }
 
 /// Whether text begins as UTF-16: with its mark, or with letters of ASCII in two bytes each.
-pub fn is_utf16(head: &[u8]) -> bool {
+pub(super) fn is_utf16(head: &[u8]) -> bool {
     match head {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => true,
         [a, 0, b, 0, ..] | [0, a, 0, b, ..] => *a != 0 && *b != 0,

@@ -13,7 +13,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use flate2::bufread::MultiGzDecoder;
 use thiserror::Error;
 
-pub use kind::{Kind, Misplaced, expect, is_utf16};
+use kind::is_utf16;
+pub use kind::{Kind, Misplaced, expect};
 
 /// Bytes of a file, decompressed: beyond ten million rows of ten columns. In memory a recording takes about as much.
 pub const MAX_BYTES: u64 = 1 << 30;

@@ -82,8 +82,6 @@ pub enum RecordingError {
          name of a plain CSV"
     )]
     DamagedGzip { file: String, reason: String },
-    #[error("{file}: is UTF-16, expected UTF-8; save it as UTF-8")]
-    Utf16 { file: String },
     #[error(
         "{file}, line {line}: found bytes that are not UTF-8 text, expected a CSV text file; export it as \
          UTF-8 CSV"

@@ -63,11 +63,16 @@ impl Header {
             return Ok(());
         }
         let free = || self.names.iter().map(String::as_str).filter(|name| !needed.contains(name));
-        let similar = |name: &str| nearest(name, free()).map(str::to_string);
+        // A column stands for one that is missing at most: for the nearest.
+        let is_for = |name: &str, similar: &&str| nearest(similar, missing.iter().copied()) == Some(name);
+        let similar = |name: &str| nearest(name, free()).filter(|similar| is_for(name, similar));
         Err(RecordingError::MissingColumns {
             at: self.at.clone(),
             found: self.listed(),
-            missing: missing.into_iter().map(|name| (name.to_string(), similar(name))).collect(),
+            missing: missing
+                .iter()
+                .map(|name| (name.to_string(), similar(name).map(str::to_string)))
+                .collect(),
         })
     }
 

@@ -28,9 +28,6 @@ pub(super) fn read(
     };
     let mut head = Vec::new();
     text.by_ref().take(HEAD).read_to_end(&mut head).map_err(failed)?;
-    if input::is_utf16(&head) {
-        return Err(RecordingError::Utf16 { file: file.to_string() });
-    }
     input::expect(file, &head, input::Kind::Recording)?;
     let dialect = Dialect::of(&head);
     // Lines end in a line feed, also the last; a carriage return before it is trimmed with the blanks around a field.
