@@ -9,7 +9,7 @@ use crate::error_model::Sensor;
 use crate::recording::nearest;
 use crate::text_safety::{self, is_identifier};
 
-/// What `fitter init` writes for two eddy-current probes.
+/// What `init` writes for two eddy-current probes.
 pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
 /// What it writes for a sensor that reports the angle or position itself.
 pub const DIRECT_FILE: &str = include_str!("../data/mirror-direct.toml");
