@@ -285,7 +285,11 @@ fn output_on_a_full_device_fails_and_a_closed_pipe_does_not() {
         let output = command.stdout(full()).output().unwrap();
         let said = refusal(line, &output);
         assert!(said.contains("standard output cannot be written (No space left"), "{line}: {said}");
-        assert_eq!(said.matches("error: ").count(), 1, "{line}: {said}");
+        assert_eq!(
+            said.matches("error: ").count() + said.matches("\"error\": {").count(),
+            1,
+            "{line}: {said}"
+        );
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = command.stdout(writer).output().unwrap();

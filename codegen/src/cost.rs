@@ -11,6 +11,7 @@ use crate::program::{Op, Operand, Program, Type};
 /// A target core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum Core {
     /// ARMv6-M: no long multiplication, no floats, no wide constants.
     CortexM0,

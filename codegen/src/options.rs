@@ -12,6 +12,7 @@ use crate::turn::Encoder;
 /// What happens to a reading outside the valid range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum OutOfRange {
     /// The value at the nearest end of the range.
     #[default]
@@ -25,6 +26,7 @@ pub enum OutOfRange {
 /// How C takes the high word of a negative product.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum CShift {
     /// Fully defined by C99.
     #[default]

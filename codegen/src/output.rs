@@ -9,8 +9,10 @@ use crate::program::{Op, Operand, Program, Stage, Type};
 /// The format of the result. The unit is the radian for a pair, the sensor's own for a direct one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum Output {
     /// `i32`, one unit in 2^bits, with as many bits as the range allows.
+    #[cfg_attr(feature = "program", value(name = "pow2"))]
     PowerOfTwo,
     /// `i32`, 10⁻⁹ of the unit.
     Nano,

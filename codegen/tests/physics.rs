@@ -313,7 +313,7 @@ fn recorded(sequence: &[(f64, f64)], period_s: f64) -> fitter::Recording {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// Every kind of term, as `fitter` evaluates it; and the model that `codegen verify` sweeps against agrees.
+    /// Every kind of term, as `fitter` evaluates it; and the model that `arcsmith verify` sweeps against agrees.
     #[test]
     fn every_kind_of_term_holds_the_bound(
         terms in any_terms(),

@@ -44,7 +44,7 @@ fn options() -> Options {
     Options { routines, bound: Some(0.005), ..Options::default() }
 }
 
-/// The generated files with the programs of `codegen verify`, compiled.
+/// The generated files with the programs of `arcsmith verify`, compiled.
 struct Compiled {
     _folder: TempDir,
     programs: Vec<(&'static str, PathBuf)>,
@@ -268,7 +268,7 @@ fn a_later_unit_may_be_a_little_worse() {
 /// About what degree 5 leaves of the paper's error over the range.
 const LOW_DEGREE_ARCSEC: f64 = 0.8;
 
-/// `codegen verify --devices`: what is generated holds; a damaged page, table of limits or certificate does not.
+/// `arcsmith verify --devices`: what is generated holds; a damaged page, table of limits or certificate does not.
 #[test]
 fn what_was_damaged_is_found() {
     let units = three();

@@ -1,4 +1,4 @@
-//! The augmented model as a coefficients file, which `fitter apply` and `codegen` read.
+//! The augmented model as a coefficients file, which `apply` and `generate` read.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! `fitter apply`: the corrected reading of every row of a recording.
+//! `apply`: the corrected reading of every row of a recording.
 //!
 //! Inside the valid range that is θ − Δθ − terms (Eq. 13 with the terms of further effects). Outside it a
 //! polynomial of high order is worth nothing: there the least-squares line through it stands in its place,

@@ -10,7 +10,7 @@ use crate::input::{self, Misplaced};
 use crate::table::nearest;
 use crate::text_safety::{self, is_identifier};
 
-/// What `fitter init` writes for two eddy-current probes.
+/// What `init` writes for two eddy-current probes.
 pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
 /// What it writes for a sensor that reports the angle or position itself.
 pub const DIRECT_FILE: &str = include_str!("../data/mirror-direct.toml");

@@ -1,4 +1,4 @@
-//! A plant file on a drive: what `twin simulate` does.
+//! A plant file on a drive: what `simulate` does.
 
 use fitter::plant::{Hold, Kind, Numbers, PlantFile};
 

@@ -19,7 +19,7 @@ pub struct Fresh {
     pub answer_arcsec: f64,
     /// With the base model alone.
     pub base_arcsec: f64,
-    /// With the base model alone as `fitter fit` makes it, where that was asked.
+    /// With the base model alone as `fit` makes it, where that was asked.
     pub fit_arcsec: Option<f64>,
     /// With a model that knows the effects.
     pub informed_arcsec: f64,
@@ -47,7 +47,7 @@ pub struct Twice<'a> {
     pub distance_mm: f64,
 }
 
-/// Compares the corrected angles at `angles`, as `fitter apply` wrote them, with the fresh recording; none where
+/// Compares the corrected angles at `angles`, as `apply` wrote them, with the fresh recording; none where
 /// the file does not hold a row for each of its rows.
 pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     let (angle_arcsec, outside) = read_column(angles, "angle_arcsec")?;
@@ -89,7 +89,7 @@ pub fn error_of(angles: &Path, log: &[Reading]) -> Option<f64> {
     (angle_arcsec.len() == log.len()).then(|| deviation(&error))
 }
 
-/// Corrected readings as `fitter apply` wrote them, and which rows are marked as extrapolated.
+/// Corrected readings as `apply` wrote them, and which rows are marked as extrapolated.
 pub fn read_column(path: &Path, column: &str) -> Option<(Vec<f64>, Vec<bool>)> {
     let text = std::fs::read_to_string(path).ok()?;
     let mut lines = text.lines();

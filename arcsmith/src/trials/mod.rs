@@ -95,8 +95,8 @@ struct Static {
 }
 
 pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
-    let mut summary = Summary::new(common);
     let watch = Watched(common.progress(0, "{msg:17} {bar:40} {pos}/{len}, {eta} left"));
+    let mut summary = Summary::new(common, watch.0.clone());
     let programs = Programs { path: std::env::current_exe()?, watch: &watch };
     let reached = match &args.command {
         Command::Static(args) => run_static(args, &mut summary, &programs)?,

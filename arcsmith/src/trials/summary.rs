@@ -2,21 +2,23 @@
 
 use std::path::Path;
 
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use trials::score::{Figure, Miss, reached};
 
 use crate::terminal::{Common, FIGURE, WARNING, say, say_json};
 
-/// Prints every result as it comes; as JSON, all of them at the end.
+/// Prints every result as it comes, above the progress bar; as JSON, all of them at the end.
 pub struct Summary {
     common: Common,
+    bar: ProgressBar,
     collected: Value,
 }
 
 impl Summary {
     /// Nothing was measured yet.
-    pub fn new(common: Common) -> Self {
-        Self { common, collected: json!({"sets": [], "skipped": []}) }
+    pub fn new(common: Common, bar: ProgressBar) -> Self {
+        Self { common, bar, collected: json!({"sets": [], "skipped": []}) }
     }
 
     /// The truth is sealed, before anything is diagnosed.
@@ -69,7 +71,7 @@ impl Summary {
 
     fn say(&self, text: &str) {
         if !self.common.json && !self.common.quiet {
-            say(text);
+            self.bar.suspend(|| say(text));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `twin excite` and `twin simulate` from outside.
+//! `excite` and `simulate` from outside.
 
 use std::path::Path;
 use std::process::{Command, Output};

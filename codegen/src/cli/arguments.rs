@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use super::Common;
-use super::names::{CShiftName, CoreName, FormatName, InputName, OutOfRangeName, OutputName};
+use super::names::{FormatName, InputName};
+use crate::cost::Core;
+use crate::options::{CShift, OutOfRange};
+use crate::output::Output;
 use clap::Args;
 
 /// What is generated, for every command.
@@ -64,7 +67,7 @@ pub struct Arguments {
     pub format: Vec<FormatName>,
     /// Choose method and format: the fewest instructions on this core that meet the bound.
     #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
-    pub target: Option<CoreName>,
+    pub target: Option<Core>,
     /// Bytes of flash that the chosen routine may take [default: any; of an encoder 2048].
     #[arg(long)]
     pub flash_bytes: Option<usize>,
@@ -96,10 +99,10 @@ pub struct Arguments {
     pub offset: Option<f64>,
     /// What the routines return [default: pow2 for q31, f32 for f32].
     #[arg(long, value_enum)]
-    pub output: Option<OutputName>,
+    pub output: Option<Output>,
     /// What happens to readings outside the range.
     #[arg(long, value_enum, default_value = "clamp")]
-    pub out_of_range: OutOfRangeName,
+    pub out_of_range: OutOfRange,
     /// A further input that a term of the coefficients needs: its column, the range in which it is valid, and how
     /// it arrives: `temperature_c=15..35` (a Q31 word) or `temperature_c=15..35:counts:12:0.05:-400`.
     #[arg(long, allow_hyphen_values = true)]
@@ -116,7 +119,7 @@ pub struct Arguments {
     pub keep: Vec<String>,
     /// Right shifts of negative numbers in C: none, or the compiler's.
     #[arg(long, value_enum, default_value = "strict")]
-    pub c_shift: CShiftName,
+    pub c_shift: CShift,
     /// Name of crate, files and functions [default: corrected_angle; direct sensor: `corrected_<unit>`].
     #[arg(long)]
     pub name: Option<String>,

@@ -4,13 +4,12 @@ use std::process::ExitCode;
 
 use serde_json::json;
 
-use super::names::OutOfRangeName;
 use super::terminal::{FIGURE, line, summarise, warn};
 use super::verify::{CheckArguments, conclude};
 use super::{Arguments, Result, options};
 use crate::files;
 use crate::format::Format;
-use crate::options::Options;
+use crate::options::{Options, OutOfRange};
 use crate::quantity::Quantity;
 use crate::refused;
 use crate::text;
@@ -37,7 +36,7 @@ fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
         ("--table", a.table.is_some()),
         ("--output-bits", a.output_bits.is_some()),
         ("--counts", a.counts.is_some()),
-        ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
+        ("--out-of-range", a.out_of_range != OutOfRange::Clamp),
         ("--further", !a.further.is_empty()),
         ("--period-s", a.period_s.is_some()),
         ("--keep", !a.keep.is_empty()),

@@ -68,7 +68,7 @@ impl Arguments {
         let quantity = Quantity::of(&coefficients.error_model());
         let mut options = options::options(self, &quantity.bound_unit, !coefficients.terms.is_empty())?;
         if let Some(target) = self.target {
-            self.choose(target.core(), &coefficients, &mut options, &bar)?;
+            self.choose(target, &coefficients, &mut options, &bar)?;
         }
         bar.set_message("approximating and bounding");
         let generated = generate(&coefficients, &sha256, &options)?;

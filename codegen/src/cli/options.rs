@@ -2,11 +2,11 @@
 
 use fitter::text_safety;
 
-use super::names::{CoreName, InputName, OutOfRangeName, OutputName};
+use super::names::InputName;
 use super::{Arguments, Result, source};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
-use crate::options::{Ends, Method, Options};
+use crate::options::{Ends, Method, Options, OutOfRange};
 use crate::physics::Further;
 use crate::refused;
 use crate::turn::{Encoder, TurnError};
@@ -42,13 +42,13 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
         degree: arguments.degree,
         range: arguments.from.zip(arguments.to),
         extrapolate: arguments.extrapolate,
-        out_of_range: arguments.out_of_range.out_of_range(),
+        out_of_range: arguments.out_of_range,
         further: further?,
         period_s: arguments.period_s,
         without: arguments.without.clone(),
         keep: arguments.keep.clone(),
         accept_unexplained: arguments.accept_unexplained,
-        c_shift: arguments.c_shift.c_shift(),
+        c_shift: arguments.c_shift,
         name: arguments.name.clone(),
         command: recorded_command(
             std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
@@ -58,7 +58,7 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
             bits: arguments.bits,
             counts: arguments.counts,
             output_bits: arguments.output_bits,
-            core: arguments.target.map(CoreName::core),
+            core: arguments.target,
             flash_bytes: arguments.flash_bytes,
         },
     };
@@ -80,7 +80,7 @@ pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
         ("--gain", a.gain.is_some()),
         ("--offset", a.offset.is_some()),
         ("--output", a.output.is_some()),
-        ("--out-of-range", !matches!(a.out_of_range, OutOfRangeName::Clamp)),
+        ("--out-of-range", a.out_of_range != OutOfRange::Clamp),
         ("--further", !a.further.is_empty()),
         ("--period-s", a.period_s.is_some()),
         ("--without", !a.without.is_empty()),
@@ -136,7 +136,7 @@ pub fn ends(arguments: &Arguments) -> Result<Ends> {
             Some(Input { arity, encoding: encoding(probes, name)? })
         }
     };
-    let output = arguments.output.map(OutputName::output);
+    let output = arguments.output;
     let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
     if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
         return Err(refused!(

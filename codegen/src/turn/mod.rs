@@ -83,7 +83,7 @@ pub enum TurnError {
     },
     /// Counts that no routine is made for.
     #[error(
-        "a turn of {counts} counts: give whole counts from {FEWEST_COUNTS} to {MOST_COUNTS}, or correct with `fitter apply`"
+        "a turn of {counts} counts: give whole counts from {FEWEST_COUNTS} to {MOST_COUNTS}, or correct with `arcsmith apply`"
     )]
     Counts {
         /// The revolution in counts.
