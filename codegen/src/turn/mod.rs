@@ -3,15 +3,16 @@
 //! An encoder has so few counts that nothing needs to be estimated: [`truth`] encloses the exact corrected position
 //! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], [`fit`] finds their
 //! coefficients, and [`proof`] runs the program on every count. [`choose`] takes the cheapest that meets the bound,
-//! and [`render`] prints it in Rust and C with a certificate.
+//! and [`describe`] says what certificate and heads tell of it.
 
 pub mod choose;
+pub mod describe;
 pub mod fit;
 #[cfg(test)]
+#[path = "../../tests/turn/encoder.rs"]
 pub(crate) mod fixtures;
 mod phase;
 pub mod proof;
-pub mod render;
 pub mod shape;
 pub mod truth;
 pub mod verify;
@@ -21,8 +22,6 @@ use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
 
 use crate::cost::Core;
-use crate::generate::{GenerateError, Generated};
-use crate::options::Options;
 
 use shape::Words;
 
@@ -232,17 +231,4 @@ impl Encoder {
         let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
         !counts && self.bits.is_none() && self.counts.is_none()
     }
-}
-
-/// Generates the routine of an encoder: what [`crate::generate::generate`] does for coefficients of a whole turn.
-///
-/// # Errors
-/// [`GenerateError`], which says what to change.
-pub fn generate(
-    coefficients: &Coefficients,
-    coefficients_sha256: &str,
-    options: &Options,
-) -> Result<Generated, GenerateError> {
-    let routine = choose::choose(coefficients, options)?;
-    render::files(&routine, coefficients, coefficients_sha256, options)
 }

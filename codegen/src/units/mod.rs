@@ -372,7 +372,7 @@ pub fn generate(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Ge
     match &wanted.earlier {
         Some(earlier) => {
             let design = earlier::design(units, options, wanted, earlier)?;
-            Ok(render::pages(design, units, options, wanted))
+            render::pages(design, units, options, wanted)
         }
         None => render::files(structure::design(units, options, wanted)?, units, options, wanted),
     }
