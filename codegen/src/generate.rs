@@ -54,20 +54,10 @@ pub enum GenerateError {
     #[error(
         "{what} {name:?} is not an identifier: give letters, digits and underscores, a letter first, and no keyword of C or Rust"
     )]
-    Name {
-        /// What the name is for.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
+    Name { what: &'static str, name: String },
     /// A name that already means something.
     #[error("--name {name}: this is {why}; give another name")]
-    ReservedName {
-        /// The name.
-        name: String,
-        /// What it means.
-        why: &'static str,
-    },
+    ReservedName { name: String, why: &'static str },
     /// The routine of a sensor that turns round and round.
     #[error(transparent)]
     Turn(#[from] TurnError),

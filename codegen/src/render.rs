@@ -12,7 +12,7 @@ use crate::text;
 #[error("template {template}: {cause:#}")]
 pub struct RenderError {
     /// Which one.
-    pub template: &'static str,
+    pub template: String,
     /// What minijinja says.
     #[source]
     pub cause: Box<minijinja::Error>,
@@ -73,7 +73,7 @@ impl Renderer {
         for &(name, source) in COMMON.iter().chain(all) {
             environment
                 .add_template(name, source)
-                .map_err(|cause| RenderError { template: name, cause: Box::new(cause) })?;
+                .map_err(|cause| RenderError { template: name.into(), cause: Box::new(cause) })?;
         }
         Ok(Renderer { environment })
     }
@@ -82,8 +82,8 @@ impl Renderer {
     ///
     /// # Errors
     /// [`RenderError`] where the template asks for what is not there.
-    pub fn render(&self, template: &'static str, context: Value) -> Result<String, RenderError> {
-        let failed = |cause| RenderError { template, cause: Box::new(cause) };
+    pub fn render(&self, template: &str, context: Value) -> Result<String, RenderError> {
+        let failed = |cause| RenderError { template: template.into(), cause: Box::new(cause) };
         self.environment.get_template(template).map_err(failed)?.render(context).map_err(failed)
     }
 }

@@ -19,10 +19,6 @@ impl Language for Pseudo {
         "pseudo"
     }
 
-    fn title(&self) -> &'static str {
-        "Pseudo"
-    }
-
     fn templates(&self) -> &'static [(&'static str, &'static str)] {
         &[(
             "pseudo/routine",

@@ -34,23 +34,19 @@ impl Language for C {
         "c"
     }
 
-    fn title(&self) -> &'static str {
-        "C"
-    }
-
     fn templates(&self) -> &'static [(&'static str, &'static str)] {
-        &[
-            ("c/signature", include_str!("../../../templates/c/signature.jinja")),
-            ("c/header.h", include_str!("../../../templates/c/header.h.jinja")),
-            ("c/page.h", include_str!("../../../templates/c/page.h.jinja")),
-            ("c/source.c", include_str!("../../../templates/c/source.c.jinja")),
-            ("c/page.c", include_str!("../../../templates/c/page.c.jinja")),
-            ("c/helpers.c", include_str!("../../../templates/c/helpers.c.jinja")),
-            ("verify/sweep.c", include_str!("../../../templates/verify/sweep.c.jinja")),
-            ("verify/calls.c", include_str!("../../../templates/verify/calls.c.jinja")),
-            ("verify/pages.c", include_str!("../../../templates/verify/pages.c.jinja")),
-            ("verify/eva.c", include_str!("../../../templates/verify/eva.c.jinja")),
-            ("verify/shift_right.c", include_str!("../../../templates/verify/shift_right.c.jinja")),
+        templates![
+            "c/signature",
+            "c/header.h",
+            "c/page.h",
+            "c/source.c",
+            "c/page.c",
+            "c/helpers.c",
+            "verify/sweep.c",
+            "verify/calls.c",
+            "verify/pages.c",
+            "verify/eva.c",
+            "verify/shift_right.c",
         ]
     }
 
@@ -88,6 +84,9 @@ impl Language for C {
     }
 
     fn expression(&self, body: &Body<'_>, step: &Step) -> String {
+        if let Some(text) = of_counts(body, step) {
+            return text;
+        }
         let program = body.program;
         let text = |operand: &Operand| self.operand(program, operand);
         let plus = |c: &Operand| plus(program, c);
@@ -105,9 +104,6 @@ impl Language for C {
                 format!("({ty}){} - ({ty}){}", text(a), text(b))
             }
             Op::Sub { a, b } => format!("{} - {}", text(a), text(b)),
-            Op::Clamp { a, hi, .. } if step.ty == Type::U32 => {
-                format!("({0} < {hi}u) ? (uint32_t){0} : {hi}u", text(a))
-            }
             Op::Clamp { a, lo, hi } => {
                 let (from, ends) = (body.type_of(a), format!("{}, {}", self.integer(*lo), self.integer(*hi)));
                 match (limit(from), from) {
@@ -137,26 +133,6 @@ impl Language for C {
                 0 => format!("to_signed((uint32_t){} << {by})", text(a)),
                 add => format!("to_signed(((uint32_t){} << {by}) + {add}u)", text(a)),
             },
-            Op::Bits { a, from, bits } => {
-                let mask = (1u64 << bits) - 1;
-                let field = match from {
-                    0 => format!("(uint32_t){} & {mask}u", text(a)),
-                    from => format!("((uint32_t){} >> {from}) & {mask}u", text(a)),
-                };
-                if step.ty == Type::U32 { field } else { format!("({ty})({field})") }
-            }
-            Op::Shifted { a, by, b, add } => {
-                let a = match by {
-                    0 => format!("(uint32_t){}", text(a)),
-                    by => format!("((uint32_t){} << {by})", text(a)),
-                };
-                format!("{a} + (uint32_t){}{}", text(b), plus_constant(*add as u32))
-            }
-            Op::Around { a, turn } => format!("around({}, {turn}u)", text(a)),
-            Op::Entry { index, column } if body.counts => {
-                let column = if program.table[0].len() > 1 { format!("[{column}]") } else { String::new() };
-                format!("table[{}]{column}", text(index))
-            }
             Op::Entry { column, .. } => format!("row[{column}]"),
             Op::MulAddWide { a, b, c } => format!("((int64_t){} * {}){}", text(a), text(b), plus(c)),
             Op::High { a, by } => format!("high_word({}, {by}u)", text(a)),
@@ -181,6 +157,7 @@ impl Language for C {
                 };
                 format!("({} * {}){sum}", text(a), text(b))
             }
+            Op::Bits { .. } | Op::Shifted { .. } | Op::Around { .. } => unreachable!("of counts"),
         }
     }
 
@@ -251,18 +228,6 @@ impl Language for C {
 }
 
 impl Checker for C {
-    fn sweep(&self) -> &'static str {
-        "verify/sweep.c"
-    }
-
-    fn calls(&self) -> &'static str {
-        "verify/calls.c"
-    }
-
-    fn pages(&self) -> &'static str {
-        "verify/pages.c"
-    }
-
     fn extension(&self) -> &'static str {
         "c"
     }
@@ -314,6 +279,39 @@ impl Checker for C {
     fn shifts(&self, by: u32) -> Vec<String> {
         vec![format!(") >> {by}"), format!("/ {})", 1u64 << by), format!(", {by}u)")]
     }
+}
+
+/// The operations on counts, which are unsigned words; none of others.
+fn of_counts(body: &Body<'_>, step: &Step) -> Option<String> {
+    let program = body.program;
+    let text = |operand: &Operand| C.operand(program, operand);
+    let ty = C.type_name(step.ty);
+    Some(match &step.op {
+        Op::Clamp { a, hi, .. } if step.ty == Type::U32 => {
+            format!("({0} < {hi}u) ? (uint32_t){0} : {hi}u", text(a))
+        }
+        Op::Bits { a, from, bits } => {
+            let mask = (1u64 << bits) - 1;
+            let field = match from {
+                0 => format!("(uint32_t){} & {mask}u", text(a)),
+                from => format!("((uint32_t){} >> {from}) & {mask}u", text(a)),
+            };
+            if step.ty == Type::U32 { field } else { format!("({ty})({field})") }
+        }
+        Op::Shifted { a, by, b, add } => {
+            let a = match by {
+                0 => format!("(uint32_t){}", text(a)),
+                by => format!("((uint32_t){} << {by})", text(a)),
+            };
+            format!("{a} + (uint32_t){}{}", text(b), plus_constant(*add as u32))
+        }
+        Op::Around { a, turn } => format!("around({}, {turn}u)", text(a)),
+        Op::Entry { index, column } if body.counts => {
+            let column = if program.table[0].len() > 1 { format!("[{column}]") } else { String::new() };
+            format!("table[{}]{column}", text(index))
+        }
+        _ => return None,
+    })
 }
 
 /// The high part of a product, shifted left.

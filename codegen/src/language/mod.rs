@@ -4,9 +4,6 @@
 //! are frames around that text. No arithmetic is decided here: every operation stands in the
 //! [`program`](crate::program). A further language is a file with a [`Language`], its templates, and a place in [`ALL`].
 
-mod c;
-mod rust;
-
 use std::path::Path;
 
 use minijinja::{Value, context};
@@ -16,6 +13,15 @@ use crate::program::{Op, Operand, Program, Step, Type};
 use crate::verify::VerifyError;
 use crate::verify::compile::{How, Place, Tool};
 use crate::verify::external::{Check, Checked, ToolReport};
+
+/// Names and texts of templates, compiled in.
+macro_rules! templates {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../templates/", $name, ".jinja")))),*]
+    };
+}
+mod c;
+mod rust;
 
 pub use rust::module;
 
@@ -132,9 +138,6 @@ pub trait Language: std::fmt::Debug + Sync {
     /// As in the certificate.
     fn name(&self) -> &'static str;
 
-    /// For people.
-    fn title(&self) -> &'static str;
-
     /// Names and texts of its templates.
     fn templates(&self) -> &'static [(&'static str, &'static str)];
 
@@ -192,18 +195,11 @@ pub trait Language: std::fmt::Debug + Sync {
     }
 }
 
-/// How generated files are compiled and damaged, to be checked.
+/// How generated files are compiled and damaged, to be checked, by programs of which the templates are
+/// `verify/sweep`, a sweep over inputs by number; `verify/calls`, over calls from standard input; and `verify/pages`, which
+/// loads pages from standard input.
 pub trait Checker: std::fmt::Debug + Sync {
-    /// The template of a program that sweeps a routine over inputs by number.
-    fn sweep(&self) -> &'static str;
-
-    /// The template of a program that runs a routine over calls from standard input.
-    fn calls(&self) -> &'static str;
-
-    /// The template of a program that loads pages from standard input.
-    fn pages(&self) -> &'static str;
-
-    /// The ending of a source file.
+    /// The ending of a source file, and of these templates.
     fn extension(&self) -> &'static str;
 
     /// A constant of 64 bits, exactly.

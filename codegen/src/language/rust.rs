@@ -70,22 +70,18 @@ impl Language for Rust {
         "rust"
     }
 
-    fn title(&self) -> &'static str {
-        "Rust"
-    }
-
     fn templates(&self) -> &'static [(&'static str, &'static str)] {
-        &[
-            ("rust/Cargo.toml", include_str!("../../../templates/rust/Cargo.toml.jinja")),
-            ("rust/lib.rs", include_str!("../../../templates/rust/lib.rs.jinja")),
-            ("rust/routine.rs", include_str!("../../../templates/rust/routine.rs.jinja")),
-            ("rust/page.rs", include_str!("../../../templates/rust/page.rs.jinja")),
-            ("rust/helpers.rs", include_str!("../../../templates/rust/helpers.rs.jinja")),
-            ("rust/module.rs", include_str!("../../../templates/rust/module.rs.jinja")),
-            ("verify/sweep.rs", include_str!("../../../templates/verify/sweep.rs.jinja")),
-            ("verify/calls.rs", include_str!("../../../templates/verify/calls.rs.jinja")),
-            ("verify/pages.rs", include_str!("../../../templates/verify/pages.rs.jinja")),
-            ("verify/symbols.rs", include_str!("../../../templates/verify/symbols.rs.jinja")),
+        templates![
+            "rust/Cargo.toml",
+            "rust/lib.rs",
+            "rust/routine.rs",
+            "rust/page.rs",
+            "rust/helpers.rs",
+            "rust/module.rs",
+            "verify/sweep.rs",
+            "verify/calls.rs",
+            "verify/pages.rs",
+            "verify/symbols.rs",
         ]
     }
 
@@ -120,6 +116,9 @@ impl Language for Rust {
     }
 
     fn expression(&self, body: &Body<'_>, step: &Step) -> String {
+        if let Some(text) = of_counts(body, step) {
+            return text;
+        }
         let program = body.program;
         let text = |operand: &Operand| self.operand(program, operand);
         let plus = |c: &Operand| plus(program, c);
@@ -138,10 +137,6 @@ impl Language for Rust {
                 format!("({} as {ty}).wrapping_sub({} as {ty})", text(a), text(b))
             }
             Op::Sub { a, b } => format!("{}.wrapping_sub({})", text(a), text(b)),
-            Op::Clamp { a, hi, .. } if step.ty == Type::U32 => {
-                let hi = grouped(*hi);
-                format!("if {} < {hi} {{ {} }} else {{ {hi} }}", text(a), word(body, a).0)
-            }
             Op::Clamp { a, lo, hi } => {
                 let from = body.type_of(a);
                 let wide = &limit(from)["limit_".len()..];
@@ -166,33 +161,10 @@ impl Language for Rust {
                 format!("({} as u32).wrapping_add({}) >> {by}", text(a), grouped((*add as u32).into()))
             }
             // Modulo 2³² it is one whether the sum or the product by 2^by comes first.
-            Op::Wrap { a, add, by } if body.type_of(a) == Type::I32 => match (*add as u32) << by {
+            Op::Wrap { a, add, by } => match (*add as u32) << by {
                 0 => format!("{} << {by}", text(a)),
                 add => format!("({} << {by}).wrapping_add({})", text(a), grouped((add as i32).into())),
             },
-            Op::Wrap { a, add, by } => {
-                format!("{}{} as i32", shifted(body, a, *by), plus_constant((*add as u32) << by))
-            }
-            Op::Bits { a, from, bits } => {
-                let mask = grouped((1 << bits) - 1);
-                let field = match from {
-                    0 => format!("{} & {mask}", word(body, a).0),
-                    from => format!("({} >> {from}) & {mask}", shifted(body, a, 0)),
-                };
-                if step.ty == Type::U32 { field } else { format!("({field}) as {ty}") }
-            }
-            Op::Shifted { a, by, b, add } => format!(
-                "{}.wrapping_add({}){}",
-                shifted(body, a, *by),
-                word(body, b).0,
-                plus_constant(*add as u32)
-            ),
-            Op::Around { a, turn } => format!("around({}, {})", text(a), grouped((*turn).into())),
-            Op::Entry { index, column } if body.counts => {
-                let column = if program.table[0].len() > 1 { format!("[{column}]") } else { String::new() };
-                let cast = if program.entry_bytes() == 4 { "" } else { " as i32" };
-                format!("TABLE[{} as usize]{column}{cast}", text(index))
-            }
             Op::Entry { column, .. } => format!("row[{column}]"),
             Op::MulAddWide { a, b, c } => {
                 format!("({} as i64).wrapping_mul({}){}", text(a), text(b), plus(c))
@@ -206,9 +178,6 @@ impl Language for Rust {
             Op::MulF32 { a, b } => format!("{} * {}", text(a), text(b)),
             Op::MulAddHigh { a, b, shift, c } => product("mul_high", &text(a), &text(b), *shift, &plus(c)),
             Op::MulAddSplit { a, b, shift, c } => product("mul_split", &text(a), &text(b), *shift, &plus(c)),
-            Op::MulAddShort { a, b, by, c } if body.counts => {
-                format!("({}.wrapping_mul({}) >> {by}){}", text(a), text(b), plus(c))
-            }
             Op::MulAddShort { a, b, by, c } => {
                 format!("mul_short({}, {}, {by}){}", text(a), text(b), plus(c))
             }
@@ -219,6 +188,7 @@ impl Language for Rust {
                 };
                 format!("{} * {}{sum}", text(a), text(b))
             }
+            Op::Bits { .. } | Op::Shifted { .. } | Op::Around { .. } => unreachable!("of counts"),
         }
     }
 
@@ -277,18 +247,6 @@ impl Language for Rust {
 }
 
 impl Checker for Rust {
-    fn sweep(&self) -> &'static str {
-        "verify/sweep.rs"
-    }
-
-    fn calls(&self) -> &'static str {
-        "verify/calls.rs"
-    }
-
-    fn pages(&self) -> &'static str {
-        "verify/pages.rs"
-    }
-
     fn extension(&self) -> &'static str {
         "rs"
     }
@@ -340,6 +298,45 @@ fn limit_function(body: &Body<'_>, of_type: &'static str) -> &'static str {
     let written = body.helpers(&body.program.written_steps());
     let several = written.iter().filter(|helper| helper.starts_with("limit_")).count() > 1;
     if several { of_type } else { "limit" }
+}
+
+/// The operations on counts, which are unsigned words; none of others.
+fn of_counts(body: &Body<'_>, step: &Step) -> Option<String> {
+    let program = body.program;
+    let text = |operand: &Operand| Rust.operand(program, operand);
+    Some(match &step.op {
+        Op::Clamp { a, hi, .. } if step.ty == Type::U32 => {
+            let hi = grouped(*hi);
+            format!("if {} < {hi} {{ {} }} else {{ {hi} }}", text(a), word(body, a).0)
+        }
+        Op::Wrap { a, add, by } if body.type_of(a) != Type::I32 => {
+            format!("{}{} as i32", shifted(body, a, *by), plus_constant((*add as u32) << by))
+        }
+        Op::Bits { a, from, bits } => {
+            let mask = grouped((1 << bits) - 1);
+            let field = match from {
+                0 => format!("{} & {mask}", word(body, a).0),
+                from => format!("({} >> {from}) & {mask}", shifted(body, a, 0)),
+            };
+            if step.ty == Type::U32 { field } else { format!("({field}) as {}", step.ty.name()) }
+        }
+        Op::Shifted { a, by, b, add } => format!(
+            "{}.wrapping_add({}){}",
+            shifted(body, a, *by),
+            word(body, b).0,
+            plus_constant(*add as u32)
+        ),
+        Op::Around { a, turn } => format!("around({}, {})", text(a), grouped((*turn).into())),
+        Op::Entry { index, column } if body.counts => {
+            let column = if program.table[0].len() > 1 { format!("[{column}]") } else { String::new() };
+            let cast = if program.entry_bytes() == 4 { "" } else { " as i32" };
+            format!("TABLE[{} as usize]{column}{cast}", text(index))
+        }
+        Op::MulAddShort { a, b, by, c } if body.counts => {
+            format!("({}.wrapping_mul({}) >> {by}){}", text(a), text(b), plus(program, c))
+        }
+        _ => return None,
+    })
 }
 
 /// The high part of a product, shifted left, and what is added to it.

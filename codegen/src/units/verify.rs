@@ -20,7 +20,7 @@ use crate::reference::Reference;
 use crate::routine::Routine;
 use crate::text::camel_case;
 use crate::verify::compile::{How, Place, fed, temporary, words};
-use crate::verify::domain::{Coverage, Domain};
+use crate::verify::domain::Domain;
 use crate::verify::fast_reference::FastReference;
 use crate::verify::{VerifyError, absolute, belonging};
 
@@ -138,7 +138,7 @@ fn sweeps(
     let program = &routine.design.program;
     let fast_reference = FastReference::of(&routine);
     let domain = Domain::of(program);
-    let indices = indices(&domain.interpreted(program));
+    let indices: Vec<u64> = domain.interpreted(program).indices().collect();
     let given: Vec<Vec<u32>> = indices.iter().map(|i| domain.words(program, *i)).collect();
     let expected: Vec<Option<i64>> = (indices.iter())
         .map(|i| interpret(program, &domain.arguments(program, *i)).ok().map(|out| out.word.bits()))
@@ -178,16 +178,7 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
     for (range, word) in program.page.iter_mut().zip(words) {
         (range.from, range.to) = (*word, *word);
     }
-    let bound = Bound {
-        total,
-        approximation: 0.0,
-        input: 0.0,
-        evaluation: 0.0,
-        output: 0.0,
-        terms: 0.0,
-        rounding: 0.0,
-        output_range: (0.0, 0.0),
-    };
+    let bound = Bound { total, ..Bound::default() };
     Routine {
         options: design.options.clone(),
         design: crate::design::Design {
@@ -207,14 +198,6 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
         physics: Physics::default(),
         line: false,
     }
-}
-
-fn indices(coverage: &Coverage) -> Vec<u64> {
-    let of = |s: &crate::verify::domain::Sweep| {
-        let (first, stride) = (s.first, s.stride);
-        (0..s.count).map(move |i| first + i * stride)
-    };
-    coverage.sweeps.iter().flat_map(of).collect()
 }
 
 /// The reading in its own words, as the routine forms it.
@@ -291,7 +274,7 @@ pub fn compile(
             output_type => language.type_name(design.program.output_type()),
         };
         how.checker.library(how, place)?;
-        Ok((language.name(), place.program(how, "pages", how.checker.pages(), context)?))
+        Ok((language.name(), place.program(how, "pages", "pages", context)?))
     };
     How::all(false).into_iter().map(program).collect()
 }

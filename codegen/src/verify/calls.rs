@@ -65,7 +65,7 @@ pub fn build(
         wide => matches!(program.output_type(), Type::I32 | Type::U32 | Type::F32),
         flag,
     };
-    place.program(how, &format!("calls_{name}"), how.checker.calls(), context)
+    place.program(how, &format!("calls_{name}"), "calls", context)
 }
 
 /// Runs all calls.

@@ -115,20 +115,15 @@ impl How {
 }
 
 impl Place<'_> {
-    /// Makes a program of a template, around the generated files.
+    /// Makes a program of the language's template of a `kind`, around the generated files.
     ///
     /// # Errors
     /// [`VerifyError`] where there is no compiler, or it refuses the generated files.
-    pub fn program(
-        &self,
-        how: How,
-        stem: &str,
-        template: &'static str,
-        context: Value,
-    ) -> Result<PathBuf, VerifyError> {
+    pub fn program(&self, how: How, stem: &str, kind: &str, context: Value) -> Result<PathBuf, VerifyError> {
         let stem = format!("{stem}_{}{}", how.language.name(), if how.sanitized { "_ub" } else { "" });
         let source = self.build.join(format!("{stem}.{}", how.checker.extension()));
-        write(&source, &Renderer::new()?.render(template, context)?)?;
+        let template = format!("verify/{kind}.{}", how.checker.extension());
+        write(&source, &Renderer::new()?.render(&template, context)?)?;
         let executable = self.build.join(&stem);
         let (tool, arguments) = how.checker.compiler(self, how, &source, &executable);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();

@@ -98,7 +98,7 @@ impl Found {
 /// [`VerifyError`] where there is no compiler, or it refuses the generated files.
 pub fn build(subject: &Subject<'_>, how: How, place: &Place<'_>) -> Result<Harness, VerifyError> {
     let context = context(subject, how, place)?;
-    let executable = place.program(how, &format!("sweep_{}", subject.name), how.checker.sweep(), context)?;
+    let executable = place.program(how, &format!("sweep_{}", subject.name), "sweep", context)?;
     Ok(Harness { how, executable })
 }
 
@@ -132,15 +132,12 @@ fn parse(text: &str) -> Option<Found> {
 pub fn interpreted_digest(subject: &Subject<'_>, coverage: &Coverage) -> Result<u64, VerifyError> {
     let program = subject.program();
     let mut sum = 0u64;
-    for sweep in &coverage.sweeps {
-        for i in 0..sweep.count {
-            let index = sweep.first.wrapping_add(i * sweep.stride);
-            let outcome = interpret(program, &subject.domain.arguments(program, index))?;
-            let key = super::digest::key(&subject.domain.words(program, index));
-            sum = sum.wrapping_add(u64::from(super::digest::mixed(key, outcome.word.bits() as u32)));
-            if subject.flag && !outcome.in_range {
-                sum = sum.wrapping_add(super::digest::FLAGGED);
-            }
+    for index in coverage.indices() {
+        let outcome = interpret(program, &subject.domain.arguments(program, index))?;
+        let key = super::digest::key(&subject.domain.words(program, index));
+        sum = sum.wrapping_add(u64::from(super::digest::mixed(key, outcome.word.bits() as u32)));
+        if subject.flag && !outcome.in_range {
+            sum = sum.wrapping_add(super::digest::FLAGGED);
         }
     }
     Ok(sum)

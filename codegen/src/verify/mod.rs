@@ -46,43 +46,24 @@ use sweep::SweepReport;
 pub enum VerifyError {
     /// The certificate cannot be used.
     #[error("{path}: {what}", path = path.display())]
-    Certificate {
-        /// Its path.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
+    Certificate { path: PathBuf, what: String },
     /// A program is missing.
     #[error("{program} is not installed: {install}")]
-    Missing {
-        /// Its name.
-        program: String,
-        /// How to get it.
-        install: &'static str,
-    },
+    Missing { program: String, install: &'static str },
     /// A program cannot be started.
     #[error("{program} cannot be run: {cause}")]
     Run {
-        /// Its name.
         program: String,
-        /// What the system says.
         #[source]
         cause: io::Error,
     },
     /// A program ended with an error.
     #[error("{program}: {message}")]
-    Refused {
-        /// Its name.
-        program: String,
-        /// Its first lines.
-        message: String,
-    },
+    Refused { program: String, message: String },
     /// A temporary file cannot be written.
     #[error("{path} cannot be written: {cause}", path = path.display())]
     Write {
-        /// Its path.
         path: PathBuf,
-        /// What the system says.
         #[source]
         cause: io::Error,
     },

@@ -6,6 +6,7 @@ use crate::generate::Generated;
 use crate::language::Body;
 use crate::options::Options;
 use crate::program::{Op, Operand, Stage, Step};
+use crate::text::camel_case;
 use crate::verify::compile::How;
 use crate::verify::harness::Subject;
 
@@ -67,7 +68,7 @@ impl Changes<'_> {
     }
 
     fn change(&self, what: &str, from: String, to: String) -> Mutation {
-        let what = format!("{what}, {}", self.how.language.title());
+        let what = format!("{what}, {}", camel_case(self.how.language.name()));
         Mutation { what, how: self.how, from, to, swap: false }
     }
 

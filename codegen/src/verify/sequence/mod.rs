@@ -10,7 +10,7 @@ use super::VerifyError;
 use super::calls::{self, Calls, Given};
 use super::compile::{How, Place};
 use super::digest;
-use super::domain::describe;
+use super::domain::{arguments, describe};
 use super::harness::Subject;
 use super::sweep::{SweepReport, Swept};
 use crate::interpret::{Word, start, update};
@@ -36,17 +36,6 @@ pub struct Prepared {
     interpreted: Vec<(usize, u32)>,
 }
 
-/// The words of a call as arguments.
-fn arguments(subject: &Subject<'_>, words: &[u32]) -> Vec<Word> {
-    let word = |(a, bits): (&crate::program::Argument, &u32)| match a.ty {
-        Type::F32 => Word::Float(f32::from_bits(*bits)),
-        Type::I32 => Word::Int((*bits as i32).into()),
-        Type::U16 => Word::Int((*bits as u16).into()),
-        _ => Word::Int((*bits).into()),
-    };
-    subject.program().arguments.iter().zip(words).map(word).collect()
-}
-
 /// Makes the sequences of a routine and what is expected of it.
 ///
 /// # Errors
@@ -64,7 +53,7 @@ pub fn prepare(subject: &Subject<'_>, thorough: bool) -> Result<Prepared, Verify
     let (mut expected, mut inside) = (Vec::new(), Vec::new());
     for index in 0..calls.count() {
         let (begins, words) = calls.call(index);
-        let numbers: Vec<f64> = arguments(subject, words).iter().map(number).collect();
+        let numbers: Vec<f64> = arguments(subject.program(), words).iter().map(number).collect();
         let reading = if readings == 2 { numbers[1] - numbers[0] } else { numbers[0] };
         expected.push(model.call(begins, reading, &numbers[readings..]));
         // Two floats are compared with the range as their rounded difference.
@@ -85,7 +74,7 @@ fn interpreted(subject: &Subject<'_>, calls: &Calls) -> Result<Vec<(usize, u32)>
     let mut results = Vec::new();
     for index in (0..half.min(count)).chain(late.max(half)..count) {
         let (begins, words) = calls.call(index);
-        let arguments = arguments(subject, words);
+        let arguments = arguments(subject.program(), words);
         if begins {
             state = start(program, &arguments)?;
         }
@@ -125,7 +114,7 @@ pub fn sweep(
     let as_interpreted = prepared.interpreted.iter().all(|(index, bits)| given[*index].bits == *bits);
     let worst_input = format!(
         "{}, call {} of its sequence",
-        describe(subject.program(), &arguments(subject, prepared.calls.call(at).1)),
+        describe(subject.program(), &arguments(subject.program(), prepared.calls.call(at).1)),
         (0..=at).rev().take_while(|i| !prepared.calls.call(*i).0).count() + 1
     );
     let swept = Swept {
