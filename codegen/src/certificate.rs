@@ -8,7 +8,7 @@ use crate::program::Program;
 use crate::text;
 
 /// The whole file, `certificate.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// Always `arcsmith-certificate`.
     pub schema: String,

@@ -30,19 +30,6 @@ pub struct Described<'a> {
     pub words: Value,
 }
 
-/// Where a generation comes from, for its certificate.
-#[derive(Debug, Clone, Default)]
-pub struct Origin {
-    /// SHA-256 of the coefficients.
-    pub coefficients_sha256: String,
-    /// The recording that they were fitted to.
-    pub recording: String,
-    /// Its SHA-256.
-    pub recording_sha256: String,
-    /// What the diagnosis left open.
-    pub reservation: Option<String>,
-}
-
 /// Prints routines in some languages.
 pub struct Printer<'a> {
     /// The templates.
@@ -159,11 +146,11 @@ impl<'a> Printer<'a> {
         Ok(context! { contract, ..said })
     }
 
-    /// The certificate: every routine in every language, with the hash of its file.
+    /// The certificate: every routine in every language, with the hash of its file; `origin` says where they come from.
     pub fn certificate<T: AsRef<[u8]>>(
         &self,
         name: &str,
-        origin: Origin,
+        origin: Certificate,
         routines: &[Described<'_>],
         files: &BTreeMap<PathBuf, T>,
     ) -> Certificate {
@@ -179,11 +166,8 @@ impl<'a> Printer<'a> {
             version: 1,
             tool: TOOL.into(),
             command: self.options.command.clone(),
-            coefficients_sha256: origin.coefficients_sha256,
-            recording: origin.recording,
-            recording_sha256: origin.recording_sha256,
-            reservation: origin.reservation,
             routines: entries.collect(),
+            ..origin
         }
     }
 }

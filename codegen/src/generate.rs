@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::Certificate;
 use crate::describe::described;
-use crate::emit::{Described, Origin, Printer};
+use crate::emit::{Described, Printer};
 use crate::gappa;
 use crate::language::{self, Language};
 use crate::name;
@@ -105,11 +105,12 @@ pub fn generate_in(
     let reservation = accepted(coefficients, options)?;
     let printer = Printer::new(languages, options)?;
     let recording = &coefficients.recording;
-    let origin = Origin {
+    let origin = Certificate {
         coefficients_sha256: coefficients_sha256.into(),
         recording: recording.file.clone(),
         recording_sha256: recording.sha256.clone(),
         reservation,
+        ..Certificate::default()
     };
     let open = origin.reservation.as_ref();
     let open = open.map(|open| text::wrapped(&format!("UNEXPLAINED: {open}."), HEAD_COLUMNS, ""));

@@ -25,6 +25,7 @@ use serde_json::json;
 use crate::accepted::accepted;
 use crate::files;
 use crate::generate::{Generated, generate};
+use crate::language::ALL;
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
@@ -297,7 +298,9 @@ fn estimated(generated: &Generated) -> String {
 /// What was chosen and why, on one screen; `verbose` adds what every bound is made of.
 fn summary(generated: &Generated, verbose: bool) -> String {
     let mut lines = String::new();
-    for (routine, entry) in generated.routines.iter().zip(generated.certificate.routines.iter().step_by(2)) {
+    for (routine, entry) in
+        generated.routines.iter().zip(generated.certificate.routines.iter().step_by(ALL.len()))
+    {
         let degree = routine.design.degree;
         let bound = format!("{} {}", text::rounded_up(entry.bound), entry.unit);
         lines += &format!(

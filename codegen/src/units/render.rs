@@ -10,8 +10,8 @@ use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
 use super::structure::{Design, Fitted};
 use super::{Generated, Unit, UnitsError, Wanted};
 use crate::accepted::accepted;
-use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
-use crate::emit::{Described, Origin, Printer};
+use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry};
+use crate::emit::{Described, Printer};
 use crate::generate::{GenerateError, TOOL, sha256};
 use crate::language;
 use crate::name;
@@ -262,15 +262,16 @@ fn entry(design: &Design, name: &str) -> Entry {
 }
 
 /// Where the units come from.
-fn origin(units: &[Unit], options: &Options) -> Origin {
+fn origin(units: &[Unit], options: &Options) -> Certificate {
     let hashes: Vec<&str> = units.iter().map(|unit| unit.sha256.as_str()).collect();
     let recordings = || units.iter().map(|unit| &unit.coefficients.recording);
     let said = |unit: &Unit| Some(format!("{}: {}", unit.name, reserved(unit, options)?));
     let open: Vec<String> = units.iter().filter_map(said).collect();
-    Origin {
+    Certificate {
         coefficients_sha256: sha256(hashes.join("\n")),
         recording: recordings().map(|r| r.file.as_str()).collect::<Vec<_>>().join(", "),
         recording_sha256: sha256(recordings().map(|r| r.sha256.as_str()).collect::<Vec<_>>().join("\n")),
         reservation: (!open.is_empty()).then(|| open.join("\n")),
+        ..Certificate::default()
     }
 }
