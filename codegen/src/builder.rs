@@ -34,6 +34,7 @@ use crate::cost::Core;
 use crate::files;
 use crate::format::Format;
 use crate::generate::{self, GenerateError, Generated};
+use crate::language;
 use crate::options::{CShift, Ends, Method, Options, OutOfRange};
 use crate::source::{Source, SourceError};
 
@@ -232,9 +233,9 @@ impl Builder {
     /// Those of [`Builder::generate`], and where the folder cannot be written; then nothing is changed.
     pub fn write_to(&self, folder: impl AsRef<Path>) -> Result<Generated, BuildError> {
         let generated = self.generate()?;
-        let mut written = generated.files.clone();
-        written.retain(|path, _| !path.starts_with("src") && path != Path::new("Cargo.toml"));
-        written.insert(PathBuf::from(format!("{}.rs", generated.name)), generated.module()?);
+        let (module, mut written) =
+            language::module(&generated.name, &generated.files).map_err(GenerateError::Render)?;
+        written.insert(PathBuf::from(format!("{}.rs", generated.name)), module);
         files::write(folder.as_ref(), &written)?;
         // Outside a build script this is a line that nobody reads; inside, cargo's protocol.
         if std::env::var_os("OUT_DIR").is_some() {

@@ -2,18 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use fitter::coefficients::Coefficients;
-
 use crate::claim::Claim;
-use crate::estimate;
-use crate::options::Options;
 use crate::output::Output;
-use crate::program::{Program, Type};
-use crate::quantity::Quantity;
-use crate::routine::Routine;
+use crate::program::Program;
+use crate::text;
 
 /// The whole file, `certificate.json`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// Always `arcsmith-certificate`.
     pub schema: String,
@@ -38,11 +33,11 @@ pub struct Certificate {
 }
 
 /// One routine in one language.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
     /// Name of the function.
     pub routine: String,
-    /// `rust` or `c`.
+    /// The language, as [`crate::language::Language::name`] has it.
     pub language: String,
     /// Number format of the evaluation.
     pub format: String,
@@ -86,7 +81,7 @@ pub struct Entry {
 pub struct InputEntry {
     /// Its name.
     pub name: String,
-    /// Its type, in Rust's words.
+    /// Its type.
     #[serde(rename = "type")]
     pub ty: String,
     /// Meaning and unit.
@@ -94,9 +89,9 @@ pub struct InputEntry {
 }
 
 /// The result.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct OutputEntry {
-    /// Its type, in Rust's words.
+    /// Its type.
     #[serde(rename = "type")]
     pub ty: String,
     /// What one unit of an integer stands for in `unit`; for a float 1.
@@ -108,7 +103,7 @@ pub struct OutputEntry {
 }
 
 /// A range of readings.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RangeEntry {
     /// `s` or `m`.
     pub variable: String,
@@ -133,113 +128,67 @@ pub struct Part {
     pub lsb: f64,
 }
 
-/// What the certificate and the head of a file say of a routine, before it is rendered.
-pub fn entry(
-    routine: &Routine,
-    name: &str,
-    quantity: &Quantity,
-    options: &Options,
-    coefficients: &Coefficients,
-) -> Entry {
-    let design = &routine.design;
-    let bound = &design.bound;
-    let largest = bound.output_range.0.abs().max(bound.output_range.1.abs());
-    let word_unit = match design.program.output_type() {
-        Type::F32 => f64::from((largest as f32).next_up() - largest as f32),
-        _ => design.unit.to_f64(),
-    };
-    let part = |what: &str, value: f64| Part {
-        what: what.into(),
-        value: quantity.in_bound_unit(value),
-        lsb: value / word_unit,
-    };
-    let approximation = bound.approximation.min(design.minimax);
-    let mut parts = vec![
-        part("best polynomial of this degree against the exact function", approximation),
-        part("rounding of its coefficients to the format", bound.approximation - approximation),
-        part("rounding of the input to the routine's variable", bound.input),
-        part("rounding of the operations", bound.evaluation),
-        part("rounding of the result to the output's format", bound.output),
-    ];
-    if !routine.physics.is_empty() {
-        parts
-            .push(part("terms of further physics, over the box of their inputs and all states", bound.terms));
-    }
-    Entry {
-        routine: name.into(),
-        language: String::new(),
-        format: routine.options.format.name().into(),
-        degree: design.degree,
-        segments: design.segments,
-        unit: quantity.bound_unit.clone(),
-        input: inputs(&design.program),
-        output: OutputEntry {
-            ty: rust_type(design.program.output_type()).into(),
-            lsb: design.unit.to_f64(),
-            fraction_bits: design.fraction_bits,
-            unit: quantity.unit.clone(),
-        },
-        range: RangeEntry {
-            variable: quantity.reading.clone(),
-            unit: quantity.reading_unit.clone(),
-            from: routine.range.0,
-            to: routine.range.1,
-            recorded: routine.extrapolated(coefficients),
-        },
-        out_of_range: format!("{:?}", options.out_of_range).to_lowercase(),
-        bound: parts
-            .iter()
-            .fold(0.0, |sum: f64, p| (sum + p.value).next_up())
-            .max(quantity.in_bound_unit(bound.total)),
-        parts,
-        minimax: quantity.in_bound_unit(design.minimax),
-        input_resolution: quantity.in_bound_unit(routine.plan.resolution * routine.slope()),
-        estimate: claim(routine, quantity, coefficients),
-        left_out: routine.physics.left_out.iter().map(ToString::to_string).collect(),
-        file: String::new(),
-        file_sha256: String::new(),
+impl Certificate {
+    /// The file.
+    ///
+    /// # Errors
+    /// A defect of serialisation.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 }
 
-/// How far the model may be from the device; nothing is known of it where nothing was recorded.
-fn claim(routine: &Routine, quantity: &Quantity, coefficients: &Coefficients) -> Option<Claim> {
-    if routine.line {
-        return None;
+impl Entry {
+    /// What a program's types say of its arguments and its result, in words of `lsb`.
+    pub fn of(name: &str, program: &Program, lsb: f64) -> Entry {
+        let argument = |a: &crate::program::Argument| InputEntry {
+            name: a.name.clone(),
+            ty: a.ty.name().into(),
+            meaning: a.meaning.clone(),
+        };
+        let ty = program.output_type().name().into();
+        Entry {
+            routine: name.into(),
+            segments: 1,
+            input: program.arguments.iter().map(argument).collect(),
+            output: OutputEntry { ty, lsb, ..OutputEntry::default() },
+            ..Entry::default()
+        }
     }
-    let band = estimate::band(coefficients, &routine.physics, quantity, routine.range);
-    let left_out: Vec<f64> = routine.physics.left_out.iter().filter_map(|out| out.size).collect();
-    Claim::of(coefficients, band, &left_out)
-}
 
-/// The inputs of a program, in the order of its arguments.
-pub fn inputs(program: &Program) -> Vec<InputEntry> {
-    let entry = |a: &crate::program::Argument| InputEntry {
-        name: a.name.clone(),
-        ty: rust_type(a.ty).into(),
-        meaning: a.meaning.clone(),
-    };
-    program.arguments.iter().map(entry).collect()
-}
-
-/// A type in Rust's words.
-pub fn rust_type(ty: Type) -> &'static str {
-    match ty {
-        Type::U16 => "u16",
-        Type::U32 => "u32",
-        Type::I32 => "i32",
-        Type::I64 => "i64",
-        Type::F32 => "f32",
+    /// The sum of the parts, rounded up.
+    pub fn sum(parts: &[Part]) -> f64 {
+        parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up())
     }
-}
 
-/// What the result is, in words.
-pub fn result_meaning(entry: &Entry, output: Output) -> String {
-    let unit = &entry.output.unit;
-    let ty = &entry.output.ty;
-    match (output, entry.output.fraction_bits) {
-        (Output::PowerOfTwo, Some(bits)) => format!("`{ty}`, one unit is 2^−{bits} {unit}"),
-        (Output::Nano, _) => format!("`{ty}`, one unit is 10⁻⁹ {unit}"),
-        (Output::Micro, _) => format!("`{ty}`, one unit is 10⁻⁶ {unit}"),
-        _ => format!("`{ty}`, in {unit}"),
+    /// The parts that are not zero, for a head; `lsb` writes how many last places one is.
+    pub fn parts_in_words(&self, lsb: impl Fn(f64) -> String) -> Vec<String> {
+        let parts = self.parts.iter().filter(|part| part.value > 0.0);
+        let value = |part: &Part| format!("{} {}", text::rounded_up(part.value), self.unit);
+        parts.map(|part| format!("{} {}  {}", value(part), lsb(part.lsb), part.what)).collect()
+    }
+
+    /// What the result is, in words.
+    pub fn result_meaning(&self, output: Output) -> String {
+        let (unit, ty) = (&self.output.unit, &self.output.ty);
+        match (output, self.output.fraction_bits) {
+            (Output::PowerOfTwo, Some(bits)) => format!("`{ty}`, one unit is 2^−{bits} {unit}"),
+            (Output::Nano, _) => format!("`{ty}`, one unit is 10⁻⁹ {unit}"),
+            (Output::Micro, _) => format!("`{ty}`, one unit is 10⁻⁶ {unit}"),
+            _ => format!("`{ty}`, in {unit}"),
+        }
+    }
+
+    /// The range in words, with its ends in words of the reading.
+    pub fn range_in_words(&self, program: &Program) -> String {
+        let RangeEntry { variable, unit, from, to, .. } = &self.range;
+        let words = match program.steps[program.reading].ty {
+            crate::program::Type::F32 => String::new(),
+            _ => {
+                let [lo, hi] = [program.valid.0, program.valid.1].map(|word| text::grouped(word as i64));
+                format!(", that is {lo} … {hi} in words of the input")
+            }
+        };
+        format!("{from:?} {unit} ≤ {variable} ≤ {to:?} {unit}{words}")
     }
 }

@@ -164,32 +164,12 @@ pub enum ChoiceError {
     #[error(
         "no routine for {core} is proven within {wanted:e} {unit}: the nearest that can be had is {nearest}"
     )]
-    Bound {
-        /// The core.
-        core: &'static str,
-        /// The bound asked for.
-        wanted: f64,
-        /// Unit.
-        unit: String,
-        /// The best one.
-        nearest: String,
-    },
+    Bound { core: &'static str, wanted: f64, unit: String, nearest: String },
     /// None that meets the bound is small enough.
     #[error(
         "no routine for {core} within {wanted:e} {unit} fits {flash} bytes of flash: the nearest that can be had is {nearest}"
     )]
-    Flash {
-        /// The core.
-        core: &'static str,
-        /// The bound asked for.
-        wanted: f64,
-        /// Unit.
-        unit: String,
-        /// The bytes asked for.
-        flash: usize,
-        /// The smallest one.
-        nearest: String,
-    },
+    Flash { core: &'static str, wanted: f64, unit: String, flash: usize, nearest: String },
 }
 
 /// The candidate with the fewest instructions that is proven within `bound` and fits `flash_bytes`; of equal

@@ -1,4 +1,4 @@
-//! From coefficients and options to a set of files: the Rust crate, the C pair and the certificate.
+//! From coefficients and options to a set of files: the sources in every language and the certificate.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,13 +10,17 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use crate::accepted::{NotAccepted, accepted};
-use crate::certificate::{self, Certificate, Entry};
+use crate::certificate::Certificate;
+use crate::describe::described;
+use crate::emit::{Described, Printer};
 use crate::gappa;
+use crate::language::{self, Language};
 use crate::name;
-use crate::options::{CShift, Options};
+use crate::options::Options;
 use crate::quantity::Quantity;
-use crate::render::{RenderError, Renderer, View};
+use crate::render::{HEAD_COLUMNS, RenderError};
 use crate::routine::{self, Routine, RoutineError};
+use crate::text;
 use crate::turn::{self, TurnError};
 
 /// Program and version, as the heads of the files name it.
@@ -37,24 +41,6 @@ pub struct Generated {
     pub unreachable: Vec<RoutineError>,
 }
 
-impl Generated {
-    /// The Rust routines as one module that a firmware includes, where a crate of its own is not wanted. A single
-    /// routine also goes by the base name alone, whatever format was chosen.
-    ///
-    /// # Errors
-    /// [`GenerateError::Render`] for a defect of the template.
-    pub fn module(&self) -> Result<String, GenerateError> {
-        let sources = self.files.iter().filter(|(path, _)| path.starts_with("src"));
-        let modules: Vec<Value> = sources
-            .filter_map(|(path, text)| {
-                let name = path.file_stem()?.to_str().filter(|name| *name != "lib")?;
-                Some(context! { name, text })
-            })
-            .collect();
-        Ok(Renderer::new()?.render("rust/module.rs", context! { name => &*self.name, modules })?)
-    }
-}
-
 /// Why nothing was generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GenerateError {
@@ -68,20 +54,10 @@ pub enum GenerateError {
     #[error(
         "{what} {name:?} is not an identifier: give letters, digits and underscores, a letter first, and no keyword of C or Rust"
     )]
-    Name {
-        /// What the name is for.
-        what: &'static str,
-        /// The name.
-        name: String,
-    },
+    Name { what: &'static str, name: String },
     /// A name that already means something.
     #[error("--name {name}: this is {why}; give another name")]
-    ReservedName {
-        /// The name.
-        name: String,
-        /// What it means.
-        why: &'static str,
-    },
+    ReservedName { name: String, why: &'static str },
     /// The routine of a sensor that turns round and round.
     #[error(transparent)]
     Turn(#[from] TurnError),
@@ -100,8 +76,8 @@ pub enum GenerateError {
 }
 
 /// SHA-256 in hexadecimal.
-pub fn sha256(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+pub fn sha256(contents: impl AsRef<[u8]>) -> String {
+    Sha256::digest(contents).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Generates all files for `coefficients`; `coefficients_sha256` is that of their file.
@@ -113,11 +89,68 @@ pub fn generate(
     coefficients_sha256: &str,
     options: &Options,
 ) -> Result<Generated, GenerateError> {
+    generate_in(&language::ALL, coefficients, coefficients_sha256, options)
+}
+
+/// The same in some languages only, or in others.
+///
+/// # Errors
+/// [`GenerateError`], which says what to change.
+pub fn generate_in(
+    languages: &[&dyn Language],
+    coefficients: &Coefficients,
+    coefficients_sha256: &str,
+    options: &Options,
+) -> Result<Generated, GenerateError> {
     let reservation = accepted(coefficients, options)?;
+    let printer = Printer::new(languages, options)?;
+    let recording = &coefficients.recording;
+    let origin = Certificate {
+        coefficients_sha256: coefficients_sha256.into(),
+        recording: recording.file.clone(),
+        recording_sha256: recording.sha256.clone(),
+        reservation,
+        ..Certificate::default()
+    };
+    let open = origin.reservation.as_ref();
+    let open = open.map(|open| text::wrapped(&format!("UNEXPLAINED: {open}."), HEAD_COLUMNS, ""));
+    let provenance = || {
+        let recording = Value::from(Serde(recording));
+        printer.provenance(context! { sha256 => coefficients_sha256, recording, open })
+    };
     if coefficients.whole_turn() {
-        return turn::generate(coefficients, coefficients_sha256, options);
+        let routine = turn::choose::choose(coefficients, options)?;
+        let name = name::base(options, turn::describe::NAME)?;
+        let described = [turn::describe::described(&routine, &name, coefficients, options)?];
+        let title = "corrected counts of an encoder";
+        let mut files = printer.sources((&name, title), &provenance()?, &described)?;
+        let certificate = printer.certificate(&name, origin, &described, &files);
+        files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
+        return Ok(Generated { name, files, certificate, routines: Vec::new(), unreachable: Vec::new() });
     }
     let quantity = Quantity::of(&routine::model(coefficients, options));
+    let name = base_name(options, &quantity)?;
+    let (routines, unreachable) = designed(coefficients, options)?;
+    let provenance = provenance()?;
+    let function = |routine: &Routine| format!("{name}_{}", routine.options.suffix());
+    let mut described: Vec<Described<'_>> = (routines.iter())
+        .map(|routine| described(routine, &function(routine), &quantity, options, coefficients))
+        .collect();
+    described.sort_by(|a, b| a.entry.routine.cmp(&b.entry.routine));
+    let mut files = printer.sources((&name, &quantity.title), &provenance, &described)?;
+    let certificate = printer.certificate(&name, origin, &described, &files);
+    for routine in &routines {
+        let function = function(routine);
+        if let Some(script) = gappa::script(&printer.renderer, routine, &function, &provenance)? {
+            files.insert(PathBuf::from(format!("gappa/{function}.g")), script);
+        }
+    }
+    files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
+    Ok(Generated { name, files, certificate, routines, unreachable })
+}
+
+/// The base name, where unit, formats and tables can stand in generated source.
+fn base_name(options: &Options, quantity: &Quantity) -> Result<String, GenerateError> {
     if !name::is_identifier(&quantity.unit) {
         return Err(GenerateError::Name { what: "the sensor's unit", name: quantity.unit.clone() });
     }
@@ -130,71 +163,7 @@ pub fn generate(
             return Err(GenerateError::NoFusedInRust);
         }
     }
-    let (routines, unreachable) = designed(coefficients, options)?;
-
-    let renderer = Renderer::new()?;
-    let provenance = renderer.provenance(coefficients, coefficients_sha256, options)?;
-    let mut files = BTreeMap::new();
-    let mut described: Vec<(Entry, View)> = Vec::new();
-    for routine in &routines {
-        let function = format!("{name}_{}", routine.options.suffix());
-        let entry = certificate::entry(routine, &function, &quantity, options, coefficients);
-        let view = renderer.view(routine, &entry, &quantity, options)?;
-        if let Some(script) = gappa::script(&renderer, routine, &function, &provenance)? {
-            files.insert(PathBuf::from(format!("gappa/{function}.g")), script);
-        }
-        described.push((entry, view));
-    }
-    described.sort_by(|(_, a), (_, b)| a.name().cmp(b.name()));
-    let views: Vec<&View> = described.iter().map(|(_, view)| view).collect();
-    let all = Value::from(Serde(&views));
-    let common = || context! { tool => TOOL, name => &*name, description => &*quantity.title, provenance => &*provenance, routines => all.clone() };
-    files.insert(PathBuf::from("Cargo.toml"), renderer.render("rust/Cargo.toml", common())?);
-    files.insert(PathBuf::from("src/lib.rs"), renderer.render("rust/lib.rs", common())?);
-    for view in &views {
-        let context = context! { provenance => &*provenance, contract => view.contract(), routine => Value::from(Serde(view)) };
-        let path = PathBuf::from(format!("src/{}.rs", view.name()));
-        files.insert(path, renderer.render("rust/routine.rs", context)?);
-    }
-    let mut helpers: Vec<&str> = Vec::new();
-    for helper in views.iter().flat_map(|view| view.helpers()) {
-        if !helpers.contains(helper) {
-            helpers.push(helper);
-        }
-    }
-    // What others rest on comes first.
-    helpers.sort_by_key(|helper| !matches!(*helper, "float_guard" | "shift_right"));
-    let (header, guard) = (format!("{name}.h"), format!("{}_H", name.to_uppercase()));
-    let c = || {
-        context! {
-            provenance => &*provenance, routines => all.clone(), header => &*header, guard => &*guard,
-            helpers => helpers.clone(), uses_fmaf => false,
-        arithmetic_shift => options.c_shift == CShift::Arithmetic,
-        }
-    };
-    files.insert(PathBuf::from(format!("c/{name}.h")), renderer.render("c/header.h", c())?);
-    files.insert(PathBuf::from(format!("c/{name}.c")), renderer.render("c/source.c", c())?);
-
-    let mut entries = Vec::new();
-    for (entry, view) in &described {
-        for (language, file) in [("rust", format!("src/{}.rs", view.name())), ("c", format!("c/{name}.c"))] {
-            let file_sha256 = files.get(&PathBuf::from(&file)).map(|text| sha256(text)).unwrap_or_default();
-            entries.push(Entry { language: language.into(), file, file_sha256, ..entry.clone() });
-        }
-    }
-    let certificate = Certificate {
-        schema: "arcsmith-certificate".into(),
-        version: 1,
-        tool: TOOL.into(),
-        command: options.command.clone(),
-        coefficients_sha256: coefficients_sha256.into(),
-        recording: coefficients.recording.file.clone(),
-        recording_sha256: coefficients.recording.sha256.clone(),
-        reservation,
-        routines: entries,
-    };
-    files.insert(PathBuf::from("certificate.json"), serde_json::to_string_pretty(&certificate)? + "\n");
-    Ok(Generated { name, files, certificate, routines, unreachable })
+    Ok(name)
 }
 
 /// The routines that are wanted, and why those are missing that may be left out.

@@ -91,94 +91,102 @@ fn value(operand: &Operand, results: &[Word]) -> i64 {
 fn run(program: &Program, state: &[i64], arguments: &[Word], which: &[usize]) -> Result<Vec<Word>, Overflow> {
     let mut results = vec![Word::Int(0); program.steps.len()];
     for &index in which {
-        let step = &program.steps[index];
-        let int = |operand: Operand| match operand {
-            Operand::Step(i) => match results[i] {
-                Word::Int(v) => i128::from(v),
-                Word::Float(v) => v as i128,
-            },
-            Operand::Int(v) => i128::from(v),
-            Operand::Float(v) => v as i128,
-        };
-        let float = |operand: Operand| match operand {
-            Operand::Step(i) => match results[i] {
-                Word::Float(v) => v,
-                Word::Int(v) => v as f32,
-            },
-            Operand::Int(v) => v as f32,
-            Operand::Float(v) => v,
-        };
-        let result = match &step.op {
+        results[index] = match &program.steps[index].op {
             Op::Input { index } => arguments[*index],
             Op::State { index } => Word::Int(state[*index]),
             // Of a range of words only the proof knows; what is run has one.
             Op::Word { index: word } => {
                 let one = program.page.get(*word).filter(|w| w.from == w.to).map(|w| w.from);
-                Word::Int(one.ok_or(Overflow { step: index, value: *word as i128, ty: step.ty })?)
+                let ty = program.steps[index].ty;
+                Word::Int(one.ok_or(Overflow { step: index, value: *word as i128, ty })?)
             }
-            Op::Add { a, b } => narrow(index, step.ty, int(*a) + int(*b))?,
-            Op::MulAddWide { a, b, c } => narrow(index, step.ty, int(*c) + int(*a) * int(*b))?,
-            Op::High { a, by } => narrow(index, step.ty, int(*a) >> by)?,
-            Op::Phase { a, factor, by } => {
-                Word::Int(i64::from(((int(*a) * i128::from(*factor)) >> by) as i32))
-            }
-            Op::ClampF32 { a, lo, hi } => {
-                let value = float(*a);
-                Word::Float(if value >= *lo { if value > *hi { *hi } else { value } } else { *lo })
-            }
-            Op::ToF32 { a } => Word::Float(int(*a) as f32),
-            Op::MulF32 { a, b } => Word::Float(float(*a) * float(*b)),
-            Op::MulAddF32 { a, b, c, fused: true } => Word::Float(float(*a).mul_add(float(*b), float(*c))),
-            Op::MulAddF32 { a, b, c, fused: false } => Word::Float(float(*a) * float(*b) + float(*c)),
-            Op::Sub { a, b } if step.ty == Type::F32 => Word::Float(float(*a) - float(*b)),
-            Op::Sub { a, b } => narrow(index, step.ty, int(*a) - int(*b))?,
-            Op::Clamp { a, lo, hi } => narrow(index, step.ty, int(*a).clamp((*lo).into(), (*hi).into()))?,
-            Op::ShiftLeft { a, by } => narrow(index, step.ty, int(*a) << by)?,
-            Op::ShiftRight { a, add, by } => narrow(index, step.ty, (int(*a) + i128::from(*add)) >> by)?,
-            Op::Index { a, add, by } => {
-                let sum = narrow(index, Type::U32, int(*a) + i128::from(*add))?;
-                narrow(index, step.ty, i128::from(sum.bits()) >> by)?
-            }
-            Op::Wrap { a, add, by } => Word::Int(i64::from(((int(*a) + i128::from(*add)) << by) as i32)),
-            Op::Bits { a, from, bits } => {
-                narrow(index, step.ty, i128::from((int(*a) as u32) >> from) & ((1i128 << bits) - 1))?
-            }
-            Op::Shifted { a, by, b, add } => {
-                let sum = (int(*a) << by) + int(*b) + i128::from(*add);
-                narrow(index, step.ty, i128::from(sum as u32))?
-            }
-            Op::Around { a, turn } => {
-                let (sum, turn) = (i64::from(int(*a) as u32 as i32), i64::from(*turn));
-                if !(-turn..2 * turn).contains(&sum) {
-                    return Err(Overflow { step: index, value: sum.into(), ty: step.ty });
-                }
-                Word::Int(sum.rem_euclid(turn))
-            }
-            Op::Entry { index: row, column } => {
-                let row = usize::try_from(int(*row)).unwrap_or(usize::MAX);
-                let entry = program.table.get(row).and_then(|r| r.get(*column));
-                Word::Int(*entry.ok_or(Overflow { step: index, value: row as i128, ty: step.ty })?)
-            }
-            Op::Truncate { a } => narrow(index, step.ty, float(*a) as i128)?,
-            Op::MulAddHigh { a, b, shift, c } => {
-                let high = narrow(index, Type::I32, ((int(*a) * int(*b)) >> 32) << shift)?;
-                narrow(index, step.ty, int(*c) + i128::from(high.bits()))?
-            }
-            Op::MulAddSplit { a, b, shift, c } => {
-                let (a, b) = (int(*a), int(*b));
-                let ((a1, a0), (b1, b0)) = ((a >> 16, a & 0xffff), (b >> 16, b & 0xffff));
-                let high = a1 * b1 + ((a1 * b0) >> 16) + ((a0 * b1) >> 16);
-                let high = narrow(index, Type::I32, high << shift)?;
-                narrow(index, step.ty, int(*c) + i128::from(high.bits()))?
-            }
-            Op::MulAddShort { a, b, by, c } => {
-                let product = narrow(index, Type::I32, int(*a) * int(*b))?;
-                narrow(index, step.ty, int(*c) + i128::from(product.bits() >> by))?
-            }
+            _ => float(program, index, &results).map_or_else(|| integer(program, index, &results), Ok)?,
         };
-        results[index] = result;
     }
     Ok(results)
+}
+
+/// The result of a step whose result is a float; none of others.
+fn float(program: &Program, index: usize, results: &[Word]) -> Option<Word> {
+    let step = &program.steps[index];
+    let float = |operand: &Operand| match *operand {
+        Operand::Step(i) => match results[i] {
+            Word::Float(v) => v,
+            Word::Int(v) => v as f32,
+        },
+        Operand::Int(v) => v as f32,
+        Operand::Float(v) => v,
+    };
+    Some(Word::Float(match &step.op {
+        Op::ClampF32 { a, lo, hi } => {
+            let value = float(a);
+            if value >= *lo { if value > *hi { *hi } else { value } } else { *lo }
+        }
+        Op::ToF32 { a } => float(a),
+        Op::MulF32 { a, b } => float(a) * float(b),
+        Op::MulAddF32 { a, b, c, fused: true } => float(a).mul_add(float(b), float(c)),
+        Op::MulAddF32 { a, b, c, fused: false } => float(a) * float(b) + float(c),
+        Op::Sub { a, b } if step.ty == Type::F32 => float(a) - float(b),
+        _ => return None,
+    }))
+}
+
+/// The result of a step of integers.
+fn integer(program: &Program, index: usize, results: &[Word]) -> Result<Word, Overflow> {
+    let step = &program.steps[index];
+    let int = |operand: &Operand| match *operand {
+        Operand::Step(i) => match results[i] {
+            Word::Int(v) => i128::from(v),
+            Word::Float(v) => v as i128,
+        },
+        Operand::Int(v) => i128::from(v),
+        Operand::Float(v) => v as i128,
+    };
+    let narrowed = |value: i128| narrow(index, step.ty, value);
+    let word = |value: i128| narrow(index, Type::I32, value).map(|word| i128::from(word.bits()));
+    match &step.op {
+        Op::Add { a, b } => narrowed(int(a) + int(b)),
+        Op::MulAddWide { a, b, c } => narrowed(int(c) + int(a) * int(b)),
+        Op::High { a, by } => narrowed(int(a) >> by),
+        Op::Phase { a, factor, by } => {
+            Ok(Word::Int(i64::from(((int(a) * i128::from(*factor)) >> by) as i32)))
+        }
+        Op::Sub { a, b } => narrowed(int(a) - int(b)),
+        Op::Clamp { a, lo, hi } => narrowed(int(a).clamp((*lo).into(), (*hi).into())),
+        Op::ShiftLeft { a, by } => narrowed(int(a) << by),
+        Op::ShiftRight { a, add, by } => narrowed((int(a) + i128::from(*add)) >> by),
+        Op::Index { a, add, by } => {
+            let sum = narrow(index, Type::U32, int(a) + i128::from(*add))?;
+            narrowed(i128::from(sum.bits()) >> by)
+        }
+        Op::Wrap { a, add, by } => Ok(Word::Int(i64::from(((int(a) + i128::from(*add)) << by) as i32))),
+        Op::Bits { a, from, bits } => narrowed(i128::from((int(a) as u32) >> from) & ((1i128 << bits) - 1)),
+        Op::Shifted { a, by, b, add } => {
+            narrowed(i128::from(((int(a) << by) + int(b) + i128::from(*add)) as u32))
+        }
+        Op::Around { a, turn } => {
+            let (sum, turn) = (i64::from(int(a) as u32 as i32), i64::from(*turn));
+            if !(-turn..2 * turn).contains(&sum) {
+                return Err(Overflow { step: index, value: sum.into(), ty: step.ty });
+            }
+            Ok(Word::Int(sum.rem_euclid(turn)))
+        }
+        Op::Entry { index: row, column } => {
+            let row = usize::try_from(int(row)).unwrap_or(usize::MAX);
+            let entry = program.table.get(row).and_then(|r| r.get(*column));
+            entry.map(|v| Word::Int(*v)).ok_or(Overflow { step: index, value: row as i128, ty: step.ty })
+        }
+        Op::Truncate { a } => narrowed(int(a)),
+        Op::MulAddHigh { a, b, shift, c } => narrowed(int(c) + word(((int(a) * int(b)) >> 32) << shift)?),
+        Op::MulAddSplit { a, b, shift, c } => {
+            let (a, b) = (int(a), int(b));
+            let ((a1, a0), (b1, b0)) = ((a >> 16, a & 0xffff), (b >> 16, b & 0xffff));
+            let high = a1 * b1 + ((a1 * b0) >> 16) + ((a0 * b1) >> 16);
+            narrowed(int(c) + word(high << shift)?)
+        }
+        Op::MulAddShort { a, b, by, c } => narrowed(int(c) + (word(int(a) * int(b))? >> by)),
+        other => unreachable!("{other:?} is no operation of integers"),
+    }
 }
 
 fn narrow(step: usize, ty: Type, value: i128) -> Result<Word, Overflow> {

@@ -2,8 +2,8 @@
 //!
 //! Coefficients ([`fitter`]) and [`options`] become a [`routine`]: the function ([`mod@reference`]) is
 //! approximated ([`approximate`]), its coefficients rounded to a format ([`quantize`]), written as a
-//! [`program`] of typed operations, and bounded ([`bound`]). The program is rendered in Rust and C
-//! ([`render`]) with a [`certificate`].
+//! [`program`] of typed operations, and bounded ([`bound`]). The program is printed ([`emit`]) in every [`language`],
+//! with a [`certificate`].
 
 pub mod accepted;
 pub mod approximate;
@@ -15,7 +15,9 @@ pub mod claim;
 #[cfg(feature = "program")]
 pub mod cli;
 pub mod cost;
+pub mod describe;
 pub mod design;
+pub mod emit;
 pub mod estimate;
 pub mod exact;
 pub mod explore;
@@ -29,6 +31,7 @@ pub mod gappa;
 pub mod generate;
 pub mod input;
 pub mod interpret;
+pub mod language;
 pub mod name;
 pub mod options;
 pub mod output;

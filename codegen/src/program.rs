@@ -33,6 +33,17 @@ impl Type {
             Type::F32 => None,
         }
     }
+
+    /// As the certificate names it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Type::U16 => "u16",
+            Type::U32 => "u32",
+            Type::I32 => "i32",
+            Type::I64 => "i64",
+            Type::F32 => "f32",
+        }
+    }
 }
 
 /// What an operation works on.
@@ -225,6 +236,8 @@ pub struct Program {
     pub valid: (f64, f64),
     /// Rows of coefficients that `Entry` reads; empty without a table.
     pub table: Vec<Vec<i64>>,
+    /// Bytes of an entry of the table, where it is not a word of 32 bits.
+    pub narrow_entry: Option<usize>,
     /// The step that holds the normalised variable, word = v·2^`variable_exponent`.
     pub variable: usize,
     /// See `variable`.
@@ -293,7 +306,12 @@ impl Program {
 
     /// Bytes of flash that the table takes.
     pub fn table_bytes(&self) -> usize {
-        4 * self.table.iter().map(Vec::len).sum::<usize>()
+        self.entry_bytes() * self.table.iter().map(Vec::len).sum::<usize>()
+    }
+
+    /// Bytes of an entry of the table.
+    pub fn entry_bytes(&self) -> usize {
+        self.narrow_entry.unwrap_or(4)
     }
 
     /// ⌊(word + add)·2^−by⌋ of the table's row, where there is a table: (add, by).

@@ -51,18 +51,7 @@ pub enum RoutineError {
         "the range {from}…{to} {unit} is wider than the recording, which covers {covered_from}…{covered_to} {unit}: \
          nothing is known of the error beyond; narrow it, or give --extrapolate and read what the generated head says"
     )]
-    BeyondRecording {
-        /// Asked for.
-        from: f64,
-        /// Asked for.
-        to: f64,
-        /// Recorded.
-        covered_from: f64,
-        /// Recorded.
-        covered_to: f64,
-        /// Unit of the reading.
-        unit: String,
-    },
+    BeyondRecording { from: f64, to: f64, covered_from: f64, covered_to: f64, unit: String },
     /// An empty, reversed or not finite range.
     #[error("the range {0}…{1} is empty: give its lower end first, both as finite numbers")]
     EmptyRange(f64, f64),
@@ -71,28 +60,12 @@ pub enum RoutineError {
         "no {format} routine of degree {LARGEST_DEGREE} or less is proven within {wanted:e} {unit}: \
          the best is {reachable:.3e} {unit} at degree {degree}; ask for that, or for another format, input or output"
     )]
-    Unreachable {
-        /// The format.
-        format: &'static str,
-        /// The bound asked for.
-        wanted: f64,
-        /// The best bound.
-        reachable: f64,
-        /// Its degree.
-        degree: usize,
-        /// Unit of the bounds.
-        unit: String,
-    },
+    Unreachable { format: &'static str, wanted: f64, reachable: f64, degree: usize, unit: String },
     /// A table of unusual size.
     #[error(
         "a table of {segments} polynomials of degree {degree}: give degree 1 to 3 and 2 to 4096 segments, 2x32 for example"
     )]
-    Table {
-        /// Degree.
-        degree: usize,
-        /// Segments.
-        segments: usize,
-    },
+    Table { degree: usize, segments: usize },
     /// A table in a format without 32-bit words.
     #[error("a table needs 32-bit words: format q31 or q31-split, not {0}")]
     TableFormat(&'static str),
@@ -100,31 +73,13 @@ pub enum RoutineError {
     #[error(
         "{suffix} is proven within {reachable:.3e} {unit} only, not {wanted:e}: ask for more segments or a higher degree"
     )]
-    TableUnreachable {
-        /// Format and table.
-        suffix: String,
-        /// The bound asked for.
-        wanted: f64,
-        /// The bound that this table has.
-        reachable: f64,
-        /// Unit of the bounds.
-        unit: String,
-    },
+    TableUnreachable { suffix: String, wanted: f64, reachable: f64, unit: String },
     /// The output's unit alone is coarser than the bound.
     #[error(
         "the output counts in 10^-{digits} of the unit, that is {step:.3e} {unit}, of which half may be rounded away: \
          nothing is proven within {wanted:e} {unit}; ask for a finer output or a larger bound"
     )]
-    CoarseOutput {
-        /// The number of decimal digits.
-        digits: u32,
-        /// What one word of the output stands for.
-        step: f64,
-        /// The bound asked for.
-        wanted: f64,
-        /// Unit of the bounds.
-        unit: String,
-    },
+    CoarseOutput { digits: u32, step: f64, wanted: f64, unit: String },
     /// A bound that is 0, negative or not finite.
     #[error("the bound is {0}: give a positive number")]
     Bound(f64),
@@ -154,131 +109,172 @@ pub fn design(
     options: &Options,
     wanted: &RoutineOptions,
 ) -> Result<Routine, RoutineError> {
-    let model = model(coefficients, options);
-    let quantity = Quantity::of(&model);
-    let range = range(coefficients, options, &quantity)?;
-    let target =
-        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
-    if !(target.is_finite() && target > 0.0) {
-        return Err(RoutineError::Bound(target));
+    let task = Task::new(coefficients, options, wanted)?;
+    match wanted.method {
+        Method::Piecewise { degree, segments_log2 } => task.table(degree, segments_log2),
+        Method::Fused => task.polynomial(),
     }
-    if let Some(digits) = wanted.output.decimal_digits() {
-        let step = quantity.in_bound_unit(10f64.powi(-(digits as i32)));
-        if 0.5 * step > target {
-            let unit = quantity.bound_unit;
-            return Err(RoutineError::CoarseOutput { digits, step, wanted: target, unit });
+}
+
+/// What is known of a routine before a degree is chosen.
+struct Task<'a> {
+    coefficients: &'a Coefficients,
+    options: &'a Options,
+    wanted: &'a RoutineOptions,
+    model: ErrorModel,
+    quantity: Quantity,
+    range: (f64, f64),
+    /// The bound that is wanted, in the bound's unit.
+    target: f64,
+    plan: InputPlan,
+    reference: Reference,
+    physics: Physics,
+    line: bool,
+}
+
+impl<'a> Task<'a> {
+    fn new(
+        coefficients: &'a Coefficients,
+        options: &'a Options,
+        wanted: &'a RoutineOptions,
+    ) -> Result<Self, RoutineError> {
+        let model = model(coefficients, options);
+        let quantity = Quantity::of(&model);
+        let range = range(coefficients, options, &quantity)?;
+        let usual = || quantity.default_bound(range.0, range.1, coefficients.noise());
+        let target = options.bound.unwrap_or_else(usual);
+        if !(target.is_finite() && target > 0.0) {
+            return Err(RoutineError::Bound(target));
         }
-    }
-    let plan = wanted.input.plan(
-        &model.sensor,
-        range.0,
-        range.1,
-        wanted.format.arithmetic(),
-        options.out_of_range != OutOfRange::Continue,
-    )?;
-    let reference = reference(&model, &plan)?;
-    let plan = match wanted.method {
-        Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
-        Method::Fused => plan,
-    };
-    let line = beyond(coefficients, options);
-    let physics = Physics::of(coefficients, options, line)?;
-    let words = (wanted.format, wanted.output);
-    let fine = target / quantity.bound_units_per_unit;
-    // Terms that are added may need room in the last sum.
-    let extended = |design: &dyn Fn(i64) -> Result<Design, DesignError>| {
-        let mut headroom = 0;
-        loop {
-            let whole = design(headroom).and_then(|d| physics.extend(d, &model, &plan, words, fine));
-            match whole {
-                Err(DesignError::Overflows(_)) if !physics.is_empty() && headroom < MOST_HEADROOM => {
-                    headroom += 1
-                }
-                whole => return whole.map_err(|e| e.for_output(wanted.output)),
+        if let Some(digits) = wanted.output.decimal_digits() {
+            let step = quantity.in_bound_unit(10f64.powi(-(digits as i32)));
+            if 0.5 * step > target {
+                let unit = quantity.bound_unit;
+                return Err(RoutineError::CoarseOutput { digits, step, wanted: target, unit });
             }
         }
-    };
-    let finish = |design| Routine {
-        options: wanted.clone(),
-        design,
-        plan: plan.clone(),
-        reference: reference.clone(),
-        range,
-        physics: physics.clone(),
-        line,
-    };
-    if let Method::Piecewise { degree, segments_log2 } = wanted.method {
+        let (arithmetic, limited) =
+            (wanted.format.arithmetic(), options.out_of_range != OutOfRange::Continue);
+        let plan = wanted.input.plan(&model.sensor, range.0, range.1, arithmetic, limited)?;
+        let reference = reference(&model, &plan)?;
+        let plan = match wanted.method {
+            Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
+            Method::Fused => plan,
+        };
+        let line = beyond(coefficients, options);
+        let physics = Physics::of(coefficients, options, line)?;
+        Ok(Task {
+            coefficients,
+            options,
+            wanted,
+            model,
+            quantity,
+            range,
+            target,
+            plan,
+            reference,
+            physics,
+            line,
+        })
+    }
+
+    /// A design with the terms of further physics, which may need room in the last sum.
+    fn extended(&self, design: &dyn Fn(i64) -> Result<Design, DesignError>) -> Result<Design, DesignError> {
+        let words = (self.wanted.format, self.wanted.output);
+        let fine = self.target / self.quantity.bound_units_per_unit;
+        let mut headroom = 0;
+        loop {
+            let extend = |d| self.physics.extend(d, &self.model, &self.plan, words, fine);
+            match design(headroom).and_then(extend) {
+                Err(DesignError::Overflows(_)) if !self.physics.is_empty() && headroom < MOST_HEADROOM => {
+                    headroom += 1
+                }
+                whole => return whole.map_err(|e| e.for_output(self.wanted.output)),
+            }
+        }
+    }
+
+    fn finish(self, design: Design) -> Routine {
+        let Task { plan, reference, range, physics, line, .. } = self;
+        Routine { options: self.wanted.clone(), design, plan, reference, range, physics, line }
+    }
+
+    fn table(self, degree: usize, segments_log2: u32) -> Result<Routine, RoutineError> {
+        let (wanted, words) = (self.wanted, (self.wanted.format, self.wanted.output));
         if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
             return Err(RoutineError::Table { degree, segments: 1 << segments_log2.min(31) });
         }
         if wanted.format.bits() != 31 {
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
-        let design = extended(&|headroom| {
-            piecewise::design(&plan, &reference, words, degree, segments_log2, headroom)
+        let design = self.extended(&|headroom| {
+            piecewise::design(&self.plan, &self.reference, words, degree, segments_log2, headroom)
         })?;
-        let bound = quantity.in_bound_unit(design.bound.total);
-        if bound <= target {
-            return Ok(finish(design));
+        let reachable = self.quantity.in_bound_unit(design.bound.total);
+        if reachable <= self.target {
+            return Ok(self.finish(design));
         }
-        let unit = quantity.bound_unit;
-        return Err(RoutineError::TableUnreachable {
-            suffix: wanted.suffix(),
-            wanted: target,
-            reachable: bound,
-            unit,
-        });
+        let (suffix, unit) = (wanted.suffix(), self.quantity.bound_unit);
+        Err(RoutineError::TableUnreachable { suffix, wanted: self.target, reachable, unit })
     }
-    let degrees = match options.degree {
-        Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => return Err(RoutineError::Degree(degree)),
-        Some(degree) => degree..=degree,
-        None => 1..=LARGEST_DEGREE,
-    };
-    let largest = match options.bound {
-        Some(bound) => bound,
-        None => quantity.largest_default_bound(range.0, range.1, coefficients.noise()),
-    };
-    let mut best: Option<(f64, usize, Design)> = None;
-    for degree in degrees {
-        let approximation =
-            quantity.in_bound_unit(fused::best_error(&plan, &reference, degree).to_f64_down());
-        // Where the best polynomial is too far away already, only the best reachable bound is of interest.
-        if approximation > target && degree < LARGEST_DEGREE && options.degree.is_none() {
-            continue;
+
+    fn polynomial(self) -> Result<Routine, RoutineError> {
+        let words = (self.wanted.format, self.wanted.output);
+        let degrees = match self.options.degree {
+            Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => {
+                return Err(RoutineError::Degree(degree));
+            }
+            Some(degree) => degree..=degree,
+            None => 1..=LARGEST_DEGREE,
+        };
+        let mut best: Option<(f64, usize, Design)> = None;
+        for degree in degrees {
+            let approximation = fused::best_error(&self.plan, &self.reference, degree).to_f64_down();
+            let approximation = self.quantity.in_bound_unit(approximation);
+            // Where the best polynomial is too far away already, only the best reachable bound is of interest.
+            if approximation > self.target && degree < LARGEST_DEGREE && self.options.degree.is_none() {
+                continue;
+            }
+            let made = |headroom| fused::design(&self.plan, &self.reference, words, degree, headroom);
+            let design = self.extended(&made)?;
+            let bound = self.quantity.in_bound_unit(design.bound.total);
+            if bound <= self.target {
+                return Ok(self.finish(design));
+            }
+            if best.as_ref().is_none_or(|(b, ..)| bound < *b) {
+                best = Some((bound, degree, design));
+            }
+            // What keeps the bound above the target then is not the polynomial, and a longer one has more roundings.
+            if approximation < NO_MATTER * self.target {
+                break;
+            }
         }
-        let design = extended(&|headroom| fused::design(&plan, &reference, words, degree, headroom))?;
-        let bound = quantity.in_bound_unit(design.bound.total);
-        if bound <= target {
-            return Ok(finish(design));
-        }
-        if best.as_ref().is_none_or(|(b, ..)| bound < *b) {
-            best = Some((bound, degree, design));
-        }
-        // What keeps the bound above the target then is not the polynomial, and a longer one has more roundings.
-        if approximation < NO_MATTER * target {
-            break;
+        let noise = self.coefficients.noise();
+        let usual = || self.quantity.largest_default_bound(self.range.0, self.range.1, noise);
+        let largest = self.options.bound.unwrap_or_else(usual);
+        match best {
+            Some((bound, _, design)) if bound <= largest => Ok(self.finish(design)),
+            best => self.table_instead().ok_or_else(|| {
+                let (reachable, degree) =
+                    best.map_or((f64::INFINITY, LARGEST_DEGREE), |(bound, degree, _)| (bound, degree));
+                let (format, unit) = (self.wanted.format.name(), self.quantity.bound_unit);
+                RoutineError::Unreachable { format, wanted: self.target, reachable, degree, unit }
+            }),
         }
     }
-    if best.as_ref().is_some_and(|(bound, ..)| *bound <= largest)
-        && let Some((.., design)) = best
-    {
-        return Ok(finish(design));
-    }
-    // Powers of a high order cancel each other in fixed point; short polynomials do not.
-    if options.degree.is_none() && wanted.format.bits() == 31 && !physics.repeats() {
-        let table = TABLES_LOG2.into_iter().find_map(|segments_log2| {
+
+    /// Powers of a high order cancel each other in fixed point; short polynomials do not.
+    fn table_instead(&self) -> Option<Routine> {
+        let possible = self.options.degree.is_none() && self.wanted.format.bits() == 31;
+        if !possible || self.physics.repeats() {
+            return None;
+        }
+        TABLES_LOG2.into_iter().find_map(|segments_log2| {
             let method = Method::Piecewise { degree: TABLE_DEGREE, segments_log2 };
-            let bounded = Options { bound: Some(target), ..options.clone() };
-            self::design(coefficients, &bounded, &RoutineOptions { method, ..wanted.clone() }).ok()
-        });
-        if let Some(routine) = table {
-            return Ok(routine);
-        }
+            let bounded = Options { bound: Some(self.target), ..self.options.clone() };
+            design(self.coefficients, &bounded, &RoutineOptions { method, ..self.wanted.clone() }).ok()
+        })
     }
-    let (reachable, degree) =
-        best.map_or((f64::INFINITY, LARGEST_DEGREE), |(bound, degree, _)| (bound, degree));
-    let format = wanted.format.name();
-    Err(RoutineError::Unreachable { format, wanted: target, reachable, degree, unit: quantity.bound_unit })
 }
 
 /// The function of a model over a plan's range, and a little beyond, where the variable's rounding may reach.

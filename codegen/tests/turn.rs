@@ -14,7 +14,7 @@ use fitter::coefficients::{Coefficients, Diagnosed};
 use fitter::terms::{Operator, Periodic, Play, Product, Rate, Scope, Term};
 use proptest::prelude::*;
 
-#[path = "../src/turn/fixtures.rs"]
+#[path = "turn/encoder.rs"]
 mod fixtures;
 use fixtures::encoder;
 

@@ -8,6 +8,7 @@ use codegen::format::Format;
 use codegen::options::{Ends, Method, Options};
 use codegen::units::page::{Page, crc32};
 use codegen::units::{Generated, Unit, UnitsError, Wanted, earlier, generate, render, verify};
+use codegen::verify::compile::Place;
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::units::ARCSEC_PER_RAD;
@@ -56,8 +57,8 @@ impl Compiled {
         files::write(folder.path(), &generated.files).unwrap();
         let build = folder.path().join("run");
         std::fs::create_dir(&build).unwrap();
-        let design = &generated.design;
-        let programs = verify::compile(folder.path(), &generated.name, design, true, &build).unwrap();
+        let place = Place { generated: folder.path(), base: &generated.name, build: &build };
+        let programs = verify::compile(&place, &generated.design, true).unwrap();
         Compiled { _folder: folder, programs }
     }
 

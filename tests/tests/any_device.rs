@@ -9,7 +9,8 @@ use arcsmith_tests::inputs::{Meaning, Words, for_interpreter};
 use arcsmith_tests::judge;
 use arcsmith_tests::native::{Given, Native};
 use arcsmith_tests::toolchain::{C_COMPILERS, available};
-use codegen::certificate::{self, Entry};
+use codegen::certificate::Entry;
+use codegen::describe::described;
 use codegen::design::DesignError;
 use codegen::format::Format;
 use codegen::generate::{GenerateError, generate};
@@ -44,7 +45,7 @@ struct Designed {
 impl Designed {
     fn new(case: &Case, routine: Routine) -> Designed {
         let quantity = Quantity::of(&case.coefficients.error_model());
-        let entry = certificate::entry(&routine, "routine", &quantity, &case.options, &case.coefficients);
+        let entry = described(&routine, "routine", &quantity, &case.options, &case.coefficients).entry;
         Designed { routine, entry }
     }
 }

@@ -26,7 +26,7 @@ use steps::run;
 /// The certified supremum may exceed the true one by this part of itself or of an output unit, 2⁻⁷.
 const SUPREMUM_SLACK_LOG2: i64 = -7;
 /// A routine's bound and what it is made of, on the piece where it is largest; in the output's unit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bound {
     /// The bound: the sum of the parts.
     pub total: f64,
@@ -131,9 +131,7 @@ pub fn bound(
                 input: parts[1],
                 evaluation: parts[2],
                 output: parts[3],
-                terms: 0.0,
-                rounding: 0.0,
-                output_range: (0.0, 0.0),
+                ..Bound::default()
             };
             worst = Some((total, bound));
         }

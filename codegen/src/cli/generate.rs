@@ -7,6 +7,7 @@ use serde_json::json;
 use super::terminal::{FIGURE, line, summarise, warn};
 use super::{Arguments, Result, check, devices, encoder, source};
 use crate::generate::Generated;
+use crate::language::ALL;
 use crate::{files, text};
 
 /// Examples for the help.
@@ -79,7 +80,9 @@ fn estimated(generated: &Generated) -> String {
 /// What was chosen and why, on one screen; `verbose` adds what every bound is made of.
 fn summary(generated: &Generated, verbose: bool) -> String {
     let mut lines = String::new();
-    for (routine, entry) in generated.routines.iter().zip(generated.certificate.routines.iter().step_by(2)) {
+    for (routine, entry) in
+        generated.routines.iter().zip(generated.certificate.routines.iter().step_by(ALL.len()))
+    {
         let degree = routine.design.degree;
         let bound = format!("{} {}", text::rounded_up(entry.bound), entry.unit);
         lines += &format!(

@@ -4,7 +4,6 @@
 //! outward, so that an interval always contains the real number it stands for. No proof in this program
 //! rests on floating point.
 
-use std::cmp::Ordering;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use dashu_base::{Approximation, BitTest, Sign, Signed};
@@ -120,11 +119,6 @@ impl Interval {
     /// Whether the interval lies inside `other`.
     pub fn inside(&self, other: &Interval) -> bool {
         other.lo <= self.lo && self.hi <= other.hi
-    }
-
-    /// Orders by the upper end.
-    pub fn cmp_upper(&self, other: &Interval) -> Ordering {
-        self.hi.cmp(&other.hi)
     }
 
     /// An `f64` that is at least the upper end.

@@ -17,21 +17,7 @@ pub(super) fn plan(
     arithmetic: Arithmetic,
     clamped: bool,
 ) -> Result<InputPlan, InputError> {
-    let inward = |value: f64, wrong: fn(f64, f64) -> bool, step: fn(f32) -> f32| {
-        let nearest = value as f32;
-        if wrong(f64::from(nearest), value) { step(nearest) } else { nearest }
-    };
-    let first = inward(from, |f, v| f < v, f32::next_up);
-    let last = inward(to, |f, v| f > v, f32::next_down);
-    if !(first.is_finite()
-        && last.is_finite()
-        && f64::from(first).abs().max(f64::from(last).abs()) < 2f64.powi(60))
-    {
-        return Err(InputError::BeyondFloat(from, to));
-    }
-    if last <= first {
-        return Err(InputError::NoResolution(from, to));
-    }
+    let (first, last) = ends(from, to)?;
     let mut p = Program::default();
     let meaning = format!("in {}", names.unit);
     push_arguments(
@@ -98,4 +84,24 @@ pub(super) fn plan(
         resolution: 0.0,
         program: p,
     })
+}
+
+/// The first and last float of the range.
+fn ends(from: f64, to: f64) -> Result<(f32, f32), InputError> {
+    let inward = |value: f64, wrong: fn(f64, f64) -> bool, step: fn(f32) -> f32| {
+        let nearest = value as f32;
+        if wrong(f64::from(nearest), value) { step(nearest) } else { nearest }
+    };
+    let first = inward(from, |f, v| f < v, f32::next_up);
+    let last = inward(to, |f, v| f > v, f32::next_down);
+    if !(first.is_finite()
+        && last.is_finite()
+        && f64::from(first).abs().max(f64::from(last).abs()) < 2f64.powi(60))
+    {
+        return Err(InputError::BeyondFloat(from, to));
+    }
+    if last <= first {
+        return Err(InputError::NoResolution(from, to));
+    }
+    Ok((first, last))
 }

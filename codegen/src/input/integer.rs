@@ -27,31 +27,7 @@ pub(super) fn plan(
     arithmetic: Arithmetic,
     clamped: bool,
 ) -> Result<InputPlan, InputError> {
-    let (lo, hi) = match arity {
-        Arity::Reading => (word.lo, word.hi),
-        Arity::Probes => (word.lo - word.hi, word.hi - word.lo),
-    };
-    let in_words = |reading: f64| &Interval::from_f64(reading).div(&word.lsb) + &word.offset;
-    let first = in_words(from).ceil_to_i64().unwrap_or(i64::MIN);
-    let last = in_words(to).floor_to_i64().unwrap_or(i64::MAX);
-    let reaches = |w: i64| ((&Interval::from_int(w) - &word.offset).to_f64()) * word.lsb.to_f64();
-    // One word beyond the end of the range is not missed.
-    if first < lo || last > hi + 1 {
-        return Err(InputError::DoesNotReach {
-            from: reaches(lo),
-            to: reaches(hi),
-            range_from: from,
-            range_to: to,
-            what: word.what,
-        });
-    }
-    let last = last.min(hi);
-    // −2ⁿ…2ⁿ−1 is what cores saturate to in one instruction; the word at the end itself is not missed either.
-    let last = if last > 1 && first == -last && last.count_ones() == 1 { last - 1 } else { last };
-    if last <= first {
-        return Err(InputError::NoResolution(from, to));
-    }
-
+    let (first, last) = word.ends(arity, from, to)?;
     let mut p = Program::default();
     let suffix = match word.ty {
         Type::U16 | Type::U32 => "_counts",
@@ -59,26 +35,10 @@ pub(super) fn plan(
     };
     let difference = if word.ty == Type::U16 { Type::I32 } else { Type::I64 };
     push_arguments(&mut p, arity, names, suffix, word.ty, &word.meaning, difference);
-    let mut word_step = Operand::Step(p.reading);
     p.clamped = p.reading;
     p.valid = (first as f64, last as f64);
-    // What the words can be on arrival.
-    let (least, most) = if (first, last) == (lo, hi) && p.steps[p.reading].ty == Type::I32 {
-        (lo, hi)
-    } else if clamped {
-        let clamp = Op::Clamp { a: word_step, lo: first, hi: last };
-        word_step = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
-        p.clamped = p.output();
-        (first, last)
-    } else if word.ty == Type::U16 {
-        // Also those beyond a narrower converter.
-        let most = i64::from(u16::MAX);
-        if arity == Arity::Probes { (-most, most) } else { (0, most) }
-    } else if p.steps[p.reading].ty == Type::I32 {
-        (lo, hi)
-    } else {
-        return Err(InputError::Unlimited);
-    };
+    let mut reading = Operand::Step(p.reading);
+    let (least, most) = word.arriving(&mut p, &mut reading, arity, (first, last), clamped)?;
 
     // Centre where that gains a bit or more, or makes the word signed; then shift as far left as 32 bits allow.
     let middle = least + (most - least + 1) / 2;
@@ -86,44 +46,12 @@ pub(super) fn plan(
     let unsigned = !clamped && p.steps[p.reading].ty == Type::U16;
     let centre = if unsigned || largest(middle) * 2 <= largest(0) { middle } else { 0 };
     if centre != 0 {
-        let from_middle = Op::Sub { a: word_step, b: Operand::Int(centre) };
-        word_step = p.push(Stage::Input, "offset", Type::I32, from_middle, "from the middle of the range");
+        let from_middle = Op::Sub { a: reading, b: Operand::Int(centre) };
+        reading = p.push(Stage::Input, "offset", Type::I32, from_middle, "from the middle of the range");
     }
     // Negative words reach one further: −2^n fits where 2^n − 1 does.
     let widest = (most - centre).max(-1 - (least - centre));
-    let exponent = match arithmetic {
-        Arithmetic::Word { bits } => {
-            let limit = (1 << bits) - 1;
-            let note = format!("v·2^{}", bits + 1);
-            p.variable_exponent = bits + 1;
-            let left = (0..32).take_while(|shift| widest << shift <= limit).last();
-            match left {
-                Some(0) => bits + 1,
-                Some(by) => {
-                    p.push(Stage::Input, "x", Type::I32, Op::ShiftLeft { a: word_step, by }, note);
-                    bits + 1 - i64::from(by)
-                }
-                // Too wide for the word: rounded to it.
-                None => {
-                    let by = (1..32).find(|&by| widest >> by <= limit).unwrap_or(31);
-                    // Rounded to nearest, unless that would leave the word: then downward.
-                    let half = 1 << (by - 1);
-                    let add = if (widest + half) >> by <= limit { half } else { 0 };
-                    let right = Op::ShiftRight { a: word_step, add, by: by as u32 };
-                    p.push(Stage::Input, "x", Type::I32, right, note);
-                    bits + 1 + by
-                }
-            }
-        }
-        Arithmetic::Float => {
-            let bits = 64 - i64::from(widest.leading_zeros());
-            let x = p.push(Stage::Input, "x", Type::F32, Op::ToF32 { a: word_step }, "");
-            let scale = Operand::Float(power_of_two(-bits) as f32);
-            p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
-            p.variable_exponent = 0;
-            bits
-        }
-    };
+    let exponent = variable(&mut p, reading, widest, arithmetic);
     p.name_variable();
     // word = centre + v·2^exponent, so reading = (centre − offset + v·2^exponent)·lsb.
     let slope = Interval::from_int(1).mul_pow2(exponent);
@@ -142,4 +70,97 @@ pub(super) fn plan(
         program: p,
         map,
     })
+}
+
+impl Word {
+    /// Smallest and largest reading that its words can be.
+    fn reach(&self, arity: Arity) -> (i64, i64) {
+        match arity {
+            Arity::Reading => (self.lo, self.hi),
+            Arity::Probes => (self.lo - self.hi, self.hi - self.lo),
+        }
+    }
+
+    /// The first and last word of the range.
+    fn ends(&self, arity: Arity, from: f64, to: f64) -> Result<(i64, i64), InputError> {
+        let (lo, hi) = self.reach(arity);
+        let in_words = |reading: f64| &Interval::from_f64(reading).div(&self.lsb) + &self.offset;
+        let first = in_words(from).ceil_to_i64().unwrap_or(i64::MIN);
+        let last = in_words(to).floor_to_i64().unwrap_or(i64::MAX);
+        let reaches = |w: i64| ((&Interval::from_int(w) - &self.offset).to_f64()) * self.lsb.to_f64();
+        // One word beyond the end of the range is not missed.
+        if first < lo || last > hi + 1 {
+            return Err(InputError::DoesNotReach {
+                from: reaches(lo),
+                to: reaches(hi),
+                range_from: from,
+                range_to: to,
+                what: self.what,
+            });
+        }
+        let last = last.min(hi);
+        // −2ⁿ…2ⁿ−1 is what cores saturate to in one instruction; the word at the end itself is not missed either.
+        let last = if last > 1 && first == -last && last.count_ones() == 1 { last - 1 } else { last };
+        if last <= first { Err(InputError::NoResolution(from, to)) } else { Ok((first, last)) }
+    }
+
+    /// What the words can be on arrival: those of the range, where they are `clamped` to it.
+    fn arriving(
+        &self,
+        p: &mut Program,
+        reading: &mut Operand,
+        arity: Arity,
+        (first, last): (i64, i64),
+        clamped: bool,
+    ) -> Result<(i64, i64), InputError> {
+        let (reach, ty) = (self.reach(arity), p.steps[p.reading].ty);
+        if (first, last) == reach && ty == Type::I32 {
+            Ok(reach)
+        } else if clamped {
+            let clamp = Op::Clamp { a: *reading, lo: first, hi: last };
+            *reading = p.push(Stage::Input, "limited", Type::I32, clamp, "the valid range");
+            p.clamped = p.output();
+            Ok((first, last))
+        } else if self.ty == Type::U16 {
+            // Also those beyond a narrower converter.
+            let most = i64::from(u16::MAX);
+            Ok(if arity == Arity::Probes { (-most, most) } else { (0, most) })
+        } else if ty == Type::I32 {
+            Ok(reach)
+        } else {
+            Err(InputError::Unlimited)
+        }
+    }
+}
+
+/// Pushes the steps from a word of at most `widest` to the variable: reading = v·2^exponent.
+fn variable(p: &mut Program, reading: Operand, widest: i64, arithmetic: Arithmetic) -> i64 {
+    let Arithmetic::Word { bits } = arithmetic else {
+        let bits = 64 - i64::from(widest.leading_zeros());
+        let x = p.push(Stage::Input, "x", Type::F32, Op::ToF32 { a: reading }, "");
+        let scale = Operand::Float(power_of_two(-bits) as f32);
+        p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
+        p.variable_exponent = 0;
+        return bits;
+    };
+    let limit = (1 << bits) - 1;
+    let note = format!("v·2^{}", bits + 1);
+    p.variable_exponent = bits + 1;
+    match (0..32).take_while(|shift| widest << shift <= limit).last() {
+        Some(0) => bits + 1,
+        Some(by) => {
+            p.push(Stage::Input, "x", Type::I32, Op::ShiftLeft { a: reading, by }, note);
+            bits + 1 - i64::from(by)
+        }
+        // Too wide for the word: rounded to it.
+        None => {
+            let by = (1..32).find(|&by| widest >> by <= limit).unwrap_or(31);
+            // Rounded to nearest, unless that would leave the word: then downward.
+            let half = 1 << (by - 1);
+            let add = if (widest + half) >> by <= limit { half } else { 0 };
+            let right = Op::ShiftRight { a: reading, add, by: by as u32 };
+            p.push(Stage::Input, "x", Type::I32, right, note);
+            bits + 1 + by
+        }
+    }
 }

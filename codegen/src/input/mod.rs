@@ -99,18 +99,7 @@ pub enum InputError {
     #[error(
         "the input reaches {from}…{to} only, the range is {range_from}…{range_to}: narrow the range or change {what}"
     )]
-    DoesNotReach {
-        /// What the encoding can express.
-        from: f64,
-        /// See `from`.
-        to: f64,
-        /// What is wanted.
-        range_from: f64,
-        /// See `range_from`.
-        range_to: f64,
-        /// The option to change.
-        what: &'static str,
-    },
+    DoesNotReach { from: f64, to: f64, range_from: f64, range_to: f64, what: &'static str },
     /// Fewer than two representable inputs in the range.
     #[error("the range {0}…{1} holds fewer than two inputs of this form")]
     NoResolution(f64, f64),

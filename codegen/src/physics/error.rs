@@ -15,16 +15,7 @@ pub enum PhysicsError {
     Further(String),
     /// A box that the words do not reach.
     #[error("`{observable}` as described reaches {}…{} only, its box is {from}…{to}", reaches.0, reaches.1)]
-    Box {
-        /// The further input.
-        observable: String,
-        /// Its box.
-        from: f64,
-        /// Its box.
-        to: f64,
-        /// What its words can express.
-        reaches: (f64, f64),
-    },
+    Box { observable: String, from: f64, to: f64, reaches: (f64, f64) },
     /// A further input that is described twice.
     #[error("--further {0} is given twice: describe each input once")]
     GivenTwice(String),
@@ -38,92 +29,43 @@ pub enum PhysicsError {
         "--further {observable}={from}..{to} is wider than the recording, in which `{observable}` covers {}…{}: nothing \
          is known of the effects beyond; narrow it, or give --extrapolate", recorded.0, recorded.1
     )]
-    BeyondRecorded {
-        /// The further input.
-        observable: String,
-        /// Its box.
-        from: f64,
-        /// Its box.
-        to: f64,
-        /// What was recorded.
-        recorded: (f64, f64),
-    },
+    BeyondRecorded { observable: String, from: f64, to: f64, recorded: (f64, f64) },
     /// A further input that is not described.
     #[error(
         "the term `{kind}` of {effect} needs `{observable}` at run time: describe that input, for example \
          --further {observable}=FROM..TO, or leave the effect out with --without {effect}"
     )]
-    Needs {
-        /// The effect.
-        effect: String,
-        /// Its operator.
-        kind: &'static str,
-        /// What it reads.
-        observable: String,
-    },
+    Needs { effect: String, kind: &'static str, observable: String },
     /// A further input that no term reads.
     #[error("--further {0}: no term of the coefficients reads `{0}`")]
     Unread(String),
     /// An effect that is not there.
     #[error("--{option} {effect}: the coefficients have no term of that effect{there}")]
-    NoSuchEffect {
-        /// The option that names it.
-        option: &'static str,
-        /// The effect.
-        effect: String,
-        /// Those that there are.
-        there: String,
-    },
+    NoSuchEffect { option: &'static str, effect: String, there: String },
     /// An effect that is both kept and left out.
     #[error("{0} is named by --keep and by --without: one of them contradicts the other")]
     KeptAndLeftOut(String),
     /// An effect that cannot be kept.
     #[error("--keep {effect}: {why}")]
-    NotKept {
-        /// The effect.
-        effect: String,
-        /// Why not.
-        why: &'static str,
-    },
+    NotKept { effect: String, why: &'static str },
     /// The same term twice.
     #[error(
         "the coefficients have two terms `{kind}` of {effect} with the same parameters: they correct the same error \
          twice; take one of them out"
     )]
-    Twice {
-        /// The effect.
-        effect: String,
-        /// Its operator.
-        kind: &'static str,
-    },
+    Twice { effect: String, kind: &'static str },
     /// Terms of different recordings.
     #[error(
         "{first} counts `{observable}` from {}, {second} from {}: terms of one recording have one reference, so these \
          contradict each other; diagnose again, or leave one out with --without", means.0, means.1
     )]
-    Means {
-        /// What both read.
-        observable: String,
-        /// An effect.
-        first: String,
-        /// Another.
-        second: String,
-        /// Their reference means.
-        means: (f64, f64),
-    },
+    Means { observable: String, first: String, second: String, means: (f64, f64) },
     /// A term that is not generated.
     #[error(
         "the term `{kind}` of {effect} cannot be generated{why}: leave it out with --without {effect}, and the heads \
          of the files will say so"
     )]
-    NotGenerated {
-        /// The effect.
-        effect: String,
-        /// Its operator.
-        kind: &'static str,
-        /// What about it.
-        why: &'static str,
-    },
+    NotGenerated { effect: String, kind: &'static str, why: &'static str },
     /// A format without long products.
     #[error("terms of further physics need the format q31 or q31-split, not {0}: add --format q31")]
     Format(&'static str),
@@ -141,12 +83,7 @@ pub enum PhysicsError {
         "the term `{kind}` of {effect} needs the time between two calls of the routine: give --period-s, or leave the \
          effect out with --without {effect}"
     )]
-    NeedsPeriod {
-        /// The effect.
-        effect: String,
-        /// Its operator.
-        kind: &'static str,
-    },
+    NeedsPeriod { effect: String, kind: &'static str },
     /// The range is too wide.
     #[error(transparent)]
     TooSteep(#[from] TooSteep),

@@ -69,17 +69,7 @@ pub(super) fn solve(
             (period, all.midpoint().to_f64() / period)
         }
     };
-    let turn_of_table = Interval::from_f64(period);
-    let mut parts = Vec::new();
-    for (term, periodic) in &periodic {
-        let turns = turn_of_table.div(&Interval::from_f64(periodic.period));
-        for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
-            let [a, s] = [pair[0], pair[1]].map(|c| Interval::from_f64(c).div(&turn_of_table));
-            let number = Interval::from_int(i64::from(*k));
-            parts.push((if one_period { number } else { &number * &turns }, a, s));
-        }
-    }
-    let harmonics = Harmonics::new(parts, middle);
+    let harmonics = Harmonics::of(&periodic, period, middle, one_period);
     let sizes = if one_period { SEGMENTS_LOG2 } else { harmonics.least_segments()..=MOST_SEGMENTS_LOG2 };
     let refuse = |why| PhysicsError::NotGenerated { effect: effect.clone(), kind: "periodic", why };
     let one = Interval::from_int(1);
@@ -136,6 +126,21 @@ pub(super) fn solve(
 }
 
 impl Harmonics {
+    /// Those of all terms, in turns of a table of this period.
+    fn of(periodic: &[(&Term, &Periodic)], period: f64, middle: f64, one_period: bool) -> Self {
+        let turn_of_table = Interval::from_f64(period);
+        let mut parts = Vec::new();
+        for (term, periodic) in periodic {
+            let turns = turn_of_table.div(&Interval::from_f64(periodic.period));
+            for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
+                let [a, s] = [pair[0], pair[1]].map(|c| Interval::from_f64(c).div(&turn_of_table));
+                let number = Interval::from_int(i64::from(*k));
+                parts.push((if one_period { number } else { &number * &turns }, a, s));
+            }
+        }
+        Harmonics::new(parts, middle)
+    }
+
     fn new(parts: Vec<(Interval, Interval, Interval)>, middle: f64) -> Self {
         let two_pi = pi().mul_pow2(1);
         // |a cos + b sin| ≤ |a| + |b| is coarse; √(a² + b²) from f64, enlarged by far more than its rounding.

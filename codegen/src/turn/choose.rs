@@ -5,7 +5,7 @@ use fitter::coefficients::Coefficients;
 
 use super::fit::{self, Targets};
 use super::proof::{Proof, prove};
-use super::shape::{Arithmetic, Filling, Shape, Words};
+use super::shape::{Filling, Shape, Words};
 use super::truth::Truth;
 use super::{MOST_FLASH_BYTES, TurnError, USUAL_BOUND, USUAL_FLASH_BYTES};
 use crate::cost::{Core, Cost};
@@ -81,7 +81,7 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
                 continue;
             }
             let program = shape.program(words, &filling);
-            let cost = cost(&program, shape, &filling, core);
+            let cost = cost(&program, shape, core);
             let Ok(proof) = prove(&program, words, &targets.exact) else { continue };
             if proof.bound <= in_counts && cost.flash_bytes <= *flash {
                 return Ok(TurnRoutine { shape, filling, program, words, proof, core, cost, unit_per_count });
@@ -91,29 +91,13 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
     }
     let filling = fit::fill(Shape::PerCount, &targets)?.0;
     let program = Shape::PerCount.program(words, &filling);
-    let table = cost(&program, Shape::PerCount, &filling, core).flash_bytes;
+    let table = cost(&program, Shape::PerCount, core).flash_bytes;
     let flash = limits.last().copied().unwrap_or(USUAL_FLASH_BYTES);
     Err(TurnError::Nothing { wanted: bound, unit, flash, table })
 }
 
-/// Bytes of an entry of a filling's table.
-pub fn entry_bytes(filling: &Filling) -> usize {
-    let largest = filling.table.iter().flatten().map(|c| c.unsigned_abs()).max().unwrap_or(0);
-    match largest {
-        0..=127 => 1,
-        128..=32767 => 2,
-        _ => 4,
-    }
-}
-
-fn cost(program: &Program, shape: Shape, filling: &Filling, core: Core) -> Cost {
+fn cost(program: &Program, shape: Shape, core: Core) -> Cost {
     let cost = core.cost(program);
-    let entries: usize = if program.table.is_empty() { 0 } else { program.table.iter().map(Vec::len).sum() };
-    let bytes = match shape {
-        Shape::PerCount => entry_bytes(filling),
-        Shape::Segments { arithmetic: Arithmetic::Short, .. } => 2,
-        Shape::Segments { .. } => 4,
-    };
     // The table's own address and that of the row, which other tables have in their index: as counted in what
     // arm-none-eabi-gcc 12.2 makes of such routines at -O2.
     let more: f64 = match (shape, core) {
@@ -122,10 +106,7 @@ fn cost(program: &Program, shape: Shape, filling: &Filling, core: Core) -> Cost 
         (Shape::Segments { segments_log2: 1.., .. }, _) => 2.0,
         _ => 0.0,
     };
-    Cost {
-        instructions: cost.instructions + more,
-        flash_bytes: cost.flash_bytes - program.table_bytes() + bytes * entries + (2.0 * more) as usize,
-    }
+    Cost { instructions: cost.instructions + more, flash_bytes: cost.flash_bytes + (2.0 * more) as usize }
 }
 
 /// The cost before the constants are known: of a table of every count, with entries of a byte.
@@ -141,5 +122,5 @@ fn rough_cost(shape: Shape, words: Words, core: Core) -> Cost {
         fraction: 8,
         zero: 1,
     };
-    cost(&shape.program(words, &filling), shape, &filling, core)
+    cost(&shape.program(words, &filling), shape, core)
 }

@@ -3,15 +3,16 @@
 //! An encoder has so few counts that nothing needs to be estimated: [`truth`] encloses the exact corrected position
 //! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], [`fit`] finds their
 //! coefficients, and [`proof`] runs the program on every count. [`choose`] takes the cheapest that meets the bound,
-//! and [`render`] prints it in Rust and C with a certificate.
+//! and [`describe`] says what certificate and heads tell of it.
 
 pub mod choose;
+pub mod describe;
 pub mod fit;
 #[cfg(test)]
+#[path = "../../tests/turn/encoder.rs"]
 pub(crate) mod fixtures;
 mod phase;
 pub mod proof;
-pub mod render;
 pub mod shape;
 pub mod truth;
 pub mod verify;
@@ -21,8 +22,6 @@ use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
 
 use crate::cost::Core;
-use crate::generate::{GenerateError, Generated};
-use crate::options::Options;
 
 use shape::Words;
 
@@ -71,64 +70,37 @@ pub enum TurnError {
         "the sensor's unit is {unit}: say how many bits the encoder's word has, for example --bits 14, or how many \
          counts its turn has, for example --counts 4000"
     )]
-    UnknownBits {
-        /// The sensor's unit.
-        unit: String,
-    },
+    UnknownBits { unit: String },
     /// A width that no encoder has.
     #[error("an encoder of {bits} bits: give {} to {}", BITS.start(), BITS.end())]
-    Bits {
-        /// Asked for.
-        bits: u32,
-    },
+    Bits { bits: u32 },
     /// Counts that no routine is made for.
     #[error(
         "a turn of {counts} counts: give whole counts from {FEWEST_COUNTS} to {MOST_COUNTS}, or correct with `arcsmith apply`"
     )]
-    Counts {
-        /// The revolution in counts.
-        counts: f64,
-    },
+    Counts { counts: f64 },
     /// Bits and revolution contradict each other.
     #[error(
         "{counts} counts to the turn are asked for, and the recording's revolution is {revolution}: leave {option} out"
     )]
-    Contradiction {
-        /// Asked for.
-        counts: u64,
-        /// By which option.
-        option: &'static str,
-        /// The sensor's revolution in counts.
-        revolution: f64,
-    },
+    Contradiction { counts: u64, option: &'static str, revolution: f64 },
     /// Two widths.
     #[error("--bits and --counts both say how many counts a turn has: give one of them")]
     BitsAndCounts,
     /// A result coarser than the reading, or finer than is of use.
     #[error("a corrected word of {output} bits for an encoder of {input}: give {input} to {}", input + MOST_FINER)]
-    OutputBits {
-        /// The encoder's.
-        input: u32,
-        /// Asked for.
-        output: u32,
-    },
+    OutputBits { input: u32, output: u32 },
     /// A polynomial beside the harmonics.
     #[error(
         "the coefficients have a polynomial of order {order} in place of the turn's harmonics: it does not repeat with the \
          turn; fit again with this program, which fits harmonics"
     )]
-    Polynomial {
-        /// Its order.
-        order: usize,
-    },
+    Polynomial { order: usize },
     /// No inverse.
     #[error(
         "the error changes by up to {slope:.2} counts from count to count: it cannot be turned round to a correction"
     )]
-    Steep {
-        /// The slope.
-        slope: f64,
-    },
+    Steep { slope: f64 },
     /// Too large.
     #[error("the corrections are too large for this form of routine")]
     Large,
@@ -137,37 +109,16 @@ pub enum TurnError {
         "the bound is {wanted:.3e} {unit}, and rounding to {output} bits alone may take half a count, {half:.3e} {unit}: \
          ask for more, or for a finer word with --output-bits"
     )]
-    Bound {
-        /// Asked for.
-        wanted: f64,
-        /// Half a count of the result.
-        half: f64,
-        /// The sensor's unit.
-        unit: String,
-        /// Bits of the result.
-        output: u32,
-    },
+    Bound { wanted: f64, half: f64, unit: String, output: u32 },
     /// Nothing cheap enough is good enough.
     #[error(
         "no routine within {wanted:.3e} {unit} fits {flash} bytes of flash: a table of every count takes {table} bytes; \
          allow more with --flash-bytes, or a larger bound"
     )]
-    Nothing {
-        /// The bound asked for.
-        wanted: f64,
-        /// The sensor's unit.
-        unit: String,
-        /// The bytes that were allowed.
-        flash: usize,
-        /// Bytes that always suffice.
-        table: usize,
-    },
+    Nothing { wanted: f64, unit: String, flash: usize, table: usize },
     /// Options of other sensors.
     #[error("{option} does not apply to an encoder's counts: leave it out")]
-    Option {
-        /// Which one.
-        option: &'static str,
-    },
+    Option { option: &'static str },
 }
 
 /// More bits of the result than this are noise.
@@ -232,17 +183,4 @@ impl Encoder {
         let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
         !counts && self.bits.is_none() && self.counts.is_none()
     }
-}
-
-/// Generates the routine of an encoder: what [`crate::generate::generate`] does for coefficients of a whole turn.
-///
-/// # Errors
-/// [`GenerateError`], which says what to change.
-pub fn generate(
-    coefficients: &Coefficients,
-    coefficients_sha256: &str,
-    options: &Options,
-) -> Result<Generated, GenerateError> {
-    let routine = choose::choose(coefficients, options)?;
-    render::files(&routine, coefficients, coefficients_sha256, options)
 }

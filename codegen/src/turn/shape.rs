@@ -136,6 +136,19 @@ impl Shape {
         }
     }
 
+    /// Bytes of an entry of the table, where fewer than four hold all of them.
+    fn narrow_entry(&self, filling: &Filling) -> Option<usize> {
+        match self {
+            Shape::PerCount => match filling.table.iter().flatten().map(|c| c.unsigned_abs()).max() {
+                None | Some(0..=127) => Some(1),
+                Some(128..=32767) => Some(2),
+                Some(_) => None,
+            },
+            Shape::Segments { arithmetic: Arithmetic::Short, .. } => Some(2),
+            Shape::Segments { arithmetic: Arithmetic::Long, .. } => None,
+        }
+    }
+
     /// The program.
     pub fn program(&self, words: Words, filling: &Filling) -> Program {
         let mut p = Program {
@@ -146,6 +159,7 @@ impl Shape {
             }],
             valid: (0.0, f64::from(words.counts - 1)),
             table: filling.table.clone(),
+            narrow_entry: self.narrow_entry(filling),
             ..Program::default()
         };
         let mut count = p.push(Stage::Input, "count", Words::ty(words.input()), Op::Input { index: 0 }, "");

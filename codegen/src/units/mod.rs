@@ -79,89 +79,39 @@ pub enum UnitsError {
     #[error(
         "no coefficients file matches {pattern}: give the units' files, for example --devices 'units/*.json'"
     )]
-    None {
-        /// What was asked for.
-        pattern: String,
-    },
+    None { pattern: String },
     /// Two units of one name.
     #[error("{first} and {second} would both be the unit `{name}`: give every unit's file a name of its own")]
-    Twice {
-        /// The name.
-        name: String,
-        /// A file.
-        first: String,
-        /// The other.
-        second: String,
-    },
+    Twice { name: String, first: String, second: String },
     /// A name that neither a file nor a comment should carry.
     #[error(
         "the unit's name {name:?} is to stand in generated files: name its file with letters, digits, `-`, `_` and `.`"
     )]
-    Name {
-        /// The stem of its file.
-        name: String,
-    },
+    Name { name: String },
     /// The summary of an earlier routine.
     #[error("{file}: {what}; give the units.json that `codegen --devices` wrote beside the routine")]
-    Earlier {
-        /// The file.
-        file: String,
-        /// What is wrong.
-        what: String,
-    },
+    Earlier { file: String, what: String },
     /// Options that make another routine.
     #[error(
         "these options make another routine than that of {file} (structure {found}, there {expected}): give the options \
          that it was made with"
     )]
-    OtherStructure {
-        /// The summary.
-        file: String,
-        /// Now.
-        found: u32,
-        /// There.
-        expected: u32,
-    },
+    OtherStructure { file: String, found: u32, expected: u32 },
     /// A coefficient that the loader would refuse.
     #[error(
         "unit {unit}: its coefficient {coefficient} is {value}, outside the range {from} … {to} that the routine was proved \
          for: generate a routine for all units anew, or with a larger --margin"
     )]
-    Outside {
-        /// The unit.
-        unit: String,
-        /// The coefficient.
-        coefficient: String,
-        /// Its word.
-        value: i64,
-        /// The range.
-        from: i64,
-        /// The range.
-        to: i64,
-    },
+    Outside { unit: String, coefficient: String, value: i64, from: i64, to: i64 },
     /// A unit that the routine does not serve well enough.
     #[error(
         "unit {unit} is proven within {found:.3e} {bound_unit} only, the routine's bound is {bound:.3e} {bound_unit}: generate a \
          routine for all units anew"
     )]
-    Coarse {
-        /// The unit.
-        unit: String,
-        /// Its bound.
-        found: f64,
-        /// The routine's.
-        bound: f64,
-        /// Unit of both.
-        bound_unit: String,
-    },
+    Coarse { unit: String, found: f64, bound: f64, bound_unit: String },
     /// A unit of which the diagnosis left more than it named.
     #[error("unit {unit}: {cause}")]
-    NotAccepted {
-        /// The unit.
-        unit: String,
-        /// Why.
-        cause: NotAccepted,
-    },
+    NotAccepted { unit: String, cause: NotAccepted },
     /// A coefficients file.
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),
@@ -170,71 +120,28 @@ pub enum UnitsError {
         "unit {unit}: its {what} is {found}, that of unit {first} {expected}: units that share a routine share their \
          structure; generate a routine of its own"
     )]
-    Structure {
-        /// The unit.
-        unit: String,
-        /// What differs.
-        what: &'static str,
-        /// Its own.
-        found: String,
-        /// The first unit.
-        first: String,
-        /// The first one's.
-        expected: String,
-    },
+    Structure { unit: String, what: &'static str, found: String, first: String, expected: String },
     /// Terms that a page does not hold.
     #[error(
         "unit {unit}: its coefficients have the term {effect}, and a page holds polynomials of the reading only: leave \
          it out with --without {effect}, or generate a routine of its own"
     )]
-    Term {
-        /// The unit.
-        unit: String,
-        /// The effect.
-        effect: String,
-    },
+    Term { unit: String, effect: String },
     /// A whole turn.
     #[error("unit {unit} is an encoder, of a whole turn: generate its routine by itself, without --devices")]
-    WholeTurn {
-        /// The unit.
-        unit: String,
-    },
+    WholeTurn { unit: String },
     /// No range in common.
     #[error(
         "the units have no range in common: {low} begins at {from} {unit} and {high} ends at {to} {unit}; give --from and \
          --to with --extrapolate, or leave one of them out"
     )]
-    Range {
-        /// The unit that begins last.
-        low: String,
-        /// Where.
-        from: f64,
-        /// The unit that ends first.
-        high: String,
-        /// Where.
-        to: f64,
-        /// Unit of the reading.
-        unit: String,
-    },
+    Range { low: String, from: f64, high: String, to: f64, unit: String },
     /// A range beyond a unit's recording.
     #[error(
         "unit {name} covers {covered_from}…{covered_to} {unit}, not {from}…{to} {unit}: narrow --from and --to, or give \
          --extrapolate"
     )]
-    BeyondRecording {
-        /// The unit.
-        name: String,
-        /// Asked for.
-        from: f64,
-        /// Asked for.
-        to: f64,
-        /// Recorded.
-        covered_from: f64,
-        /// Recorded.
-        covered_to: f64,
-        /// Unit of the reading.
-        unit: String,
-    },
+    BeyondRecording { name: String, from: f64, to: f64, covered_from: f64, covered_to: f64, unit: String },
     /// Not the format.
     #[error("pages hold 32-bit words: format q31 or q31-split, not {0}")]
     Format(&'static str),
@@ -246,24 +153,10 @@ pub enum UnitsError {
         "no routine of degree {degree} or less is proven within {wanted:.3e} {unit} for all units: the best is {reachable:.3e} \
          {unit}, for unit {worst}; ask for that, or for a smaller --margin"
     )]
-    Unreachable {
-        /// The largest degree that was tried.
-        degree: usize,
-        /// The bound asked for.
-        wanted: f64,
-        /// The best bound.
-        reachable: f64,
-        /// The unit that is furthest.
-        worst: String,
-        /// Unit of the bounds.
-        unit: String,
-    },
+    Unreachable { degree: usize, wanted: f64, reachable: f64, worst: String, unit: String },
     /// Options of other routines.
     #[error("{option} does not go with --devices: leave it out")]
-    Option {
-        /// Which one.
-        option: &'static str,
-    },
+    Option { option: &'static str },
     /// Range, bound or degree.
     #[error(transparent)]
     Routine(#[from] RoutineError),
@@ -272,12 +165,7 @@ pub enum UnitsError {
     Input(#[from] InputError),
     /// The range is too wide for the geometry.
     #[error("unit {unit}: {cause}")]
-    TooSteep {
-        /// The unit.
-        unit: String,
-        /// Why.
-        cause: TooSteep,
-    },
+    TooSteep { unit: String, cause: TooSteep },
     /// A name that no source can carry.
     #[error(transparent)]
     Generate(#[from] GenerateError),
@@ -372,7 +260,7 @@ pub fn generate(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Ge
     match &wanted.earlier {
         Some(earlier) => {
             let design = earlier::design(units, options, wanted, earlier)?;
-            Ok(render::pages(design, units, options, wanted))
+            render::pages(design, units, options, wanted)
         }
         None => render::files(structure::design(units, options, wanted)?, units, options, wanted),
     }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use minijinja::value::Serde;
 use minijinja::{Value, context};
 use serde::Serialize;
 
@@ -11,14 +10,14 @@ use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
 use super::structure::{Design, Fitted};
 use super::{Generated, Unit, UnitsError, Wanted};
 use crate::accepted::accepted;
-use crate::certificate::{
-    Certificate, Entry, OutputEntry, Part, RangeEntry, inputs, result_meaning, rust_type,
-};
+use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry};
+use crate::emit::{Described, Printer};
 use crate::generate::{GenerateError, TOOL, sha256};
+use crate::language;
 use crate::name;
-use crate::options::{CShift, Options};
-use crate::program::Type;
-use crate::render::{HEAD_COLUMNS, Renderer, c_type, helpers, steps};
+use crate::options::Options;
+use crate::output::Output;
+use crate::render::HEAD_COLUMNS;
 use crate::text;
 
 /// What is proved of a unit is told in so many parts of the result's unit.
@@ -91,11 +90,21 @@ fn of_pages(design: &Design, units: &[Unit], wanted: &Wanted) -> BTreeMap<PathBu
 }
 
 /// The pages alone, for a routine that is there already.
-pub fn pages(design: Design, units: &[Unit], options: &Options, wanted: &Wanted) -> Generated {
+///
+/// # Errors
+/// [`UnitsError`] for a defect of a template.
+pub fn pages(
+    design: Design,
+    units: &[Unit],
+    options: &Options,
+    wanted: &Wanted,
+) -> Result<Generated, UnitsError> {
     let name = options.name.clone().unwrap_or_else(|| design.quantity.default_name.clone());
     let files = of_pages(&design, units, wanted);
-    let certificate = certificate(units, &files, &name, entry(&design, &name), options);
-    Generated { name, files, certificate, design }
+    let described = [described(&design, &name, Vec::new())];
+    let printer = Printer::new(&language::ALL, options)?;
+    let certificate = printer.certificate(&name, origin(units, options), &described, &files);
+    Ok(Generated { name, files, certificate, design })
 }
 
 /// All files.
@@ -109,8 +118,8 @@ pub fn files(
     wanted: &Wanted,
 ) -> Result<Generated, UnitsError> {
     let name = name::base(options, &design.quantity.default_name)?;
-    let renderer = Renderer::new()?;
-    let of_units: Vec<Value> = (units.iter().zip(&design.fitted))
+    let printer = Printer::new(&language::ALL, options)?;
+    let listed: Vec<Value> = (units.iter().zip(&design.fitted))
         .map(|(unit, fitted)| {
             let open = reserved(unit, options).map(|open| text::wrapped(&open, HEAD_COLUMNS, "    "));
             context! {
@@ -119,28 +128,15 @@ pub fn files(
             }
         })
         .collect();
-    let provenance = renderer.render(
-        "units/provenance.txt",
-        context! { tool => TOOL, command => &*options.command, units => of_units.clone() },
-    )?;
-    let entry = entry(&design, &name);
-    let source = source(&renderer, &design, &entry, of_units, options, &provenance)?;
-    let mut files: BTreeMap<PathBuf, Vec<u8>> = BTreeMap::new();
-    for (path, template) in [
-        ("Cargo.toml".to_string(), "rust/Cargo.toml"),
-        ("src/lib.rs".to_string(), "units/lib.rs"),
-        (format!("src/{name}.rs"), "units/routine.rs"),
-        (format!("c/{name}.h"), "units/header.h"),
-        (format!("c/{name}.c"), "units/source.c"),
-    ] {
-        files.insert(PathBuf::from(path), renderer.render(template, source.clone())?.into_bytes());
-    }
-    files.extend(of_pages(&design, units, wanted));
-    let json = |error| UnitsError::Generate(GenerateError::Json(error));
-    let summary = serde_json::to_string_pretty(&summary(&design, units)).map_err(json)? + "\n";
-    files.insert(PathBuf::from("units.json"), summary.into_bytes());
-    let certificate = certificate(units, &files, &name, entry, options);
-    let text = serde_json::to_string_pretty(&certificate).map_err(json)? + "\n";
+    let provenance = printer.provenance(context! { units => listed.clone() })?;
+    let described = [described(&design, &name, listed)];
+    let sources = printer.sources((&name, &design.quantity.title), &provenance, &described)?;
+    let mut files: BTreeMap<PathBuf, Vec<u8>> = of_pages(&design, units, wanted);
+    files.extend(sources.into_iter().map(|(path, text)| (path, text.into_bytes())));
+    let summary = serde_json::to_string_pretty(&summary(&design, units)).map_err(GenerateError::Json)?;
+    files.insert(PathBuf::from("units.json"), (summary + "\n").into_bytes());
+    let certificate = printer.certificate(&name, origin(units, options), &described, &files);
+    let text = certificate.to_json().map_err(GenerateError::Json)?;
     files.insert(PathBuf::from("certificate.json"), text.into_bytes());
     Ok(Generated { name, files, certificate, design })
 }
@@ -185,6 +181,38 @@ fn summary<'a>(design: &'a Design, units: &'a [Unit]) -> Summary<'a> {
     }
 }
 
+/// The routine with what is said of it; `units` are the units as the heads list them.
+fn described<'a>(design: &'a Design, name: &str, units: Vec<Value>) -> Described<'a> {
+    let (program, quantity) = (&design.program, &design.quantity);
+    let entry = entry(design, name);
+    let ranges: Vec<Value> = (program.page.iter())
+        .map(|word| context! { name => &*word.name, from => word.from, to => word.to })
+        .collect();
+    let page = context! {
+        units, ranges,
+        length => Page::length(program.page.len()),
+        head_words => HEAD_WORDS,
+        magic => MAGIC,
+        version => VERSION,
+        structure => design.structure,
+        most_proved => proved(design, design.total),
+        rounding_text => bound_text(design, design.rounding),
+    };
+    let method = format!(
+        "one polynomial of degree {}, its coefficients words of 2^−{} {}, by Horner's scheme in x/2³²",
+        design.degree, design.bits, quantity.unit
+    );
+    let words = context! {
+        page, method,
+        title => &*quantity.title,
+        result_meaning => entry.result_meaning(design.options.output),
+        range_text => entry.range_in_words(program),
+        bound_text => bound_text(design, design.total),
+        float_input => false,
+    };
+    Described { entry, program, counts: false, words }
+}
+
 /// What the certificate says of the routine: the bound of the unit that is furthest, and the margin of later ones.
 fn entry(design: &Design, name: &str) -> Entry {
     let quantity = &design.quantity;
@@ -195,7 +223,7 @@ fn entry(design: &Design, name: &str) -> Entry {
         lsb: value / lsb,
     };
     let largest = |of: &dyn Fn(&Fitted) -> f64| design.fitted.iter().map(of).fold(0.0, f64::max);
-    let parts = vec![
+    let mut parts = vec![
         part(
             "polynomial of a unit against its exact function, the largest of the units",
             largest(&|f| f.approximation),
@@ -203,27 +231,20 @@ fn entry(design: &Design, name: &str) -> Entry {
         part("rounding of the input to the routine's variable", largest(&|f| f.input)),
         part("rounding of the operations, for any coefficients in their ranges", design.rounding),
     ];
-    let mut parts = parts;
-    let sum = parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up());
-    let left = quantity.in_bound_unit(design.total) - sum;
+    let left = quantity.in_bound_unit(design.total) - Entry::sum(&parts);
     if left > 0.0 {
         parts.push(part("margin for later units", left / quantity.bound_units_per_unit));
     }
-    let sum = parts.iter().fold(0.0, |sum: f64, p| (sum + p.value).next_up());
+    let of_program = Entry::of(name, &design.program, lsb);
+    let power_of_two = design.options.output == Output::PowerOfTwo;
     Entry {
-        routine: name.into(),
-        language: String::new(),
         format: design.options.format.name().into(),
         degree: design.degree,
-        segments: 1,
         unit: quantity.bound_unit.clone(),
-        input: inputs(&design.program),
         output: OutputEntry {
-            ty: rust_type(design.program.output_type()).into(),
-            lsb,
-            fraction_bits: (design.options.output == crate::output::Output::PowerOfTwo)
-                .then_some(design.bits),
+            fraction_bits: power_of_two.then_some(design.bits),
             unit: quantity.unit.clone(),
+            ..of_program.output
         },
         range: RangeEntry {
             variable: quantity.reading.clone(),
@@ -233,111 +254,24 @@ fn entry(design: &Design, name: &str) -> Entry {
             recorded: None,
         },
         out_of_range: "clamp".into(),
-        bound: sum.max(quantity.in_bound_unit(design.total)),
+        bound: Entry::sum(&parts).max(quantity.in_bound_unit(design.total)),
         parts,
         minimax: quantity.in_bound_unit(largest(&|f| f.approximation)),
-        input_resolution: 0.0,
-        estimate: None,
-        left_out: Vec::new(),
-        file: String::new(),
-        file_sha256: String::new(),
+        ..of_program
     }
 }
 
-fn certificate(
-    units: &[Unit],
-    files: &BTreeMap<PathBuf, Vec<u8>>,
-    name: &str,
-    entry: Entry,
-    options: &Options,
-) -> Certificate {
+/// Where the units come from.
+fn origin(units: &[Unit], options: &Options) -> Certificate {
     let hashes: Vec<&str> = units.iter().map(|unit| unit.sha256.as_str()).collect();
-    let recordings: Vec<&str> = units.iter().map(|unit| unit.coefficients.recording.file.as_str()).collect();
-    let of_recordings: Vec<&str> =
-        units.iter().map(|unit| unit.coefficients.recording.sha256.as_str()).collect();
+    let recordings = || units.iter().map(|unit| &unit.coefficients.recording);
     let said = |unit: &Unit| Some(format!("{}: {}", unit.name, reserved(unit, options)?));
     let open: Vec<String> = units.iter().filter_map(said).collect();
-    let routines = [("rust", format!("src/{name}.rs")), ("c", format!("c/{name}.c"))];
-    let routines = routines.map(|(language, file)| {
-        let contents = files.get(&PathBuf::from(&file));
-        let file_sha256 = contents.map(|b| sha256(&String::from_utf8_lossy(b))).unwrap_or_default();
-        Entry { language: language.into(), file, file_sha256, ..entry.clone() }
-    });
     Certificate {
-        schema: "arcsmith-certificate".into(),
-        version: 1,
-        tool: TOOL.into(),
-        command: options.command.clone(),
-        coefficients_sha256: sha256(&hashes.join("\n")),
-        recording: recordings.join(", "),
-        recording_sha256: sha256(&of_recordings.join("\n")),
+        coefficients_sha256: sha256(hashes.join("\n")),
+        recording: recordings().map(|r| r.file.as_str()).collect::<Vec<_>>().join(", "),
+        recording_sha256: sha256(recordings().map(|r| r.sha256.as_str()).collect::<Vec<_>>().join("\n")),
         reservation: (!open.is_empty()).then(|| open.join("\n")),
-        routines: routines.to_vec(),
+        ..Certificate::default()
     }
-}
-
-fn source(
-    renderer: &Renderer,
-    design: &Design,
-    entry: &Entry,
-    units: Vec<Value>,
-    options: &Options,
-    provenance: &str,
-) -> Result<Value, UnitsError> {
-    let (program, quantity) = (&design.program, &design.quantity);
-    let name = &entry.routine;
-    let all: Vec<usize> = (0..program.steps.len()).collect();
-    let mut used = helpers(program, &all, options.c_shift);
-    used.push("to_signed");
-    let arguments: Vec<Value> = (program.arguments.iter())
-        .map(|a| context! { name => &*a.name, meaning => &*a.meaning, type => rust_type(a.ty), c_type => c_type(a.ty) })
-        .collect();
-    let coefficients: Vec<Value> = (program.page.iter())
-        .map(|word| {
-            let (from, to) = (word.from, word.to);
-            context! { name => &*word.name, from, to, from_text => text::grouped(from), to_text => text::grouped(to) }
-        })
-        .collect();
-    let words = match program.steps[program.reading].ty {
-        Type::F32 => String::new(),
-        _ => {
-            let [lo, hi] = [program.valid.0, program.valid.1].map(|word| text::grouped(word as i64));
-            format!(", that is {lo} … {hi} in words of the input")
-        }
-    };
-    let (from, to) = design.range;
-    let reading = &quantity.reading;
-    let context = context! {
-        tool => TOOL, provenance, units, arguments, coefficients,
-        name => &**name,
-        description => &*quantity.title,
-        header => format!("{name}.h"),
-        guard => format!("{}_H", name.to_uppercase()),
-        upper => name.to_uppercase(),
-        type_name => text::camel_case(name),
-        quantity => Value::from(Serde(quantity)),
-        result_meaning => result_meaning(entry, design.options.output),
-        range_text => format!("{from:?} {0} ≤ {reading} ≤ {to:?} {0}{words}", quantity.reading_unit),
-        degree => design.degree,
-        bits => design.bits,
-        length => Page::length(program.page.len()),
-        head_words => HEAD_WORDS,
-        magic => MAGIC,
-        version => VERSION,
-        structure => design.structure,
-        most_proved => proved(design, design.total),
-        bound_text => bound_text(design, design.total),
-        rounding_text => bound_text(design, design.rounding),
-        resolution_text => Option::<String>::None,
-        steps => steps(program, &all),
-        result_name => &*program.steps[program.output()].name,
-        output_type => rust_type(program.output_type()),
-        c_output_type => c_type(program.output_type()),
-        helpers => used.clone(),
-        routine => context! { helpers => used },
-        uses_fmaf => false,
-        arithmetic_shift => options.c_shift == CShift::Arithmetic,
-    };
-    let contract = renderer.render("units/contract.txt", context.clone())?;
-    Ok(context! { contract, ..context })
 }

@@ -1,32 +1,28 @@
 //! The check from outside: the files against a new generation, every unit's page through the compiled loader and
 //! routine in Rust and C, held against that unit's own function, and damaged pages, which both must refuse.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
 use minijinja::{Value, context};
 use serde::Serialize;
 
 use super::page::{HEAD_WORDS, Page};
 use super::render::page;
-use super::structure::{Design, prepare};
-use super::{Generated, Unit, UnitsError, Wanted};
+use super::structure::{Design, Fitted, prepare};
+use super::{Generated, Unit, Wanted};
 use crate::bound::Bound;
-use crate::certificate::rust_type;
 use crate::files;
 use crate::interpret::{Word, interpret};
 use crate::options::Options;
 use crate::physics::Physics;
 use crate::program::Program;
 use crate::reference::Reference;
-use crate::render::{Renderer, c_type};
 use crate::routine::Routine;
 use crate::text::camel_case;
-use crate::verify::compile::Tool;
-use crate::verify::domain::{Coverage, Domain};
+use crate::verify::compile::{How, Place, fed, temporary, words};
+use crate::verify::domain::Domain;
 use crate::verify::fast_reference::FastReference;
-use crate::verify::{VerifyError, belonging};
+use crate::verify::{VerifyError, absolute, belonging};
 
 /// What was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -46,7 +42,7 @@ pub struct UnitsReport {
 pub struct UnitSweep {
     /// The unit.
     pub unit: String,
-    /// `rust` or `c`.
+    /// The language.
     pub language: String,
     /// Readings that were given, those beyond the range among them.
     pub readings: u64,
@@ -85,21 +81,10 @@ impl UnitsReport {
     }
 }
 
-/// A check could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum UnitsVerifyError {
-    /// The units.
-    #[error(transparent)]
-    Units(#[from] UnitsError),
-    /// Files or compilers.
-    #[error(transparent)]
-    Verify(#[from] VerifyError),
-}
-
 /// Checks the files in `folder`; `sanitize` has the C watched for undefined behaviour.
 ///
 /// # Errors
-/// [`UnitsVerifyError`] where a check cannot be made.
+/// [`VerifyError`] where a check cannot be made.
 pub fn verify(
     folder: &Path,
     generated: &Generated,
@@ -107,7 +92,7 @@ pub fn verify(
     options: &Options,
     wanted: &Wanted,
     sanitize: bool,
-) -> Result<UnitsReport, UnitsVerifyError> {
+) -> Result<UnitsReport, VerifyError> {
     let design = &generated.design;
     let certificate = match &wanted.earlier {
         // The certificate is that of the first units; only pages are added.
@@ -119,55 +104,17 @@ pub fn verify(
             belonging::check(folder, &stated, &generated.certificate, &generated.files)
         }
     };
-    let folder = std::path::absolute(folder)
-        .map_err(|cause| VerifyError::Write { path: folder.to_path_buf(), cause })?;
-    let build =
-        tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })?;
-    let programs = compile(&folder, &generated.name, design, sanitize, build.path())?;
-    let references = prepare(units, options, Some(design.range))?.references;
-
+    let (folder, build) = (absolute(folder)?, temporary()?);
+    let place = Place { generated: &folder, base: &generated.name, build: build.path() };
+    let programs = compile(&place, design, sanitize)?;
+    let references = prepare(units, options, Some(design.range)).map_err(Box::new)?.references;
     let mut report = UnitsReport { certificate, sweeps: Vec::new(), taken: Vec::new(), damaged: 0 };
     for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&references) {
-        let routine = of_unit(design, &fitted.words, fitted.total, reference);
-        let program = &routine.design.program;
-        let fast_reference = FastReference::of(&routine);
-        let domain = Domain::of(program);
-        let indices = indices(&domain.interpreted(program));
-        let given: Vec<Vec<u32>> = indices.iter().map(|i| domain.words(program, *i)).collect();
-        let expected: Vec<Option<i64>> = (indices.iter())
-            .map(|i| interpret(program, &domain.arguments(program, *i)).ok().map(|out| out.word.bits()))
-            .collect();
         let bytes = written(&folder, unit, || page(design, unit, fitted).bytes());
-        for (language, program_of) in &programs {
-            let found = run(program_of, &[(&bytes, &given)])?;
-            let (status, results) = found.into_iter().next().unwrap_or((-1, Vec::new()));
-            let mut sweep = UnitSweep {
-                unit: unit.name.clone(),
-                language: (*language).into(),
-                readings: given.len() as u64,
-                different: 0,
-                worst: 0.0,
-                bound: design.quantity.in_bound_unit(fitted.total),
-            };
-            if status != 0 || results.len() != given.len() {
-                sweep.different = sweep.readings;
-            }
-            let mut worst = 0.0f64;
-            for ((index, bits), expected) in indices.iter().zip(&results).zip(&expected) {
-                let same = expected.is_some_and(|e| e as u32 == *bits);
-                sweep.different += u64::from(!same);
-                let value = result(program, *bits);
-                let reading = reading(&domain.arguments(program, *index));
-                worst = worst.max((value - fast_reference.at(reading)).abs());
-            }
-            let lsb = design.unit.to_f64();
-            sweep.worst = design.quantity.in_bound_unit((worst - fast_reference.error).max(0.0) * lsb);
-            report.sweeps.push(sweep);
-        }
+        report.sweeps.extend(sweeps(design, (unit, fitted, reference), &bytes, &programs)?);
     }
     let Some((unit, fitted)) = units.iter().zip(&design.fitted).next() else { return Ok(report) };
-    let good = page(design, unit, fitted);
-    let damaged = damaged(design, &good);
+    let damaged = damaged(design, &page(design, unit, fitted));
     report.damaged = damaged.len() as u64;
     let pages: Vec<Given<'_>> = damaged.iter().map(|(_, bytes)| (&bytes[..], &[][..])).collect();
     for (language, program) in &programs {
@@ -178,6 +125,46 @@ pub fn verify(
         }
     }
     Ok(report)
+}
+
+/// A unit's page through every language.
+fn sweeps(
+    design: &Design,
+    (unit, fitted, reference): (&Unit, &Fitted, &Reference),
+    page: &[u8],
+    programs: &[(&'static str, PathBuf)],
+) -> Result<Vec<UnitSweep>, VerifyError> {
+    let routine = of_unit(design, &fitted.words, fitted.total, reference);
+    let program = &routine.design.program;
+    let fast_reference = FastReference::of(&routine);
+    let domain = Domain::of(program);
+    let indices: Vec<u64> = domain.interpreted(program).indices().collect();
+    let given: Vec<Vec<u32>> = indices.iter().map(|i| domain.words(program, *i)).collect();
+    let expected: Vec<Option<i64>> = (indices.iter())
+        .map(|i| interpret(program, &domain.arguments(program, *i)).ok().map(|out| out.word.bits()))
+        .collect();
+    let mut sweeps = Vec::new();
+    for (language, executable) in programs {
+        let found = run(executable, &[(page, &given)])?;
+        let (status, results) = found.into_iter().next().unwrap_or((-1, Vec::new()));
+        let refused = status != 0 || results.len() != given.len();
+        let (mut different, mut worst) = (if refused { given.len() as u64 } else { 0 }, 0.0f64);
+        for ((index, bits), expected) in indices.iter().zip(&results).zip(&expected) {
+            different += u64::from(expected.is_none_or(|e| e as u32 != *bits));
+            let reading = reading(&domain.arguments(program, *index));
+            worst = worst.max((result(program, *bits) - fast_reference.at(reading)).abs());
+        }
+        let lsb = design.unit.to_f64();
+        sweeps.push(UnitSweep {
+            unit: unit.name.clone(),
+            language: (*language).into(),
+            readings: given.len() as u64,
+            different,
+            worst: design.quantity.in_bound_unit((worst - fast_reference.error).max(0.0) * lsb),
+            bound: design.quantity.in_bound_unit(fitted.total),
+        });
+    }
+    Ok(sweeps)
 }
 
 /// The page as it lies in the folder; as it would be generated where it is missing, which the comparison has said.
@@ -191,16 +178,7 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
     for (range, word) in program.page.iter_mut().zip(words) {
         (range.from, range.to) = (*word, *word);
     }
-    let bound = Bound {
-        total,
-        approximation: 0.0,
-        input: 0.0,
-        evaluation: 0.0,
-        output: 0.0,
-        terms: 0.0,
-        rounding: 0.0,
-        output_range: (0.0, 0.0),
-    };
+    let bound = Bound { total, ..Bound::default() };
     Routine {
         options: design.options.clone(),
         design: crate::design::Design {
@@ -220,14 +198,6 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
         physics: Physics::default(),
         line: false,
     }
-}
-
-fn indices(coverage: &Coverage) -> Vec<u64> {
-    let of = |s: &crate::verify::domain::Sweep| {
-        let (first, stride) = (s.first, s.stride);
-        (0..s.count).map(move |i| first + i * stride)
-    };
-    coverage.sweeps.iter().flat_map(of).collect()
 }
 
 /// The reading in its own words, as the routine forms it.
@@ -281,49 +251,32 @@ fn damaged(design: &Design, good: &Page) -> Vec<(String, Vec<u8>)> {
     all
 }
 
-/// Compiles the programs that read pages and words around the files in `folder`, into `build`: in Rust, and in C.
+/// Compiles the programs that read pages and words, in every language; `sanitize` has undefined behaviour watched for.
 ///
 /// # Errors
 /// [`VerifyError`] where a compiler is missing or refuses the files.
 pub fn compile(
-    folder: &Path,
-    name: &str,
+    place: &Place<'_>,
     design: &Design,
     sanitize: bool,
-    build: &Path,
 ) -> Result<Vec<(&'static str, PathBuf)>, VerifyError> {
-    let renderer = Renderer::new()?;
-    let arguments: Vec<Value> = (design.program.arguments.iter())
-        .map(|a| context! { name => &*a.name, type => rust_type(a.ty), c_type => c_type(a.ty) })
-        .collect();
-    let context = || {
-        context! {
-            name, arguments => arguments.clone(), upper => name.to_uppercase(), type_name => camel_case(name),
-            c_output_type => c_type(design.program.output_type()),
-            module => folder.join(format!("src/{name}.rs")).display().to_string(),
-        }
+    let program = |how: How| {
+        let (language, sanitized) = (how.language, sanitize && how.checker.watches());
+        let how = How { sanitized, ..how.strictly() };
+        let arguments: Vec<Value> = (design.program.arguments.iter())
+            .map(|a| {
+                let float = a.ty == crate::program::Type::F32;
+                context! { name => &*a.name, type => language.type_name(a.ty), float }
+            })
+            .collect();
+        let context = context! {
+            name => place.base, arguments, upper => place.base.to_uppercase(), type_name => camel_case(place.base),
+            output_type => language.type_name(design.program.output_type()),
+        };
+        how.checker.library(how, place)?;
+        Ok((language.name(), place.program(how, "pages", "pages", context)?))
     };
-    for (template, file) in [("units/run.rs", "run.rs"), ("units/run.c", "run.c")] {
-        let path = build.join(file);
-        std::fs::write(&path, renderer.render(template, context())?)
-            .map_err(|cause| VerifyError::Write { path, cause })?;
-    }
-    let [rust, c] = ["run-rust", "run-c"].map(|program| build.join(program));
-    let program = rust.display().to_string();
-    Tool::rustc()
-        .run(&["--edition", "2021", "-O", "-C", "overflow-checks=on", "run.rs", "-o", &program], build)?;
-    let (source, include, program) = (
-        folder.join(format!("c/{name}.c")).display().to_string(),
-        format!("-I{}", folder.join("c").display()),
-        c.display().to_string(),
-    );
-    let mut flags = vec!["-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"];
-    if sanitize {
-        flags.extend(["-fsanitize=undefined", "-fno-sanitize-recover=all"]);
-    }
-    flags.extend([include.as_str(), "run.c", source.as_str(), "-o", program.as_str()]);
-    Tool::cc().run(&flags, build)?;
-    Ok(vec![("rust", rust), ("c", c)])
+    How::all(false).into_iter().map(program).collect()
 }
 
 /// A page and readings, as words of each argument.
@@ -341,27 +294,12 @@ pub fn run(program: &Path, pages: &[Given<'_>]) -> Result<Vec<(i32, Vec<u32>)>, 
         input.extend((readings.len() as u32).to_le_bytes());
         readings.iter().flatten().for_each(|w| input.extend(w.to_le_bytes()));
     }
-    let failed = |cause| VerifyError::Run { program: program.display().to_string(), cause };
-    let mut child = Command::new(program)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(failed)?;
-    let writer = child.stdin.take().map(|mut stdin| {
-        // A program that ends early closes the pipe; its exit code tells.
-        std::thread::spawn(move || drop(stdin.write_all(&input)))
-    });
-    let out = child.wait_with_output().map_err(failed)?;
-    if let Some(writer) = writer {
-        drop(writer.join());
-    }
+    let out = fed(program, input)?;
     if !out.status.success() {
         let message = format!("{}: {}", out.status, String::from_utf8_lossy(&out.stderr).trim());
         return Err(VerifyError::Refused { program: program.display().to_string(), message });
     }
-    let mut words =
-        out.stdout.chunks_exact(4).map(|bytes| u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]));
+    let mut words = words(&out.stdout);
     let of_page = |(_, readings): &Given<'_>| {
         let status = words.next().map_or(-1, |status| status as i32);
         let count = if status == 0 { readings.len() } else { 0 };

@@ -177,13 +177,30 @@ impl Domain {
 
     /// The arguments of an index.
     pub fn arguments(&self, program: &Program, index: u64) -> Vec<Word> {
-        let word = |(bits, ty): (&u32, Type)| match ty {
-            Type::F32 => Word::Float(f32::from_bits(*bits)),
-            Type::I32 => Word::Int(i64::from(*bits as i32)),
-            _ => Word::Int(i64::from(*bits)),
-        };
-        self.words(program, index).iter().zip(program.arguments.iter().map(|a| a.ty)).map(word).collect()
+        arguments(program, &self.words(program, index))
     }
+}
+
+impl Coverage {
+    /// The indices of its inputs, sweep by sweep.
+    pub fn indices(&self) -> impl Iterator<Item = u64> + '_ {
+        let of = |s: &Sweep| {
+            let Sweep { first, count, stride } = *s;
+            (0..count).map(move |i| first.wrapping_add(i * stride))
+        };
+        self.sweeps.iter().flat_map(of)
+    }
+}
+
+/// Bit patterns as arguments of a program.
+pub fn arguments(program: &Program, words: &[u32]) -> Vec<Word> {
+    let word = |(argument, bits): (&crate::program::Argument, &u32)| match argument.ty {
+        Type::F32 => Word::Float(f32::from_bits(*bits)),
+        Type::I32 => Word::Int((*bits as i32).into()),
+        Type::U16 => Word::Int((*bits as u16).into()),
+        _ => Word::Int((*bits).into()),
+    };
+    program.arguments.iter().zip(words).map(word).collect()
 }
 
 /// A fixed scattering of the lower 32 bits of an index.

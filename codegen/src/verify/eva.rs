@@ -6,14 +6,13 @@
 //! the multiple of 2ⁿ below. Where that is the only alarm, the analysis is done again with the shift's contract in
 //! place of its body, and the body is held against the contract on all 2³² words, undefined behaviour watched for.
 
-use std::path::Path;
-
 use minijinja::context;
 
 use super::VerifyError;
-use super::compile::{Tool, messages};
-use super::external::{ToolReport, laid_out, write};
+use super::compile::{Place, Tool, messages, write};
+use super::external::{Checked, ToolReport, laid_out};
 use super::harness::Subject;
+use crate::language::Language;
 use crate::options::CShift;
 use crate::program::{Op, Type};
 use crate::render::Renderer;
@@ -32,15 +31,10 @@ enum Outcome {
 ///
 /// # Errors
 /// [`VerifyError`] where Frama-C, or for the second way a C compiler, is missing.
-pub fn frama_c(
-    subjects: &[Subject<'_>],
-    generated: &Path,
-    base: &str,
-    build: &Path,
-    shift: CShift,
-) -> Result<ToolReport, VerifyError> {
+pub fn frama_c(language: &dyn Language, of: &Checked<'_>) -> Result<ToolReport, VerifyError> {
+    let Checked { subjects, place: Place { generated, base, .. }, .. } = *of;
     let report = |holds, finding: String| Ok(ToolReport::new("frama-c", base, holds, finding));
-    match analyse(subjects, generated, base, build, shift, false)? {
+    match analyse(language, of, false)? {
         Outcome::Clean => report(true, covered(subjects).into()),
         Outcome::Failed(message) => report(false, message),
         Outcome::Alarm(alarm) => {
@@ -49,12 +43,12 @@ pub fn frama_c(
             if !(source.contains(SHIFT_RIGHT) && alarm.contains("value - (int32_t)low")) {
                 return report(false, alarm);
             }
-            match analyse(subjects, generated, base, build, shift, true)? {
+            match analyse(language, of, true)? {
                 Outcome::Clean => {}
                 Outcome::Alarm(alarm) | Outcome::Failed(alarm) => return report(false, alarm),
             }
             let distances = distances(&source);
-            match hold_shift(generated, base, build, &distances)? {
+            match hold_shift(&of.place, &distances)? {
                 Some(broken) => report(false, format!("shift_right does not keep its contract: {broken}")),
                 None => {
                     let by: Vec<String> = distances.iter().map(u32::to_string).collect();
@@ -84,18 +78,12 @@ fn takes_floats(subjects: &[Subject<'_>]) -> bool {
     subjects.iter().any(|s| s.program().arguments[0].ty == Type::F32)
 }
 
-fn analyse(
-    subjects: &[Subject<'_>],
-    generated: &Path,
-    base: &str,
-    build: &Path,
-    shift: CShift,
-    by_contract: bool,
-) -> Result<Outcome, VerifyError> {
+fn analyse(language: &dyn Language, of: &Checked<'_>, by_contract: bool) -> Result<Outcome, VerifyError> {
+    let Checked { subjects, place: Place { generated, base, build }, shift } = *of;
     let source = build.join("eva.c");
     let any_float = takes_floats(subjects);
     let context = context! {
-        routines => subjects.iter().map(laid_out).collect::<Vec<_>>(),
+        routines => subjects.iter().map(|s| laid_out(language, s)).collect::<Vec<_>>(),
         source => format!("{base}.c"),
         shift_right_contract => by_contract,
         any_float,
@@ -157,12 +145,8 @@ fn distances(source: &str) -> Vec<u32> {
 }
 
 /// Holds the helper against its contract on every word; gives the first that breaks it.
-fn hold_shift(
-    generated: &Path,
-    base: &str,
-    build: &Path,
-    distances: &[u32],
-) -> Result<Option<String>, VerifyError> {
+fn hold_shift(place: &Place<'_>, distances: &[u32]) -> Result<Option<String>, VerifyError> {
+    let Place { generated, base, build } = *place;
     let source = build.join("shift_right.c");
     let context = context! { source => format!("{base}.c"), distances => distances.to_vec() };
     write(&source, &Renderer::new()?.render("verify/shift_right.c", context)?)?;
@@ -183,6 +167,7 @@ mod tests {
     use crate::format::Format;
     use crate::generate::{Generated, generate};
     use crate::input::{Arity, Encoding, Input};
+    use crate::language;
     use crate::options::{Method, Options, RoutineOptions};
 
     fn analysed(generated: &Generated, options: &Options, from: &str, to: &str) -> ToolReport {
@@ -193,7 +178,9 @@ mod tests {
         }
         crate::files::write(folder.path(), &files).unwrap();
         let subjects = Subject::all(generated, options);
-        frama_c(&subjects, folder.path(), "corrected_angle", folder.path(), options.c_shift).unwrap()
+        let place = Place { generated: folder.path(), base: &generated.name, build: folder.path() };
+        let of = Checked { subjects: &subjects, place, shift: options.c_shift };
+        frama_c(language::named("c").unwrap(), &of).unwrap()
     }
 
     fn here() -> bool {

@@ -11,11 +11,12 @@ use minijinja::{Value, context};
 use serde::Serialize;
 
 use super::VerifyError;
-use super::compile::{Tool, messages};
+use super::compile::{Place, Tool, messages, write};
 use super::harness::Subject;
-use crate::certificate::rust_type;
+use crate::language::Language;
+use crate::options::CShift;
 use crate::program::{StateWord, Type};
-use crate::render::{Renderer, c_type};
+use crate::render::Renderer;
 
 /// What one tool said.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -34,6 +35,28 @@ impl ToolReport {
     pub(super) fn new(check: &str, subject: &str, holds: bool, finding: impl Into<String>) -> Self {
         ToolReport { check: check.into(), subject: subject.into(), holds, finding: finding.into() }
     }
+}
+
+/// A check by another program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Check {
+    /// Of undefined behaviour, over every input word.
+    Analysis,
+    /// Of the rules of MISRA, and all warnings of compilers.
+    Rules,
+    /// Of panics in the object.
+    Objects,
+}
+
+/// What is checked.
+#[derive(Clone, Copy)]
+pub struct Checked<'a> {
+    /// The routines.
+    pub subjects: &'a [Subject<'a>],
+    /// Their files.
+    pub place: Place<'a>,
+    /// How C shifts negative numbers to the right.
+    pub shift: CShift,
 }
 
 /// Time that Gappa gets for one script.
@@ -114,7 +137,8 @@ fn first_of(mut from: impl Read) -> String {
 ///
 /// # Errors
 /// [`VerifyError`] where cppcheck is missing.
-pub fn misra(generated: &Path, base: &str) -> Result<ToolReport, VerifyError> {
+pub fn misra(place: &Place<'_>) -> Result<ToolReport, VerifyError> {
+    let Place { generated, base, .. } = *place;
     let tool = Tool::named("cppcheck", "apt-get install cppcheck");
     let file = format!("c/{base}.c");
     let arguments = [
@@ -170,7 +194,8 @@ const WARNINGS: [&str; 18] = [
 ///
 /// # Errors
 /// [`VerifyError`] where a compiler is missing.
-pub fn warnings(generated: &Path, base: &str, build: &Path) -> Result<Vec<ToolReport>, VerifyError> {
+pub fn warnings(place: &Place<'_>) -> Result<Vec<ToolReport>, VerifyError> {
+    let Place { generated, base, build } = *place;
     let file = generated.join(format!("c/{base}.c")).display().to_string();
     let object = build.join("warnings.o").display().to_string();
     ["gcc", "clang"]
@@ -197,14 +222,12 @@ pub fn warnings(generated: &Path, base: &str, build: &Path) -> Result<Vec<ToolRe
 ///
 /// # Errors
 /// [`VerifyError`] where the compiler or `nm` is missing.
-pub fn objects(
-    subjects: &[Subject<'_>],
-    generated: &Path,
-    base: &str,
-    build: &Path,
-) -> Result<Vec<ToolReport>, VerifyError> {
+pub fn objects(language: &dyn Language, of: &Checked<'_>) -> Result<Vec<ToolReport>, VerifyError> {
+    let Checked { subjects, place: Place { generated, base, build }, .. } = *of;
     let source = build.join("symbols.rs");
-    write(&source, &render("verify/symbols.rs", subjects, base)?)?;
+    let routines: Vec<Value> = subjects.iter().map(|s| laid_out(language, s)).collect();
+    let context = context! { routines, crate_name => base };
+    write(&source, &Renderer::new()?.render("verify/symbols.rs", context)?)?;
     let library = generated.join("src/lib.rs").display().to_string();
     let rustc = Tool::rustc();
     let nm = Tool::named("nm", "apt-get install binutils");
@@ -253,18 +276,8 @@ pub fn objects(
     Ok(reports)
 }
 
-pub(super) fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
-    fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
-}
-
-fn render(template: &'static str, subjects: &[Subject<'_>], base: &str) -> Result<String, VerifyError> {
-    let routines: Vec<Value> = subjects.iter().map(laid_out).collect();
-    let context = context! { routines, crate_name => base, source => format!("{base}.c") };
-    Ok(Renderer::new()?.render(template, context)?)
-}
-
 /// A routine as the templates of checks see it.
-pub(super) fn laid_out(s: &Subject<'_>) -> Value {
+pub(super) fn laid_out(language: &dyn Language, s: &Subject<'_>) -> Value {
     let program = s.program();
     let word = |w: &StateWord| {
         context! { name => &*w.name, wide => w.ty == Type::I64, least => w.range.0, most => w.range.1 }
@@ -273,10 +286,8 @@ pub(super) fn laid_out(s: &Subject<'_>) -> Value {
         name => &*s.name,
         flag => s.flag,
         continues => s.continues,
-        arguments => program.arguments.iter().map(|a| c_type(a.ty)).collect::<Vec<_>>(),
-        rust_arguments => program.arguments.iter().map(|a| rust_type(a.ty)).collect::<Vec<_>>(),
-        output => c_type(program.output_type()),
-        rust_output => rust_type(program.output_type()),
+        arguments => program.arguments.iter().map(|a| language.type_name(a.ty)).collect::<Vec<_>>(),
+        output => language.type_name(program.output_type()),
         type_name => crate::text::camel_case(&s.name),
         state => program.state.iter().map(word).collect::<Vec<_>>(),
     }

@@ -3,41 +3,16 @@
 
 use std::path::{Path, PathBuf};
 
-use minijinja::{Value, context, value::Serde};
-use serde::Serialize;
-
 use super::VerifyError;
-use super::compile::Tool;
+use super::compile::{How, Place, Tool};
 use super::domain::{Coverage, Domain, Sweep};
 use super::fast_reference::FastReference;
-use crate::certificate::{Certificate, rust_type};
 use crate::generate::Generated;
 use crate::interpret::{Word, interpret};
 use crate::options::{Options, OutOfRange};
 use crate::program::{Program, Type};
-use crate::render::{Renderer, c_type};
 use crate::routine::Routine;
-use crate::text::double_hex;
-
-/// A language of the generated sources.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Language {
-    /// The crate.
-    Rust,
-    /// Source and header.
-    C,
-}
-
-impl Language {
-    /// As in the certificate.
-    pub fn name(self) -> &'static str {
-        match self {
-            Language::Rust => "rust",
-            Language::C => "c",
-        }
-    }
-}
+use minijinja::{Value, context, value::Serde};
 
 /// Everything about one routine that the checks need.
 pub struct Subject<'a> {
@@ -58,7 +33,7 @@ pub struct Subject<'a> {
 impl<'a> Subject<'a> {
     /// The routines of a generation.
     pub fn all(generated: &'a Generated, options: &Options) -> Vec<Self> {
-        let base = base_name(&generated.certificate);
+        let base = &generated.name;
         let named = |routine: &'a Routine| Subject {
             name: format!("{base}_{}", routine.options.suffix()),
             routine,
@@ -81,22 +56,12 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Base name of the generated C files and of the crate.
-pub fn base_name(certificate: &Certificate) -> String {
-    let c = certificate.routines.iter().find(|e| e.language == "c");
-    let stem = c.and_then(|e| Path::new(&e.file).file_stem()).map(|s| s.to_string_lossy().into_owned());
-    stem.unwrap_or_default()
-}
-
 /// A compiled sweep of one routine in one language.
 #[derive(Debug)]
 pub struct Harness {
     /// What it runs.
-    pub language: Language,
-    /// Whether it watches for undefined behaviour.
-    pub sanitized: bool,
+    pub how: How,
     executable: PathBuf,
-    folder: PathBuf,
 }
 
 /// What a part of a sweep found.
@@ -127,80 +92,14 @@ impl Found {
     }
 }
 
-/// Compiles the generated crate in `generated` (a folder) once; the harnesses link it.
-///
-/// # Errors
-/// [`VerifyError`] where there is no compiler or it refuses.
-pub fn compile_crate(generated: &Path, base: &str, build: &Path) -> Result<(), VerifyError> {
-    let library = generated.join("src/lib.rs");
-    let output = build.join(format!("lib{base}.rlib"));
-    let mut arguments = vec!["--edition=2021", "--crate-type=rlib", "--crate-name", base];
-    arguments.extend(RUST_OPTIONS);
-    let (library, output) = (library.display().to_string(), output.display().to_string());
-    arguments.extend(["-o", output.as_str(), library.as_str()]);
-    Tool::rustc().run(&arguments, build).map(drop)
-}
-
-const RUST_OPTIONS: [&str; 4] = ["-Copt-level=3", "-Ctarget-cpu=native", "-Cpanic=abort", "--cap-lints=warn"];
-const C_OPTIONS: [&str; 4] = ["-std=c99", "-O3", "-march=native", "-ffp-contract=off"];
-/// Undefined behaviour ends the run; unsigned arithmetic may wrap, that is defined.
-const SANITIZE: [&str; 2] = ["-fsanitize=undefined,float-cast-overflow", "-fno-sanitize-recover=all"];
-
-/// Builds the harness of `subject` in `build`, around the files in `generated`.
+/// Builds the harness of `subject`.
 ///
 /// # Errors
 /// [`VerifyError`] where there is no compiler, or it refuses the generated files.
-pub fn build(
-    subject: &Subject<'_>,
-    language: Language,
-    sanitize: bool,
-    generated: &Path,
-    base: &str,
-    build: &Path,
-) -> Result<Harness, VerifyError> {
-    let text = render(subject, language, base)?;
-    let stem = format!("sweep_{}_{}{}", subject.name, language.name(), if sanitize { "_ub" } else { "" });
-    let extension = if language == Language::Rust { "rs" } else { "c" };
-    let source = build.join(format!("{stem}.{extension}"));
-    std::fs::write(&source, text).map_err(|cause| VerifyError::Write { path: source.clone(), cause })?;
-    let executable = build.join(&stem);
-    executable_of(language, sanitize, generated, base, build, &source, &executable)?;
-    Ok(Harness { language, sanitized: sanitize, executable, folder: build.to_path_buf() })
-}
-
-/// Compiles a program around the generated files in `generated`, a Rust one with the crate in `build`.
-///
-/// # Errors
-/// [`VerifyError`] where there is no compiler, or it refuses.
-pub(super) fn executable_of(
-    language: Language,
-    sanitize: bool,
-    generated: &Path,
-    base: &str,
-    build: &Path,
-    source: &Path,
-    executable: &Path,
-) -> Result<(), VerifyError> {
-    let (source, out) = (source.display().to_string(), executable.display().to_string());
-    let include = format!("-I{}", generated.join("c").display());
-    let library = format!("-L{}", build.display());
-    let mut arguments: Vec<&str> = Vec::new();
-    match language {
-        Language::Rust => {
-            arguments.push("--edition=2024");
-            arguments.extend(RUST_OPTIONS);
-            arguments.extend([library.as_str(), "--extern", base, "-o", out.as_str(), source.as_str()]);
-        }
-        Language::C => {
-            arguments.extend(C_OPTIONS);
-            if sanitize {
-                arguments.extend(SANITIZE);
-            }
-            arguments.extend([include.as_str(), "-o", out.as_str(), source.as_str()]);
-        }
-    }
-    let tool = if language == Language::Rust { Tool::rustc() } else { Tool::cc() };
-    tool.run(&arguments, build).map(drop)
+pub fn build(subject: &Subject<'_>, how: How, place: &Place<'_>) -> Result<Harness, VerifyError> {
+    let context = context(subject, how, place)?;
+    let executable = place.program(how, &format!("sweep_{}", subject.name), "sweep", context)?;
+    Ok(Harness { how, executable })
 }
 
 impl Harness {
@@ -212,7 +111,8 @@ impl Harness {
         let tool = Tool { program: self.executable.display().to_string(), install: "" };
         let numbers = [part.first, part.count, part.stride].map(|n| n.to_string());
         let arguments: Vec<&str> = numbers.iter().map(String::as_str).collect();
-        let text = tool.run(&arguments, &self.folder)?;
+        let folder = self.executable.parent().unwrap_or(Path::new("."));
+        let text = tool.run(&arguments, folder)?;
         parse(&text)
             .ok_or_else(|| VerifyError::Refused { program: tool.program.clone(), message: text.clone() })
     }
@@ -232,62 +132,44 @@ fn parse(text: &str) -> Option<Found> {
 pub fn interpreted_digest(subject: &Subject<'_>, coverage: &Coverage) -> Result<u64, VerifyError> {
     let program = subject.program();
     let mut sum = 0u64;
-    for sweep in &coverage.sweeps {
-        for i in 0..sweep.count {
-            let index = sweep.first.wrapping_add(i * sweep.stride);
-            let outcome = interpret(program, &subject.domain.arguments(program, index))?;
-            let key = super::digest::key(&subject.domain.words(program, index));
-            sum = sum.wrapping_add(u64::from(super::digest::mixed(key, outcome.word.bits() as u32)));
-            if subject.flag && !outcome.in_range {
-                sum = sum.wrapping_add(super::digest::FLAGGED);
-            }
+    for index in coverage.indices() {
+        let outcome = interpret(program, &subject.domain.arguments(program, index))?;
+        let key = super::digest::key(&subject.domain.words(program, index));
+        sum = sum.wrapping_add(u64::from(super::digest::mixed(key, outcome.word.bits() as u32)));
+        if subject.flag && !outcome.in_range {
+            sum = sum.wrapping_add(super::digest::FLAGGED);
         }
     }
     Ok(sum)
 }
 
-fn render(subject: &Subject<'_>, language: Language, base: &str) -> Result<String, VerifyError> {
-    let program = subject.program();
-    let fast_reference = &subject.fast_reference;
-    let argument = program.arguments[0].ty;
-    let bits = |v: f64| format!("{:016x}", v.to_bits());
+fn context(subject: &Subject<'_>, how: How, place: &Place<'_>) -> Result<Value, VerifyError> {
+    let (program, reference) = (subject.program(), &subject.fast_reference);
+    let (language, checker) = (how.language, how.checker);
+    let (argument, output) = (program.arguments[0].ty, program.output_type());
     let (at_lo, at_hi) = results_at_ends(subject)?;
     let spread = match subject.domain {
         Domain::Floats { spread } => spread.to_bits(),
         _ => 0,
     };
-    let (from_bits, c_from_bits) = match argument {
-        Type::F32 => ("f32::from_bits(word)".into(), "float_of(key)".into()),
-        ty => (format!("word as {}", rust_type(ty)), format!("({})key", c_type(ty))),
-    };
-    let context = context! {
+    Ok(context! {
         routine => &*subject.name,
-        crate_name => base,
-        source => format!("{base}.c"),
-        arguments => program.arguments.iter().map(|a| a.name.clone()).collect::<Vec<_>>(),
-        argument_type => rust_type(argument),
-        c_argument_type => c_type(argument),
-        output_type => rust_type(program.output_type()),
-        c_output_type => c_type(program.output_type()),
+        crate_name => place.base,
+        arguments => program.arguments.len(),
+        argument_type => language.type_name(argument),
+        output_type => language.type_name(output),
+        float_output => output == Type::F32,
         domain => Value::from(Serde(&subject.domain)),
         size => subject.domain.size(program),
         flag => subject.flag,
         continues => subject.continues,
-        from_bits, c_from_bits,
+        from_bits => checker.from_bits(argument),
         spread_bits => format!("{spread:08x}"),
         at_lo_bits => format!("{at_lo:08x}"), at_hi_bits => format!("{at_hi:08x}"),
-        lo_bits => bits(fast_reference.range.0), hi_bits => bits(fast_reference.range.1),
-        centre_bits => bits(fast_reference.centre), scale_bits => bits(fast_reference.scale),
-        coefficient_bits => fast_reference.coefficients.iter().rev().map(|c| bits(*c)).collect::<Vec<_>>(),
-        lo_hex => double_hex(fast_reference.range.0), hi_hex => double_hex(fast_reference.range.1),
-        centre_hex => double_hex(fast_reference.centre), scale_hex => double_hex(fast_reference.scale),
-        coefficient_hex => fast_reference.coefficients.iter().rev().map(|c| double_hex(*c)).collect::<Vec<_>>(),
-    };
-    let template = match language {
-        Language::Rust => "verify/sweep.rs",
-        Language::C => "verify/sweep.c",
-    };
-    Ok(Renderer::new()?.render(template, context)?)
+        lo => checker.double(reference.range.0), hi => checker.double(reference.range.1),
+        centre => checker.double(reference.centre), scale => checker.double(reference.scale),
+        coefficients => reference.coefficients.iter().rev().map(|c| checker.double(*c)).collect::<Vec<_>>(),
+    })
 }
 
 /// The result words at both ends of the valid range, interpreted.

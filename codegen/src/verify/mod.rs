@@ -7,6 +7,7 @@
 //! Routines with terms of further physics are run over sequences of calls instead: [`sequence`].
 
 pub mod belonging;
+pub mod calls;
 pub mod compile;
 pub mod digest;
 pub mod domain;
@@ -22,6 +23,7 @@ pub mod sweep;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use fitter::output::OutputError;
 use fitter::progress::Progress;
 
 use crate::certificate::{Certificate, Entry};
@@ -30,61 +32,56 @@ use crate::interpret::Overflow;
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::render::RenderError;
+use crate::turn::TurnError;
+use crate::units::UnitsError;
 
-use harness::{Language, Subject};
+use compile::{How, Place, temporary};
+use external::{Check, Checked};
+use harness::Subject;
 use report::Report;
+use sweep::SweepReport;
 
 /// A check could not be made. (A check that fails is no error: it stands in the [`Report`].)
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// The certificate cannot be used.
     #[error("{path}: {what}", path = path.display())]
-    Certificate {
-        /// Its path.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
+    Certificate { path: PathBuf, what: String },
     /// A program is missing.
     #[error("{program} is not installed: {install}")]
-    Missing {
-        /// Its name.
-        program: String,
-        /// How to get it.
-        install: &'static str,
-    },
+    Missing { program: String, install: &'static str },
     /// A program cannot be started.
     #[error("{program} cannot be run: {cause}")]
     Run {
-        /// Its name.
         program: String,
-        /// What the system says.
         #[source]
         cause: io::Error,
     },
     /// A program ended with an error.
     #[error("{program}: {message}")]
-    Refused {
-        /// Its name.
-        program: String,
-        /// Its first lines.
-        message: String,
-    },
+    Refused { program: String, message: String },
     /// A temporary file cannot be written.
     #[error("{path} cannot be written: {cause}", path = path.display())]
     Write {
-        /// Its path.
         path: PathBuf,
-        /// What the system says.
         #[source]
         cause: io::Error,
     },
+    /// Generated files cannot be written.
+    #[error(transparent)]
+    Files(#[from] OutputError),
     /// A defect of a template.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// A defect of the proof.
     #[error(transparent)]
     Overflow(#[from] Overflow),
+    /// The routine of an encoder.
+    #[error(transparent)]
+    Turn(#[from] TurnError),
+    /// The routine of many units.
+    #[error(transparent)]
+    Units(#[from] Box<UnitsError>),
     /// A defect of serialisation.
     #[error("the report cannot be written as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -126,74 +123,77 @@ pub fn verify(
         certificate: belonging::check(folder, &certificate, &generated.certificate, &generated.files),
         ..Report::default()
     };
-    let folder = absolute(folder)?;
-    let build =
-        tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })?;
-    let base = harness::base_name(&generated.certificate);
+    let (folder, build) = (absolute(folder)?, temporary()?);
+    let place = Place { generated: &folder, base: &generated.name, build: build.path() };
     let subjects = Subject::all(generated, options);
-
     bar.doing("compiling");
-    harness::compile_crate(&folder, &base, build.path())?;
-    let mut runs = vec![(Language::Rust, false), (Language::C, false)];
-    if checks.sanitize {
-        runs.push((Language::C, true));
+    let runs = How::all(checks.sanitize);
+    for how in runs.iter().filter(|how| !how.sanitized) {
+        how.checker.library(*how, &place)?;
     }
-    let coverage = |s: &Subject<'_>| {
-        if checks.exhaustive { s.domain.all(s.program()) } else { s.domain.quick(s.program()) }
-    };
-    let functions = || subjects.iter().filter(|s| !s.has_terms());
-    let total: u64 = functions().map(|s| sweep::inputs(&coverage(s))).sum();
-    bar.steps(total * runs.len() as u64);
-    for subject in subjects.iter().filter(|s| s.has_terms()) {
-        bar.doing(&format!("{}: sequences of calls", subject.name));
-        let prepared = sequence::prepare(subject, checks.exhaustive)?;
-        for &(language, sanitized) in &runs {
-            let stated = stated(&certificate, subject, language);
-            let Some(stated) = stated else { continue };
-            bar.doing(&format!("{} in {}", subject.name, language.name()));
-            let built = sequence::runner::build(subject, language, sanitized, &folder, &base, build.path())?;
-            let how = (language, sanitized);
-            let found = sequence::sweep(subject, how, &built, &prepared, stated.bound, quantity)?;
-            report.sweeps.push(found);
-        }
-    }
-    for subject in functions() {
-        let coverage = coverage(subject);
-        for &(language, sanitized) in &runs {
-            let stated = stated(&certificate, subject, language);
-            let Some(stated) = stated else { continue };
-            bar.doing(&format!("{} in {}", subject.name, language.name()));
-            let harness = harness::build(subject, language, sanitized, &folder, &base, build.path())?;
-            let found = sweep::sweep(subject, &harness, &coverage, stated.bound, quantity, bar)?;
-            report.sweeps.push(found);
-        }
-    }
+    report.sweeps = sweeps(&subjects, &certificate, quantity, &runs, &place, checks.exhaustive, bar)?;
     report.compare_digests();
     bar.doing("other tools");
     if checks.gappa {
         report.tools.extend(external::gappa(&subjects, &folder)?);
     }
-    if checks.frama_c {
-        report.tools.push(eva::frama_c(&subjects, &folder, &base, build.path(), options.c_shift)?);
-    }
-    if checks.misra {
-        report.tools.push(external::misra(&folder, &base)?);
-        report.tools.extend(external::warnings(&folder, &base, build.path())?);
-    }
-    if checks.objects {
-        report.tools.extend(external::objects(&subjects, &folder, &base, build.path())?);
+    let checked = Checked { subjects: &subjects, place, shift: options.c_shift };
+    for (wanted, check) in
+        [(checks.frama_c, Check::Analysis), (checks.misra, Check::Rules), (checks.objects, Check::Objects)]
+    {
+        for how in runs.iter().filter(|how| wanted && !how.sanitized) {
+            report.tools.extend(how.checker.check(check, &checked)?);
+        }
     }
     if checks.mutants {
-        report.tools.extend(mutants::mutants(&subjects, generated, quantity, &base, bar)?);
+        report.tools.extend(mutants::mutants(&subjects, generated, options, quantity, bar)?);
     }
     Ok(report)
 }
 
-/// What the certificate promises. Without an entry nothing is promised; the certificate's check has said so.
-fn stated<'a>(certificate: &'a Certificate, subject: &Subject<'_>, language: Language) -> Option<&'a Entry> {
-    certificate.routines.iter().find(|e| e.routine == subject.name && e.language == language.name())
+/// Every routine in every language: those with terms of further physics over sequences of calls, the others over inputs.
+fn sweeps(
+    subjects: &[Subject<'_>],
+    certificate: &Certificate,
+    quantity: &Quantity,
+    runs: &[How],
+    place: &Place<'_>,
+    exhaustive: bool,
+    bar: &dyn Progress,
+) -> Result<Vec<SweepReport>, VerifyError> {
+    let coverage = |s: &Subject<'_>| {
+        if exhaustive { s.domain.all(s.program()) } else { s.domain.quick(s.program()) }
+    };
+    let (with_terms, functions): (Vec<_>, Vec<_>) = subjects.iter().partition(|s| s.has_terms());
+    let total: u64 = functions.iter().map(|s| sweep::inputs(&coverage(s))).sum();
+    bar.steps(total * runs.len() as u64);
+    let mut found = Vec::new();
+    for subject in with_terms {
+        bar.doing(&format!("{}: sequences of calls", subject.name));
+        let prepared = sequence::prepare(subject, exhaustive)?;
+        for how in runs {
+            let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
+            bar.doing(&format!("{} in {}", subject.name, how.language.name()));
+            found.push(sequence::sweep(subject, *how, place, &prepared, stated.bound, quantity)?);
+        }
+    }
+    for subject in functions {
+        let coverage = coverage(subject);
+        for how in runs {
+            let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
+            bar.doing(&format!("{} in {}", subject.name, how.language.name()));
+            let harness = harness::build(subject, *how, place)?;
+            found.push(sweep::sweep(subject, &harness, &coverage, stated.bound, quantity, bar)?);
+        }
+    }
+    Ok(found)
 }
 
-fn absolute(folder: &Path) -> Result<PathBuf, VerifyError> {
+/// What the certificate promises. Without an entry nothing is promised; the certificate's check has said so.
+pub(crate) fn stated<'a>(certificate: &'a Certificate, routine: &str, how: How) -> Option<&'a Entry> {
+    certificate.routines.iter().find(|e| e.routine == routine && e.language == how.language.name())
+}
+
+pub(crate) fn absolute(folder: &Path) -> Result<PathBuf, VerifyError> {
     std::path::absolute(folder).map_err(|cause| VerifyError::Write { path: folder.into(), cause })
 }

@@ -26,11 +26,7 @@ impl Report {
             if let Some(b) = other.filter(|b| b.digest != a.digest) {
                 self.different.push(format!(
                     "{}: {} and {} give different outputs, digests {} and {}",
-                    a.routine,
-                    b.language.name(),
-                    a.language.name(),
-                    b.digest,
-                    a.digest
+                    a.routine, b.language, a.language, b.digest, a.digest
                 ));
             }
         }
@@ -53,7 +49,7 @@ impl Report {
         lines.extend(self.certificate.iter().map(|what| format!("REFUSED {what}")));
         for s in &self.sweeps {
             let how = if s.sanitized { ", undefined behaviour watched for" } else { "" };
-            lines.push(format!("{} in {}{how}: {} inputs", s.routine, s.language.name(), s.inputs));
+            lines.push(format!("{} in {}{how}: {} inputs", s.routine, s.language, s.inputs));
             let exhaustive = if s.exhaustive { "exhaustive" } else { "NOT exhaustive" };
             lines.push(format!("  {exhaustive}: {}", s.covered));
             lines.push(format!(

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::VerifyError;
+use super::compile::How;
 use super::domain::{Coverage, Sweep, describe};
-use super::harness::{Found, Harness, Language, Subject, interpreted_digest};
+use super::harness::{Found, Harness, Subject, interpreted_digest};
 use crate::exact::Interval;
 use crate::quantity::Quantity;
 
@@ -18,8 +19,8 @@ const PART: u64 = 1 << 26;
 pub struct SweepReport {
     /// Name of the function.
     pub routine: String,
-    /// `rust` or `c`.
-    pub language: Language,
+    /// The language.
+    pub language: &'static str,
     /// Whether undefined behaviour was watched for.
     pub sanitized: bool,
     /// How many inputs.
@@ -103,58 +104,95 @@ pub fn sweep(
     let compiled = run(harness, &subset, &())?.digest;
     let as_interpreted = compiled == interpreted_digest(subject, &subset)?;
 
-    let arguments = subject.domain.arguments(program, found.worst_index);
-    let in_unit = |words: f64| {
-        if !words.is_finite() {
-            return f64::INFINITY;
-        }
-        let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
-        quantity.in_bound_unit(exact.to_f64_up())
-    };
-    // The difference was rounded once; then what the fast reference may be off.
-    let worst_words = (found.worst.next_up() + subject.fast_reference.error).next_up();
-    let worst_error = in_unit(worst_words);
     let largest = subject.routine.design.bound.output_range;
     let largest = largest.0.abs().max(largest.1.abs()) as f32;
     let lsb = match program.output_type() {
         crate::program::Type::F32 => f64::from(largest.next_up() - largest),
         _ => 1.0,
     };
-    let mut violations = Vec::new();
-    // An output that is no number counts as infinitely wrong.
-    if worst_error > bound {
-        violations.push(format!(
-            "the error at {} is {worst_error:.4e} {}, more than the bound {bound:.4e}",
-            describe(program, &arguments),
-            quantity.bound_unit
-        ));
-    }
-    if found.astray > 0 {
-        violations.push(format!(
-            "{} results outside the range are not those at its ends, or flagged wrongly",
-            found.astray
-        ));
-    }
-    if !as_interpreted {
-        violations.push("the outputs differ from those of the program that was proved".into());
-    }
-    Ok(SweepReport {
-        routine: subject.name.clone(),
-        language: harness.language,
-        sanitized: harness.sanitized,
+    // The difference was rounded once; then what the fast reference may be off.
+    let worst = (found.worst.next_up() + subject.fast_reference.error).next_up();
+    let swept = Swept {
         inputs: inputs(coverage),
         exhaustive: coverage.exhaustive,
         covered: coverage.what.clone(),
-        worst_input: describe(program, &arguments),
-        worst_error,
-        worst_error_lsb: worst_words / lsb,
-        reference_error: in_unit(subject.fast_reference.error),
-        bound,
-        margin: bound / worst_error,
-        unit: quantity.bound_unit.clone(),
+        worst_input: describe(program, &subject.domain.arguments(program, found.worst_index)),
+        worst,
+        worst_lsb: worst / lsb,
+        reference_error: subject.fast_reference.error,
         astray: found.astray,
-        digest: format!("{:016x}", found.digest),
+        wrongly: "results outside the range are not those at its ends, or flagged wrongly",
+        digest: found.digest,
         as_interpreted,
-        violations,
-    })
+    };
+    Ok(swept.report(subject, harness.how, bound, quantity))
+}
+
+/// What was found, in output words.
+pub(super) struct Swept {
+    pub inputs: u64,
+    pub exhaustive: bool,
+    pub covered: String,
+    pub worst_input: String,
+    pub worst: f64,
+    pub worst_lsb: f64,
+    pub reference_error: f64,
+    pub astray: u64,
+    /// What is said of those that are astray.
+    pub wrongly: &'static str,
+    pub digest: u64,
+    pub as_interpreted: bool,
+}
+
+impl Swept {
+    /// The same held against `bound`, in the quantity's bound unit.
+    pub(super) fn report(
+        self,
+        subject: &Subject<'_>,
+        how: How,
+        bound: f64,
+        quantity: &Quantity,
+    ) -> SweepReport {
+        let unit = quantity.bound_unit.clone();
+        let in_unit = |words: f64| {
+            if !words.is_finite() {
+                return f64::INFINITY;
+            }
+            let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
+            quantity.in_bound_unit(exact.to_f64_up())
+        };
+        let (worst_error, worst_input) = (in_unit(self.worst), self.worst_input);
+        let mut violations = Vec::new();
+        // An output that is no number counts as infinitely wrong.
+        if worst_error > bound {
+            violations.push(format!(
+                "the error at {worst_input} is {worst_error:.4e} {unit}, more than the bound {bound:.4e}"
+            ));
+        }
+        if self.astray > 0 {
+            violations.push(format!("{} {}", self.astray, self.wrongly));
+        }
+        if !self.as_interpreted {
+            violations.push("the outputs differ from those of the program that was proved".into());
+        }
+        SweepReport {
+            routine: subject.name.clone(),
+            language: how.language.name(),
+            sanitized: how.sanitized,
+            inputs: self.inputs,
+            exhaustive: self.exhaustive,
+            covered: self.covered,
+            worst_input,
+            worst_error,
+            worst_error_lsb: self.worst_lsb,
+            reference_error: in_unit(self.reference_error),
+            bound,
+            margin: bound / worst_error,
+            unit,
+            astray: self.astray,
+            digest: format!("{:016x}", self.digest),
+            as_interpreted: self.as_interpreted,
+            violations,
+        }
+    }
 }

@@ -1,13 +1,19 @@
 //! The changes of a source that are tried: constants, shifts, limits, the state, rows of a table.
 
-use crate::program::{Op, Operand, Program, Stage};
-use crate::text;
-use crate::verify::harness::{Language, Subject};
+use std::path::Path;
+
+use crate::generate::Generated;
+use crate::language::Body;
+use crate::options::Options;
+use crate::program::{Op, Operand, Stage, Step};
+use crate::text::camel_case;
+use crate::verify::compile::How;
+use crate::verify::harness::Subject;
 
 /// A change of one source file.
 pub(super) struct Mutation {
     pub(super) what: String,
-    pub(super) language: Language,
+    pub(super) how: How,
     pub(super) from: String,
     to: String,
     /// Whether `to` stands in the file as well and both change places.
@@ -28,127 +34,124 @@ impl Mutation {
     }
 }
 
-/// Every change that fits a routine.
-pub(super) fn mutations(subject: &Subject<'_>, source_c: &str) -> Vec<Mutation> {
-    let program = subject.program();
-    let mut found = Vec::new();
-    let constants: Vec<Operand> = program
-        .steps
-        .iter()
-        .filter(|s| s.stage == Stage::Evaluation)
-        .filter_map(|s| match &s.op {
+/// Every change that fits a routine, in every language.
+pub(super) fn mutations(subject: &Subject<'_>, generated: &Generated, options: &Options) -> Vec<Mutation> {
+    let body = Body::new(subject.program(), false, options);
+    let source = |how: &How| {
+        let file = how.language.file_of(&generated.name, &subject.name);
+        generated.files.get(Path::new(&file)).map_or("", String::as_str)
+    };
+    let runs = How::all(false);
+    let each = runs.iter().map(|how| Changes { how: *how, body, source: source(how) });
+    let of_each: Vec<Vec<Mutation>> = each.map(|changes| changes.all()).collect();
+    // Change by change, in every language.
+    let most = of_each.iter().map(Vec::len).max().unwrap_or(0);
+    let mut columns: Vec<_> = of_each.into_iter().map(Vec::into_iter).collect();
+    (0..most).flat_map(|_| columns.iter_mut().filter_map(Iterator::next).collect::<Vec<_>>()).collect()
+}
+
+/// The changes of one language's source.
+struct Changes<'a> {
+    how: How,
+    body: Body<'a>,
+    source: &'a str,
+}
+
+impl Changes<'_> {
+    fn all(&self) -> Vec<Mutation> {
+        let mut found = self.constants();
+        found.extend(self.shift());
+        found.extend(self.not_kept());
+        found.extend(self.limit());
+        found.extend(self.swapped_rows());
+        found
+    }
+
+    fn change(&self, what: &str, from: String, to: String) -> Mutation {
+        let what = format!("{what}, {}", camel_case(self.how.language.name()));
+        Mutation { what, how: self.how, from, to, swap: false }
+    }
+
+    /// The constants of some steps off in their last places.
+    fn constants(&self) -> Vec<Mutation> {
+        let constant = |step: &Step| match step.op {
             Op::MulAddHigh { c, .. }
             | Op::MulAddSplit { c, .. }
             | Op::MulAddShort { c, .. }
-            | Op::MulAddF32 { c, .. } => Some(*c),
+            | Op::MulAddF32 { c, .. } => Some(c).filter(|c| !matches!(c, Operand::Step(_) | Operand::Int(0))),
             _ => None,
-        })
-        .filter(|c| !matches!(c, Operand::Step(_) | Operand::Int(0)))
-        .collect();
-    let chosen = [constants.first(), constants.get(constants.len() / 2), constants.last()];
-    for (c, units) in chosen.into_iter().flatten().zip([4i64, 2, 1]) {
-        let what = format!("a coefficient of {c:?} off by {units} in its last place");
-        match c {
-            Operand::Int(v) => {
-                let other = v + units * if *v < 0 { -1 } else { 1 };
-                found.push(Mutation {
-                    what: format!("{what}, Rust"),
-                    language: Language::Rust,
-                    swap: false,
-                    from: format!("({})", text::grouped(*v)),
-                    to: format!("({})", text::grouped(other)),
-                });
-                found.push(Mutation {
-                    what: format!("{what}, C"),
-                    language: Language::C,
-                    swap: false,
-                    from: format!(" {};", v.abs()),
-                    to: format!(" {};", other.abs()),
-                });
-            }
-            Operand::Float(v) => {
-                let other = f32::from_bits(v.to_bits() + units as u32);
-                found.push(Mutation {
-                    what: format!("{what}, Rust"),
-                    language: Language::Rust,
-                    swap: false,
-                    from: format!(" {}", text::float_decimal(v.abs())),
-                    to: format!(" {}", text::float_decimal(other.abs())),
-                });
-                found.push(Mutation {
-                    what: format!("{what}, C"),
-                    language: Language::C,
-                    swap: false,
-                    from: format!(" {}f; /*", text::float_hex(v.abs())),
-                    to: format!(" {}f; /*", text::float_hex(other.abs())),
-                });
-            }
-            Operand::Step(_) => {}
-        }
-    }
-    found.extend(shifts(program, source_c));
-    found.extend(states(program));
-    // The middle of a table is always reached.
-    if let [_, .., _] = &program.table[..] {
-        let middle = program.table.len() / 2;
-        let pair = [&program.table[middle - 1], &program.table[middle]];
-        let row = |digits: &dyn Fn(i64) -> String| {
-            pair.map(|r| r.iter().map(|v| digits(*v)).collect::<Vec<_>>().join(", "))
         };
-        let (rust, c) = (row(&text::grouped), row(&|v| v.to_string()));
-        for (language, name, [from, to]) in [(Language::Rust, "Rust", rust), (Language::C, "C", c)] {
-            let what = format!("a table with two segments swapped, {name}");
-            found.push(Mutation { what, language, swap: true, from, to });
-        }
+        let steps = self.body.program.steps.iter().filter(|s| s.stage == Stage::Evaluation);
+        let constants: Vec<(&Step, Operand)> = steps.filter_map(|s| Some((s, constant(s)?))).collect();
+        let chosen = [constants.first(), constants.get(constants.len() / 2), constants.last()];
+        let changed = chosen.into_iter().flatten().zip([4i64, 2, 1]).map(|((step, c), units)| {
+            let other = match *c {
+                Operand::Int(v) => Operand::Int(v + units * if v < 0 { -1 } else { 1 }),
+                Operand::Float(v) => Operand::Float(f32::from_bits(v.to_bits() + units as u32)),
+                Operand::Step(i) => Operand::Step(i),
+            };
+            let what = format!("a coefficient of {c:?} off by {units} in its last place");
+            let damaged = Step {
+                op: step.op.on(|operand| if operand == *c { other } else { operand }),
+                ..(*step).clone()
+            };
+            let [from, to] = [step, &damaged].map(|s| self.how.language.expression(&self.body, s));
+            self.change(&what, from, to)
+        });
+        changed.collect()
     }
-    found
-}
 
-/// A word of the state that is not kept, and a limit that is too narrow.
-fn states(program: &Program) -> Vec<Mutation> {
-    let mut found = Vec::new();
-    if let Some((name, Operand::Step(next))) = program.state.last().map(|w| (&w.name, w.next)) {
-        let next = &program.steps[next].name;
-        for (language, text, of) in [(Language::Rust, "Rust", "self."), (Language::C, "C", "state->")] {
-            let what = format!("`{name}` not kept, {text}");
-            let (from, to) = (format!("{of}{name} = {next};"), format!("{of}{name} = {of}{name};"));
-            found.push(Mutation { what, language, from, to, swap: false });
-        }
+    /// The shift of a product off by one.
+    fn shift(&self) -> Option<Mutation> {
+        let shift = |step: &Step| match step.op {
+            Op::MulAddHigh { .. } => Some(32),
+            Op::MulAddSplit { .. } => Some(16),
+            _ => None,
+        };
+        let by = self.body.program.steps.iter().find_map(shift)?;
+        let texts = self.how.checker.shifts(by).into_iter().zip(self.how.checker.shifts(by - 1));
+        let (from, to) = texts.into_iter().find(|(from, _)| self.source.contains(from))?;
+        Some(self.change(&format!("a product shifted by {} instead of {by}", by - 1), from, to))
     }
-    let limit = program.steps.iter().rev().find_map(|s| match s.op {
-        Op::Clamp { lo, hi, .. } if s.stage == Stage::Evaluation => Some((lo, hi)),
-        _ => None,
-    });
-    if let Some((lo, hi)) = limit {
-        for (language, name) in [(Language::Rust, "Rust"), (Language::C, "C")] {
-            let digits = |v: i64| if language == Language::Rust { text::grouped(v) } else { v.to_string() };
-            let ends = |hi: i64| format!("{}, {})", digits(lo), digits(hi));
-            let what = format!("a limit of {} instead of {hi}, {name}", hi / 2);
-            found.push(Mutation { what, language, from: ends(hi), to: ends(hi / 2), swap: false });
-        }
-    }
-    found
-}
 
-/// Shifts of products that are off by one; in strict C a shift is an exact division, or its distance an argument.
-fn shifts(program: &Program, source_c: &str) -> Vec<Mutation> {
-    let shift = |op: &Op| match op {
-        Op::MulAddHigh { .. } => Some((32, ">> 32".to_string(), [">> 32", "/ 4294967296)"])),
-        Op::MulAddSplit { .. } => Some((16, ">> 16".to_string(), [") >> 16", ", 16u)"])),
-        _ => None,
-    };
-    let Some((by, rust, in_c)) = program.steps.iter().find_map(|s| shift(&s.op)) else { return Vec::new() };
-    let Some(c) = in_c.into_iter().find(|text| source_c.contains(text)) else { return Vec::new() };
-    let less =
-        |text: &str| text.replace(&by.to_string(), &(by - 1).to_string()).replace("4294967296", "2147483648");
-    [(Language::Rust, "Rust", rust.as_str()), (Language::C, "C", c)]
-        .into_iter()
-        .map(|(language, name, from)| Mutation {
-            what: format!("a product shifted by {} instead of {by}, {name}", by - 1),
-            language,
-            swap: false,
-            from: from.into(),
-            to: less(from),
-        })
-        .collect()
+    /// A word of the state that is not kept.
+    fn not_kept(&self) -> Option<Mutation> {
+        let program = self.body.program;
+        let word = program.state.last().filter(|word| matches!(word.next, Operand::Step(_)))?;
+        let language = self.how.language;
+        let kept = Step {
+            op: Op::State { index: program.state.len() - 1 },
+            ty: word.ty,
+            name: word.name.clone(),
+            note: String::new(),
+            stage: Stage::Evaluation,
+        };
+        let kept = language.expression(&self.body, &kept);
+        let (from, to) =
+            (format!("{kept} = {};", language.operand(program, &word.next)), format!("{kept} = {kept};"));
+        Some(self.change(&format!("`{}` not kept", word.name), from, to))
+    }
+
+    /// A limit that is too narrow.
+    fn limit(&self) -> Option<Mutation> {
+        let (lo, hi) = self.body.program.steps.iter().rev().find_map(|s| match s.op {
+            Op::Clamp { lo, hi, .. } if s.stage == Stage::Evaluation => Some((lo, hi)),
+            _ => None,
+        })?;
+        let number = |v: i64| self.how.language.integer(v);
+        let ends = |hi: i64| format!("{}, {})", number(lo), number(hi));
+        Some(self.change(&format!("a limit of {} instead of {hi}", hi / 2), ends(hi), ends(hi / 2)))
+    }
+
+    /// Two rows in the middle of a table, which is always reached.
+    fn swapped_rows(&self) -> Option<Mutation> {
+        let table = &self.body.program.table;
+        let [_, .., _] = &table[..] else { return None };
+        let middle = table.len() / 2;
+        let number = |v: &i64| self.how.language.integer(*v);
+        let [from, to] = [&table[middle - 1], &table[middle]]
+            .map(|row| row.iter().map(number).collect::<Vec<_>>().join(", "));
+        let change = self.change("a table with two segments swapped", from, to);
+        Some(Mutation { swap: true, ..change })
+    }
 }

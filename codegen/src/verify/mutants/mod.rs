@@ -9,7 +9,6 @@
 mod changes;
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use fitter::progress::Progress;
@@ -18,12 +17,15 @@ use changes::{Mutation, mutations};
 
 use super::VerifyError;
 use super::belonging;
+use super::compile::{Place, temporary, write};
 use super::external::{ToolReport, run_gappa};
-use super::harness::{self, Language, Subject};
-use super::sequence::{self, Prepared, runner};
+use super::harness::{self, Subject};
+use super::sequence::{self, Prepared};
 use super::sweep;
 use crate::certificate::Certificate;
+use crate::files;
 use crate::generate::{Generated, sha256};
+use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
 
@@ -39,18 +41,16 @@ const GAPPA_SECONDS: u64 = 10;
 pub fn mutants(
     subjects: &[Subject<'_>],
     generated: &Generated,
+    options: &Options,
     quantity: &Quantity,
-    base: &str,
     bar: &dyn Progress,
 ) -> Result<Vec<ToolReport>, VerifyError> {
     let mut reports = vec![hand_edited(generated)?];
-    let source_c = generated.files.get(&PathBuf::from(format!("c/{base}.c"))).map_or("", String::as_str);
     for subject in subjects {
         let prepared = subject.has_terms().then(|| sequence::prepare(subject, false)).transpose()?;
-        for mutation in mutations(subject, source_c) {
+        for mutation in mutations(subject, generated, options) {
             bar.doing(&format!("{}: {}", subject.name, mutation.what));
-            let files = (generated, base);
-            reports.push(damaged_source(subject, files, quantity, &mutation, prepared.as_ref())?);
+            reports.push(damaged_source(subject, generated, quantity, &mutation, prepared.as_ref())?);
         }
         reports.push(bound_too_small(subject, generated)?);
         let script = PathBuf::from(format!("gappa/{}.g", subject.name));
@@ -67,47 +67,37 @@ fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
     } else {
         format!("{what}: caught, {}", caught.join(", and "))
     };
-    ToolReport { check: "mutant".into(), subject: subject.into(), holds: !caught.is_empty(), finding }
+    ToolReport::new("mutant", subject, !caught.is_empty(), finding)
 }
 
 /// A source that computes something else, with a certificate whose hashes fit it.
 fn damaged_source(
     subject: &Subject<'_>,
-    (generated, base): (&Generated, &str),
+    generated: &Generated,
     quantity: &Quantity,
     mutation: &Mutation,
     prepared: Option<&Prepared>,
 ) -> Result<ToolReport, VerifyError> {
-    let file = match mutation.language {
-        Language::Rust => PathBuf::from(format!("src/{}.rs", subject.name)),
-        Language::C => PathBuf::from(format!("c/{base}.c")),
-    };
+    let how = mutation.how;
+    let file = PathBuf::from(how.language.file_of(&generated.name, &subject.name));
     let mut files = generated.files.clone();
     let original = files.get(&file).cloned().unwrap_or_default();
     let edited = mutation.apply(&original);
     if edited == original {
         let finding =
             format!("{}: could not be made, {:?} is not in {}", mutation.what, mutation.from, file.display());
-        return Ok(ToolReport {
-            check: "mutant".into(),
-            subject: subject.name.clone(),
-            holds: false,
-            finding,
-        });
+        return Ok(ToolReport::new("mutant", &subject.name, false, finding));
     }
     files.insert(file, edited);
     let folder = folder_of(&files)?;
     let build = temporary()?;
-    if mutation.language == Language::Rust {
-        harness::compile_crate(folder.path(), base, build.path())?;
-    }
+    let place = Place { generated: folder.path(), base: &generated.name, build: build.path() };
+    how.checker.library(how, &place)?;
     let bound = quantity.in_bound_unit(subject.routine.design.bound.total);
-    let language = mutation.language;
     let found = if let Some(prepared) = prepared {
-        let built = runner::build(subject, language, false, folder.path(), base, build.path())?;
-        sequence::sweep(subject, (language, false), &built, prepared, bound, quantity)?
+        sequence::sweep(subject, how, &place, prepared, bound, quantity)?
     } else {
-        let built = harness::build(subject, language, false, folder.path(), base, build.path())?;
+        let built = harness::build(subject, how, &place)?;
         let coverage = subject.domain.interpreted(subject.program());
         sweep::sweep(subject, &built, &coverage, bound, quantity, &())?
     };
@@ -173,13 +163,7 @@ fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, Ver
 /// The files in a temporary folder, with a certificate whose hashes are theirs.
 fn folder_of(files: &BTreeMap<PathBuf, String>) -> Result<tempfile::TempDir, VerifyError> {
     let folder = temporary()?;
-    for (name, text) in files {
-        let path = folder.path().join(name);
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).map_err(|cause| VerifyError::Write { path: parent.into(), cause })?;
-        }
-        write(&path, text)?;
-    }
+    files::write(folder.path(), files)?;
     let path = folder.path().join("certificate.json");
     if let Some(text) = files.get(Path::new("certificate.json")) {
         let mut certificate: Certificate = serde_json::from_str(text)?;
@@ -191,20 +175,12 @@ fn folder_of(files: &BTreeMap<PathBuf, String>) -> Result<tempfile::TempDir, Ver
     Ok(folder)
 }
 
-fn temporary() -> Result<tempfile::TempDir, VerifyError> {
-    tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })
-}
-
-fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
-    fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fixtures::paper_coefficients;
     use crate::generate::generate;
-    use crate::options::{Method, Options, RoutineOptions};
+    use crate::options::{Method, RoutineOptions};
     use crate::verify::{Checks, verify};
     use crate::{format::Format, output::Output};
 
@@ -240,10 +216,8 @@ mod tests {
 
         let subjects = Subject::all(&anew, &options);
         for subject in &subjects {
-            let source_c = &anew.files[Path::new("c/corrected_angle.c")];
-            for mutation in mutations(subject, source_c) {
-                let found =
-                    damaged_source(subject, (&anew, "corrected_angle"), &quantity, &mutation, None).unwrap();
+            for mutation in mutations(subject, &anew, &options) {
+                let found = damaged_source(subject, &anew, &quantity, &mutation, None).unwrap();
                 assert!(found.holds, "{found:?}");
             }
             assert!(bound_too_small(subject, &anew).unwrap().holds);

@@ -1,25 +1,23 @@
 //! Sweeps of compiled routines with terms of further physics: sequences of calls in place of single inputs.
 //!
-//! [`strata`] makes the sequences, [`runner`] runs the compiled C and Rust over them, [`model`] is the fitted model
-//! in `f64` with what that may be off; the outputs are held against the bound and against the interpreter's.
+//! [`strata`] makes the sequences, [`calls`] runs the compiled routine over them, [`model`] is the fitted model in `f64`
+//! with what that may be off; the outputs are held against the bound and against the interpreter's.
 
 pub mod model;
-pub mod runner;
 pub mod strata;
 
 use super::VerifyError;
+use super::calls::{self, Calls, Given};
+use super::compile::{How, Place};
 use super::digest;
-use super::domain::describe;
-use super::harness::{Language, Subject};
-use super::sweep::SweepReport;
-use crate::exact::Interval;
+use super::domain::{arguments, describe};
+use super::harness::Subject;
+use super::sweep::{SweepReport, Swept};
 use crate::interpret::{Word, start, update};
 use crate::program::Type;
 use crate::quantity::Quantity;
 
 use model::{Expected, Model};
-use runner::{Given, Runner};
-use strata::Calls;
 
 /// Random calls of a sweep.
 const CALLS: usize = 400_000;
@@ -36,29 +34,6 @@ pub struct Prepared {
     inside: Vec<bool>,
     /// What the interpreter gives for the first calls and for some of the last.
     interpreted: Vec<(usize, u32)>,
-}
-
-impl Calls {
-    /// How many.
-    pub fn count(&self) -> usize {
-        self.words.len() / self.stride
-    }
-
-    fn call(&self, index: usize) -> (bool, &[u32]) {
-        let words = &self.words[index * self.stride..(index + 1) * self.stride];
-        (words[0] == 1, &words[1..])
-    }
-}
-
-/// The words of a call as arguments.
-fn arguments(subject: &Subject<'_>, words: &[u32]) -> Vec<Word> {
-    let word = |(a, bits): (&crate::program::Argument, &u32)| match a.ty {
-        Type::F32 => Word::Float(f32::from_bits(*bits)),
-        Type::I32 => Word::Int((*bits as i32).into()),
-        Type::U16 => Word::Int((*bits as u16).into()),
-        _ => Word::Int((*bits).into()),
-    };
-    subject.program().arguments.iter().zip(words).map(word).collect()
 }
 
 /// Makes the sequences of a routine and what is expected of it.
@@ -78,7 +53,7 @@ pub fn prepare(subject: &Subject<'_>, thorough: bool) -> Result<Prepared, Verify
     let (mut expected, mut inside) = (Vec::new(), Vec::new());
     for index in 0..calls.count() {
         let (begins, words) = calls.call(index);
-        let numbers: Vec<f64> = arguments(subject, words).iter().map(number).collect();
+        let numbers: Vec<f64> = arguments(subject.program(), words).iter().map(number).collect();
         let reading = if readings == 2 { numbers[1] - numbers[0] } else { numbers[0] };
         expected.push(model.call(begins, reading, &numbers[readings..]));
         // Two floats are compared with the range as their rounded difference.
@@ -99,7 +74,7 @@ fn interpreted(subject: &Subject<'_>, calls: &Calls) -> Result<Vec<(usize, u32)>
     let mut results = Vec::new();
     for index in (0..half.min(count)).chain(late.max(half)..count) {
         let (begins, words) = calls.call(index);
-        let arguments = arguments(subject, words);
+        let arguments = arguments(subject.program(), words);
         if begins {
             state = start(program, &arguments)?;
         }
@@ -108,19 +83,20 @@ fn interpreted(subject: &Subject<'_>, calls: &Calls) -> Result<Vec<(usize, u32)>
     Ok(results)
 }
 
-/// Runs a compiled routine over the sequences and holds it against `bound`, in the quantity's bound unit.
+/// Compiles a routine, runs it over the sequences and holds it against `bound`, in the quantity's bound unit.
 ///
 /// # Errors
 /// [`VerifyError`] where the program does not run to its end.
 pub fn sweep(
     subject: &Subject<'_>,
-    (language, sanitized): (Language, bool),
-    runner: &Runner,
+    how: How,
+    place: &Place<'_>,
     prepared: &Prepared,
     bound: f64,
     quantity: &Quantity,
 ) -> Result<SweepReport, VerifyError> {
-    let given = runner.run(&prepared.calls)?;
+    let program = calls::build((&subject.name, subject.program(), subject.flag), how, place)?;
+    let given = calls::run(&program, &prepared.calls)?;
     let float = subject.program().output_type() == Type::F32;
     let value = |g: &Given| if float { f64::from(f32::from_bits(g.bits)) } else { f64::from(g.bits as i32) };
     let (mut worst, mut at, mut own, mut astray, mut sum) = (0.0f64, 0, 0.0f64, 0, 0u64);
@@ -136,49 +112,23 @@ pub fn sweep(
         sum = sum.wrapping_add(u64::from(digest::mixed(key, g.bits)));
     }
     let as_interpreted = prepared.interpreted.iter().all(|(index, bits)| given[*index].bits == *bits);
-    let in_unit = |words: f64| {
-        if !words.is_finite() {
-            return f64::INFINITY;
-        }
-        let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
-        quantity.in_bound_unit(exact.to_f64_up())
-    };
-    let worst_error = in_unit(worst.next_up());
     let worst_input = format!(
         "{}, call {} of its sequence",
-        describe(subject.program(), &arguments(subject, prepared.calls.call(at).1)),
+        describe(subject.program(), &arguments(subject.program(), prepared.calls.call(at).1)),
         (0..=at).rev().take_while(|i| !prepared.calls.call(*i).0).count() + 1
     );
-    let mut violations = Vec::new();
-    if worst_error > bound {
-        violations.push(format!(
-            "the error at {worst_input} is {worst_error:.4e} {}, more than the bound {bound:.4e}",
-            quantity.bound_unit
-        ));
-    }
-    if astray > 0 {
-        violations.push(format!("{astray} readings are flagged wrongly"));
-    }
-    if !as_interpreted {
-        violations.push("the outputs differ from those of the program that was proved".into());
-    }
-    Ok(SweepReport {
-        routine: subject.name.clone(),
-        language,
-        sanitized,
+    let swept = Swept {
         inputs: given.len() as u64,
         exhaustive: false,
         covered: prepared.calls.what.clone(),
         worst_input,
-        worst_error,
-        worst_error_lsb: worst,
-        reference_error: in_unit(own),
-        bound,
-        margin: bound / worst_error,
-        unit: quantity.bound_unit.clone(),
+        worst: worst.next_up(),
+        worst_lsb: worst,
+        reference_error: own,
         astray,
-        digest: format!("{sum:016x}"),
+        wrongly: "readings are flagged wrongly",
+        digest: sum,
         as_interpreted,
-        violations,
-    })
+    };
+    Ok(swept.report(subject, how, bound, quantity))
 }

@@ -12,17 +12,7 @@ use fitter::terms::Operator;
 use super::model::{measured_by_word, of_reading};
 use crate::program::{Op, Type};
 use crate::routine::Routine;
-
-/// Calls, flat: for each 1 where a sequence begins or 0, then the argument words.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Calls {
-    /// See the type.
-    pub words: Vec<u32>,
-    /// Words of a call.
-    pub stride: usize,
-    /// What is covered, in words.
-    pub what: String,
-}
+use crate::verify::calls::Calls;
 
 /// A number that is as good as random, by Steele, Lea and Flood's SplitMix64.
 struct Random(u64);
