@@ -32,8 +32,7 @@ pub fn rivals(
 ) -> Vec<Rival> {
     let families = search.dictionary.families.iter().enumerate().filter(|(f, family)| match family.kind {
         Kind::Effect(e) => {
-            effect.confused_with().contains(&search.catalogue[e].id())
-                && !terms.iter().any(|t| t.family == *f)
+            effect.confused_with.contains(&search.catalogue[e].id) && !terms.iter().any(|t| t.family == *f)
         }
         _ => false,
     });

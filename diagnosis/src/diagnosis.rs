@@ -129,7 +129,9 @@ fn of_readings(
     let Condensed { mut rows, cell_of } = condense(&full);
     generic::keep_strongest_columns(&mut rows);
     let (rows, cell_of) = (&rows, &cell_of);
-    let other = held_out.map(|r| observe(r.recording, mirror, None, options.base).map(|rows| (r, rows))).transpose()?;
+    let other = held_out
+        .map(|r| observe(r.recording, mirror, None, options.base).map(|rows| (r, rows)))
+        .transpose()?;
     let effects: Vec<Box<dyn Effect>> = catalogue();
     let hand_on = HandOn {
         seen,

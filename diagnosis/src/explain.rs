@@ -151,16 +151,14 @@ fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
 fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     let effect_of = |f: usize| search.effect(f).map(|e| &search.catalogue[e]);
     let taken: Vec<&str> =
-        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| e.confused_with()).copied().collect();
-    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&e.id()));
+        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| e.confused_with).copied().collect();
+    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&e.id));
     let mut found = search.contenders_refined(terms, named, usize::MAX);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);
     let effect = |f: &&search::Found| search.effect(f.term.family).map(|e| (e, &search.catalogue[e]));
-    let rank = |f: &&search::Found| {
-        effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)))
-    };
+    let rank = |f: &&search::Found| effect(f).map(|(e, effect)| (effect.of_one_time, search.free_shapes(e)));
     let near = found.iter().filter(|f| search.gain(f) > best - margin);
     let mut next = terms.to_vec();
     next.push(near.min_by_key(rank)?.term.clone());
@@ -213,13 +211,9 @@ fn stages(
 /// What `fit` already found of a sensor that turns, as terms.
 fn found_by_fit(search: &Search) -> Vec<Term> {
     let Some(turn) = &search.rows.turn else { return Vec::new() };
-    let found = [("read_lag", turn.directions.lag_corrected), ("turn_slope", turn.slope.is_some())];
-    let families = 0..search.dictionary.families.len();
-    let is = |f: &usize, id: &str| search.effect(*f).is_some_and(|e| search.catalogue[e].id() == id);
-    found
-        .iter()
-        .filter(|(_, found)| *found)
-        .filter_map(|(id, _)| families.clone().find(|f| is(f, id)))
+    let found = |f: &usize| search.effect(*f).is_some_and(|e| (search.catalogue[e].found_by_fit)(turn));
+    (0..search.dictionary.families.len())
+        .filter(found)
         .map(|family| {
             let candidate =
                 &search.dictionary.candidates[search.dictionary.families[family].candidates.start];

@@ -8,7 +8,7 @@ use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_ang
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 
-use crate::effects::{Effect, Reading};
+use crate::effects::{Effect, PERIODIC_ERROR, Reading};
 use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model};
 use crate::refit;
@@ -183,7 +183,7 @@ fn coefficients(
         let covariance = (1..n).map(|i| (1..n).map(|k| model.covariance[i * fitted + k]).collect()).collect();
         linear.extend((1..n).map(|k| (0..fitted).map(|i| f64::from(u8::from(i == k))).collect()));
         file.terms.push(Term {
-            effect: "periodic_error".into(),
+            effect: PERIODIC_ERROR.into(),
             scope: Scope::Device,
             operator: Operator::Periodic(Periodic::of(turn.revolution, (waves.len() / 2) as u16)),
             coefficients: waves.to_vec(),
@@ -220,9 +220,9 @@ fn coefficients(
             whole[begin..first].copy_from_slice(&row[..width]);
             linear.push(whole);
         }
-        let scope = if effect.runtime_correctable() { Scope::Device } else { Scope::Recording };
+        let scope = if effect.of_one_time { Scope::Recording } else { Scope::Device };
         file.terms.push(Term {
-            effect: effect.id().into(),
+            effect: effect.id.into(),
             scope,
             operator: handed.operator,
             coefficients,

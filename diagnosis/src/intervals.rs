@@ -93,7 +93,7 @@ impl Beside<'_> {
     /// as well is missed, however narrow it is.
     fn posterior(&self, effect: &dyn Effect, best: &[f64]) -> Vec<Place> {
         let ranges = effect.ranges(self.rows);
-        let tied = effect.shape_follows();
+        let tied = effect.shape_follows;
         let free: Vec<usize> = (0..best.len())
             .filter(|&k| !tied && !ranges[k].whole && ranges[k].high > ranges[k].low)
             .collect();
@@ -200,7 +200,7 @@ impl Beside<'_> {
 
     /// The places that matter for a fitted effect, with weights that sum to one.
     fn weighed(&self, effect: &dyn Effect, shape: &[f64]) -> Vec<Place> {
-        let step = effect.id() == "mount_step";
+        let step = effect.begins_at_a_row;
         let mut places = if step { self.step_places(effect, shape) } else { self.posterior(effect, shape) };
         let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
         places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
@@ -241,7 +241,7 @@ impl Beside<'_> {
             .map(|(reading, mixture)| {
                 let sum: f64 = mixture.iter().map(|p| p.weight).sum();
                 mixture.iter_mut().for_each(|p| p.weight /= sum);
-                let interval = if effect.id() == "mount_step" && reading.name == "time_s" {
+                let interval = if effect.begins_at_a_row && reading.name == "time_s" {
                     self.step_time(&own)
                 } else {
                     [quantile(mixture, 0.025), quantile(mixture, 0.975)]

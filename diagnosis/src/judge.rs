@@ -110,7 +110,7 @@ impl<'a> Judge<'a, '_> {
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
         let of_one_time = |t: &Term| {
             let effect = self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
-            effect.is_some_and(|e| !e.runtime_correctable() || e.begins_before(&t.shape))
+            effect.is_some_and(|e| e.of_one_time || e.begins_before(&t.shape))
         };
         if !named.iter().any(of_one_time) {
             return self.proof;
@@ -121,7 +121,7 @@ impl<'a> Judge<'a, '_> {
     }
 
     fn id(&self, term: &Term) -> &'static str {
-        self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id())
+        self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id)
     }
 
     /// The first named effect of which nothing is determined, by its place among the named ones, and why.

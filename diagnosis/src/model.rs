@@ -214,7 +214,7 @@ pub fn fit(
         (columns, solution) = solve(&terms);
     }
     let left = without_steps(rows, &base, &terms, &solution.coefficients, |t| {
-        search.effect(t.family).is_some_and(|e| catalogue[e].id() == "mount_step")
+        search.effect(t.family).is_some_and(|e| catalogue[e].begins_at_a_row)
     });
 
     // Intervals: the amplitudes' covariance with the shapes' tangents beside them.
@@ -370,7 +370,7 @@ fn place_steps(
     terms: &mut [Term],
     coefficients: &[f64],
 ) -> bool {
-    let step = |t: &Term| search.effect(t.family).filter(|e| catalogue[*e].id() == "mount_step");
+    let step = |t: &Term| search.effect(t.family).filter(|e| catalogue[*e].begins_at_a_row);
     let left = without_steps(rows, base, terms, coefficients, |t| step(t).is_some());
     let mut first = base.len();
     let mut moved = false;
@@ -390,7 +390,7 @@ fn place_steps(
 
 /// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
 fn tangent_steps(effect: &dyn Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<f64>> {
-    if effect.shape_follows() {
+    if effect.shape_follows {
         return vec![None; shape.len()];
     }
     effect

@@ -6,9 +6,9 @@
 //! So base and terms are fitted once more so that the *corrected* readings are nearest to the reference, by
 //! Gauss–Newton steps with the shapes held. It matters most where fewer harmonics are handed on than were found.
 
+use fitter::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::{Observables, Operator, Periodic, Term};
-use fitter::Coefficients;
 
 use crate::linear::least_squares;
 use crate::rows::{Rows, range, rms};
@@ -148,13 +148,7 @@ pub fn errors(file: &Coefficients, seen: &Seen<'_>, rows: &Rows) -> Option<Vec<f
 }
 
 /// One Gauss–Newton step from the errors `left`.
-fn step(
-    file: &mut Coefficients,
-    seen: &Seen<'_>,
-    rows: &Rows,
-    left: &[f64],
-    used: &[bool],
-) -> Option<()> {
+fn step(file: &mut Coefficients, seen: &Seen<'_>, rows: &Rows, left: &[f64], used: &[bool]) -> Option<()> {
     let n = rows.len();
     let (low, high) = range(&rows.reading);
     let half = (0.5 * (high - low)).max(1e-300);
@@ -186,7 +180,10 @@ fn step(
                 }
             }
         } else {
-            let raw = term.operator.columns(&Observables { recording: seen.recording, sensor: &file.sensor }).ok()?;
+            let raw = term
+                .operator
+                .columns(&Observables { recording: seen.recording, sensor: &file.sensor })
+                .ok()?;
             columns.extend(raw.iter().map(|c| c.iter().zip(&gain).map(|(c, gain)| c * gain).collect()));
         }
     }

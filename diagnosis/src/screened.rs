@@ -75,9 +75,9 @@ impl<'a> Screened<'a> {
         let rows = recording.rows();
         let recording = Own::of(recording, mirror)?;
         let simulated = simulated.map(|simulated| match simulated.reference.len() == rows {
-            true => Simulated {
-                reference: recording.rest.kept.iter().map(|k| simulated.reference[*k]).collect(),
-            },
+            true => {
+                Simulated { reference: recording.rest.kept.iter().map(|k| simulated.reference[*k]).collect() }
+            }
             false => simulated.clone(),
         });
         Ok(Screened { recording, simulated, held_out })
@@ -85,8 +85,9 @@ impl<'a> Screened<'a> {
 
     /// The same without further rows of the recording.
     pub fn without(self, further: Vec<(usize, BadRow)>) -> Screened<'a> {
-        let kept: Vec<usize> =
-            (0..self.recording.rest.kept.len()).filter(|row| further.iter().all(|(bad, _)| bad != row)).collect();
+        let kept: Vec<usize> = (0..self.recording.rest.kept.len())
+            .filter(|row| further.iter().all(|(bad, _)| bad != row))
+            .collect();
         let simulated = self.simulated.map(|simulated| Simulated {
             reference: kept.iter().map(|row| simulated.reference[*row]).collect(),
         });

@@ -137,7 +137,7 @@ impl<'a> Search<'a> {
             free_shapes: catalogue
                 .iter()
                 .map(|e| {
-                    if e.shape_follows() {
+                    if e.shape_follows {
                         return 0;
                     }
                     e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()

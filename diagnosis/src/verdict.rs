@@ -164,14 +164,14 @@ pub fn say(
         let place = place_of(explanation, catalogue, &term.term);
         push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
         let Some(e) = term.effect else { continue };
-        open.extend(too_many(catalogue[e].id(), rivals.len()));
+        open.extend(too_many(catalogue[e].id, rivals.len()));
         let rivals = &rivals[..rivals.len().min(MOST_ALTERNATIVES)];
         for rival in rivals {
-            let place = catalogue[rival.effect].place(rows);
+            let place = catalogue[rival.effect].place();
             further.push(locate(rows, &place, &term.contribution, (share * rival.part).min(share), p_value));
         }
         effects.push(NamedEffect {
-            id: catalogue[e].id().into(),
+            id: catalogue[e].id.into(),
             title: catalogue[e].found_as(&term.amplitudes).into(),
             p_value,
             share,
@@ -185,14 +185,14 @@ pub fn say(
                     ci95: *ci95,
                 })
                 .collect(),
-            alternatives: rivals.iter().map(|r| catalogue[r.effect].id().to_string()).collect(),
-            runtime_correctable: catalogue[e].runtime_correctable(),
+            alternatives: rivals.iter().map(|r| catalogue[r.effect].id.to_string()).collect(),
+            runtime_correctable: !catalogue[e].of_one_time,
         });
     }
     for location in further {
         push_location(&mut locations, location);
     }
-    let next_experiment = experiment::next(rows, &effects, &locations, verdict);
+    let next_experiment = experiment::next(rows, catalogue, &effects, &locations, verdict);
     open.extend(unidentifiable(rows, catalogue, model));
     Said { verdict, locations, effects, unidentifiable: open, next_experiment }
 }
@@ -233,7 +233,7 @@ fn push_location(locations: &mut Vec<Location>, location: Location) {
 /// The place of a term.
 pub fn place_of(explanation: &Explanation, catalogue: &[Box<dyn Effect>], term: &Term) -> Place {
     match &explanation.search.dictionary.families[term.family].kind {
-        Kind::Effect(e) => catalogue[*e].place(explanation.search.rows),
+        Kind::Effect(e) => catalogue[*e].place(),
         Kind::Generic(place) => place.clone(),
         Kind::Order => Place::on("angle_deg"),
     }
@@ -267,9 +267,8 @@ fn alternatives(
     // A thermometer's own noise blurs every explanation that goes by the temperature: by that part of it.
     let rough = search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
     let blurred = (BLUR * rough).min(MOST_BLURRED).max(rough.min(1.0));
-    let is_thermal = |f: usize| {
-        search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
-    };
+    let is_thermal =
+        |f: usize| search.effect(f).is_some_and(|e| catalogue[e].place().variable == "temperature_c");
     let free = |f: usize| search.effect(f).map_or(0, |e| search.free_shapes(e));
     let mut found: Vec<Rival> = search
         .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
@@ -377,8 +376,8 @@ fn unidentifiable(rows: &Rows, catalogue: &[Box<dyn Effect>], model: &Model) -> 
     for effect in catalogue {
         let Err(reason) = effect.testable(rows) else { continue };
         match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, ids)) => ids.push(effect.id()),
-            None => reasons.push((reason, vec![effect.id()])),
+            Some((_, ids)) => ids.push(effect.id),
+            None => reasons.push((reason, vec![effect.id])),
         }
     }
     out.extend(reasons.iter().map(|(reason, ids)| format!("not testable: {} ({reason})", ids.join(", "))));

@@ -131,7 +131,7 @@ fn whole(data: &Data, model: &Model) -> Option<Fitted> {
 fn without(model: &Model, withdrawn: &Withdrawn, data: &Data) -> Option<Model> {
     let mut model = model.clone();
     let (terms, free) = (model.terms.len(), model.free());
-    model.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id()));
+    model.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id));
     for term in model.terms.iter_mut().filter(|_| withdrawn.creep) {
         if let Some(creep) = term.effect.creep() {
             term.free[creep] = false;
@@ -273,7 +273,7 @@ impl Case<'_> {
         };
         let terms = (self.search.given..with.model.terms.len()).into_par_iter();
         let worst = terms.filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
-        worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.id().into())
+        worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.id.into())
     }
 
     /// The figures before and after.

@@ -67,7 +67,7 @@ fn seeded<const N: usize>(model: &Model) -> Theta<Dual<N>> {
         .terms
         .iter()
         .map(|term| {
-            let kinds = term.effect.parameters().iter().map(|p| p.shape);
+            let kinds = term.effect.parameters.iter().map(|p| p.shape);
             let values = term.parameters.iter().zip(&term.free);
             values.zip(kinds).map(|((v, free), shape)| variable(*v, *free, shape)).collect()
         })

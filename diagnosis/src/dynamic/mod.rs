@@ -1,42 +1,47 @@
 //! Diagnosis of dynamic recordings: a drive goes in, a position comes out, the nominal mechanism is
 //! simulated, the recording disagrees.
 
-pub mod data;
-pub mod dense;
+mod data;
+mod dense;
 pub mod diagnose;
 mod drive_path;
 pub mod effects;
-pub mod estimate;
-pub mod expected;
-pub mod fault;
-pub mod feedback;
-pub mod floor;
-pub mod gram;
-pub mod interval;
+mod estimate;
+mod expected;
+mod fault;
+mod feedback;
+mod floor;
+mod gram;
+mod interval;
 mod judge;
-pub mod lag;
+mod lag;
 pub mod linear;
-pub mod machine;
+mod machine;
 pub mod model;
-pub mod noise;
-pub mod number;
+mod noise;
+mod number;
 pub mod plant;
-pub mod recording;
-pub mod remainder;
+mod recording;
+mod remainder;
 pub mod report;
-pub mod score;
-pub mod screen;
-pub mod search;
-pub mod signal;
-pub mod simulate;
-pub mod span;
-pub mod spectrum;
-pub mod start;
-pub mod step;
-pub mod structure;
-pub mod turns;
-pub mod verdict;
+mod score;
+mod screen;
+mod search;
+mod signal;
+mod simulate;
+mod span;
+mod spectrum;
+mod start;
+mod step;
+mod structure;
+mod turns;
+mod verdict;
 
 pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;
+#[doc(hidden)]
+pub use feedback::filter::low_pass;
 pub use recording::DynamicRecording;
+
+#[cfg(test)]
+mod tests;

@@ -27,15 +27,15 @@ pub struct Candidate {
 impl Candidate {
     /// Whether it can be screened: its amounts are zero and its shapes given.
     pub fn linear(&self) -> bool {
-        let parameters = self.effect.parameters();
+        let parameters = self.effect.parameters;
         let amounts = || parameters.iter().zip(&self.start).filter(|(p, _)| !p.shape);
         amounts().count() > 0 && amounts().all(|(_, v)| *v == 0.0)
     }
 
     /// The term as it is screened: only its amounts are free.
     fn term(&self) -> Term {
-        let free = self.effect.parameters().iter().map(|p| !p.shape).collect();
-        let probe = self.effect.part() == Part::Force;
+        let free = self.effect.parameters.iter().map(|p| !p.shape).collect();
+        let probe = self.effect.part == Part::Force;
         Term { effect: self.effect, parameters: self.start.clone(), free, probe }
     }
 }
@@ -64,8 +64,8 @@ pub fn screen<const F: usize>(
     let mut packs: Vec<Vec<usize>> = Vec::new();
     let (mut lanes, mut extra) = (usize::MAX, 0);
     for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| c.linear()) {
-        let own = candidate.effect.parameters().iter().filter(|p| !p.shape).count();
-        let needs = candidate.effect.states();
+        let own = candidate.effect.parameters.iter().filter(|p| !p.shape).count();
+        let needs = candidate.effect.states;
         if base + own > MOST_FREE {
             continue;
         }
@@ -105,7 +105,7 @@ fn screen_pack<const F: usize>(
         let mut first = base;
         pack.iter()
             .map(|k| {
-                let own = candidates[*k].effect.parameters().iter().filter(|p| !p.shape).count();
+                let own = candidates[*k].effect.parameters.iter().filter(|p| !p.shape).count();
                 let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
                 first += own;
                 let (gain, held_out) = gained(&whole, base, &lanes);

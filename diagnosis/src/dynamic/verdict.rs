@@ -6,7 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::{ALL, Data};
 use super::dense::Symmetric;
-use super::effects::{DynamicEffect, Reading, unit_of};
+use super::effects::{DynamicEffect, Reading, effect, unit_of};
 use super::estimate::{Fitted, fit};
 use super::gram::grams;
 use super::interval::{Sort, around};
@@ -117,13 +117,13 @@ pub fn effects(
         said.push((
             lost,
             NamedEffect {
-                id: term.effect.id().into(),
-                title: term.effect.title().into(),
+                id: term.effect.id.into(),
+                title: term.effect.title.into(),
                 p_value: p_value(gain(&without, found, ALL), term.free.iter().filter(|f| **f).count()),
                 share: lost,
                 parameters,
                 alternatives: alternatives(search, small, k, imperfect),
-                runtime_correctable: term.effect.runtime_correctable(),
+                runtime_correctable: true,
             },
         ));
     }
@@ -142,7 +142,7 @@ fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> V
         .catalogue
         .iter()
         .copied()
-        .filter(|e| effect.confused_with().contains(&e.id()) && !found.model.has(e.id()))
+        .filter(|e| effect.confused_with.contains(&e.id) && !found.model.has(e.id))
         .collect();
     let refit = |model: &Model| fit(model, &found.states, data, FIT_ROWS, PATIENCE);
     let (Some(with), Some(without)) = (refit(&found.model), refit(&found.model.without(k))) else {
@@ -193,7 +193,7 @@ pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmet
 
 /// What a reading is to its effect.
 pub fn sort(term: &super::model::Term, reading: &Reading) -> Sort {
-    let shape = term.effect.parameters().iter().any(|p| p.shape && p.name == reading.name);
+    let shape = term.effect.parameters.iter().any(|p| p.shape && p.name == reading.name);
     match reading.unit {
         "rad" => Sort::Phase,
         _ if shape => Sort::Shape,
@@ -221,7 +221,7 @@ fn variance(
     covariance: &Symmetric,
 ) -> f64 {
     // A shape is estimated by its logarithm.
-    let slope: Vec<f64> = (term.effect.parameters().iter().zip(&term.parameters))
+    let slope: Vec<f64> = (term.effect.parameters.iter().zip(&term.parameters))
         .zip(&reading.gradient)
         .map(|((p, value), g)| if p.shape { g * value } else { *g })
         .collect();
@@ -261,8 +261,8 @@ pub fn locations(
         });
     };
     for e in named {
-        if let Some(effect) = super::effects::effect(&e.id) {
-            add(effect.variable(), None, None, e.share * explained_part, e.p_value);
+        if let Some(effect) = effect(&e.id) {
+            add(effect.variable, None, None, e.share * explained_part, e.p_value);
         }
     }
     let rest = if named.is_empty() { 1.0 } else { 1.0 - explained_part };
@@ -313,18 +313,7 @@ pub fn next_experiment(verdict: Verdict, named: &[NamedEffect], locations: &[Loc
     let open: Vec<&NamedEffect> = named.iter().filter(|e| !e.alternatives.is_empty()).collect();
     if let Some(e) = open.first() {
         let pair = format!("{} from {}", e.id, e.alternatives.join(", "));
-        let how = match e.id.as_str() {
-            "drive_offset" | "sensor_offset" | "quadratic_stiffness" => {
-                "record the same excitation about two other mean positions, and the read-out with the drive off"
-            }
-            "transport_delay" | "drive_lag" | "sensor_lag" | "flexible_mode" => {
-                "excite up to the highest frequency that the drive reaches, sampled several times faster"
-            }
-            "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis" => {
-                "record slow triangles of several small amplitudes, with reversals at rest"
-            }
-            _ => "repeat the excitation at a third and at three times the amplitude",
-        };
+        let how = effect(&e.id).map_or("", |known| known.experiment);
         return Some(format!("to tell {pair}: {how}"));
     }
     let place = locations.first().map(|l| l.variable.as_str());

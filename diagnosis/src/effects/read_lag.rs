@@ -2,39 +2,28 @@
 
 use fitter::terms::{Operator, Rate};
 
-use super::{Effect, Handed, Place, Reading, angle_observable, reading, velocity};
+use super::{Effect, Experiment, Facts, Handed, Reading, angle_observable, reading, velocity};
 use crate::rows::Rows;
 
 /// See the module's description.
 pub struct ReadLag;
 
 impl Effect for ReadLag {
-    fn id(&self) -> &'static str {
-        "read_lag"
-    }
-
-    fn title(&self) -> &'static str {
-        "readings taken at different times"
-    }
-
-    fn formula(&self) -> &'static str {
-        "τ dθ/dt, τ in s"
-    }
-
-    fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 3: the probes are read in step through a cable of their own"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign (whichever is read later); microseconds to some ten milliseconds"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["backlash", "hysteresis"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("velocity")
+    fn facts(&self) -> &'static Facts {
+        const {
+            &Facts {
+                id: "read_lag",
+                title: "readings taken at different times",
+                formula: "τ dθ/dt, τ in s",
+                source: "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 3: the probes are read in step through a cable of their own",
+                size: "either sign (whichever is read later); microseconds to some ten milliseconds",
+                confused_with: &["backlash", "hysteresis"],
+                variable: "velocity",
+                found_by_fit: |turn| turn.directions.lag_corrected,
+                told_by: &[(Experiment::Loops, "grows with speed")],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

@@ -56,15 +56,15 @@ pub fn page(outcome: &Outcome) -> String {
         .effects
         .iter()
         .map(|e| {
-            let catalogued = crate::effects::catalogue().into_iter().find(|c| c.id() == e.id);
+            let catalogued = crate::effects::catalogue().into_iter().find(|c| c.id == e.id);
             context! {
                 id => e.id.clone(),
                 title => e.title.clone(),
-                formula => catalogued.as_ref().map_or("", |c| c.formula()),
-                source => catalogued.as_ref().map_or("", |c| c.source()),
-                size => catalogued.as_ref().map_or("", |c| c.size()),
+                formula => catalogued.as_ref().map_or("", |c| c.formula),
+                source => catalogued.as_ref().map_or("", |c| c.source),
+                size => catalogued.as_ref().map_or("", |c| c.size),
                 confused => catalogued.as_ref().map_or_else(String::new, |c| {
-                    c.confused_with().iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", ")
+                    c.confused_with.iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", ")
                 }),
                 share => format!("{:.0} %", 100.0 * e.share),
                 p => probability(e.p_value),

@@ -1,9 +1,11 @@
 //! Damping that grows with the deflection: damping that depends on the square of the deflection (van der Pol; squeeze film, eddy currents).
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount};
+use super::{DynamicEffect, Facts, Flow, Physics, amount};
 use crate::dynamic::number::Number;
 
 /// x″ −= c x² v; c in 1/(p² s)
+///
+/// Source: B. van der Pol (1926); Lifshitz & Cross, Nonlinear Dynamics of Nanomechanical Resonators (2008).
 pub struct NonlinearDamping;
 
 impl<T: Number> Physics<T> for NonlinearDamping {
@@ -15,31 +17,16 @@ impl<T: Number> Physics<T> for NonlinearDamping {
 }
 
 impl DynamicEffect for NonlinearDamping {
-    fn id(&self) -> &'static str {
-        "nonlinear_damping"
-    }
-    fn title(&self) -> &'static str {
-        "Damping that grows with the deflection"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= c x² v; c in 1/(p² s)"
-    }
-    fn source(&self) -> &'static str {
-        "B. van der Pol (1926); Lifshitz & Cross, Nonlinear Dynamics of Nanomechanical Resonators (2008)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["quadratic_damping"]
-    }
-    fn variable(&self) -> &'static str {
-        "velocity"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("coefficient", "1/(p²s)")] }
-    }
-    fn starts(&self, _: &Scale) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
+    fn facts(&self) -> &'static Facts {
+        const {
+            &Facts {
+                id: "nonlinear_damping",
+                title: "Damping that grows with the deflection",
+                variable: "velocity",
+                confused_with: &["quadratic_damping"],
+                parameters: &[amount("coefficient", "1/(p²s)")],
+                ..Facts::USUAL
+            }
+        }
     }
 }

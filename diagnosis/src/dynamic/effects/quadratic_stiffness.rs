@@ -1,9 +1,11 @@
 //! Quadratic stiffness: a spring that is stiffer on one side.
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount};
+use super::{DynamicEffect, Facts, Flow, MEAN_POSITIONS, Physics, amount};
 use crate::dynamic::number::Number;
 
 /// x″ −= c x²; c in 1/(p s²)
+///
+/// Source: Nayfeh & Mook, Nonlinear Oscillations (1979), section 4.1.
 pub struct QuadraticStiffness;
 
 impl<T: Number> Physics<T> for QuadraticStiffness {
@@ -15,31 +17,17 @@ impl<T: Number> Physics<T> for QuadraticStiffness {
 }
 
 impl DynamicEffect for QuadraticStiffness {
-    fn id(&self) -> &'static str {
-        "quadratic_stiffness"
-    }
-    fn title(&self) -> &'static str {
-        "Quadratic stiffness"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= c x²; c in 1/(p s²)"
-    }
-    fn source(&self) -> &'static str {
-        "Nayfeh & Mook, Nonlinear Oscillations (1979), section 4.1"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["sensor_offset", "drive_offset", "cubic_stiffness"]
-    }
-    fn variable(&self) -> &'static str {
-        "position"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("coefficient", "1/(p·s²)")] }
-    }
-    fn starts(&self, _: &Scale) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
+    fn facts(&self) -> &'static Facts {
+        const {
+            &Facts {
+                id: "quadratic_stiffness",
+                title: "Quadratic stiffness",
+                variable: "position",
+                confused_with: &["sensor_offset", "drive_offset", "cubic_stiffness"],
+                parameters: &[amount("coefficient", "1/(p·s²)")],
+                experiment: MEAN_POSITIONS,
+                ..Facts::USUAL
+            }
+        }
     }
 }

@@ -1,9 +1,11 @@
 //! Droop of the torque constant: a motor whose force per current falls where its coil leaves the magnet.
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount};
+use super::{DynamicEffect, Facts, Flow, Physics, amount};
 use crate::dynamic::number::Number;
 
 /// gain (1 − δ x²); δ in 1/p²
+///
+/// Source: Clarke, Mirror-scanner actuators, in Handbook of Optical and Laser Scanning (2004).
 pub struct TorqueConstantDroop;
 
 impl<T: Number> Physics<T> for TorqueConstantDroop {
@@ -15,31 +17,17 @@ impl<T: Number> Physics<T> for TorqueConstantDroop {
 }
 
 impl DynamicEffect for TorqueConstantDroop {
-    fn id(&self) -> &'static str {
-        "torque_constant_droop"
-    }
-    fn title(&self) -> &'static str {
-        "Droop of the torque constant"
-    }
-    fn formula(&self) -> &'static str {
-        "gain (1 − δ x²); δ in 1/p²"
-    }
-    fn source(&self) -> &'static str {
-        "Clarke, Mirror-scanner actuators, in Handbook of Optical and Laser Scanning (2004)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["cubic_stiffness"]
-    }
-    fn variable(&self) -> &'static str {
-        "drive"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("droop", "1/p²")] }
-    }
-    fn starts(&self, _: &Scale) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
+    fn facts(&self) -> &'static Facts {
+        const {
+            &Facts {
+                id: "torque_constant_droop",
+                title: "Droop of the torque constant",
+                variable: "drive",
+                confused_with: &["cubic_stiffness"],
+                parameters: &[amount("droop", "1/p²")],
+                by_gain: true,
+                ..Facts::USUAL
+            }
+        }
     }
 }

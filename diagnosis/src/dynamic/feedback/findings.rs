@@ -40,13 +40,13 @@ pub fn named(
         let Some(without) = along.fit(&shorter) else { continue };
         let gain = along.gain(&without, &fitted, FIT) + along.gain(&without, &fitted, CHOOSE);
         let rivals: Vec<&'static dyn DynamicEffect> =
-            catalogue.iter().copied().filter(|e| term.effect.confused_with().contains(&e.id())).collect();
+            catalogue.iter().copied().filter(|e| term.effect.confused_with.contains(&e.id)).collect();
         let own = along.square(&fitted.residual, FIT) * (1.0 + ALTERNATIVE);
         let alternatives = along
             .contenders(&shorter, &rivals, scale)
             .iter()
             .filter(|c| along.square(&c.1.residual, FIT) <= own)
-            .filter_map(|c| c.0.terms.last().map(|(e, _)| e.id().to_string()))
+            .filter_map(|c| c.0.terms.last().map(|(e, _)| e.id.to_string()))
             .collect();
         let parameters = term
             .effect
@@ -66,13 +66,13 @@ pub fn named(
             .collect();
         let lost = square(&without.residual) - square(&fitted.residual);
         said.push(NamedEffect {
-            id: term.effect.id().into(),
-            title: term.effect.title().into(),
+            id: term.effect.id.into(),
+            title: term.effect.title.into(),
             p_value: p_value(gain, term.free.iter().filter(|f| **f).count()),
             share: lost.max(0.0),
             parameters,
             alternatives,
-            runtime_correctable: term.effect.runtime_correctable(),
+            runtime_correctable: true,
         });
     }
     said.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -85,7 +85,7 @@ pub fn named(
 pub fn locations(effects: &[NamedEffect], explained: f64, motion: &Motion) -> Vec<Location> {
     let mut out: Vec<Location> = Vec::new();
     for e in effects {
-        let variable = effect(&e.id).map_or("velocity", |e| e.variable());
+        let variable = effect(&e.id).map_or("velocity", |e| e.variable);
         if out.iter().any(|l| l.variable == variable) {
             continue;
         }

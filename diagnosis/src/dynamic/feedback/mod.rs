@@ -11,7 +11,7 @@ use fitter::plant::Plant;
 
 use super::data::Data;
 use super::diagnose::{DynamicOutcome, Options, OwnSimulation, Predicted};
-use super::effects::{CATALOGUE, DynamicEffect, Scale, effect};
+use super::effects::{CATALOGUE, COULOMB_FRICTION, DRIVE_LAG, DRIVE_OFFSET, DynamicEffect, Scale, effect};
 use super::fault::DynamicError;
 use super::recording::DynamicRecording;
 use super::verdict::Units;
@@ -38,7 +38,7 @@ pub fn diagnose(
     if let Some(term) = options.given.first() {
         let reason =
             "is given, and under feedback all effects are identified anew; leave it out of the plant";
-        let id = term.effect.id().to_string();
+        let id = term.effect.id.to_string();
         return Err(DynamicError::Effect { file: recording.file.clone(), id, reason: reason.into() });
     }
     let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
@@ -46,11 +46,11 @@ pub fn diagnose(
     let scale = data.scale;
     // The lag that is looked for first is that of the drive; under feedback it cannot be told from others.
     let mut catalogue: Vec<&'static dyn DynamicEffect> =
-        CATALOGUE.iter().copied().filter(|e| options.skip.iter().all(|id| id != e.id())).collect();
-    catalogue.sort_by_key(|e| e.id() != "drive_lag");
+        CATALOGUE.iter().copied().filter(|e| options.skip.iter().all(|id| id != e.id)).collect();
+    catalogue.sort_by_key(|e| e.id != DRIVE_LAG);
     let trial = Inverse {
         stiffness: true,
-        terms: ["coulomb_friction", "drive_offset", "drive_lag"]
+        terms: [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG]
             .iter()
             .filter_map(|id| effect(id).map(|e| (e, e.starts(&scale)[0].clone())))
             .collect(),
@@ -71,7 +71,7 @@ pub fn diagnose(
     let found = present;
     judge::standing(recording, false, |withdrawn| {
         let mut present = found.clone();
-        present.terms.retain(|(effect, _)| withdrawn.effects.iter().all(|id| id != effect.id()));
+        present.terms.retain(|(effect, _)| withdrawn.effects.iter().all(|id| id != effect.id));
         let after = all(&present).ok_or_else(lost)?;
         let proof_after = proof(&present);
         let effects = findings::named(&along, &present, &after, &catalogue, &scale, nominal);

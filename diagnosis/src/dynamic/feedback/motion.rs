@@ -74,10 +74,10 @@ impl Motion {
     /// What an effect adds to the acceleration along the motion.
     pub fn force(&self, effect: &dyn DynamicEffect, parameters: &[f64], gain: f64) -> Vec<f64> {
         let mut out = vec![0.0; self.position.len()];
-        if effect.part() != Part::Force {
+        if effect.part != Part::Force {
             return out;
         }
-        let count = effect.states();
+        let count = effect.states;
         for run in &self.runs {
             let mut states = effect.rest(self.position[run.start]);
             for k in run.clone() {

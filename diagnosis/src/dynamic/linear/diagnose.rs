@@ -12,6 +12,7 @@ use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::diagnose::Predicted;
+use crate::dynamic::effects::CUBIC_STIFFNESS;
 use crate::dynamic::judge;
 use crate::dynamic::spectrum::experiments::mean_period;
 use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
@@ -73,7 +74,7 @@ pub fn diagnose_linear(
             Some(found) => {
                 let error = sensitivity::exponent_error(&found.model, &fitting);
                 let mut effect = verdict::hysteresis(&found.model, found.gain, &responses, error);
-                effect.alternatives.extend(found.rival.then(|| "cubic_stiffness".to_string()));
+                effect.alternatives.extend(found.rival.then(|| CUBIC_STIFFNESS.to_string()));
                 effects.push(effect);
                 &found.model
             }
