@@ -9,7 +9,7 @@
 
 use crate::dictionary::Kind;
 use crate::effects::Effect;
-use crate::linear::{Basis, dot};
+use crate::numerics::{Basis, dot};
 use crate::search::{Search, Term};
 use crate::thresholds::averaging::{LEAST, ODDS, OWN};
 
@@ -77,7 +77,7 @@ fn explained(columns: &[Vec<f64>], whole: &Basis, residual: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::explained;
-    use crate::linear::Basis;
+    use crate::numerics::Basis;
 
     #[test]
     fn only_what_the_model_leaves_is_explained() {

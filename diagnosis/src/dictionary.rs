@@ -11,7 +11,7 @@ use crate::correlation::Whitener;
 use crate::effects::{Effect, Place};
 use crate::generic;
 use crate::jumps::Jumps;
-use crate::linear::{Basis, Columns, add_scaled, dot};
+use crate::numerics::{Basis, Columns, add_scaled, dot};
 use crate::rows::Rows;
 use crate::thresholds::dictionary::{
     HIGHEST_OF_A_MOVE, HIGHEST_ORDER, SMALLEST_PART, SMALLEST_PART_MEASURED, TOGETHER,
@@ -268,7 +268,7 @@ pub fn highest_order(rows: &Rows) -> usize {
 #[cfg(test)]
 mod tests {
     use super::{Projected, Scratch};
-    use crate::linear::{Basis, Columns, dot};
+    use crate::numerics::{Basis, Columns, dot};
 
     /// Columns with nothing in common but what comes of their finite length.
     fn column(n: usize, k: usize) -> Vec<f64> {

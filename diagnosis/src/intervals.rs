@@ -10,11 +10,10 @@
 
 use crate::averaging::Rival;
 use crate::effects::{Effect, Range, Reading};
-use crate::linear::{Basis, add_scaled, dot};
 use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
+use crate::numerics::{Basis, add_scaled, dot, of_triangle};
 use crate::rows::Rows;
-use crate::thresholds::NORMAL_95;
 use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
 
 /// What an effect's shapes are judged beside.
@@ -72,18 +71,10 @@ impl Beside<'_> {
             q.push(w);
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
-        let inverse = inverse_of_triangle(&r, width);
-        let amplitudes: Vec<f64> =
-            (0..width).map(|a| (a..width).map(|k| inverse[a * width + k] * scores[k]).sum()).collect();
+        let (amplitudes, covariance) = of_triangle(&r, &scores);
         if !effect.plausible_at(shape, &amplitudes) {
             return None;
         }
-        let covariance = (0..width * width)
-            .map(|i| {
-                let (a, b) = (i / width, i % width);
-                (a.max(b)..width).map(|k| inverse[a * width + k] * inverse[b * width + k]).sum()
-            })
-            .collect();
         let log_likelihood = 0.5 * dot(&scores, &scores) / (self.widening * self.widening);
         Some(Place { shape: shape.to_vec(), log_likelihood, weight: 1.0, amplitudes, covariance })
     }
@@ -353,35 +344,4 @@ fn first_cells(free: &[usize], ranges: &[Range], effect: &dyn Effect, best: &[f6
             .collect();
     }
     cells.into_iter().map(|(cell, _)| cell).collect()
-}
-
-/// Inverse of an upper triangular matrix, by rows.
-fn inverse_of_triangle(r: &[f64], n: usize) -> Vec<f64> {
-    let mut inverse = vec![0.0; n * n];
-    for k in 0..n {
-        inverse[k * n + k] = 1.0 / r[k * n + k];
-        for j in (0..k).rev() {
-            let sum: f64 = (j + 1..=k).map(|i| r[j * n + i] * inverse[i * n + k]).sum();
-            inverse[j * n + k] = -sum / r[j * n + j];
-        }
-    }
-    inverse
-}
-
-/// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
-pub fn widening(freedom: f64) -> f64 {
-    use statrs::distribution::{ContinuousCDF, StudentsT};
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{NORMAL_95, widening};
-
-    #[test]
-    fn few_degrees_of_freedom_widen() {
-        // Student's quantile at 10 degrees is 2.2281.
-        assert!((widening(10.0) - 2.2281 / NORMAL_95).abs() < 1e-4);
-        assert!((widening(1e6) - 1.0).abs() < 1e-4);
-    }
 }

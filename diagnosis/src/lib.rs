@@ -1,11 +1,23 @@
 //! Locates where a calibration recording departs from its simulation, names the physics, models it, and
 //! shows whether the fit improves; or says that the recording cannot tell.
 //!
-//! [`diagnosis::diagnose`] runs it all: [`observe`] takes a recording apart into observables, [`noise`]
-//! measures the floor and [`correlation`] how it hangs together in time, [`dictionary`] holds every candidate
-//! explanation, [`calibrate`] learns by resampling how strong the strongest of them is when there is nothing,
-//! [`search`] chooses among them, [`model`] fits what was chosen, [`held_out`] shows it on rows that were not fitted,
-//! [`judge`] holds the answer against itself, and [`verdict`] says it.
+//! [`diagnose`] runs it all for a calibration: `observe` takes a recording apart into observables, `noise` measures the
+//! floor and `correlation` how it hangs together in time, `dictionary` holds every candidate explanation, `calibrate`
+//! learns by resampling how strong the strongest of them is when there is nothing, `search` chooses among them, `model`
+//! fits what was chosen, `held_out` shows it on rows that were not fitted, `judge` holds the answer against itself, and
+//! [`verdict`] says it. [`dynamic`] does the same for a moving mechanism.
+//!
+//! ```
+//! use diagnosis::{Options, Verdict, diagnose};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let (recording, mirror) = fitter::default_recording()?;
+//! let outcome = diagnose(&recording, &mirror, None, None, &Options::default())?;
+//! assert_eq!(outcome.diagnosis.verdict, Verdict::Consistent);
+//! assert!(outcome.diagnosis.effects.is_empty() && outcome.coefficients.is_some());
+//! # Ok(())
+//! # }
+//! ```
 
 mod attempt;
 mod averaging;
@@ -28,11 +40,11 @@ mod held_out;
 mod intervals;
 mod judge;
 mod jumps;
-mod linear;
 mod memory;
 mod mixture;
 mod model;
 mod noise;
+mod numerics;
 pub mod observe;
 mod reach;
 mod refit;
@@ -47,4 +59,6 @@ pub mod summary;
 mod thresholds;
 pub mod verdict;
 
-pub use diagnosis::{Diagnosis, Options, Outcome, diagnose};
+pub use diagnosis::{Diagnosis, NoiseFloor, Options, Outcome, diagnose};
+pub use held_out::{Fit, Gain, Score};
+pub use verdict::Verdict;

@@ -12,6 +12,7 @@ use crate::observe::Simulated;
 
 /// Why a simulation is refused.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum SimulatedError {
     /// The file cannot be read.
     #[error("{file}: cannot be read ({reason}); give the path of a CSV with t_s and the predicted reference")]

@@ -10,7 +10,8 @@ use crate::experiment;
 use crate::explain::Explanation;
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
-use crate::rows::{Rows, centred, range};
+use crate::numerics::{centred, range};
+use crate::rows::Rows;
 use crate::search::Term;
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::{
@@ -20,6 +21,7 @@ use crate::thresholds::verdict::{
 /// What is said of the recording as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// Nothing beyond the noise.
     Consistent,
@@ -45,6 +47,7 @@ impl Verdict {
 
 /// Where the mismatch lives.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Location {
     /// The observable.
     pub variable: String,
@@ -63,6 +66,7 @@ pub struct Location {
 
 /// One reported parameter.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -76,6 +80,7 @@ pub struct Parameter {
 
 /// One named effect.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct NamedEffect {
     /// Id of the catalogue.
     pub id: String,
@@ -295,10 +300,10 @@ fn alternatives(
 /// Part of a slow observable's variance that is its reading noise, from second differences.
 fn roughness(values: &[f64]) -> f64 {
     let seconds: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-    let whole = crate::rows::rms(&centred(values)).powi(2);
+    let whole = crate::numerics::rms(&centred(values)).powi(2);
     // The median of squares is deaf to the jumps between passes; 0.455 is that of χ²₁.
     let mut squares: Vec<f64> = seconds.iter().map(|s| s * s).collect();
-    crate::rows::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
+    crate::numerics::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
 }
 
 /// The values of an observable by its name in `locations`.
@@ -330,7 +335,7 @@ fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f64, p_value:
     let about = centred(contribution);
     // About its most common value rather than its mean, so that a step or a bump counts where it is.
     let mut sorted = contribution.to_vec();
-    let middle = crate::rows::median(&mut sorted);
+    let middle = crate::numerics::median(&mut sorted);
     let deviation: Vec<f64> =
         if narrow(contribution, middle) { contribution.iter().map(|c| c - middle).collect() } else { about };
     let largest = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));

@@ -5,11 +5,11 @@
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::{Lag, moments};
 use super::model::Model;
-use super::number::Number;
 use super::signal::{Piece, Signal};
 use super::simulate::{Course, Theta};
 use super::span::Span;
 use super::turns::Turns;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::drive_path::LEAST_PART;
 
 /// The drive's path.

@@ -7,10 +7,10 @@ use pulp::Arch;
 
 use super::effects::{DynamicEffect, Flow, Part, Physics};
 use super::model::{Model, Term};
-use super::number::Number;
 use super::simulate::Theta;
 use super::span::Span;
 use super::step::{Room, Step};
+use crate::numerics::Number;
 use crate::thresholds::dynamic::machine::MOST_EVENTS;
 
 /// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.

@@ -2,7 +2,6 @@
 //! simulated, the recording disagrees.
 
 mod data;
-mod dense;
 pub mod diagnose;
 mod drive_path;
 pub mod effects;
@@ -19,23 +18,26 @@ pub mod linear;
 mod machine;
 pub mod model;
 mod noise;
-mod number;
 pub mod plant;
 mod recording;
 mod remainder;
-pub mod report;
 mod score;
 mod screen;
 mod search;
 mod signal;
 mod simulate;
 mod span;
-mod spectrum;
+pub(crate) mod spectrum;
 mod start;
 mod step;
 mod structure;
 mod turns;
 mod verdict;
+
+/// The report of a recording.
+pub mod report {
+    pub use crate::report::of_motion as page;
+}
 
 pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;

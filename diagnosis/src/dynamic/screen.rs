@@ -6,7 +6,6 @@
 use rayon::prelude::*;
 
 use super::data::Data;
-use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Part};
 use super::estimate::Fitted;
 use super::gram::{Grams, grams_through};
@@ -47,8 +46,6 @@ pub struct Screened {
     pub candidate: usize,
     /// −2 log likelihood gained on the rows that fit.
     pub gain: f64,
-    /// The same on the rows that choose, with the amounts of those that fit.
-    pub held_out: f64,
 }
 
 /// Screens candidates beside a model, residual and sensitivities passed through each of the filters; those that
@@ -108,8 +105,7 @@ fn screen_pack<const F: usize>(
                 let own = candidates[*k].effect.parameters.iter().filter(|p| !p.shape).count();
                 let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
                 first += own;
-                let (gain, held_out) = gained(&whole, base, &lanes);
-                Screened { candidate: *k, gain, held_out }
+                Screened { candidate: *k, gain: gained(&whole, base, &lanes).0 }
             })
             .collect()
     }))
@@ -136,14 +132,8 @@ pub fn gained(whole: &Grams, base: usize, lanes: &[usize]) -> (f64, f64) {
 fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS]) -> (f64, f64) {
     let reduced = whole.reduced(on, 0.0);
     let last = reduced.size - 1;
-    let mut matrix = Symmetric::zero(lanes.len());
-    for (i, a) in lanes.iter().enumerate() {
-        for (j, b) in lanes.iter().enumerate() {
-            *matrix.at_mut(i, j) = reduced.at(*a, *b);
-        }
-    }
     let right: Vec<f64> = lanes.iter().map(|a| reduced.at(*a, last)).collect();
-    let step = matrix.factor().solve(&right);
+    let step = reduced.part(lanes.iter().copied()).factor().solve(&right);
     let explained: f64 = step.iter().zip(&right).map(|(x, r)| x * r).sum();
     // On the other rows with the same step, the initial states as fitted.
     let mut left = 0.0;
@@ -155,15 +145,9 @@ fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS
         for (i, a) in lanes.iter().enumerate() {
             full[STATE + a] = step[i];
         }
-        let mut block = Symmetric::zero(STATE);
-        for i in 0..STATE {
-            for j in 0..STATE {
-                *block.at_mut(i, j) = here.at(i, j);
-            }
-        }
         let right =
             [0, 1].map(|i| here.at(i, end) - (STATE..end).map(|j| here.at(i, j) * full[j]).sum::<f64>());
-        let state = block.factor().solve(&right);
+        let state = here.part(0..STATE).factor().solve(&right);
         full[0] = state[0];
         full[1] = state[1];
         left += there.at(end, end);

@@ -9,9 +9,9 @@ use super::effects::{DynamicEffect, Facts, Flow, Parameter, Physics};
 use super::estimate::Fitted;
 use super::gram::grams;
 use super::model::Term;
-use super::number::Number;
 use super::screen::gained;
 use crate::dynamic::data::CHOOSE;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// A force of one shape of one observable.
@@ -127,7 +127,7 @@ const fn facts(states: usize) -> Facts {
 }
 
 impl DynamicEffect for Shape {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const FACTS: [Facts; 2] = [facts(0), facts(1)];
         &FACTS[usize::from(self.family >= 6)]
     }

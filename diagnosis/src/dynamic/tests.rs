@@ -1,9 +1,10 @@
 //! Fits of known physics to public recordings.
 
 use super::data::{ALL, Data};
-use super::estimate::{PATIENCE, fit};
+use super::estimate::fit;
 use super::model::{Model, Term};
 use super::{DynamicRecording, effects, score, start};
+use crate::thresholds::dynamic::estimate::PATIENCE;
 
 /// What the cubic stiffness alone does for the Silverbox: fitted to the whole training file, simulated on either
 /// test. The constant of the drive, some 8 mV, is no dynamics and is fitted beside it.

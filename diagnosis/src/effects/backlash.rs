@@ -17,7 +17,7 @@ const STATED: f64 = 2.0;
 pub struct Backlash;
 
 impl Effect for Backlash {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "backlash",

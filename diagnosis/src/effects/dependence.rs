@@ -3,7 +3,8 @@
 use fitter::terms::{Operator, Product};
 
 use super::{Effect, Experiment, Facts, Handed, Reading, coefficient, mean_of, present};
-use crate::rows::{Rows, centred};
+use crate::numerics::centred;
+use crate::rows::Rows;
 
 /// A plain dependence.
 pub struct Dependence {
@@ -101,9 +102,8 @@ pub static COIL_CROSSTALK: Dependence = Dependence {
 };
 
 impl Effect for &'static Dependence {
-    fn facts(&self) -> &'static Facts {
-        let dependence: &'static Dependence = self;
-        &dependence.facts
+    fn facts(&self) -> &Facts {
+        &self.facts
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

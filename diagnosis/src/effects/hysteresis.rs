@@ -14,7 +14,7 @@ use crate::thresholds::effects::hysteresis::{AT_EASE, ELEMENTS, FROM_ZERO, LEAST
 pub struct Hysteresis;
 
 impl Effect for Hysteresis {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "hysteresis",
@@ -96,7 +96,7 @@ fn half_height(part: f64) -> f64 {
     let scale = 1.0 / (part * ELEMENTS as f64);
     let mut distance: Vec<f64> =
         plays_apart(&twice, &radii, -1.0).skip(cycle.len()).map(|sum| sum * scale).collect();
-    let mut polynomial = crate::linear::Basis::new(cycle.len());
+    let mut polynomial = crate::numerics::Basis::new(cycle.len());
     for column in crate::base::legendre(&cycle, 9) {
         polynomial.add(&column);
     }

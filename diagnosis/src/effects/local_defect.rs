@@ -25,7 +25,7 @@ fn widest(rows: &Rows) -> f64 {
 pub struct LocalDefect;
 
 impl Effect for LocalDefect {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "local_defect",

@@ -1,5 +1,5 @@
-//! The catalogue of physical effects that can stand between a recording and its simulation: one file
-//! each, one line in [`catalogue`]. An effect's contribution is linear in its amplitudes and may depend on
+//! The catalogue of physical effects that can stand between a recording and its simulation: a file
+//! each or one of a kind, one line in [`catalogue`]. An effect's contribution is linear in its amplitudes and may depend on
 //! a few shape parameters (time constants, periods, thresholds, …) that the search finds.
 
 mod backlash;
@@ -74,7 +74,7 @@ pub struct Reading {
 /// A physical effect.
 pub trait Effect: Sync + Send {
     /// What is known of it beside its formula.
-    fn facts(&self) -> &'static Facts;
+    fn facts(&self) -> &Facts;
     /// Whether a shape says how things stood before the first row, which the first rows alone can tell.
     fn begins_before(&self, _shape: &[f64]) -> bool {
         false
@@ -242,7 +242,7 @@ fn angle_observable(rows: &Rows) -> &'static str {
 
 /// Mean of an optional column.
 fn mean_of(column: &Option<Vec<f64>>) -> f64 {
-    column.as_ref().map_or(0.0, |c| crate::rows::mean(c))
+    column.as_ref().map_or(0.0, |c| crate::numerics::mean(c))
 }
 
 /// Id of the error that repeats with the angle: what `fit` calls the harmonics of a turn.
@@ -273,7 +273,7 @@ pub fn catalogue() -> Vec<Box<dyn Effect>> {
 /// `needed` or a sentence that says which column is missing.
 fn present<'a>(column: &'a Option<Vec<f64>>, name: &str) -> Result<&'a Vec<f64>, String> {
     let values = column.as_ref().ok_or_else(|| format!("the recording has no usable column {name}"))?;
-    let (low, high) = crate::rows::range(values);
+    let (low, high) = crate::numerics::range(values);
     if high > low { Ok(values) } else { Err(format!("the column {name} is constant")) }
 }
 

@@ -9,7 +9,7 @@ use crate::rows::Rows;
 pub struct MountStep;
 
 impl Effect for MountStep {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "mount_step",

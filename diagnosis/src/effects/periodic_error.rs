@@ -13,7 +13,7 @@ use crate::thresholds::effects::periodic_error::{FEW_PLACES, MOST_CYCLES, MOST_H
 pub struct PeriodicError;
 
 impl Effect for PeriodicError {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: PERIODIC_ERROR,
@@ -65,7 +65,7 @@ impl Effect for PeriodicError {
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let turn = std::f64::consts::TAU / shape[0];
-        let origin = crate::rows::mean(&rows.truth);
+        let origin = crate::numerics::mean(&rows.truth);
         let first: (Vec<f64>, Vec<f64>) = rows.truth.iter().map(|t| (turn * (t - origin)).sin_cos()).unzip();
         let mut columns = vec![first.0, first.1];
         // sin and cos of (h+1) x from those of h x and x: one call per row whatever the number of harmonics.
@@ -99,7 +99,7 @@ impl Effect for PeriodicError {
         // The phase is counted here from the mean of the reference; a coefficients file counts it from α₀, which
         // is taken into account when the file is made.
         let count = shape[1] as usize;
-        let origin = crate::rows::mean(&rows.truth);
+        let origin = crate::numerics::mean(&rows.truth);
         let mut map = vec![vec![0.0; 2 * count]; 2 * count];
         for h in 0..count {
             let phase = std::f64::consts::TAU * (h + 1) as f64 * origin / shape[0];

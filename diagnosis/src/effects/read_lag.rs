@@ -9,7 +9,7 @@ use crate::rows::Rows;
 pub struct ReadLag;
 
 impl Effect for ReadLag {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "read_lag",
@@ -33,8 +33,8 @@ impl Effect for ReadLag {
         if rows.command_deg.is_some() && !several_speeds(rows, &velocity) {
             return Err("the readings are settled ones at commanded angles: nothing moves".into());
         }
-        let (low, high) = crate::rows::range(&velocity);
-        let middle = crate::rows::mean(&velocity).abs().max(1e-12);
+        let (low, high) = crate::numerics::range(&velocity);
+        let middle = crate::numerics::mean(&velocity).abs().max(1e-12);
         if high - low > 0.2 * middle {
             Ok(())
         } else {
@@ -60,7 +60,7 @@ fn several_speeds(rows: &Rows, velocity: &[f64]) -> bool {
     let typical = rows.passes().into_iter().map(|pass| {
         let mut speeds: Vec<f64> =
             velocity.iter().zip(&rows.pass).filter(|(_, p)| **p == pass).map(|(v, _)| v.abs()).collect();
-        crate::rows::median(&mut speeds)
+        crate::numerics::median(&mut speeds)
     });
     let (slowest, fastest) = typical.fold((f64::INFINITY, 0.0), |(s, f), v: f64| (v.min(s), v.max(f)));
     fastest > 1.5 * slowest

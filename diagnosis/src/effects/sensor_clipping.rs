@@ -10,7 +10,7 @@ use crate::thresholds::effects::sensor_clipping::INNERMOST;
 pub struct SensorClipping;
 
 impl Effect for SensorClipping {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "sensor_clipping",

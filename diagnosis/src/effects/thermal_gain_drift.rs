@@ -3,13 +3,14 @@
 use fitter::terms::{Operator, Product};
 
 use super::{Effect, Experiment, Facts, Handed, Reading, angle_observable, mean_of, present, reading};
-use crate::rows::{Rows, centred};
+use crate::numerics::centred;
+use crate::rows::Rows;
 
 /// See the module's description.
 pub struct ThermalGainDrift;
 
 impl Effect for ThermalGainDrift {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "thermal_gain_drift",

@@ -13,7 +13,7 @@ use crate::thresholds::effects::thermal_lag::LONGEST;
 pub struct ThermalLag;
 
 impl Effect for ThermalLag {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "thermal_lag",
@@ -47,7 +47,7 @@ impl Effect for ThermalLag {
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let lagged = |t: &Vec<f64>| {
-            let mean = crate::rows::mean(t);
+            let mean = crate::numerics::mean(t);
             low_pass(&rows.t_s, t, shape[0]).iter().map(|z| z - mean).collect()
         };
         rows.temperature_c.iter().map(lagged).collect()

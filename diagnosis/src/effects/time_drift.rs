@@ -9,7 +9,7 @@ use crate::rows::Rows;
 pub struct TimeDrift;
 
 impl Effect for TimeDrift {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "time_drift",

@@ -3,13 +3,14 @@
 use fitter::terms::{Operator, Product};
 
 use super::{Effect, Facts, Handed, Reading, angle_observable, reading};
-use crate::rows::{Rows, mean};
+use crate::numerics::mean;
+use crate::rows::Rows;
 
 /// See the module's description.
 pub struct TurnSlope;
 
 impl Effect for TurnSlope {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "turn_slope",

@@ -12,7 +12,7 @@ use crate::thresholds::effects::warmup_drift::LONGEST;
 pub struct WarmupDrift;
 
 impl Effect for WarmupDrift {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "warmup_drift",

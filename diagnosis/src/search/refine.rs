@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Found, MOST_TIED, NEAR_TIE, Search, Term};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
-use crate::linear::{Basis, add_scaled, dot, least_squares};
+use crate::numerics::{Basis, add_scaled, dot, least_squares};
 use crate::steps::beginning;
 use crate::thresholds::search::refine::{FINE, SHRUNK};
 

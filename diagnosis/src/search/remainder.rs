@@ -9,7 +9,7 @@ use super::{Found, Search, Term};
 use crate::dictionary::Kind;
 use crate::effects::Place;
 use crate::generic::{observables, own_part, scaled, times};
-use crate::linear::dot;
+use crate::numerics::dot;
 use crate::thresholds::search::remainder::{BEYOND_DOUBT, MISFIT};
 
 impl Search<'_> {

@@ -3,7 +3,7 @@
 use super::{
     DynamicEffect, Facts, Flow, Physics, Reading, SLOW_TRIANGLES, Scale, amount, plain_readings, shape,
 };
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::bouc_wen_hysteresis::USUAL;
 
 /// x″ −= k z, z′ = v − ½(|v| z + v |z|)/Y; k in 1/s², Y in p
@@ -28,7 +28,7 @@ impl<T: Number> Physics<T> for BoucWenHysteresis {
 }
 
 impl DynamicEffect for BoucWenHysteresis {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "bouc_wen_hysteresis",

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{DynamicEffect, Facts, Flow, Physics, Reading, Scale, amount, shape};
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 
 /// x″ −= A sin(2πx/p + φ); A in p/s², p in p
 ///
@@ -20,7 +20,7 @@ impl<T: Number> Physics<T> for Cogging {
 }
 
 impl DynamicEffect for Cogging {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "cogging",

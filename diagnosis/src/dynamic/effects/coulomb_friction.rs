@@ -1,7 +1,7 @@
 //! Coulomb friction: dry friction of constant magnitude against the motion; it holds the mechanism where the other forces are smaller.
 
 use super::{COULOMB_FRICTION, CREEP, DynamicEffect, Facts, Flow, Physics, SLOW_TRIANGLES, Scale, amount};
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::HARD;
 
 /// x″ −= F sign v; stuck where |force| ≤ F; F in p/s²
@@ -17,7 +17,7 @@ impl<T: Number> Physics<T> for CoulombFriction {
 }
 
 impl DynamicEffect for CoulombFriction {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: COULOMB_FRICTION,

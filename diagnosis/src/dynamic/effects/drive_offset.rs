@@ -1,7 +1,7 @@
 //! Offset of the drive: an offset of the amplifier, or a constant force.
 
 use super::{DRIVE_OFFSET, DynamicEffect, Facts, MEAN_POSITIONS, Part, Physics, amount};
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 
 /// w = u + o; o in u
 ///
@@ -16,7 +16,7 @@ impl<T: Number> Physics<T> for DriveOffset {
 }
 
 impl DynamicEffect for DriveOffset {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: DRIVE_OFFSET,

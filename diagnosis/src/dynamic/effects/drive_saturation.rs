@@ -1,7 +1,7 @@
 //! Saturation of the drive: an amplifier at its limit.
 
 use super::{DynamicEffect, Facts, Part, Physics, Scale, shape};
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 
 /// w = u within ±limit; limit in u
 ///
@@ -16,7 +16,7 @@ impl<T: Number> Physics<T> for DriveSaturation {
 }
 
 impl DynamicEffect for DriveSaturation {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "drive_saturation",

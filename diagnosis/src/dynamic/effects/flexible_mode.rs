@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{DynamicEffect, FASTER, Facts, Flow, Physics, Scale, amount, shape};
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 
 /// x″ −= μ h, q″ = h, h = Ω²(x − q) + 2ζΩ(v − q′), Ω = 2πf; f in Hz, μ and ζ without unit
 ///
@@ -23,7 +23,7 @@ impl<T: Number> Physics<T> for FlexibleMode {
 }
 
 impl DynamicEffect for FlexibleMode {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "flexible_mode",

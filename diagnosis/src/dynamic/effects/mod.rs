@@ -1,28 +1,20 @@
-//! The catalogue of dynamic effects: one file each, one line in [`CATALOGUE`]. An effect acts on the drive
+//! The catalogue of dynamic effects: a file each or one of a kind, one line in [`CATALOGUE`]. An effect acts on the drive
 //! on its way to the mechanism, on the mechanism's acceleration, or on the position on its way to the
 //! recording; its formula is written once and evaluated with and without derivatives.
 
 mod bouc_wen_hysteresis;
 mod cogging;
 mod coulomb_friction;
-mod cubic_stiffness;
-mod drive_lag;
 mod drive_offset;
 mod drive_saturation;
 mod flexible_mode;
-mod nonlinear_damping;
-mod quadratic_damping;
-mod quadratic_stiffness;
-mod rayleigh_hysteresis;
-mod sensor_lag;
-mod sensor_offset;
+mod force;
+mod path;
 mod stribeck_friction;
-mod torque_constant_droop;
-mod transport_delay;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::number::{Dual, Number};
+use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::effects::MOST_STATES;
 
 /// What a force sees of the mechanism, and what it changes.
@@ -58,7 +50,7 @@ pub enum Part {
     /// Lets the drive lag by its parameter.
     DriveLag,
     /// Adds to the drive its parameter times what Rayleigh's material remembers of it
-    /// ([`crate::dynamic::turns`]).
+    /// (`turns`).
     DriveMemory,
     /// Adds to the acceleration ([`Physics::force`]).
     Force,
@@ -128,7 +120,7 @@ pub trait DynamicEffect:
     Physics<f64> + Physics<Dual<8>> + Physics<Dual<12>> + Physics<Dual<16>> + Sync + Send
 {
     /// What is known of it beside its formula.
-    fn facts(&self) -> &'static Facts;
+    fn facts(&self) -> &Facts;
     /// Its states at rest at a position.
     fn rest(&self, _position: f64) -> [f64; MOST_STATES] {
         [0.0; MOST_STATES]
@@ -286,18 +278,18 @@ const CREEP: Parameter = shape("creep_velocity", "p/s");
 /// All effects, in the order in which ties are broken: the simpler explanation first.
 pub static CATALOGUE: [&dyn DynamicEffect; 17] = [
     &drive_offset::DriveOffset,
-    &sensor_offset::SensorOffset,
-    &cubic_stiffness::CubicStiffness,
-    &quadratic_stiffness::QuadraticStiffness,
+    &path::SENSOR_OFFSET,
+    &force::CUBIC_STIFFNESS,
+    &force::QUADRATIC_STIFFNESS,
     &coulomb_friction::CoulombFriction,
-    &quadratic_damping::QuadraticDamping,
-    &nonlinear_damping::NonlinearDamping,
-    &torque_constant_droop::TorqueConstantDroop,
-    &transport_delay::TransportDelay,
-    &drive_lag::DriveLag,
-    &sensor_lag::SensorLag,
+    &force::QUADRATIC_DAMPING,
+    &force::NONLINEAR_DAMPING,
+    &force::TORQUE_CONSTANT_DROOP,
+    &path::TRANSPORT_DELAY,
+    &path::DRIVE_LAG,
+    &path::SENSOR_LAG,
     &drive_saturation::DriveSaturation,
-    &rayleigh_hysteresis::RayleighHysteresis,
+    &path::RAYLEIGH_HYSTERESIS,
     &cogging::Cogging,
     &stribeck_friction::StribeckFriction,
     &bouc_wen_hysteresis::BoucWenHysteresis,

@@ -1,7 +1,7 @@
 //! Stribeck friction: dry friction that is larger at rest and falls with speed.
 
 use super::{CREEP, DynamicEffect, Facts, Flow, Physics, SLOW_TRIANGLES, Scale, amount, shape};
-use crate::dynamic::number::Number;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::HARD;
 
 /// x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E; F, E in p/s², v_s in p/s
@@ -19,7 +19,7 @@ impl<T: Number> Physics<T> for StribeckFriction {
 }
 
 impl DynamicEffect for StribeckFriction {
-    fn facts(&self) -> &'static Facts {
+    fn facts(&self) -> &Facts {
         const {
             &Facts {
                 id: "stribeck_friction",

@@ -4,10 +4,10 @@
 //! Technol. 22 (2014)).
 
 use super::motion::Motion;
-use crate::dynamic::dense::Symmetric;
 use crate::dynamic::effects::{DynamicEffect, Part};
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
+use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::feedback::inverse::ROUNDS;
 
 /// Which parts the model has; the amounts follow by least squares.
@@ -88,6 +88,27 @@ pub fn effect_columns(
     amounts.iter().map(one).collect()
 }
 
+/// The normal equations of the drive in some columns on some rows, and their right-hand side.
+fn normal_equations(columns: &[Column], rows: &[usize], drive: &[f64]) -> (Symmetric, Vec<f64>) {
+    let n = columns.len();
+    let mut normal = Symmetric::zero(n);
+    let mut right = vec![0.0; n];
+    for &k in rows {
+        for i in 0..n {
+            right[i] += columns[i].0[k] * drive[k];
+            for j in 0..=i {
+                *normal.at_mut(i, j) += columns[i].0[k] * columns[j].0[k];
+            }
+        }
+    }
+    for i in 0..n {
+        for j in i + 1..n {
+            *normal.at_mut(i, j) = normal.at(j, i);
+        }
+    }
+    (normal, right)
+}
+
 /// Fits the amounts on the rows that `wanted` selects.
 pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
     let rows: Vec<usize> = motion.runs.iter().flat_map(|r| r.clone()).filter(|k| wanted(*k)).collect();
@@ -111,22 +132,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
                 effect_columns(*effect, shapes, motion, gain).into_iter().map(|(j, c)| (c, Some((t, j)))),
             );
         }
-        let n = columns.len();
-        let mut normal = Symmetric::zero(n);
-        let mut right = vec![0.0; n];
-        for &k in &rows {
-            for i in 0..n {
-                right[i] += columns[i].0[k] * motion.drive[k];
-                for j in 0..=i {
-                    *normal.at_mut(i, j) += columns[i].0[k] * columns[j].0[k];
-                }
-            }
-        }
-        for i in 0..n {
-            for j in i + 1..n {
-                *normal.at_mut(i, j) = normal.at(j, i);
-            }
-        }
+        let (normal, right) = normal_equations(&columns, &rows, &motion.drive);
         let factor = normal.factor();
         let x = factor.solve(&right);
         if x[0] == 0.0 || x.iter().any(|v| !v.is_finite()) {

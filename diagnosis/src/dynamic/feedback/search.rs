@@ -8,7 +8,7 @@ use super::motion::Motion;
 use crate::dynamic::data::CHOOSE;
 use crate::dynamic::data::FIT;
 use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
-use crate::linear::dot;
+use crate::numerics::dot;
 use crate::thresholds::dynamic::feedback::search::{ALTERNATIVE, CONSISTENT, LEAST_PART, RESOLVED};
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
@@ -79,7 +79,7 @@ impl Along<'_> {
             last = fold;
         }
         let count = blocks.len() as f64;
-        let mean = crate::rows::mean(&blocks);
+        let mean = crate::numerics::mean(&blocks);
         let square = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         mean / (square / count).sqrt().max(f64::MIN_POSITIVE)
     }
@@ -140,7 +140,7 @@ impl Along<'_> {
         for _ in 0..2 {
             for b in basis.iter() {
                 let along = dot(&own, b);
-                crate::linear::add_scaled(&mut own, -along, b);
+                crate::numerics::add_scaled(&mut own, -along, b);
             }
         }
         let square = dot(&own, &own);

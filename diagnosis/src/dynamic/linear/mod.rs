@@ -1,16 +1,15 @@
 //! The multivariable linear nominal of structures with many modes, and what such recordings show and
 //! a linear model cannot: hysteresis inside the loop, and constant offsets.
 //!
-//! [`diagnose::diagnose_linear`] runs it all: [`plan`] chooses the rows, [`nominal`] identifies the linear
-//! model ([`subspace`], then [`refine`]), [`hysteresis`] puts an [`operator`] into its loop ([`looped`]) and
-//! fits it by [`sensitivity`], [`mod@offset`] looks for a constant, and [`verdict`] says what that amounts to.
+//! [`diagnose_linear`] runs it all: `plan` chooses the rows, `nominal` identifies the linear model (`subspace`, then
+//! `refine`), `hysteresis` puts an `operator` into its loop (`looped`) and fits it by `sensitivity`, [`mod@offset`] looks
+//! for a constant, and `verdict` says what that amounts to.
 
 pub(crate) mod diagnose;
 pub mod file;
 pub(crate) mod hysteresis;
 pub(crate) mod initial;
 pub(crate) mod looped;
-pub(crate) mod marquardt;
 pub(crate) mod modal;
 pub(crate) mod nominal;
 pub mod offset;

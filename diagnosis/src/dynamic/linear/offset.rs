@@ -36,10 +36,10 @@ pub fn offset(recording: &DynamicRecording, predicted: &[Vec<f64>], plan: &Plan)
         let mean_of = |rows: &Range<usize>| -> f64 {
             let apart: Vec<f64> =
                 rows.clone().filter(|k| recording.scored(*k)).map(|k| recorded[k] - predicted[k]).collect();
-            crate::rows::mean(&apart)
+            crate::numerics::mean(&apart)
         };
         let means: Vec<f64> = blocks.iter().map(mean_of).collect();
-        let value = crate::rows::mean(&means);
+        let value = crate::numerics::mean(&means);
         let scatter = means.iter().map(|m| (m - value).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         let error = (scatter / count).sqrt();
         let t = value.abs() / error.max(f64::MIN_POSITIVE);

@@ -2,7 +2,7 @@
 
 use super::DynamicRecording;
 use crate::dynamic::fault::DynamicError;
-use crate::rows::median;
+use crate::numerics::median;
 use crate::thresholds::dynamic::recording::LEAST_ROWS;
 use crate::thresholds::dynamic::recording::checks::{CUT_OFF_PART, CUT_OFF_ROWS};
 

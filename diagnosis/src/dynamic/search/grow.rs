@@ -33,60 +33,7 @@ impl Search<'_> {
     /// by what they leave on the rows that choose.
     pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
         let candidates = self.candidates(present);
-        let whitening = self.whitening(present);
-        let [screened, mut plain] = screen(present, &candidates, self.data, [&whitening, &[]]);
-        let mut best: Vec<Screened> = Vec::new();
-        for effect in &self.catalogue {
-            let own = screened.iter().filter(|s| candidates[s.candidate].effect.id == effect.id);
-            let mut own: Vec<&Screened> = own.collect();
-            own.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            best.extend(own.into_iter().take(2).cloned());
-        }
-        // To first order a lag is a delay: it is tried only where a delay helps.
-        let late = candidates.iter().all(|c| c.effect.id != TRANSPORT_DELAY)
-            || best
-                .iter()
-                .any(|s| candidates[s.candidate].effect.id == TRANSPORT_DELAY && s.gain > 0.3 * LEAST_GAIN);
-        // What has no amount (a lag, a limit) is tried by a short estimate.
-        let short: Vec<Screened> = candidates
-            .par_iter()
-            .enumerate()
-            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with.contains(&TRANSPORT_DELAY)))
-            .filter_map(|(k, c)| {
-                let model = present.model.with(Term::new(c.effect, c.start.clone()));
-                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
-                Some(Screened {
-                    candidate: k,
-                    gain: gain(present, &fitted, FIT_ROWS),
-                    held_out: gain(present, &fitted, CHOOSE_ROWS),
-                })
-            })
-            .collect();
-        best.extend(short);
-        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut ids: Vec<&str> = Vec::new();
-        best.retain(|s| {
-            let id = candidates[s.candidate].effect.id;
-            let new = !ids.contains(&id);
-            if new {
-                ids.push(id);
-            }
-            s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
-        });
-        if !whitening.is_empty() {
-            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
-            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
-            plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id).collect();
-            let most = best.len() + REFITTED_PLAINLY;
-            for s in plain.into_iter().filter(|s| s.gain > 0.3 * LEAST_GAIN) {
-                let id = candidates[s.candidate].effect.id;
-                if !ids.contains(&id) && best.len() < most {
-                    ids.push(id);
-                    best.push(s);
-                }
-            }
-        }
+        let best = self.promising(present, &candidates);
         let mut models: Vec<Model> = best
             .iter()
             .map(|s| {
@@ -121,6 +68,61 @@ impl Search<'_> {
         }
         of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
         of_effect
+    }
+
+    /// The candidates that are worth a fit in full, by what they promise on the rows that fit.
+    fn promising(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Screened> {
+        let whitening = self.whitening(present);
+        let [screened, mut plain] = screen(present, candidates, self.data, [&whitening, &[]]);
+        let mut best: Vec<Screened> = Vec::new();
+        for effect in &self.catalogue {
+            let own = screened.iter().filter(|s| candidates[s.candidate].effect.id == effect.id);
+            let mut own: Vec<&Screened> = own.collect();
+            own.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            best.extend(own.into_iter().take(2).cloned());
+        }
+        // To first order a lag is a delay: it is tried only where a delay helps.
+        let late = candidates.iter().all(|c| c.effect.id != TRANSPORT_DELAY)
+            || best
+                .iter()
+                .any(|s| candidates[s.candidate].effect.id == TRANSPORT_DELAY && s.gain > 0.3 * LEAST_GAIN);
+        // What has no amount (a lag, a limit) is tried by a short estimate.
+        let short: Vec<Screened> = candidates
+            .par_iter()
+            .enumerate()
+            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with.contains(&TRANSPORT_DELAY)))
+            .filter_map(|(k, c)| {
+                let model = present.model.with(Term::new(c.effect, c.start.clone()));
+                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
+                Some(Screened { candidate: k, gain: gain(present, &fitted, FIT_ROWS) })
+            })
+            .collect();
+        best.extend(short);
+        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut ids: Vec<&str> = Vec::new();
+        best.retain(|s| {
+            let id = candidates[s.candidate].effect.id;
+            let new = !ids.contains(&id);
+            if new {
+                ids.push(id);
+            }
+            s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
+        });
+        if !whitening.is_empty() {
+            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
+            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
+            plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id).collect();
+            let most = best.len() + REFITTED_PLAINLY;
+            for s in plain.into_iter().filter(|s| s.gain > 0.3 * LEAST_GAIN) {
+                let id = candidates[s.candidate].effect.id;
+                if !ids.contains(&id) && best.len() < most {
+                    ids.push(id);
+                    best.push(s);
+                }
+            }
+        }
+        best
     }
 
     /// Effects in the place of those that they hold as a special case. Beside nothing such an effect is sought from
