@@ -16,6 +16,9 @@ use crate::numerics::{Basis, add_scaled, dot, of_triangle};
 use crate::rows::Rows;
 use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
 
+/// The observable that is smoothed, and so not known exactly.
+const COMMON_MODE: &str = "common_mode_um";
+
 /// What an effect's shapes are judged beside.
 pub struct Beside<'a> {
     /// The recording.
@@ -28,6 +31,8 @@ pub struct Beside<'a> {
     pub residual: Vec<f64>,
     /// Ratio of Student's quantile to the normal one.
     pub widening: f64,
+    /// [`Rows::scatter_of_places`].
+    pub scatter_of_places: f64,
     /// What the observations as they were read leave without the effect, for a step; else empty.
     pub left: &'a [f64],
 }
@@ -71,9 +76,16 @@ impl Beside<'_> {
             q.push(w);
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
-        let (amplitudes, covariance) = of_triangle(&r, &scores);
+        let (amplitudes, mut covariance) = of_triangle(&r, &scores);
         if !effect.plausible_at(shape, &amplitudes) {
             return None;
+        }
+        if effect.variable == COMMON_MODE {
+            // The amplitude is Σ w y; what is not known of the common mode adds a Σ w e to it.
+            let whitened = self.noise.correlation.whiten_transposed(&q[0]);
+            let weights = whitened.iter().zip(&self.noise.sigma).map(|(w, sigma)| w * (1.0 / r[0]) / sigma);
+            let unknown = self.rows.common_mode_unknown.variance(&weights.collect::<Vec<f64>>());
+            covariance[0] += amplitudes[0].powi(2) * unknown;
         }
         let log_likelihood = 0.5 * dot(&scores, &scores) / (self.widening * self.widening);
         Some(Place { shape: shape.to_vec(), log_likelihood, weight: 1.0, amplitudes, covariance })
@@ -260,14 +272,20 @@ impl Beside<'_> {
                 g[k] = (m.value - v.value) / h;
             }
         }
-        here.iter()
+        let mut read: Vec<(f64, f64)> = here
+            .iter()
             .zip(gradients)
             .map(|(reading, g)| {
                 let variance: f64 =
                     (0..width * width).map(|i| g[i / width] * place.covariance[i] * g[i % width]).sum();
                 (reading.value, self.widening * variance.max(0.0).sqrt())
             })
-            .collect()
+            .collect();
+        if let Some(k) = effect.place_of_a_probe {
+            // Readings are in degrees where the rows are in arcsec.
+            read[k].1 = read[k].1.hypot(self.scatter_of_places / self.rows.per_degree());
+        }
+        read
     }
 
     /// The central 95 % of a step's time: even over the gap between two rows.

@@ -300,7 +300,7 @@ impl Tangents {
         basis.project_off(&mut direction);
         let freedom = noise.freedom.min((rows.len() as f64 - self.columns.len() as f64).max(1.0));
         let widening = widening(freedom) * crate::memory::spread(noise, &direction, &self.residual);
-        Beside { rows, noise, basis, residual, widening, left }
+        Beside { rows, noise, basis, residual, widening, scatter_of_places: rows.scatter_of_places(), left }
     }
 }
 

@@ -4,7 +4,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::numerics::{median, range};
+use crate::numerics::{least_squares, mean, median, range};
+use crate::slow_channel::Unknown;
 use crate::thresholds::rows::SAME_PLACE;
 use fitter::turn::Turn;
 
@@ -42,6 +43,8 @@ pub struct Rows {
     pub error: Vec<f64>,
     /// (x₁+x₂)/2 in µm, for a pair.
     pub common_mode_um: Option<Vec<f64>>,
+    /// What its readings leave unknown of the common mode; nothing of means of rows.
+    pub common_mode_unknown: Unknown,
     /// `cross_arcsec`.
     pub cross_arcsec: Option<Vec<f64>>,
     /// `temperature_c`.
@@ -128,6 +131,18 @@ impl Rows {
         steps_apart(&self.theta).len() + 1
     }
 
+    /// Standard deviation, in the angle's unit, of the place on the angle at which something of one probe stands: the
+    /// common mode moves both probes, and with each of them by c what stands at s moves by 2c. What the common mode does
+    /// at every pass alike, a quartic of the reading, moves nothing. 0 without a common mode.
+    pub fn scatter_of_places(&self) -> f64 {
+        let Some(common_mode_um) = &self.common_mode_um else { return 0.0 };
+        let x = self.scaled_reading();
+        let powers: Vec<Vec<f64>> = (0..=4).map(|k| x.iter().map(|x| x.powi(k)).collect()).collect();
+        let scatter_um = (least_squares(&powers, common_mode_um).rss / self.len() as f64).sqrt();
+        let per_rad = self.per_degree() * 1f64.to_degrees();
+        2e-3 * scatter_um * mean(&self.weight) * per_rad
+    }
+
     /// Duration in seconds.
     pub fn duration_s(&self) -> f64 {
         let (low, high) = range(&self.t_s);
@@ -180,6 +195,7 @@ impl Rows {
             truth: change(&self.truth),
             error: change(&self.error),
             common_mode_um: some(&self.common_mode_um),
+            common_mode_unknown: Unknown::default(),
             cross_arcsec: some(&self.cross_arcsec),
             temperature_c: some(&self.temperature_c),
             coil_a: some(&self.coil_a),

@@ -140,8 +140,8 @@ pub fn apply(recording: &Recording, coefficients: &Coefficients) -> Result<Appli
 pub fn apply_screened(recording: &Recording, coefficients: &Coefficients) -> Result<Applied, ApplyError> {
     // Without terms no row depends on another: there only a reading matters for which the whole recording would pass
     // for one in another unit.
-    let needed =
-        !coefficients.terms.is_empty() || in_another_unit(range(recording, 0..recording.rows()), coefficients);
+    let needed = !coefficients.terms.is_empty()
+        || in_another_unit(range(recording, 0..recording.rows()), coefficients);
     let bad = if needed { faults::bad_rows(recording, &coefficients.sensor) } else { Vec::new() };
     apply_passing_over(recording, coefficients, &bad)
 }

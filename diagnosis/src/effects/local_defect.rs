@@ -21,6 +21,9 @@ fn widest(rows: &Rows) -> f64 {
     (high - low) / 8.0
 }
 
+/// By what part of its height the centre of a bump moves in readings that hold the bump: (2/3)^(3/2).
+const OF_OWN_HEIGHT: f64 = 0.544_331_053_951_817_4;
+
 /// See the module's description.
 pub struct LocalDefect;
 
@@ -37,6 +40,7 @@ impl Effect for LocalDefect {
                 variable: "angle_deg",
                 repeatable: true,
                 told_by: &[(Experiment::FinerSteps, "bump")],
+                place_of_a_probe: Some(1),
                 ..Facts::USUAL
             }
         }
@@ -89,9 +93,12 @@ impl Effect for LocalDefect {
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
         let (suffix, per) = edge_unit(rows);
+        // The angle is read with the bump in it, which moves the bump's own centre: the bump H g(y − H g(y)) is nearest to
+        // H g(y − a H) where a = ∫ g g′² / ∫ g′².
+        let undisturbed = shape[0] - OF_OWN_HEIGHT * amplitudes[0];
         vec![
             reading(format!("height_{}", rows.unit), amplitudes[0], rows.unit.as_str()),
-            reading(format!("centre_{suffix}"), shape[0] / per, suffix),
+            reading(format!("centre_{suffix}"), undisturbed / per, suffix),
             reading(format!("width_{suffix}"), shape[1] / per, suffix),
         ]
     }

@@ -168,6 +168,9 @@ pub struct Facts {
     pub repeatable: bool,
     /// Whether the shape follows from the amplitudes, so that it is not searched.
     pub shape_follows: bool,
+    /// Which of its readings is a place on the angle at which something of one probe stands. It moves along the angle with
+    /// the common mode.
+    pub place_of_a_probe: Option<usize>,
     /// Whether `fit` found it already in a sensor that turns.
     pub found_by_fit: fn(&Turn) -> bool,
     /// The experiments that tell it from others, each with what it does there.
@@ -190,6 +193,7 @@ impl Facts {
         begins_at_a_row: false,
         repeatable: false,
         shape_follows: false,
+        place_of_a_probe: None,
         found_by_fit: |_| false,
         told_by: &[],
     };

@@ -21,6 +21,7 @@ impl Effect for SensorClipping {
                 confused_with: &["local_defect", "periodic_error"],
                 variable: "angle_deg",
                 told_by: &[(Experiment::FinerSteps, "slope")],
+                place_of_a_probe: Some(0),
                 ..Facts::USUAL
             }
         }

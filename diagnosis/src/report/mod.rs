@@ -307,7 +307,7 @@ fn parameter(p: &Parameter) -> minijinja::Value {
 }
 
 /// A parameter's name without the unit that stands beside its value.
-pub(crate) fn without_unit(name: &str, unit: &str) -> String {
+pub fn without_unit(name: &str, unit: &str) -> String {
     let unit = unit.split(['/', '^', '·']).next().unwrap_or_default().to_lowercase();
     name.split('_').take_while(|word| *word != unit).collect::<Vec<_>>().join(" ")
 }

@@ -114,7 +114,8 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
         } else if name == "t_s" {
             // Of times the clock decides: a pause may be long.
         } else if let Some(gap) = no_lone.gap(*value) {
-            let reason = format!("{gap} away from all other values, which span {}", plain(no_lone.to - no_lone.from));
+            let reason =
+                format!("{gap} away from all other values, which span {}", plain(no_lone.to - no_lone.from));
             found.push(fault(row, f64::INFINITY, reason));
         } else if spread > 0.0 && size > limits::ABSURD && low != high {
             let reason =

@@ -159,4 +159,15 @@ mod tests {
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(std::fs::read_to_string(&file).unwrap(), "text");
     }
+
+    /// A folder that is being made must not pass for one that a dead program left.
+    #[test]
+    fn many_write_into_one_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |thread: usize| {
+            (0..200).for_each(|k| write_text(&folder.path().join(format!("{thread}-{k}"))).unwrap());
+        };
+        std::thread::scope(|scope| (0..8).for_each(|thread| drop(scope.spawn(move || write(thread)))));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1600);
+    }
 }

@@ -42,15 +42,19 @@ impl Stage {
     }
 
     fn make(folder: &Path) -> io::Result<Stage> {
+        // Until it is locked it looks abandoned. Whoever settles the folder has the turn; where a folder cannot be locked,
+        // it may remove what is half made, and a new one is.
+        let _turn = turn(folder);
         let mut tries = 0;
         loop {
             let dir = tempfile::Builder::new().prefix(PREFIX).tempdir_in(folder)?;
-            // Until it is locked it looks abandoned: another program may remove it, and a new one is made.
-            match File::create_new(dir.path().join(LOCK)).and_then(|file| hold(&file).map(|()| file)) {
-                Ok(lock) => {
-                    fs::create_dir(dir.path().join(NEW))?;
-                    return Ok(Stage { folder: folder.to_owned(), _lock: lock, dir });
-                }
+            let made = File::create_new(dir.path().join(LOCK)).and_then(|lock| {
+                hold(&lock)?;
+                fs::create_dir(dir.path().join(NEW))?;
+                Ok(lock)
+            });
+            match made {
+                Ok(lock) => return Ok(Stage { folder: folder.to_owned(), _lock: lock, dir }),
                 Err(error) if tries == 3 => return Err(error),
                 Err(_) => tries += 1,
             }
