@@ -3,6 +3,8 @@
 
 use std::sync::OnceLock;
 
+use fitter::Coefficients;
+
 use crate::condense::Condensed;
 use crate::diagnosis::NoiseFloor;
 use crate::explain::{Explanation, Found, explain, explain_gross};
@@ -10,8 +12,8 @@ use crate::hand_on::HandOn;
 use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::model::{self, Model};
+use crate::numerics::rms;
 use crate::reach::reach;
-use crate::rows::rms;
 use crate::search::Term;
 use crate::thresholds::attempt::CLEARLY;
 use crate::verdict::{self, Said};
@@ -26,6 +28,8 @@ pub struct Attempt<'a> {
     pub explanation: Explanation<'a>,
     /// The base alone.
     pub before: Model,
+    /// It as it would be handed on.
+    pub before_file: Coefficients,
     /// What is kept.
     pub settled: Settled,
     /// The figures.
@@ -63,15 +67,18 @@ fn attempt<'a>(
 ) -> Result<Attempt<'a>, String> {
     let rows = hand_on.rows;
     let before = model::expected(&explanation, hand_on.catalogue, hand_on.order_of_fit());
-    hand_on.file(&before, None)?;
-    let before_left =
-        hand_on.left(&before, None).ok_or_else(|| "the base model cannot be applied".to_string())?;
+    let before_refitted = hand_on.refitted(&before, None);
+    let before_file = hand_on.file(&before_refitted, &before)?;
+    let before_left = hand_on
+        .left_by(Some(&before_refitted), &before, None)
+        .ok_or_else(|| "the base model cannot be applied".to_string())?;
     let proof = held_out::prove(&explanation, hand_on, &before, Groups::Passes);
     let judge = Judge {
         explanation: &explanation,
         catalogue: hand_on.catalogue,
         hand_on,
         before: &before,
+        before_refitted: &before_refitted,
         before_left: &before_left,
         proof: proof.as_ref(),
         blocks: OnceLock::new(),
@@ -115,5 +122,5 @@ fn attempt<'a>(
         said.verdict = allowed;
         verdict::locate_rest(&explanation, hand_on.catalogue, &settled.handed, &mut said);
     }
-    Ok(Attempt { before, settled, fit, noise_floor, said, explanation })
+    Ok(Attempt { before, before_file, settled, fit, noise_floor, said, explanation })
 }

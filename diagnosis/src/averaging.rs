@@ -9,7 +9,7 @@
 
 use crate::dictionary::Kind;
 use crate::effects::Effect;
-use crate::linear::{Basis, dot};
+use crate::numerics::{Basis, dot};
 use crate::search::{Search, Term};
 use crate::thresholds::averaging::{LEAST, ODDS, OWN};
 
@@ -32,8 +32,7 @@ pub fn rivals(
 ) -> Vec<Rival> {
     let families = search.dictionary.families.iter().enumerate().filter(|(f, family)| match family.kind {
         Kind::Effect(e) => {
-            effect.confused_with().contains(&search.catalogue[e].id())
-                && !terms.iter().any(|t| t.family == *f)
+            effect.confused_with.contains(&search.catalogue[e].id) && !terms.iter().any(|t| t.family == *f)
         }
         _ => false,
     });
@@ -78,7 +77,7 @@ fn explained(columns: &[Vec<f64>], whole: &Basis, residual: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::explained;
-    use crate::linear::Basis;
+    use crate::numerics::Basis;
 
     #[test]
     fn only_what_the_model_leaves_is_explained() {

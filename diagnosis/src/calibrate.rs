@@ -15,9 +15,9 @@ use crate::correlation::Correlation;
 use crate::dictionary::{Dictionary, Family, Kind, Projected};
 use crate::effects::Effect;
 use crate::jumps::Jumps;
-use crate::linear::{Basis, Columns};
 use crate::noise::Noise;
-use crate::rows::rms;
+use crate::numerics::rms;
+use crate::numerics::{Basis, Columns};
 use crate::thresholds::calibrate::{
     FALSE_ALARMS, MOST_NEW, MOST_RANKS, NEIGHBOURHOODS, PRIOR_TAIL, RESAMPLES, TABLE_DENSITY, TABLE_END,
     TABLE_RANK, TAIL, TOGETHER,

@@ -4,8 +4,8 @@
 
 use crate::base::legendre;
 use crate::calibrate::log_tail;
-use crate::linear::{Basis, dot};
-use crate::rows::centred;
+use crate::numerics::centred;
+use crate::numerics::{Basis, dot};
 use crate::thresholds::content::{BLOCKS, ORDER, SURE};
 
 /// Whether the values (in the order of time) are no more than noise, as far as `scaled_angle` (−1 … 1) and the

@@ -11,8 +11,8 @@ pub use mistaken::suspect;
 
 use rayon::prelude::*;
 
-use crate::linear::{Basis, Columns, cholesky, quadratic_form};
-use crate::rows::median;
+use crate::numerics::median;
+use crate::numerics::{Basis, Columns, cholesky, quadratic_form};
 use crate::thresholds::correlation::{COARSE, HOPELESS, POINTS, PRIOR_UNCORRELATED, SHORTEST};
 
 /// Correlation of every row with the one before, e^(−Δt/τ).

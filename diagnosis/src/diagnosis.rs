@@ -13,15 +13,17 @@ use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
 use crate::model::Model;
+use crate::numerics::{mean, rms};
 use crate::observe::{ObserveError, Simulated, Wanted, observe};
 use crate::refit;
-use crate::rows::{Rows, mean, rms};
+use crate::rows::Rows;
 use crate::screened::{Screened, Seen};
 use crate::search::Found;
-use crate::verdict::{self, Location, NamedEffect, Parameter, Verdict};
+use crate::verdict::{self, Location, NamedEffect, Parameter, Said, Verdict};
 
 /// The noise floor.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct NoiseFloor {
     /// Standard deviation of a reading.
     pub value: f64,
@@ -35,6 +37,7 @@ pub struct NoiseFloor {
 
 /// The diagnosis of one recording, as it is written.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Diagnosis {
     /// Version of the format.
     pub schema: u32,
@@ -66,6 +69,27 @@ pub struct Diagnosis {
     /// The identified parameters of the nominal plant; empty for a static recording.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub plant: Vec<Parameter>,
+}
+
+impl Diagnosis {
+    /// An answer as it is before it is held against itself.
+    pub(crate) fn of(file: &str, said: Said, noise_floor: NoiseFloor, fit: Fit) -> Diagnosis {
+        Diagnosis {
+            schema: 1,
+            recording: file.into(),
+            verdict: said.verdict,
+            noise_floor,
+            locations: said.locations,
+            effects: said.effects,
+            fit,
+            unidentifiable: said.unidentifiable,
+            next_experiment: said.next_experiment,
+            bad_rows: Vec::new(),
+            judged: Vec::new(),
+            withheld: None,
+            plant: Vec::new(),
+        }
+    }
 }
 
 /// A diagnosis with what the report and the coefficients file are made from.
@@ -145,9 +169,9 @@ fn of_readings(
         simulated: simulated.is_some(),
     };
     let accuracy = mirror.reference_accuracy_arcsec.filter(|_| rows.pair);
-    let Attempt { explanation, before, settled, mut fit, noise_floor, said } =
+    let Attempt { explanation, before, before_file, settled, mut fit, noise_floor, said } =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
-    let file = match (simulated.is_some(), hand_on.file(&settled.handed, None)) {
+    let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
         }
@@ -156,15 +180,14 @@ fn of_readings(
     if let Some((other, other_rows)) = &other {
         let offset = |file: &Coefficients| score(other, other_rows, file);
         fit.held_out_by = other.recording.file.clone();
-        let before = hand_on.file(&before, None);
-        fit.before = Score { held_out_rms: before.ok().as_ref().and_then(offset), ..fit.before };
+        fit.before = Score { held_out_rms: offset(&before_file), ..fit.before };
         fit.after = Score { held_out_rms: file.as_ref().ok().and_then(offset), ..fit.after };
         fit.gain = None;
     }
-    let mut unidentifiable = said.unidentifiable;
-    unidentifiable.extend(screened.notes());
+    let mut said = said;
+    said.unidentifiable.extend(screened.notes());
     if fit.after.held_out_rms.is_none() {
-        unidentifiable.push(format!(
+        said.unidentifiable.push(format!(
             "too short to hold anything out ({} readings, passes: {}): the improvement is shown on the fitted rows only",
             full.len(),
             full.passes().len()
@@ -183,19 +206,10 @@ fn of_readings(
         Err(reason) => (None, Some(reason)),
     };
     let diagnosis = Diagnosis {
-        schema: 1,
-        recording: recording.file.clone(),
-        verdict: said.verdict,
-        noise_floor,
-        locations: said.locations,
-        effects: said.effects,
-        fit,
-        unidentifiable,
-        next_experiment: said.next_experiment,
         bad_rows: screened.bad_rows(),
         judged: settled.judged,
         withheld,
-        plant: Vec::new(),
+        ..Diagnosis::of(&recording.file, said, noise_floor, fit)
     };
     let map = map(&explanation, &effects);
     // Of means of rows no single reading is known, and where structure is left none is far out of noise.

@@ -11,7 +11,7 @@ use crate::correlation::Whitener;
 use crate::effects::{Effect, Place};
 use crate::generic;
 use crate::jumps::Jumps;
-use crate::linear::{Basis, Columns, add_scaled, dot};
+use crate::numerics::{Basis, Columns, add_scaled, dot};
 use crate::rows::Rows;
 use crate::thresholds::dictionary::{
     HIGHEST_OF_A_MOVE, HIGHEST_ORDER, SMALLEST_PART, SMALLEST_PART_MEASURED, TOGETHER,
@@ -138,7 +138,7 @@ impl Dictionary {
     pub fn new(rows: &Rows, catalogue: &[Box<dyn Effect>], order: usize, skip: &[String]) -> Dictionary {
         let mut d = Dictionary { families: Vec::new(), candidates: Vec::new() };
         let of_effect = |effect: &dyn Effect| -> Option<Vec<Group>> {
-            if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id()) {
+            if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id) {
                 return None;
             }
             Some(effect.starts(rows).into_iter().map(|s| (effect.signature(rows, &s), s)).collect())
@@ -149,11 +149,11 @@ impl Dictionary {
         );
         for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
             let Some(groups) = groups else { continue };
-            let begins = match (effect.begins_at_a_row(), &effect.ranges(rows)[..]) {
+            let begins = match (effect.begins_at_a_row, &effect.ranges(rows)[..]) {
                 (true, [range]) => Some(range.low as usize..range.high as usize + 1),
                 _ => None,
             };
-            let of_effect = Family { begins, ..Family::of(Kind::Effect(index), effect.measured()) };
+            let of_effect = Family { begins, ..Family::of(Kind::Effect(index), effect.measured) };
             d.add(of_effect, groups);
         }
         for family in generic {
@@ -268,7 +268,7 @@ pub fn highest_order(rows: &Rows) -> usize {
 #[cfg(test)]
 mod tests {
     use super::{Projected, Scratch};
-    use crate::linear::{Basis, Columns, dot};
+    use crate::numerics::{Basis, Columns, dot};
 
     /// Columns with nothing in common but what comes of their finite length.
     fn column(n: usize, k: usize) -> Vec<f64> {

@@ -1,59 +1,71 @@
-//! What to record next: a menu of experiments, each with the explanations that it separates.
+//! What to record next: a menu of experiments that separate explanations.
 
 use fitter::figures::plain;
 
+use crate::effects::Effect;
 use crate::rows::Rows;
 use crate::verdict::{Location, NamedEffect, Verdict};
 
-/// An experiment and the groups of effects between which it decides.
-struct Experiment {
-    separates: &'static [&'static [&'static str]],
-    advice: &'static str,
+/// The menu; the first that separates most of the pairs in question is proposed. An effect says in which of them it
+/// shows itself, and how: effects that do different things there are told apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Experiment {
+    Levels,
+    Jump,
+    Longer,
+    Loops,
+    FinerSteps,
+    OneByOne,
 }
 
-/// The menu; the first that separates most of the pairs in question is proposed.
-const MENU: &[Experiment] = &[
-    Experiment {
-        separates: &[
-            &["thermal_zero_drift", "thermal_lag", "thermal_gain_drift"],
-            &["time_drift", "warmup_drift", "mount_step"],
-        ],
-        advice: "repeat with the temperature held at three levels (for example 20, 30 and 40 °C), visited upward and \
+impl Experiment {
+    const MENU: [Experiment; 6] = [
+        Experiment::Levels,
+        Experiment::Jump,
+        Experiment::Longer,
+        Experiment::Loops,
+        Experiment::FinerSteps,
+        Experiment::OneByOne,
+    ];
+
+    fn advice(self) -> &'static str {
+        match self {
+            Experiment::Levels => {
+                "repeat with the temperature held at three levels (for example 20, 30 and 40 °C), visited upward and \
                  downward, two passes both ways at each: what follows the temperature returns with it, what follows \
-                 time does not",
-    },
-    Experiment {
-        separates: &[&["thermal_zero_drift"], &["thermal_lag"]],
-        advice: "step the temperature by 10 K within a minute and record passes for an hour: a lag approaches \
-                 exponentially, a zero drift follows at once",
-    },
-    Experiment {
-        separates: &[&["time_drift"], &["warmup_drift"], &["mount_step"]],
-        advice: "repeat at constant temperature for three times as long, without switching off in between: a warm-up \
-                 dies away, a drift goes on, a step stays",
-    },
-    Experiment {
-        separates: &[&["backlash"], &["hysteresis"], &["read_lag"]],
-        advice: "record nested loops both ways over the full, half and a tenth of the stroke, at two speeds: backlash \
-                 keeps its width, hysteresis shrinks with the loop, a lag grows with the speed",
-    },
-    Experiment {
-        separates: &[&["local_defect"], &["sensor_clipping"], &["periodic_error"]],
-        advice: "repeat with a quarter of the angle step over the range in question and beyond it, both ways",
-    },
-    Experiment {
-        separates: &[
-            &["common_mode_leakage"],
-            &["cross_axis_coupling"],
-            &["coil_crosstalk"],
-            &["thermal_zero_drift", "thermal_gain_drift", "thermal_lag"],
-            &["backlash", "hysteresis"],
-            &["time_drift", "warmup_drift", "mount_step"],
-        ],
-        advice: "at three fixed angles change one thing at a time: translate the mount by 5 µm, tilt the second axis by \
-                 10 arcsec, add a weight so that the coil current changes, and hold the temperature meanwhile",
-    },
-];
+                 time does not"
+            }
+            Experiment::Jump => {
+                "step the temperature by 10 K within a minute and record passes for an hour: a lag approaches \
+                 exponentially, a zero drift follows at once"
+            }
+            Experiment::Longer => {
+                "repeat at constant temperature for three times as long, without switching off in between: a warm-up \
+                 dies away, a drift goes on, a step stays"
+            }
+            Experiment::Loops => {
+                "record nested loops both ways over the full, half and a tenth of the stroke, at two speeds: backlash \
+                 keeps its width, hysteresis shrinks with the loop, a lag grows with the speed"
+            }
+            Experiment::FinerSteps => {
+                "repeat with a quarter of the angle step over the range in question and beyond it, both ways"
+            }
+            Experiment::OneByOne => {
+                "at three fixed angles change one thing at a time: translate the mount by 5 µm, tilt the second axis by \
+                 10 arcsec, add a weight so that the coil current changes, and hold the temperature meanwhile"
+            }
+        }
+    }
+
+    /// Whether two effects do different things in it.
+    fn separates(self, catalogue: &[Box<dyn Effect>], (a, b): &(&str, &str)) -> bool {
+        let shown = |id: &str| {
+            let effect = catalogue.iter().find(|e| e.id == id)?;
+            effect.told_by.iter().find(|(experiment, _)| *experiment == self).map(|(_, how)| *how)
+        };
+        matches!((shown(a), shown(b)), (Some(a), Some(b)) if a != b)
+    }
+}
 
 /// What separates lag, gain and backlash, where all rows were read in one direction.
 const BOTH_WAYS: &str = "record the same range in both directions, at two speeds: a backlash stays when the direction is \
@@ -63,33 +75,35 @@ const BOTH_WAYS: &str = "record the same range in both directions, at two speeds
 /// explain what is not; in both directions, where this recording has one only.
 pub fn next(
     rows: &Rows,
+    catalogue: &[Box<dyn Effect>],
     effects: &[NamedEffect],
     locations: &[Location],
     verdict: Verdict,
 ) -> Option<String> {
-    let deciding = deciding(effects, locations, verdict);
+    let deciding = deciding(catalogue, effects, locations, verdict);
     if rows.both_directions() || verdict == Verdict::Consistent {
         return deciding;
     }
     Some(deciding.map_or_else(|| BOTH_WAYS.to_string(), |advice| format!("{BOTH_WAYS}; and {advice}")))
 }
 
-fn deciding(effects: &[NamedEffect], locations: &[Location], verdict: Verdict) -> Option<String> {
+fn deciding(
+    catalogue: &[Box<dyn Effect>],
+    effects: &[NamedEffect],
+    locations: &[Location],
+    verdict: Verdict,
+) -> Option<String> {
     let pairs: Vec<(&str, &str)> = effects
         .iter()
         .flat_map(|e| e.alternatives.iter().map(move |a| (e.id.as_str(), a.as_str())))
         .collect();
     if !pairs.is_empty() {
-        let apart = |experiment: &Experiment, (a, b): &(&str, &str)| {
-            let group = |id: &str| experiment.separates.iter().position(|g| g.contains(&id));
-            matches!((group(a), group(b)), (Some(i), Some(j)) if i != j)
-        };
         // The first pair of the strongest effect counts most.
-        let best = MENU.iter().rev().max_by_key(|e| {
-            let first = usize::from(apart(e, &pairs[0]));
-            100 * first + pairs.iter().filter(|p| apart(e, p)).count()
+        let best = Experiment::MENU.iter().rev().max_by_key(|e| {
+            let first = usize::from(e.separates(catalogue, &pairs[0]));
+            100 * first + pairs.iter().filter(|p| e.separates(catalogue, p)).count()
         });
-        return best.map(|e| e.advice.to_string());
+        return best.map(|e| e.advice().to_string());
     }
     if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         let generic = locations.first()?;

@@ -7,9 +7,10 @@ use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
-use crate::linear::{dot, least_squares};
 use crate::noise::{Noise, estimate, estimate_white};
-use crate::rows::{Rows, rms};
+use crate::numerics::rms;
+use crate::numerics::{dot, least_squares};
+use crate::rows::Rows;
 use crate::search::{self, Search, Term};
 use crate::thresholds::explain::{
     ANY_WILL_DO, GROSS, LONGEST_MEMORY, MISFIT_OF_A_CURVE, MOSTLY, NEARLY, SAME_CORRELATION, STAGE_GAIN,
@@ -45,7 +46,7 @@ pub struct Explanation<'a> {
 /// What the noise's variance may depend on.
 fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
     let x = rows.scaled_reading();
-    let centre = |v: Vec<f64>| crate::rows::centred(&v);
+    let centre = |v: Vec<f64>| crate::numerics::centred(&v);
     let mut out = vec![
         centre(times(&x, &x)),
         centre(x.iter().map(|x| x.abs()).collect()),
@@ -151,16 +152,14 @@ fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
 fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     let effect_of = |f: usize| search.effect(f).map(|e| &search.catalogue[e]);
     let taken: Vec<&str> =
-        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| e.confused_with()).copied().collect();
-    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&e.id()));
+        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| e.confused_with).copied().collect();
+    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&e.id));
     let mut found = search.contenders_refined(terms, named, usize::MAX);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);
     let effect = |f: &&search::Found| search.effect(f.term.family).map(|e| (e, &search.catalogue[e]));
-    let rank = |f: &&search::Found| {
-        effect(f).map(|(e, effect)| (!effect.runtime_correctable(), search.free_shapes(e)))
-    };
+    let rank = |f: &&search::Found| effect(f).map(|(e, effect)| (effect.of_one_time, search.free_shapes(e)));
     let near = found.iter().filter(|f| search.gain(f) > best - margin);
     let mut next = terms.to_vec();
     next.push(near.min_by_key(rank)?.term.clone());
@@ -213,13 +212,9 @@ fn stages(
 /// What `fit` already found of a sensor that turns, as terms.
 fn found_by_fit(search: &Search) -> Vec<Term> {
     let Some(turn) = &search.rows.turn else { return Vec::new() };
-    let found = [("read_lag", turn.directions.lag_corrected), ("turn_slope", turn.slope.is_some())];
-    let families = 0..search.dictionary.families.len();
-    let is = |f: &usize, id: &str| search.effect(*f).is_some_and(|e| search.catalogue[e].id() == id);
-    found
-        .iter()
-        .filter(|(_, found)| *found)
-        .filter_map(|(id, _)| families.clone().find(|f| is(f, id)))
+    let found = |f: &usize| search.effect(*f).is_some_and(|e| (search.catalogue[e].found_by_fit)(turn));
+    (0..search.dictionary.families.len())
+        .filter(found)
         .map(|family| {
             let candidate =
                 &search.dictionary.candidates[search.dictionary.families[family].candidates.start];

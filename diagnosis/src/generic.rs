@@ -7,7 +7,8 @@ mod screen;
 
 use crate::base::legendre;
 use crate::effects::{Place, low_pass};
-use crate::rows::{Rows, mean, range};
+use crate::numerics::{mean, range};
+use crate::rows::Rows;
 
 use crate::thresholds::generic::{MOST_RIPPLES, ONSET, WAVES};
 use histories::histories;
@@ -55,14 +56,14 @@ fn varying(name: &str, values: &[f64]) -> Option<Scaled> {
 
 /// An observable less its smooth dependence on the angle, where that is nearly all of it; else itself.
 pub fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
-    let mut smooth = crate::linear::Basis::new(x.len());
+    let mut smooth = crate::numerics::Basis::new(x.len());
     for column in legendre(x, 3) {
         smooth.add(&column);
     }
     let mut left = z.to_vec();
     smooth.project_off(&mut left);
-    let whole = crate::rows::centred(z);
-    if crate::rows::rms(&left) < 0.3 * crate::rows::rms(&whole) { scaled(&left) } else { z.to_vec() }
+    let whole = crate::numerics::centred(z);
+    if crate::numerics::rms(&left) < 0.3 * crate::numerics::rms(&whole) { scaled(&left) } else { z.to_vec() }
 }
 
 /// Values mapped linearly onto −1 … 1.

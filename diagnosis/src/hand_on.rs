@@ -8,11 +8,12 @@ use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_ang
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 
-use crate::effects::{Effect, Reading};
-use crate::linear::least_squares;
+use crate::effects::{Effect, PERIODIC_ERROR, Reading};
 use crate::model::{FittedTerm, Model};
+use crate::numerics::least_squares;
+use crate::numerics::{mean, range};
 use crate::refit;
-use crate::rows::{Rows, mean, range};
+use crate::rows::Rows;
 use crate::screened::Seen;
 use crate::thresholds::hand_on::MARGIN;
 
@@ -39,13 +40,12 @@ pub struct HandOn<'a> {
 }
 
 impl HandOn<'_> {
-    /// The coefficients file of a model, as `apply` accepts it; else the reason why it would not. `held` marks the
-    /// searched rows that took no part in the fit.
+    /// The coefficients file of a model that was refitted, as `apply` accepts it.
     ///
     /// # Errors
     /// The sentence with which `apply` would refuse the file.
-    pub fn file(&self, model: &Model, held: Option<&[bool]>) -> Result<Coefficients, String> {
-        let mut file = self.refitted(model, held);
+    pub fn file(&self, refitted: &Coefficients, model: &Model) -> Result<Coefficients, String> {
+        let mut file = refitted.clone();
         share_out(&mut file, model);
         if let Some(turn) = &mut file.turn {
             turn.amplitudes = amplitudes(&file.terms, turn.revolution);
@@ -66,10 +66,9 @@ impl HandOn<'_> {
         chosen.ok().map(|selection| selection.chosen)
     }
 
-    /// The model fitted where it is used, one term per effect.
-    fn refitted(&self, model: &Model, held: Option<&[bool]>) -> Coefficients {
-        let mut file =
-            coefficients(self.seen.recording, self.mirror, self.rows, self.catalogue, model, self.command);
+    /// The model fitted where it is used, one term per effect. `held` marks the searched rows that take no part.
+    pub fn refitted(&self, model: &Model, held: Option<&[bool]>) -> Coefficients {
+        let mut file = self.as_searched(model);
         describe(&mut file, self.full);
         if let Some(most) = self.harmonics {
             refit::keep_strongest(&mut file, most);
@@ -79,13 +78,12 @@ impl HandOn<'_> {
         file
     }
 
-    /// The parameters of every effect of a model as its file holds them, in the order of the terms; none of an effect of
+    /// The parameters of every effect of a model as it was refitted, in the order of the terms; none of an effect of
     /// which other harmonics are handed on than were fitted.
-    pub fn parameters(&self, model: &Model) -> Vec<Option<Vec<Reading>>> {
-        let file = self.refitted(model, None);
+    pub fn parameters(&self, refitted: &Coefficients, model: &Model) -> Vec<Option<Vec<Reading>>> {
         let named: Vec<(&FittedTerm, usize)> =
             model.terms.iter().filter_map(|term| Some((term, term.effect?))).collect();
-        let handed = &file.terms[file.terms.len() - named.len()..];
+        let handed = &refitted.terms[refitted.terms.len() - named.len()..];
         let readings = |((term, e), handed): (&(&FittedTerm, usize), &Term)| {
             let (effect, shape) = (&self.catalogue[*e], &term.term.shape);
             let map = effect.operator(self.rows, shape).map;
@@ -102,25 +100,130 @@ impl HandOn<'_> {
     /// What the handed-on model leaves of every row of the recording, less the mean over the rows that were fitted;
     /// none where `apply` would refuse it.
     pub fn left(&self, model: &Model, held: Option<&[bool]>) -> Option<Vec<f64>> {
-        if self.simulated {
-            let value = model.value();
-            let left = self.full.error.iter().zip(self.cell_of).map(|(error, cell)| error - value[*cell]);
-            return self.without_offset(left.collect(), held);
-        }
-        self.left_by(&self.file(model, held).ok()?, held)
+        let refitted = (!self.simulated).then(|| self.refitted(model, held));
+        self.left_by(refitted.as_ref(), model, held)
     }
 
-    /// The same of a file.
-    pub fn left_by(&self, file: &Coefficients, held: Option<&[bool]>) -> Option<Vec<f64>> {
-        self.without_offset(refit::errors(file, &self.seen, self.full)?, held)
-    }
-
-    fn without_offset(&self, mut left: Vec<f64>, held: Option<&[bool]>) -> Option<Vec<f64>> {
+    /// The same of a model that was refitted.
+    pub fn left_by(
+        &self,
+        refitted: Option<&Coefficients>,
+        model: &Model,
+        held: Option<&[bool]>,
+    ) -> Option<Vec<f64>> {
+        let mut left: Vec<f64> = match refitted.filter(|_| !self.simulated) {
+            Some(refitted) => refit::errors(&self.file(refitted, model).ok()?, &self.seen, self.full)?,
+            None => {
+                let value = model.value();
+                self.full.error.iter().zip(self.cell_of).map(|(error, cell)| error - value[*cell]).collect()
+            }
+        };
         let fitted = left.iter().zip(self.cell_of).filter(|(_, cell)| held.is_none_or(|h| !h[**cell]));
         let offset = mean(&fitted.map(|(left, _)| *left).collect::<Vec<f64>>());
         left.iter_mut().for_each(|left| *left -= offset);
         left.iter().all(|left| left.is_finite()).then_some(left)
     }
+
+    /// The file of a model as it was searched. Generic terms are left out: they are no physics that would hold anywhere
+    /// else.
+    fn as_searched(&self, model: &Model) -> Coefficients {
+        let mut parts = self.of_base(model);
+        let mut first = model.base.len();
+        for term in &model.terms {
+            let begin = first;
+            first += term.amplitudes.len();
+            if let Some(e) = term.effect {
+                self.add_term(&mut parts, self.catalogue[e].as_ref(), term, begin);
+            }
+        }
+        let Parts { mut file, linear, .. } = parts;
+        file.joint_covariance = propagated(&linear, &model.covariance);
+        file.observed = observed(self.seen.recording, self.mirror, &file.terms);
+        file
+    }
+
+    /// The base: of a whole turn a constant and a term of harmonics.
+    fn of_base(&self, model: &Model) -> Parts {
+        let (rows, mirror, recording) = (self.rows, self.mirror, self.seen.recording);
+        let (centre, half) = rows.reading_scale();
+        let per = mirror.sensor.per_internal();
+        let scale = 1.0 / mean(&rows.weight) / per;
+        let turn = rows.turn.as_ref().filter(|turn| turn.whole);
+        let of_polynomial = if turn.is_some() { 1 } else { model.base.len() };
+        let (powers, alpha0) = powers_and_zero(&model.base[..of_polynomial], half, scale, mirror);
+        // By columns what was fitted, for the covariance.
+        let fitted = model.base.len() + model.terms.iter().map(|t| t.amplitudes.len()).sum::<usize>();
+        let mut linear = vec![vec![0.0; fitted]; powers.len()];
+        for k in 0..of_polynomial {
+            let mut unit = vec![0.0; of_polynomial];
+            unit[k] = 1.0;
+            let column = powers_and_zero(&unit, half, scale, mirror).0;
+            linear.iter_mut().zip(column).for_each(|(row, value)| row[k] = value);
+        }
+        let centre = turn.map_or(centre, |turn| turn.from + 0.5 * turn.revolution);
+        let error_model = ErrorModel { sensor: mirror.sensor.clone(), centre, coefficients: powers };
+        let (from, to) = turn.map_or(range(&rows.reading), |turn| (turn.from, turn.from + turn.revolution));
+        let mut file = Coefficients::of_model(&error_model, from, to, self.command);
+        if let Some(turn) = &rows.turn {
+            file.version = VERSION_TURN;
+            file.turn = Some(Turn { amplitudes: Vec::new(), ..turn.clone() });
+        }
+        file.tool = format!("diagnose {}", env!("CARGO_PKG_VERSION"));
+        file.recording =
+            Provenance { file: recording.file.clone(), sha256: recording.sha256.clone(), rows: 0, passes: 0 };
+        describe(&mut file, rows);
+        if let Some(turn) = turn.filter(|_| model.base.len() > 1) {
+            let (waves, n) = (&model.base[1..], model.base.len());
+            let row = |i| (1..n).map(|k| model.covariance[i * fitted + k]).collect();
+            linear.extend((1..n).map(|k| (0..fitted).map(|i| f64::from(u8::from(i == k))).collect()));
+            file.terms.push(Term {
+                effect: PERIODIC_ERROR.into(),
+                scope: Scope::Device,
+                operator: Operator::Periodic(Periodic::of(turn.revolution, (waves.len() / 2) as u16)),
+                coefficients: waves.to_vec(),
+                covariance: (1..n).map(row).collect(),
+            });
+        }
+        // The true angle counted from α₀, as a coefficients file counts it.
+        let truth = rows.truth.iter().map(|t| t - alpha0 * per).collect();
+        Parts { file, linear, fitted, rows: Rows { truth, ..rows.clone() } }
+    }
+
+    /// Adds an effect whose first amplitude is number `begin` of what was fitted.
+    fn add_term(&self, parts: &mut Parts, effect: &dyn Effect, term: &FittedTerm, begin: usize) {
+        let handed = effect.operator(&parts.rows, &term.term.shape);
+        let width = term.amplitudes.len();
+        let coefficients =
+            handed.map.iter().map(|row| row.iter().zip(&term.amplitudes).map(|(m, a)| m * a).sum()).collect();
+        let product = |left: &[f64], right: &[f64]| -> f64 {
+            (0..width * width).map(|k| left[k / width] * term.covariance[k] * right[k % width]).sum()
+        };
+        let row = |left: &Vec<f64>| handed.map.iter().map(|right| product(left, right)).collect();
+        let covariance = handed.map.iter().map(row).collect();
+        for row in &handed.map {
+            let mut whole = vec![0.0; parts.fitted];
+            whole[begin..begin + width].copy_from_slice(&row[..width]);
+            parts.linear.push(whole);
+        }
+        parts.file.terms.push(Term {
+            effect: effect.id.into(),
+            scope: if effect.of_one_time { Scope::Recording } else { Scope::Device },
+            operator: handed.operator,
+            coefficients,
+            covariance,
+        });
+    }
+}
+
+/// A file in the making.
+struct Parts {
+    file: Coefficients,
+    /// The file's coefficients as linear in what was fitted, a row each.
+    linear: Vec<Vec<f64>>,
+    /// How much was fitted.
+    fitted: usize,
+    /// The rows with the true angle counted as the file counts it.
+    rows: Rows,
 }
 
 /// The harmonics of the turn as amplitude and phase.
@@ -136,102 +239,6 @@ fn amplitudes(terms: &[Term], revolution: f64) -> Vec<Amplitude> {
         standard_error: None,
     };
     of_turn.map_or_else(Vec::new, |(p, c)| p.harmonics.iter().zip(c.chunks_exact(2)).map(one).collect())
-}
-
-/// Makes the coefficients file of a model. Generic terms are left out: they are no physics that would hold
-/// anywhere else.
-fn coefficients(
-    recording: &Recording,
-    mirror: &Mirror,
-    rows: &Rows,
-    catalogue: &[Box<dyn Effect>],
-    model: &Model,
-    command: &str,
-) -> Coefficients {
-    let (centre, half) = rows.reading_scale();
-    let per = mirror.sensor.per_internal();
-    let scale = 1.0 / crate::rows::mean(&rows.weight) / per;
-    // Of a whole turn the base is a constant and a term of harmonics.
-    let turn = rows.turn.as_ref().filter(|turn| turn.whole);
-    let of_polynomial = if turn.is_some() { 1 } else { model.base.len() };
-    let (powers, alpha0) = powers_and_zero(&model.base[..of_polynomial], half, scale, mirror);
-    let alpha0 = alpha0 * per;
-    let width_of_base = powers.len();
-    let centre = turn.map_or(centre, |turn| turn.from + 0.5 * turn.revolution);
-    let error_model = ErrorModel { sensor: mirror.sensor.clone(), centre, coefficients: powers };
-    let (from, to) = turn.map_or(range(&rows.reading), |turn| (turn.from, turn.from + turn.revolution));
-    let mut file = Coefficients::of_model(&error_model, from, to, command);
-    if let Some(turn) = &rows.turn {
-        file.version = VERSION_TURN;
-        file.turn = Some(Turn { amplitudes: Vec::new(), ..turn.clone() });
-    }
-    file.tool = format!("diagnose {}", env!("CARGO_PKG_VERSION"));
-    file.recording =
-        Provenance { file: recording.file.clone(), sha256: recording.sha256.clone(), rows: 0, passes: 0 };
-    describe(&mut file, rows);
-    // The file's coefficients are linear in what was fitted: by columns, for the covariance.
-    let fitted = model.base.len() + model.terms.iter().map(|t| t.amplitudes.len()).sum::<usize>();
-    let mut linear = vec![vec![0.0; fitted]; width_of_base];
-    for k in 0..of_polynomial {
-        let mut unit = vec![0.0; of_polynomial];
-        unit[k] = 1.0;
-        let column = powers_and_zero(&unit, half, scale, mirror).0;
-        linear.iter_mut().zip(column).for_each(|(row, value)| row[k] = value);
-    }
-    if let Some(turn) = turn.filter(|_| model.base.len() > 1) {
-        let (waves, n) = (&model.base[1..], model.base.len());
-        let covariance = (1..n).map(|i| (1..n).map(|k| model.covariance[i * fitted + k]).collect()).collect();
-        linear.extend((1..n).map(|k| (0..fitted).map(|i| f64::from(u8::from(i == k))).collect()));
-        file.terms.push(Term {
-            effect: "periodic_error".into(),
-            scope: Scope::Device,
-            operator: Operator::Periodic(Periodic::of(turn.revolution, (waves.len() / 2) as u16)),
-            coefficients: waves.to_vec(),
-            covariance,
-        });
-    }
-    let mut first = model.base.len();
-    for term in &model.terms {
-        let begin = first;
-        first += term.amplitudes.len();
-        let Some(e) = term.effect else { continue };
-        let effect = &catalogue[e];
-        let handed = effect.operator(&with_zero(rows, alpha0), &term.term.shape);
-        let width = term.amplitudes.len();
-        let coefficients =
-            handed.map.iter().map(|row| row.iter().zip(&term.amplitudes).map(|(m, a)| m * a).sum()).collect();
-        let covariance = handed
-            .map
-            .iter()
-            .map(|left| {
-                handed
-                    .map
-                    .iter()
-                    .map(|right| {
-                        (0..width * width)
-                            .map(|k| left[k / width] * term.covariance[k] * right[k % width])
-                            .sum()
-                    })
-                    .collect()
-            })
-            .collect();
-        for row in &handed.map {
-            let mut whole = vec![0.0; fitted];
-            whole[begin..first].copy_from_slice(&row[..width]);
-            linear.push(whole);
-        }
-        let scope = if effect.runtime_correctable() { Scope::Device } else { Scope::Recording };
-        file.terms.push(Term {
-            effect: effect.id().into(),
-            scope,
-            operator: handed.operator,
-            coefficients,
-            covariance,
-        });
-    }
-    file.joint_covariance = propagated(&linear, &model.covariance);
-    file.observed = observed(recording, mirror, &file.terms);
-    file
 }
 
 /// Puts every effect of which only a part reaches other recordings in two terms: that part, and what holds here alone.
@@ -330,11 +337,6 @@ fn describe(file: &mut Coefficients, rows: &Rows) {
     }
     file.recording.rows = rows.len();
     file.recording.passes = rows.passes().len();
-}
-
-/// The rows with the true angle counted from α₀, as a coefficients file counts it.
-fn with_zero(rows: &Rows, alpha0: f64) -> Rows {
-    Rows { truth: rows.truth.iter().map(|t| t - alpha0).collect(), ..rows.clone() }
 }
 
 /// Powers of x from a Legendre series, by the recurrence of the polynomials themselves.

@@ -11,15 +11,17 @@ use crate::base::base_columns;
 use crate::explain::{Explanation, first_order, without_held};
 use crate::generic::saturated;
 use crate::hand_on::HandOn;
-use crate::linear::least_squares;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
-use crate::rows::{Rows, mean, rms};
+use crate::numerics::least_squares;
+use crate::numerics::{mean, rms};
+use crate::rows::Rows;
 use crate::search::Term;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::held_out::{COVERED, FOLDS, ROWS_OF_A_BLOCK};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Score {
     /// On the rows that were fitted.
     pub train_rms: f64,
@@ -29,6 +31,7 @@ pub struct Score {
 
 /// The proof.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Fit {
     /// Unit of the figures.
     pub unit: String,
@@ -46,8 +49,23 @@ pub struct Fit {
     pub of_explainable: Option<f64>,
 }
 
+impl Fit {
+    /// The figures alone.
+    pub fn of(unit: &str, held_out_by: &str, [before, after]: [Score; 2]) -> Fit {
+        Fit {
+            unit: unit.into(),
+            held_out_by: held_out_by.into(),
+            before,
+            after,
+            gain: None,
+            of_explainable: None,
+        }
+    }
+}
+
 /// The improvement on held-out groups.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Gain {
     /// Mean difference of the rms.
     pub value: f64,
@@ -177,7 +195,7 @@ pub fn prove<'a>(
     let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
     let fold_of_row = group_of_row.iter().map(|g| out_of(*g)).collect();
     let mut proof = Proof { by, fold_of_row, group_of_row, folds, before: 0.0 };
-    proof.before = rms(&proof.errors(|fold| &fold.before, |_| true));
+    proof.before = proof.rms(|fold| &proof.folds[fold].before, |_| true);
     Some(proof)
 }
 
@@ -192,17 +210,13 @@ impl Proof<'_> {
         self.before
     }
 
-    /// Of the held-out rows of the groups for which `wanted` holds, the errors without them.
-    fn errors<'b>(
-        &'b self,
-        of: impl Fn(&'b Fold) -> &'b Vec<f64>,
-        wanted: impl Fn(usize) -> bool,
-    ) -> Vec<f64> {
+    /// Root mean square of the held-out rows of the groups for which `wanted` holds, each by what `left` says without it.
+    fn rms<'l>(&self, left: impl Fn(usize) -> &'l [f64], wanted: impl Fn(usize) -> bool) -> f64 {
         let row = |i: usize| {
             let fold = self.fold_of_row[i].filter(|_| wanted(self.group_of_row[i]))?;
-            Some(of(&self.folds[fold])[i])
+            Some(left(fold)[i])
         };
-        (0..self.fold_of_row.len()).filter_map(row).collect()
+        rms(&(0..self.fold_of_row.len()).filter_map(row).collect::<Vec<f64>>())
     }
 
     /// What a model leaves of the held-out rows; none where in some fold it cannot be applied.
@@ -229,14 +243,6 @@ impl Proof<'_> {
                 hand_on.left(&predictive(inner, &terms, order), Some(&fold.held))
             })
             .collect::<Option<_>>()?;
-        let both = |wanted: &dyn Fn(usize) -> bool| {
-            let row = |i: usize| {
-                let fold = self.fold_of_row[i].filter(|_| wanted(self.group_of_row[i]))?;
-                Some(left[fold][i])
-            };
-            let after: Vec<f64> = (0..self.fold_of_row.len()).filter_map(row).collect();
-            (rms(&self.errors(|fold| &fold.before, wanted)), rms(&after))
-        };
         let mut held: Vec<usize> = self
             .group_of_row
             .iter()
@@ -246,9 +252,12 @@ impl Proof<'_> {
             .collect();
         held.sort_unstable();
         held.dedup();
-        let gains = held.iter().map(|g| both(&|h| h == *g)).map(|(before, after)| before - after).collect();
+        let gain = |g: &usize| {
+            self.rms(|fold| &self.folds[fold].before, |h| h == *g) - self.rms(|fold| &left[fold], |h| h == *g)
+        };
+        let gains = held.iter().map(gain).collect();
         let chosen_without = matches!(choice, Choice::Searched);
-        Some(Shown { rms: both(&|_| true).1, gains, chosen_without })
+        Some(Shown { rms: self.rms(|fold| &left[fold], |_| true), gains, chosen_without })
     }
 }
 

@@ -10,11 +10,10 @@
 
 use crate::averaging::Rival;
 use crate::effects::{Effect, Range, Reading};
-use crate::linear::{Basis, add_scaled, dot};
 use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
+use crate::numerics::{Basis, add_scaled, dot, of_triangle};
 use crate::rows::Rows;
-use crate::thresholds::NORMAL_95;
 use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
 
 /// The observable that is smoothed, and so not known exactly.
@@ -77,22 +76,14 @@ impl Beside<'_> {
             q.push(w);
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
-        let inverse = inverse_of_triangle(&r, width);
-        let amplitudes: Vec<f64> =
-            (0..width).map(|a| (a..width).map(|k| inverse[a * width + k] * scores[k]).sum()).collect();
+        let (amplitudes, mut covariance) = of_triangle(&r, &scores);
         if !effect.plausible_at(shape, &amplitudes) {
             return None;
         }
-        let mut covariance: Vec<f64> = (0..width * width)
-            .map(|i| {
-                let (a, b) = (i / width, i % width);
-                (a.max(b)..width).map(|k| inverse[a * width + k] * inverse[b * width + k]).sum()
-            })
-            .collect();
-        if effect.place(self.rows).variable == COMMON_MODE {
+        if effect.variable == COMMON_MODE {
             // The amplitude is Σ w y; what is not known of the common mode adds a Σ w e to it.
             let whitened = self.noise.correlation.whiten_transposed(&q[0]);
-            let weights = whitened.iter().zip(&self.noise.sigma).map(|(w, sigma)| w * inverse[0] / sigma);
+            let weights = whitened.iter().zip(&self.noise.sigma).map(|(w, sigma)| w * (1.0 / r[0]) / sigma);
             let unknown = self.rows.common_mode_unknown.variance(&weights.collect::<Vec<f64>>());
             covariance[0] += amplitudes[0].powi(2) * unknown;
         }
@@ -105,7 +96,7 @@ impl Beside<'_> {
     /// as well is missed, however narrow it is.
     fn posterior(&self, effect: &dyn Effect, best: &[f64]) -> Vec<Place> {
         let ranges = effect.ranges(self.rows);
-        let tied = effect.shape_follows();
+        let tied = effect.shape_follows;
         let free: Vec<usize> = (0..best.len())
             .filter(|&k| !tied && !ranges[k].whole && ranges[k].high > ranges[k].low)
             .collect();
@@ -212,7 +203,7 @@ impl Beside<'_> {
 
     /// The places that matter for a fitted effect, with weights that sum to one.
     fn weighed(&self, effect: &dyn Effect, shape: &[f64]) -> Vec<Place> {
-        let step = effect.id() == "mount_step";
+        let step = effect.begins_at_a_row;
         let mut places = if step { self.step_places(effect, shape) } else { self.posterior(effect, shape) };
         let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
         places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
@@ -253,7 +244,7 @@ impl Beside<'_> {
             .map(|(reading, mixture)| {
                 let sum: f64 = mixture.iter().map(|p| p.weight).sum();
                 mixture.iter_mut().for_each(|p| p.weight /= sum);
-                let interval = if effect.id() == "mount_step" && reading.name == "time_s" {
+                let interval = if effect.begins_at_a_row && reading.name == "time_s" {
                     self.step_time(&own)
                 } else {
                     [quantile(mixture, 0.025), quantile(mixture, 0.975)]
@@ -290,7 +281,7 @@ impl Beside<'_> {
                 (reading.value, self.widening * variance.max(0.0).sqrt())
             })
             .collect();
-        if let Some(k) = effect.place_of_a_probe() {
+        if let Some(k) = effect.place_of_a_probe {
             // Readings are in degrees where the rows are in arcsec.
             read[k].1 = read[k].1.hypot(self.scatter_of_places / self.rows.per_degree());
         }
@@ -371,35 +362,4 @@ fn first_cells(free: &[usize], ranges: &[Range], effect: &dyn Effect, best: &[f6
             .collect();
     }
     cells.into_iter().map(|(cell, _)| cell).collect()
-}
-
-/// Inverse of an upper triangular matrix, by rows.
-fn inverse_of_triangle(r: &[f64], n: usize) -> Vec<f64> {
-    let mut inverse = vec![0.0; n * n];
-    for k in 0..n {
-        inverse[k * n + k] = 1.0 / r[k * n + k];
-        for j in (0..k).rev() {
-            let sum: f64 = (j + 1..=k).map(|i| r[j * n + i] * inverse[i * n + k]).sum();
-            inverse[j * n + k] = -sum / r[j * n + j];
-        }
-    }
-    inverse
-}
-
-/// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
-pub fn widening(freedom: f64) -> f64 {
-    use statrs::distribution::{ContinuousCDF, StudentsT};
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{NORMAL_95, widening};
-
-    #[test]
-    fn few_degrees_of_freedom_widen() {
-        // Student's quantile at 10 degrees is 2.2281.
-        assert!((widening(10.0) - 2.2281 / NORMAL_95).abs() < 1e-4);
-        assert!((widening(1e6) - 1.0).abs() < 1e-4);
-    }
 }

@@ -4,13 +4,15 @@
 
 use std::sync::OnceLock;
 
+use fitter::Coefficients;
+
 use crate::diagnosis::NoiseFloor;
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
 use crate::hand_on::HandOn;
 use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
 use crate::model::{self, FittedTerm, Model, choose_order};
-use crate::rows::rms;
+use crate::numerics::rms;
 use crate::search::Term;
 use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, REMEMBERS};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
@@ -26,6 +28,8 @@ pub struct Settled {
     pub joint: Model,
     /// Base and kept effects: what is handed on.
     pub handed: Model,
+    /// It as it was refitted.
+    pub refitted: Coefficients,
     /// What it leaves of every reading.
     pub left: Vec<f64>,
     /// What it leaves of held-out readings; none where nothing can be held out.
@@ -34,6 +38,14 @@ pub struct Settled {
     pub withdrawn: Vec<FittedTerm>,
     /// What was done, a sentence each.
     pub judged: Vec<String>,
+}
+
+/// A model that may be handed on, as it was refitted, with what it leaves and shows.
+struct Handed {
+    model: Model,
+    refitted: Coefficients,
+    left: Vec<f64>,
+    shown: Option<Shown>,
 }
 
 /// What is judged, and with what.
@@ -46,7 +58,8 @@ pub struct Judge<'a, 'b> {
     pub hand_on: &'b HandOn<'b>,
     /// The base alone.
     pub before: &'b Model,
-    /// What the base alone leaves of every reading.
+    /// It as it was refitted, and what it leaves of every reading.
+    pub before_refitted: &'b Coefficients,
     pub before_left: &'b [f64],
     /// The held-out passes; none where nothing can be held out.
     pub proof: Option<&'b Proof<'a>>,
@@ -75,15 +88,15 @@ impl<'a> Judge<'a, '_> {
             let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
-                    Ok((_, _, Some(shown))) if !shows_gain(&shown) => {
+                    Ok(Handed { shown: Some(shown), .. }) if !shows_gain(&shown) => {
                         self.extend_intervals(&mut joint, &mut judged);
                         judged.push(NOT_SHOWN.into());
                         return self.base_alone(joint, withdrawn, judged);
                     }
-                    Ok((handed, left, shown)) => {
-                        self.as_handed_on(&mut joint, &handed);
+                    Ok(Handed { model: handed, refitted, left, shown }) => {
+                        self.as_handed_on(&mut joint, &handed, &refitted);
                         self.extend_intervals(&mut joint, &mut judged);
-                        return Settled { joint, handed, left, shown, withdrawn, judged };
+                        return Settled { joint, handed, refitted, left, shown, withdrawn, judged };
                     }
                     Err(fault) => Some(fault),
                 },
@@ -100,9 +113,15 @@ impl<'a> Judge<'a, '_> {
 
     /// The answer where the base alone is handed on.
     fn base_alone(&self, joint: Model, withdrawn: Vec<FittedTerm>, judged: Vec<String>) -> Settled {
-        let (handed, left) = (self.before.clone(), self.before_left.to_vec());
-        let shown = self.proof.map(|p| Shown { rms: p.before(), gains: Vec::new(), chosen_without: true });
-        Settled { joint, handed, left, shown, withdrawn, judged }
+        Settled {
+            joint,
+            handed: self.before.clone(),
+            refitted: self.before_refitted.clone(),
+            left: self.before_left.to_vec(),
+            shown: self.proof.map(|p| Shown { rms: p.before(), gains: Vec::new(), chosen_without: true }),
+            withdrawn,
+            judged,
+        }
     }
 
     /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording,
@@ -110,7 +129,7 @@ impl<'a> Judge<'a, '_> {
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
         let of_one_time = |t: &Term| {
             let effect = self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
-            effect.is_some_and(|e| !e.runtime_correctable() || e.begins_before(&t.shape))
+            effect.is_some_and(|e| e.of_one_time || e.begins_before(&t.shape))
         };
         if !named.iter().any(of_one_time) {
             return self.proof;
@@ -121,7 +140,7 @@ impl<'a> Judge<'a, '_> {
     }
 
     fn id(&self, term: &Term) -> &'static str {
-        self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id())
+        self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id)
     }
 
     /// The first named effect of which nothing is determined, by its place among the named ones, and why.
@@ -139,9 +158,9 @@ impl<'a> Judge<'a, '_> {
 
     /// States the parameters as the handed-on model holds them: beside structure without a name, and in means of rows,
     /// the fit has others.
-    fn as_handed_on(&self, joint: &mut Model, handed: &Model) {
+    fn as_handed_on(&self, joint: &mut Model, handed: &Model, refitted: &Coefficients) {
         let named = joint.terms.iter_mut().filter(|t| t.effect.is_some());
-        for (term, readings) in named.zip(self.hand_on.parameters(handed)) {
+        for (term, readings) in named.zip(self.hand_on.parameters(refitted, handed)) {
             for ((stated, _), reading) in term.parameters.iter_mut().zip(readings.into_iter().flatten()) {
                 *stated = reading;
             }
@@ -167,17 +186,11 @@ impl<'a> Judge<'a, '_> {
     }
 
     /// The handed-on model of the named terms with what it leaves and shows; else which term does harm, and how.
-    #[allow(clippy::type_complexity)]
-    fn handed(
-        &self,
-        joint: &Model,
-        named: &[Term],
-        as_found: bool,
-    ) -> Result<(Model, Vec<f64>, Option<Shown>), (usize, String)> {
-        let handed = if joint.terms.len() == named.len() { joint.clone() } else { self.alone(named) };
+    fn handed(&self, joint: &Model, named: &[Term], as_found: bool) -> Result<Handed, (usize, String)> {
+        let model = if joint.terms.len() == named.len() { joint.clone() } else { self.alone(named) };
         let before = rms(self.before_left);
-        let left = self.hand_on.left(&handed, None);
-        let left = match left {
+        let refitted = self.hand_on.refitted(&model, None);
+        let left = match self.hand_on.left_by(Some(&refitted), &model, None) {
             Some(left) if rms(&left) <= NO_WORSE * before => left,
             other => {
                 let without = |k: usize| self.hand_on.left(&self.alone(&all_but(named, k)), None);
@@ -194,15 +207,17 @@ impl<'a> Judge<'a, '_> {
                 return Err((worst, reason));
             }
         };
-        let Some(proof) = self.proof_of(named) else { return Ok((handed, left, None)) };
-        let order = handed.order;
+        let order = model.order;
+        let Some(proof) = self.proof_of(named) else {
+            return Ok(Handed { model, refitted, left, shown: None });
+        };
         let shows = |choice: &Choice| {
             proof.shows(self.hand_on, choice, order).filter(|shown| shown.rms <= NO_WORSE * proof.before())
         };
         // As the whole search would have found it; else these effects, fitted without the held-out rows.
         let searched = if as_found { shows(&Choice::Searched) } else { None };
         if let Some(shown) = searched.or_else(|| shows(&Choice::Of(named))) {
-            return Ok((handed, left, Some(shown)));
+            return Ok(Handed { model, refitted, left, shown: Some(shown) });
         }
         let worst = least(named.len(), |k| {
             let others = all_but(named, k);

@@ -4,7 +4,7 @@
 //! it begins, and a step two rows off explains next to nothing.
 
 use crate::correlation::Whitener;
-use crate::linear::Basis;
+use crate::numerics::Basis;
 
 /// Steps beside a whitened basis.
 #[derive(Debug, Clone)]
@@ -64,7 +64,7 @@ fn sums_from_the_end(mut values: Vec<f64>) -> Vec<f64> {
 mod tests {
     use super::{Jumps, step};
     use crate::correlation::Correlation;
-    use crate::linear::{Basis, dot};
+    use crate::numerics::{Basis, dot};
 
     #[test]
     fn all_rows_at_once_are_each_row_by_itself() {

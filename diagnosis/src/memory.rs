@@ -3,8 +3,8 @@
 //! than was thought is known far less well. Averaged over the posterior of the correlation time, with the level
 //! that goes with each.
 
-use crate::linear::dot;
 use crate::noise::Noise;
+use crate::numerics::dot;
 
 /// Ratio of an amplitude's standard deviation, the correlation time drawn from its posterior, to that at the
 /// estimate. `direction` is the whitened direction that the amplitude is read off; `residual` what the
@@ -35,8 +35,8 @@ pub fn spread(noise: &Noise, direction: &[f64], residual: &[f64]) -> f64 {
 mod tests {
     use super::spread;
     use crate::correlation::Correlation;
-    use crate::linear::dot;
     use crate::noise::estimate;
+    use crate::numerics::dot;
 
     #[test]
     fn transposes_are_transposes() {

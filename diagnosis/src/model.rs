@@ -2,6 +2,7 @@
 //! intervals of every parameter that allow for the others and for the shape parameters.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::averaging::rivals;
@@ -10,10 +11,10 @@ use crate::calibrate::log_tail;
 use crate::dictionary::{Kind, highest_order};
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
-use crate::intervals::{Beside, widening};
-use crate::linear::{Basis, dot, least_squares};
-use crate::noise::Noise;
-use crate::rows::{Rows, rms};
+use crate::intervals::Beside;
+use crate::numerics::rms;
+use crate::numerics::{Basis, LeastSquares, add_scaled, dot, least_squares, widening};
+use crate::rows::Rows;
 use crate::search::{Search, Term};
 use crate::thresholds::explain::STAGE_GAIN;
 use crate::thresholds::model::ORDER_SURPRISE;
@@ -102,7 +103,7 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
         if basis.rank() > before {
             let q = basis.columns.get(before);
             let a = dot(q, &residual);
-            crate::linear::add_scaled(&mut residual, -a, q);
+            add_scaled(&mut residual, -a, q);
             gained += a * a / level;
         }
         // An even order may bring nothing where the next odd one does: judged over the block since `order`.
@@ -133,52 +134,77 @@ fn simplest_order(rows: &Rows, terms: &[Term], lowest: usize, all: &[Vec<f64>]) 
     lowest + left.iter().position(|left| STAGE_GAIN * left <= least).unwrap_or(0)
 }
 
-/// Fits base and terms jointly, without anything about parameters: what is needed to predict.
-pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Model {
-    let search = &explanation.search;
-    let rows = search.rows;
-    let noise = &search.noise;
-    let base = base_columns(rows, order);
-    let undetermined = undetermined_rows(search, terms);
-    let raw: Vec<&Vec<f64>> =
-        base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).chain(&undetermined).collect();
-    let whitened: Vec<Vec<f64>> = raw.iter().map(|c| noise.whiten(c)).collect();
-    let solution = least_squares(&whitened, &noise.whiten(&noise.clean));
-    let sum = |coefficients: &[f64], columns: &[&Vec<f64>]| {
-        let mut sum = vec![0.0; rows.len()];
-        coefficients.iter().zip(columns).for_each(|(a, c)| crate::linear::add_scaled(&mut sum, *a, c));
-        sum
-    };
-    let p = raw.len();
-    let mut first = base.len();
-    let fitted = terms
-        .iter()
-        .map(|term| {
+/// Base, terms and undetermined rows, fitted jointly in the whitened metric.
+struct Joint {
+    order: usize,
+    base: Vec<Vec<f64>>,
+    /// Whitened.
+    columns: Vec<Vec<f64>>,
+    target: Vec<f64>,
+    solution: LeastSquares,
+}
+
+impl Joint {
+    fn of(search: &Search, terms: &[Term], order: usize) -> Joint {
+        let noise = &search.noise;
+        let base = base_columns(search.rows, order);
+        let undetermined = undetermined_rows(search, terms);
+        let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).chain(&undetermined);
+        let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
+        let target = noise.whiten(&noise.clean);
+        let solution = least_squares(&columns, &target);
+        Joint { order, base, columns, target, solution }
+    }
+
+    /// Every term with its place among the columns.
+    fn places<'t>(&self, terms: &'t [Term]) -> Vec<(&'t Term, Range<usize>)> {
+        let mut first = self.base.len();
+        let place = |term: &'t Term| {
             let own = first..first + term.columns.len();
             first = own.end;
-            FittedTerm {
-                term: term.clone(),
-                effect: search.effect(term.family),
-                amplitudes: solution.coefficients[own.clone()].to_vec(),
-                covariance: own
-                    .clone()
-                    .flat_map(|i| own.clone().map(move |k| (i, k)))
-                    .map(|(i, k)| solution.inverse[i * p + k])
-                    .collect(),
-                contribution: sum(&solution.coefficients[own.clone()], &raw[own]),
-                parameters: Vec::new(),
-                explained: 0.0,
-                reach: 1.0,
-            }
-        })
-        .collect();
-    Model {
-        order,
-        base: solution.coefficients[..base.len()].to_vec(),
-        base_value: sum(&solution.coefficients[..base.len()], &raw[..base.len()]),
-        terms: fitted,
-        covariance: (0..first * first).map(|k| solution.inverse[k / first * p + k % first]).collect(),
+            (term, own)
+        };
+        terms.iter().map(place).collect()
     }
+
+    /// The model without anything about parameters; `inverse` is that of the products of at least these columns, by rows.
+    fn model(&self, search: &Search, terms: &[Term], inverse: &[f64]) -> Model {
+        let coefficients = &self.solution.coefficients;
+        let p = inverse.len().isqrt();
+        let covariance = |of: Range<usize>| -> Vec<f64> {
+            of.clone().flat_map(|i| of.clone().map(move |k| inverse[i * p + k])).collect()
+        };
+        let sum = |own: Range<usize>, columns: &[Vec<f64>]| {
+            let mut sum = vec![0.0; search.rows.len()];
+            coefficients[own].iter().zip(columns).for_each(|(a, c)| add_scaled(&mut sum, *a, c));
+            sum
+        };
+        let fitted = |(term, own): (&Term, Range<usize>)| FittedTerm {
+            term: term.clone(),
+            effect: search.effect(term.family),
+            amplitudes: coefficients[own.clone()].to_vec(),
+            covariance: covariance(own.clone()),
+            contribution: sum(own, &term.columns),
+            parameters: Vec::new(),
+            explained: 0.0,
+            reach: 1.0,
+        };
+        let places = self.places(terms);
+        let (base, last) = (0..self.base.len(), places.last().map_or(self.base.len(), |(_, own)| own.end));
+        Model {
+            order: self.order,
+            base: coefficients[base.clone()].to_vec(),
+            base_value: sum(base, &self.base),
+            terms: places.into_iter().map(fitted).collect(),
+            covariance: covariance(0..last),
+        }
+    }
+}
+
+/// Fits base and terms jointly, without anything about parameters: what is needed to predict.
+pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Model {
+    let joint = Joint::of(&explanation.search, terms, order);
+    joint.model(&explanation.search, terms, &joint.solution.inverse)
 }
 
 /// Fits base and terms jointly. `order` none chooses it.
@@ -190,133 +216,92 @@ pub fn fit(
 ) -> Model {
     let search = &explanation.search;
     let rows = search.rows;
-    let noise = &search.noise;
-    let terms: Vec<Term> = terms
-        .iter()
-        .filter(|t| !matches!(search.dictionary.families[t.family].kind, Kind::Order))
-        .cloned()
-        .collect();
+    let is_order = |t: &&Term| matches!(search.dictionary.families[t.family].kind, Kind::Order);
+    let mut terms: Vec<Term> = terms.iter().filter(|t| !is_order(t)).cloned().collect();
     // The order that the search absorbed at least: one that the recording shows to be needless is no harm, one
     // that is missing bends the effects and makes their intervals too narrow.
     let order = order.unwrap_or_else(|| choose_order(explanation, &terms).max(first_order(rows)));
-    let base = base_columns(rows, order);
-    let undetermined = undetermined_rows(search, &terms);
-    let target = noise.whiten(&noise.clean);
-    let solve = |terms: &[Term]| {
-        let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).chain(&undetermined);
-        let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
-        let solution = least_squares(&columns, &target);
-        (columns, solution)
-    };
-    let (mut columns, mut solution) = solve(&terms);
-    let mut terms = terms;
-    if place_steps(rows, noise, catalogue, search, &base, &mut terms, &solution.coefficients) {
-        (columns, solution) = solve(&terms);
+    let mut joint = Joint::of(search, &terms, order);
+    if place_steps(catalogue, search, &joint, &mut terms) {
+        joint = Joint::of(search, &terms, order);
     }
-    let left = without_steps(rows, &base, &terms, &solution.coefficients, |t| {
-        search.effect(t.family).is_some_and(|e| catalogue[e].id() == "mount_step")
-    });
+    let left = without_steps(search, catalogue, &joint, &terms);
+    let tangents = Tangents::of(search, catalogue, &joint, &terms);
+    let with_tangents = least_squares(&tangents.columns, &joint.target);
+    let mut model = joint.model(search, &terms, &with_tangents.inverse);
+    for (index, (term, own)) in joint.places(&terms).into_iter().enumerate() {
+        let columns = joint.columns.iter().enumerate().filter(|(k, _)| !own.contains(k));
+        let without: Vec<Vec<f64>> = columns.map(|(_, c)| c.clone()).collect();
+        let fitted = &mut model.terms[index];
+        fitted.explained = least_squares(&without, &joint.target).rss - joint.solution.rss;
+        let Some(effect) = fitted.effect.map(|e| catalogue[e].as_ref()) else { continue };
+        let beside = tangents.beside(search, &joint, own.start, index, &left[index]);
+        let rivals = rivals(search, effect, &terms, &tangents.basis, &tangents.residual);
+        fitted.parameters = beside.parameters(effect, &term.shape, &fitted.amplitudes, &rivals);
+    }
+    model
+}
 
-    // Intervals: the amplitudes' covariance with the shapes' tangents beside them.
-    let mut tangents = columns.clone();
-    let mut places: Vec<Vec<Option<usize>>> = Vec::new();
-    let mut first = base.len();
-    for term in &terms {
-        let width = term.columns.len();
-        let amplitudes = &solution.coefficients[first..first + width];
-        first += width;
-        let mut place = Vec::new();
-        if let Some(e) = search.effect(term.family) {
-            for (k, step) in tangent_steps(catalogue[e].as_ref(), rows, &term.shape).into_iter().enumerate() {
-                place.push(step.map(|h| {
-                    tangents.push(noise.whiten(&tangent(
-                        catalogue[e].as_ref(),
-                        rows,
-                        &term.shape,
-                        amplitudes,
-                        k,
-                        h,
-                    )));
-                    tangents.len() - 1
-                }));
-            }
-        }
-        places.push(place);
-    }
-    let with_tangents = least_squares(&tangents, &target);
-    let mut whole_basis = Basis::new(rows.len());
-    tangents.iter().for_each(|column| {
-        whole_basis.add(column);
-    });
-    let mut whole_residual = target.clone();
-    whole_basis.project_off(&mut whole_residual);
-    let p = tangents.len();
-    let freedom = noise.freedom.min((rows.len() as f64 - p as f64).max(1.0));
+/// The whitened columns with the tangents of the shapes beside them, which the intervals allow for.
+struct Tangents {
+    columns: Vec<Vec<f64>>,
+    /// For every term its columns and tangents.
+    of_term: Vec<Vec<usize>>,
+    /// Of all columns, and what they leave.
+    basis: Basis,
+    residual: Vec<f64>,
+}
 
-    let whole: f64 = solution.rss;
-    let mut fitted = Vec::new();
-    let mut first = base.len();
-    for (index, term) in terms.iter().enumerate() {
-        let width = term.columns.len();
-        let amplitudes = solution.coefficients[first..first + width].to_vec();
-        let mut contribution = vec![0.0; rows.len()];
-        for (a, column) in amplitudes.iter().zip(term.columns.iter()) {
-            crate::linear::add_scaled(&mut contribution, *a, column);
-        }
-        let without: Vec<Vec<f64>> = columns
-            .iter()
-            .enumerate()
-            .filter(|(k, _)| !(first..first + width).contains(k))
-            .map(|(_, c)| c.clone())
-            .collect();
-        let explained = least_squares(&without, &target).rss - whole;
-        let mut positions: Vec<Option<usize>> = (first..first + width).map(Some).collect();
-        positions.extend(places[index].iter().copied());
-        let covariance_of = |a: usize, b: usize| match (positions[a], positions[b]) {
-            (Some(i), Some(j)) => with_tangents.inverse[i * p + j],
-            _ => 0.0,
-        };
-        let effect = search.effect(term.family);
-        let parameters = effect.map_or_else(Vec::new, |e| {
-            // The other effects' columns and tangents: everything but this effect's own.
-            let own: Vec<usize> = positions.iter().flatten().copied().collect();
-            let mut basis = Basis::new(rows.len());
-            for (_, column) in tangents.iter().enumerate().filter(|(k, _)| !own.contains(k)) {
-                basis.add(column);
+impl Tangents {
+    fn of(search: &Search, catalogue: &[Box<dyn Effect>], joint: &Joint, terms: &[Term]) -> Tangents {
+        let rows = search.rows;
+        let mut columns = joint.columns.clone();
+        let mut of_term = Vec::new();
+        for (term, own) in joint.places(terms) {
+            let amplitudes = &joint.solution.coefficients[own.clone()];
+            let mut all: Vec<usize> = own.collect();
+            if let Some(effect) = search.effect(term.family).map(|e| catalogue[e].as_ref()) {
+                for (k, step) in tangent_steps(effect, rows, &term.shape).into_iter().enumerate() {
+                    let Some(h) = step else { continue };
+                    let tangent = tangent(effect, rows, &term.shape, amplitudes, k, h);
+                    all.push(columns.len());
+                    columns.push(search.noise.whiten(&tangent));
+                }
             }
-            let mut residual = target.clone();
-            basis.project_off(&mut residual);
-            // The direction of its first amplitude: what is its own beside everything else.
-            let mut direction = columns[first].clone();
-            basis.project_off(&mut direction);
-            let widening = widening(freedom) * crate::memory::spread(noise, &direction, &whole_residual);
-            let (left, scatter_of_places) = (&left[index][..], rows.scatter_of_places());
-            let beside = Beside { rows, noise, basis, residual, widening, scatter_of_places, left };
-            let effect = catalogue[e].as_ref();
-            let rivals = rivals(search, effect, &terms, &whole_basis, &whole_residual);
-            beside.parameters(effect, &term.shape, &amplitudes, &rivals)
+            of_term.push(all);
+        }
+        let mut basis = Basis::new(rows.len());
+        columns.iter().for_each(|column| {
+            basis.add(column);
         });
-        let covariance = (0..width * width).map(|k| covariance_of(k / width, k % width)).collect();
-        fitted.push(FittedTerm {
-            term: term.clone(),
-            effect,
-            amplitudes,
-            covariance,
-            contribution,
-            parameters,
-            explained,
-            reach: 1.0,
-        });
-        first += width;
+        let mut residual = joint.target.clone();
+        basis.project_off(&mut residual);
+        Tangents { columns, of_term, basis, residual }
     }
-    let coefficients = solution.coefficients[..base.len()].to_vec();
-    let mut base_value = vec![0.0; rows.len()];
-    for (a, column) in coefficients.iter().zip(&base) {
-        crate::linear::add_scaled(&mut base_value, *a, column);
+
+    /// What a term of an effect is judged beside: everything but its own columns and tangents.
+    fn beside<'a>(
+        &self,
+        search: &'a Search,
+        joint: &Joint,
+        first: usize,
+        index: usize,
+        left: &'a [f64],
+    ) -> Beside<'a> {
+        let (rows, noise) = (search.rows, &search.noise);
+        let mut basis = Basis::new(rows.len());
+        for (_, column) in self.columns.iter().enumerate().filter(|(k, _)| !self.of_term[index].contains(k)) {
+            basis.add(column);
+        }
+        let mut residual = joint.target.clone();
+        basis.project_off(&mut residual);
+        // The direction of its first amplitude: what is its own beside everything else.
+        let mut direction = joint.columns[first].clone();
+        basis.project_off(&mut direction);
+        let freedom = noise.freedom.min((rows.len() as f64 - self.columns.len() as f64).max(1.0));
+        let widening = widening(freedom) * crate::memory::spread(noise, &direction, &self.residual);
+        Beside { rows, noise, basis, residual, widening, scatter_of_places: rows.scatter_of_places(), left }
     }
-    // `first` columns are the base's and the amplitudes'; what follows them are tangents.
-    let covariance = (0..first * first).map(|k| with_tangents.inverse[k / first * p + k % first]).collect();
-    Model { order, base: coefficients, base_value, terms: fitted, covariance }
 }
 
 /// One column for every row at which the signature of a term is not determined: 1 there and 0 elsewhere. Beside them the
@@ -330,56 +315,40 @@ fn undetermined_rows(search: &Search, terms: &[Term]) -> Vec<Vec<f64>> {
     alone.into_iter().map(column).collect()
 }
 
-/// What the observations as they were read leave without each term for which `wanted` holds; empty for others.
+/// What the observations as they were read leave without each step; empty for other terms.
 fn without_steps(
-    rows: &Rows,
-    base: &[Vec<f64>],
+    search: &Search,
+    catalogue: &[Box<dyn Effect>],
+    joint: &Joint,
     terms: &[Term],
-    coefficients: &[f64],
-    wanted: impl Fn(&Term) -> bool,
 ) -> Vec<Vec<f64>> {
-    let mut residual = rows.error.clone();
-    let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter()));
+    let coefficients = &joint.solution.coefficients;
+    let mut residual = search.rows.error.clone();
+    let raw = joint.base.iter().chain(terms.iter().flat_map(|t| t.columns.iter()));
     for (a, column) in coefficients.iter().zip(raw) {
-        crate::linear::add_scaled(&mut residual, -a, column);
+        add_scaled(&mut residual, -a, column);
     }
-    let mut first = base.len();
-    terms
-        .iter()
-        .map(|term| {
-            let at = first;
-            first += term.columns.len();
-            if !wanted(term) {
-                return Vec::new();
-            }
-            let mut left = residual.clone();
-            for (a, column) in coefficients[at..].iter().zip(term.columns.iter()) {
-                crate::linear::add_scaled(&mut left, *a, column);
-            }
-            left
-        })
-        .collect()
+    let left = |(term, own): (&Term, Range<usize>)| {
+        if !search.effect(term.family).is_some_and(|e| catalogue[e].begins_at_a_row) {
+            return Vec::new();
+        }
+        let mut left = residual.clone();
+        coefficients[own].iter().zip(term.columns.iter()).for_each(|(a, c)| add_scaled(&mut left, *a, c));
+        left
+    };
+    joint.places(terms).into_iter().map(left).collect()
 }
 
 /// Puts every step at its likeliest row; whether any moved.
-fn place_steps(
-    rows: &Rows,
-    noise: &Noise,
-    catalogue: &[Box<dyn Effect>],
-    search: &Search,
-    base: &[Vec<f64>],
-    terms: &mut [Term],
-    coefficients: &[f64],
-) -> bool {
-    let step = |t: &Term| search.effect(t.family).filter(|e| catalogue[*e].id() == "mount_step");
-    let left = without_steps(rows, base, terms, coefficients, |t| step(t).is_some());
-    let mut first = base.len();
+fn place_steps(catalogue: &[Box<dyn Effect>], search: &Search, joint: &Joint, terms: &mut [Term]) -> bool {
+    let rows = search.rows;
+    let left = without_steps(search, catalogue, joint, terms);
+    let heights = joint.places(terms).into_iter().map(|(_, own)| joint.solution.coefficients[own.start]);
+    let heights: Vec<f64> = heights.collect();
     let mut moved = false;
-    for (term, left) in terms.iter_mut().zip(&left) {
-        let height = coefficients[first];
-        first += term.columns.len();
-        let Some(e) = step(term) else { continue };
-        let row = crate::steps::beginning(left, noise, height, term.shape[0] as usize, &rows.t_s);
+    for ((term, left), height) in terms.iter_mut().zip(&left).zip(heights) {
+        let Some(e) = search.effect(term.family).filter(|_| !left.is_empty()) else { continue };
+        let row = crate::steps::beginning(left, &search.noise, height, term.shape[0] as usize, &rows.t_s);
         if row as f64 != term.shape[0] {
             term.shape[0] = row as f64;
             term.columns = Arc::new(catalogue[e].signature(rows, &term.shape));
@@ -391,7 +360,7 @@ fn place_steps(
 
 /// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
 fn tangent_steps(effect: &dyn Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<f64>> {
-    if effect.shape_follows() {
+    if effect.shape_follows {
         return vec![None; shape.len()];
     }
     effect
@@ -419,7 +388,7 @@ fn tangent(
         moved[k] = value;
         let mut sum = vec![0.0; rows.len()];
         for (a, column) in amplitudes.iter().zip(effect.signature(rows, &moved)) {
-            crate::linear::add_scaled(&mut sum, *a, &column);
+            add_scaled(&mut sum, *a, &column);
         }
         sum
     };

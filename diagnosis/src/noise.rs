@@ -6,8 +6,8 @@
 //! Rᵢⱼ = e^(−|tᵢ−tⱼ|/τ) (see [`crate::correlation`]).
 
 use crate::correlation::{Correlation, Whitener, suspect};
-use crate::linear::{Basis, dot};
-use crate::rows::median;
+use crate::numerics::median;
+use crate::numerics::{Basis, dot};
 use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 
 /// The noise of a recording.
@@ -126,7 +126,7 @@ fn estimate_with(
         .zip(&unit.sigma)
         .map(|((y, c), s)| hampel_slope((y - c) / (scale * s)))
         .collect();
-    let slope = crate::rows::mean(&slopes).max(0.2);
+    let slope = crate::numerics::mean(&slopes).max(0.2);
     let spread = slopes.iter().map(|v| (v - slope).powi(2)).sum::<f64>() / n as f64;
     let price = (1.0 + whitened.rank() as f64 / n as f64 * spread / (slope * slope)) / slope;
     // Leverage shrinks each residual: give it back its variance.
@@ -136,7 +136,7 @@ fn estimate_with(
     }
     Noise {
         sigma: unit.sigma.iter().map(|s| s * scale * price).collect(),
-        level: crate::rows::rms(&unit.sigma) * scale,
+        level: crate::numerics::rms(&unit.sigma) * scale,
         freedom,
         whitened_residual: r,
         ..unit
@@ -292,7 +292,7 @@ fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
             _ => break,
         }
     }
-    let centre = crate::rows::mean(&log_variance);
+    let centre = crate::numerics::mean(&log_variance);
     log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
 }
 

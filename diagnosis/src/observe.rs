@@ -8,12 +8,14 @@ use fitter::{Mirror, Recording};
 use thiserror::Error;
 
 use crate::content::is_noise_alone;
-use crate::rows::{Column, Rows, mean, range};
+use crate::numerics::{mean, range};
+use crate::rows::{Column, Rows};
 use crate::slow_channel::without_noise;
 use crate::thresholds::observe::FEWEST_ROWS;
 
 /// Why a recording cannot be diagnosed at all.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ObserveError {
     /// The mirror file is for another kind of sensor.
     #[error(
@@ -79,38 +81,10 @@ pub fn observe(
     simulated: Option<&Simulated>,
     wanted: Wanted,
 ) -> Result<Rows, ObserveError> {
-    let file = recording.file.clone();
+    let truth = reference(recording, mirror, simulated)?;
     let n = recording.rows();
     let sensor = &mirror.sensor;
     let per = sensor.per_internal();
-    let pair = matches!(sensor, Sensor::EddyCurrentPair { .. });
-    let (reference, is_pair) = match &recording.readings {
-        Readings::Pair { reference_arcsec, .. } => (reference_arcsec, true),
-        Readings::Direct { reference, .. } => (reference, false),
-    };
-    const PAIR: &str = "an eddy-current pair (x1_mm, x2_mm)";
-    const DIRECT: &str = "a sensor that reports the angle or position itself (measured)";
-    if pair != is_pair {
-        let (found, expected) = if is_pair { (PAIR, DIRECT) } else { (DIRECT, PAIR) };
-        return Err(ObserveError::Kind { file, found, expected });
-    }
-    let Some(truth) = reference.clone() else {
-        let expected = if is_pair { "reference_arcsec" } else { "reference" };
-        return Err(ObserveError::NoReference { file, expected });
-    };
-    if n < FEWEST_ROWS {
-        return Err(ObserveError::TooShort { file, rows: n, needed: FEWEST_ROWS });
-    }
-    fitter::check(recording, mirror).map_err(|error| ObserveError::Implausible(Box::new(error)))?;
-    if let Some(simulated) = simulated
-        && simulated.reference.len() != n
-    {
-        return Err(ObserveError::Simulation {
-            file,
-            found: format!("{} simulated rows", simulated.reference.len()),
-            expected: format!("{n}"),
-        });
-    }
     let (reading, truth, turn) = match unwound(recording, mirror, simulated, wanted)? {
         Some(Unwound { reading, truth, turn }) => (reading, truth, turn),
         None => ((0..n).map(|i| recording.reading(i)).collect(), truth, None),
@@ -120,27 +94,12 @@ pub fn observe(
     let expected = simulated.map_or(theta.as_slice(), |s| s.reference.as_slice());
     let error: Vec<f64> = expected.iter().zip(&truth).map(|(e, t)| e - t).collect();
     let mut not_testable = Vec::new();
-    let mut usable = |name: &str, values: &[f64]| -> Option<Vec<f64>> {
-        let blanks = values.iter().filter(|v| !v.is_finite()).count();
-        if blanks > 0 {
-            not_testable.push(format!(
-                "{name}: {blanks} of {n} rows are blank; nothing that depends on it can be tested"
-            ));
-            return None;
+    let mut usable = |name: &str, values: &[f64]| match unusable(values) {
+        None => Some(values.to_vec()),
+        Some(reason) => {
+            not_testable.push(format!("{name}: {reason}"));
+            None
         }
-        let (low, high) = range(values);
-        if low == 0.0 && high == 0.0 {
-            not_testable.push(format!(
-                "{name}: all zero, as if nothing were connected; nothing that depends on it can be tested"
-            ));
-            return None;
-        }
-        if high - low <= 1e-12 * high.abs().max(low.abs()) {
-            not_testable
-                .push(format!("{name}: constant at {low}; a dependence on it cannot be told from an offset"));
-            return None;
-        }
-        Some(values.to_vec())
     };
     let mut take = |name: &str| recording.column(name).and_then(|values| usable(name, values));
     let cross_arcsec = take("cross_arcsec");
@@ -160,13 +119,12 @@ pub fn observe(
         .filter(|c| !known.contains(&c.name.as_str()))
         .filter_map(|c| usable(&c.name, &c.values).map(|values| Column { name: c.name.clone(), values }))
         .collect();
-    let direction: Vec<f64> = recording.direction.iter().map(|d| f64::from(*d)).collect();
     let mut rows = Rows {
         unit: sensor.error_unit().to_string(),
-        pair,
+        pair: matches!(sensor, Sensor::EddyCurrentPair { .. }),
         t_s: recording.time_s.clone(),
         pass: recording.pass.iter().map(|p| i64::from(*p)).collect(),
-        direction,
+        direction: recording.direction.iter().map(|d| f64::from(*d)).collect(),
         reading,
         weight,
         theta,
@@ -188,6 +146,63 @@ pub fn observe(
         turn,
         not_testable,
     };
+    note_limits(recording, &mut rows);
+    Ok(rows)
+}
+
+/// The reference of a recording that can be diagnosed.
+fn reference(
+    recording: &Recording,
+    mirror: &Mirror,
+    simulated: Option<&Simulated>,
+) -> Result<Vec<f64>, ObserveError> {
+    const PAIR: &str = "an eddy-current pair (x1_mm, x2_mm)";
+    const DIRECT: &str = "a sensor that reports the angle or position itself (measured)";
+    let (file, rows) = (recording.file.clone(), recording.rows());
+    let pair = matches!(mirror.sensor, Sensor::EddyCurrentPair { .. });
+    let (reference, found, expected) = match &recording.readings {
+        Readings::Pair { reference_arcsec, .. } => (reference_arcsec, PAIR, "reference_arcsec"),
+        Readings::Direct { reference, .. } => (reference, DIRECT, "reference"),
+    };
+    if pair != (found == PAIR) {
+        return Err(ObserveError::Kind { file, found, expected: if pair { PAIR } else { DIRECT } });
+    }
+    let Some(truth) = reference.clone() else {
+        return Err(ObserveError::NoReference { file, expected });
+    };
+    if rows < FEWEST_ROWS {
+        return Err(ObserveError::TooShort { file, rows, needed: FEWEST_ROWS });
+    }
+    fitter::check(recording, mirror).map_err(|error| ObserveError::Implausible(Box::new(error)))?;
+    match simulated.map(|simulated| simulated.reference.len()).filter(|simulated| *simulated != rows) {
+        None => Ok(truth),
+        Some(simulated) => Err(ObserveError::Simulation {
+            file,
+            found: format!("{simulated} simulated rows"),
+            expected: format!("{rows}"),
+        }),
+    }
+}
+
+/// Why nothing that depends on a column can be tested; none where it can.
+fn unusable(values: &[f64]) -> Option<String> {
+    let blanks = values.iter().filter(|v| !v.is_finite()).count();
+    if blanks > 0 {
+        let rows = values.len();
+        return Some(format!("{blanks} of {rows} rows are blank; nothing that depends on it can be tested"));
+    }
+    let (low, high) = range(values);
+    if low == 0.0 && high == 0.0 {
+        return Some(
+            "all zero, as if nothing were connected; nothing that depends on it can be tested".into(),
+        );
+    }
+    (high - low <= 1e-12 * high.abs().max(low.abs()))
+        .then(|| format!("constant at {low}; a dependence on it cannot be told from an offset"))
+}
+
+/// What the rows as they are cannot show, and the slow channels without their own noise.
+fn note_limits(recording: &Recording, rows: &mut Rows) {
     if rows.temperature_c.as_ref().is_some_and(|t| is_noise_alone(t, &rows.scaled_reading())) {
         rows.temperature_c = None;
         rows.not_testable.push(
@@ -196,8 +211,8 @@ pub fn observe(
                 .into(),
         );
     }
-    note_columns(recording, &mut rows);
-    note_time(recording, &mut rows);
+    note_columns(recording, rows);
+    note_time(recording, rows);
     if let Some(readings) = &mut rows.temperature_c {
         *readings = without_noise(&rows.t_s, readings).0;
     }
@@ -216,7 +231,6 @@ pub fn observe(
             "passes of one direction only: backlash, hysteresis, lag and gain cannot be told apart".into(),
         );
     }
-    Ok(rows)
 }
 
 /// Readings and references that go on beyond a turn.

@@ -7,9 +7,9 @@ use crate::base::base_columns;
 use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::judge::Settled;
-use crate::linear::{Basis, dot};
 use crate::model::{FittedTerm, Model};
-use crate::rows::centred;
+use crate::numerics::centred;
+use crate::numerics::{Basis, dot};
 use crate::search::{Found, Term};
 use crate::thresholds::averaging::ODDS;
 use crate::thresholds::reach::{HALF, LITTLE};
@@ -34,12 +34,12 @@ pub fn reach(
     }
     let mut said = Vec::new();
     for (term, rivals) in settled.joint.terms.iter().zip(rivals) {
-        let Some(e) = term.effect.filter(|e| catalogue[*e].runtime_correctable()) else { continue };
+        let Some(e) = term.effect.filter(|e| !catalogue[*e].of_one_time) else { continue };
         let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
         let Some(handed) = settled.handed.terms.iter_mut().find(same) else { continue };
         let alone = rivals.iter().map(|rival| (rival.odds, vec![rival.effect]));
         let of_one_time: Vec<(f64, Vec<usize>)> = alone
-            .filter(|(_, effects)| effects.iter().all(|e| !catalogue[*e].runtime_correctable()))
+            .filter(|(_, effects)| effects.iter().all(|e| catalogue[*e].of_one_time))
             .chain(pair(explanation, catalogue, &settled.joint, &term.term))
             .collect();
         let odds: f64 = of_one_time.iter().map(|(odds, _)| odds).sum();
@@ -53,11 +53,11 @@ pub fn reach(
         }
         handed.reach = 1.0 - rest;
         let others: BTreeSet<&str> =
-            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id()).collect();
+            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id).collect();
         said.push(format!(
             "{}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed on \
              to them",
-            catalogue[e].id(),
+            catalogue[e].id,
             Vec::from_iter(others).join(" or "),
             100.0 * handed.reach
         ));
@@ -78,9 +78,9 @@ fn pair(
     let with = |added: &Term| -> Vec<Term> { others.iter().chain([added]).cloned().collect() };
     let best = search.explained(&with(term)) - search.explained(&others);
     let of_one_time = |f: usize| {
-        search.effect(f).is_some_and(|e| {
-            !catalogue[e].runtime_correctable() && catalogue[e].testable(search.rows).is_ok()
-        })
+        search
+            .effect(f)
+            .is_some_and(|e| catalogue[e].of_one_time && catalogue[e].testable(search.rows).is_ok())
     };
     let free = |term: &Term| search.effect(term.family).map_or(0, |e| search.free_shapes(e)) as f64;
     let beside = |first: &Found| {

@@ -10,8 +10,9 @@ use fitter::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::{Observables, Operator, Periodic, Term};
 
-use crate::linear::least_squares;
-use crate::rows::{Rows, range, rms};
+use crate::numerics::least_squares;
+use crate::numerics::{range, rms};
+use crate::rows::Rows;
 use crate::screened::Seen;
 use crate::thresholds::refit::{GAIN, HARMONIC_GAIN, MOST_HARMONICS, MOST_ROWS, STEEP, STEPS};
 

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::linear::least_squares;
+use crate::numerics::{least_squares, mean, median, range};
 use crate::slow_channel::Unknown;
 use crate::thresholds::rows::SAME_PLACE;
 use fitter::turn::Turn;
@@ -221,35 +221,4 @@ fn steps_apart(angles: &[f64]) -> Vec<f64> {
     let (_, largest) = range(&steps);
     steps.retain(|step| *step > SAME_PLACE * largest);
     steps
-}
-
-/// Smallest and largest value.
-pub fn range(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)))
-}
-
-/// Median; 0 of nothing.
-pub fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    let (_, m, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    *m
-}
-
-/// Arithmetic mean.
-pub fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-/// Values less their mean.
-pub fn centred(values: &[f64]) -> Vec<f64> {
-    let m = mean(values);
-    values.iter().map(|v| v - m).collect()
-}
-
-/// Root mean square.
-pub fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }

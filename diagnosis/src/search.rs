@@ -19,8 +19,8 @@ use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::{Effect, Range};
 use crate::jumps::Jumps;
-use crate::linear::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::noise::Noise;
+use crate::numerics::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::rows::Rows;
 use crate::thresholds::calibrate::GENERIC_SHARE;
 use crate::thresholds::search::{
@@ -137,7 +137,7 @@ impl<'a> Search<'a> {
             free_shapes: catalogue
                 .iter()
                 .map(|e| {
-                    if e.shape_follows() {
+                    if e.shape_follows {
                         return 0;
                     }
                     e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()

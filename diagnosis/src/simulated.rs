@@ -12,6 +12,7 @@ use crate::observe::Simulated;
 
 /// Why a simulation is refused.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum SimulatedError {
     /// It is no table of numbers.
     #[error(transparent)]

@@ -44,7 +44,7 @@ pub fn without_noise(t_s: &[f64], readings: &[f64]) -> (Vec<f64>, Unknown) {
     if gaps.is_empty() {
         return (readings.to_vec(), Unknown::default());
     }
-    let typical = crate::rows::median(&mut gaps);
+    let typical = crate::numerics::median(&mut gaps);
     let (low, high, count) = RATIOS;
     let ratio = |k: usize| low * (high / low).powf(k as f64 / (count - 1) as f64);
     let steps = |ratio: f64| move |i: usize| ratio * (t_s[i] - t_s[i - 1]).max(0.0) / typical;
@@ -101,7 +101,7 @@ fn smooth(Level { rows, noise, .. }: &Level) -> (Vec<f64>, Unknown) {
 mod tests {
     use super::without_noise;
     use crate::correlation::tests::white;
-    use crate::rows::rms;
+    use crate::numerics::rms;
 
     fn error(found: &[f64], truth: &[f64]) -> f64 {
         rms(&found.iter().zip(truth).map(|(a, b)| a - b).collect::<Vec<f64>>())

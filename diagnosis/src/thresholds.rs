@@ -760,8 +760,8 @@ pub mod judge {
     pub const ABOVE_ACCURACY: f64 = 5.0;
 }
 
-/// See [`crate::linear`].
-pub mod linear {
+/// See [`crate::numerics`].
+pub mod numerics {
     /// Relative length below which what is left of a column after projection is rounding.
     pub const DEPENDENT: f64 = 1e-7;
 }

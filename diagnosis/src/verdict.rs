@@ -10,7 +10,8 @@ use crate::experiment;
 use crate::explain::Explanation;
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
-use crate::rows::{Rows, centred, range};
+use crate::numerics::{centred, range};
+use crate::rows::Rows;
 use crate::search::Term;
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::{
@@ -45,6 +46,7 @@ impl Verdict {
 
 /// Where the mismatch lives.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Location {
     /// The observable.
     pub variable: String,
@@ -63,6 +65,7 @@ pub struct Location {
 
 /// One reported parameter.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -76,6 +79,7 @@ pub struct Parameter {
 
 /// One named effect.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct NamedEffect {
     /// Id of the catalogue.
     pub id: String,
@@ -164,14 +168,14 @@ pub fn say(
         let place = place_of(explanation, catalogue, &term.term);
         push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
         let Some(e) = term.effect else { continue };
-        open.extend(too_many(catalogue[e].id(), rivals.len()));
+        open.extend(too_many(catalogue[e].id, rivals.len()));
         let rivals = &rivals[..rivals.len().min(MOST_ALTERNATIVES)];
         for rival in rivals {
-            let place = catalogue[rival.effect].place(rows);
+            let place = catalogue[rival.effect].place();
             further.push(locate(rows, &place, &term.contribution, (share * rival.part).min(share), p_value));
         }
         effects.push(NamedEffect {
-            id: catalogue[e].id().into(),
+            id: catalogue[e].id.into(),
             title: catalogue[e].found_as(&term.amplitudes).into(),
             p_value,
             share,
@@ -185,14 +189,14 @@ pub fn say(
                     ci95: *ci95,
                 })
                 .collect(),
-            alternatives: rivals.iter().map(|r| catalogue[r.effect].id().to_string()).collect(),
-            runtime_correctable: catalogue[e].runtime_correctable(),
+            alternatives: rivals.iter().map(|r| catalogue[r.effect].id.to_string()).collect(),
+            runtime_correctable: !catalogue[e].of_one_time,
         });
     }
     for location in further {
         push_location(&mut locations, location);
     }
-    let next_experiment = experiment::next(rows, &effects, &locations, verdict);
+    let next_experiment = experiment::next(rows, catalogue, &effects, &locations, verdict);
     open.extend(unidentifiable(rows, catalogue, model));
     Said { verdict, locations, effects, unidentifiable: open, next_experiment }
 }
@@ -233,7 +237,7 @@ fn push_location(locations: &mut Vec<Location>, location: Location) {
 /// The place of a term.
 pub fn place_of(explanation: &Explanation, catalogue: &[Box<dyn Effect>], term: &Term) -> Place {
     match &explanation.search.dictionary.families[term.family].kind {
-        Kind::Effect(e) => catalogue[*e].place(explanation.search.rows),
+        Kind::Effect(e) => catalogue[*e].place(),
         Kind::Generic(place) => place.clone(),
         Kind::Order => Place::on("angle_deg"),
     }
@@ -267,9 +271,8 @@ fn alternatives(
     // A thermometer's own noise blurs every explanation that goes by the temperature: by that part of it.
     let rough = search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
     let blurred = (BLUR * rough).min(MOST_BLURRED).max(rough.min(1.0));
-    let is_thermal = |f: usize| {
-        search.effect(f).is_some_and(|e| catalogue[e].place(search.rows).variable == "temperature_c")
-    };
+    let is_thermal =
+        |f: usize| search.effect(f).is_some_and(|e| catalogue[e].place().variable == "temperature_c");
     let free = |f: usize| search.effect(f).map_or(0, |e| search.free_shapes(e));
     let mut found: Vec<Rival> = search
         .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
@@ -296,10 +299,10 @@ fn alternatives(
 /// Part of a slow observable's variance that is its reading noise, from second differences.
 fn roughness(values: &[f64]) -> f64 {
     let seconds: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-    let whole = crate::rows::rms(&centred(values)).powi(2);
+    let whole = crate::numerics::rms(&centred(values)).powi(2);
     // The median of squares is deaf to the jumps between passes; 0.455 is that of χ²₁.
     let mut squares: Vec<f64> = seconds.iter().map(|s| s * s).collect();
-    crate::rows::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
+    crate::numerics::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
 }
 
 /// The values of an observable by its name in `locations`.
@@ -331,7 +334,7 @@ fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f64, p_value:
     let about = centred(contribution);
     // About its most common value rather than its mean, so that a step or a bump counts where it is.
     let mut sorted = contribution.to_vec();
-    let middle = crate::rows::median(&mut sorted);
+    let middle = crate::numerics::median(&mut sorted);
     let deviation: Vec<f64> =
         if narrow(contribution, middle) { contribution.iter().map(|c| c - middle).collect() } else { about };
     let largest = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
@@ -377,8 +380,8 @@ fn unidentifiable(rows: &Rows, catalogue: &[Box<dyn Effect>], model: &Model) -> 
     for effect in catalogue {
         let Err(reason) = effect.testable(rows) else { continue };
         match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, ids)) => ids.push(effect.id()),
-            None => reasons.push((reason, vec![effect.id()])),
+            Some((_, ids)) => ids.push(effect.id),
+            None => reasons.push((reason, vec![effect.id])),
         }
     }
     out.extend(reasons.iter().map(|(reason, ids)| format!("not testable: {} ({reason})", ids.join(", "))));

@@ -6,8 +6,8 @@ use std::path::Path;
 use diagnosis::dynamic::diagnose::Predicted;
 use diagnosis::dynamic::linear::{self, diagnose_linear};
 use diagnosis::dynamic::model::Term;
-use diagnosis::dynamic::recording::Reading;
-use diagnosis::dynamic::{self, DynamicRecording, Options, OwnSimulation};
+
+use diagnosis::dynamic::{self, DynamicRecording, Options, OwnSimulation, Reading};
 use diagnosis::simulated;
 use fitter::output::FileSet;
 use fitter::plant::{Kind, PlantFile};

@@ -346,7 +346,7 @@ fn the_silverbox_and_the_positioning_drive_are_named() {
 /// Relative error of the predicted force, as it is published: both sides low-passed without phase, the first and
 /// last 300 rows left out.
 fn force_error(recording: &Path, simulated: &str) -> f64 {
-    use diagnosis::dynamic::feedback::filter::low_pass;
+    use diagnosis::dynamic::low_pass;
 
     const LEFT_OUT: usize = 300;
     let recording =
@@ -364,38 +364,4 @@ fn force_error(recording: &Path, simulated: &str) -> f64 {
         all += recorded[k].powi(2);
     }
     (left / all).sqrt()
-}
-
-/// What the cubic stiffness alone does for the Silverbox: fitted to the whole training file, simulated on either
-/// test. The constant of the drive, some 8 mV, is no dynamics and is fitted beside it.
-#[test]
-fn a_cubic_stiffness_alone_on_the_silverbox() {
-    use diagnosis::dynamic::data::{ALL, Data};
-    use diagnosis::dynamic::estimate::{PATIENCE, fit};
-    use diagnosis::dynamic::model::{Model, Term};
-    use diagnosis::dynamic::{DynamicRecording, effects, score, start};
-
-    let Some(folder) = folder("ARCSMITH_RECORDINGS") else { return };
-    let read =
-        |name: &str| DynamicRecording::read(&folder.join(name), &Default::default()).expect("a recording");
-    let train = read("silverbox-train.csv.gz");
-    let data = Data::new(&train);
-    let windows = data.windows(16_384);
-    let plain = start::nominal(&windows).into_iter().next().expect("a plant").model;
-    let cubic = effects::effect("cubic_stiffness").expect("an effect");
-    let constant = effects::effect("drive_offset").expect("an effect");
-    let model = Model { hold: fitter::plant::Hold::BandLimited, ..plain }
-        .with(Term::new(cubic, vec![0.0]))
-        .with(Term::new(constant, vec![0.0]));
-    // Through windows first, as the search does: over the whole recording a wrong frequency loses the phase.
-    let model = fit(&model, &windows.first_states(), &windows, ALL, PATIENCE).expect("a fit").model;
-    let model = fit(&model, &data.first_states(), &data, ALL, PATIENCE).expect("a fit").model;
-    // Quick fits of the same physics reach 0.35 and 0.45 mV.
-    for (name, most) in [("silverbox-test-multisine.csv.gz", 0.36), ("silverbox-test-arrow.csv.gz", 0.46)] {
-        let other = read(name);
-        let predicted = score::free_run(&model, &other).expect("a stable simulation");
-        let rms = score::rms(&other, &other.positions[0], &predicted, |_| true).expect("rows");
-        println!("{name}: {:.3} mV", 1e3 * rms);
-        assert!(1e3 * rms <= most, "{name}: {rms}");
-    }
 }

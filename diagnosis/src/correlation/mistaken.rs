@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{COARSE, Correlation, Whitener, orthonormal};
 use crate::jumps::{Jumps, step};
-use crate::linear::{Basis, Columns, add_scaled, cholesky, dot};
+use crate::numerics::{Basis, Columns, add_scaled, cholesky, dot};
 use crate::thresholds::correlation::mistaken::{
     CORRELATION_SEEN, FEW_COLUMNS, FIRST_STEP, MOST_TAKEN, NEARLY, SLOW_GAIN, SLOW_GAIN_PER_COLUMN,
 };

@@ -10,7 +10,7 @@ use super::recording::DynamicRecording;
 use super::signal::Signal;
 use super::simulate::Course;
 use super::turns::Turns;
-use crate::rows::mean;
+use crate::numerics::mean;
 use crate::thresholds::dynamic::data::{BLOCKS, BLOCKS_OF_WINDOW, BOUND, LEAST_WINDOW, MOST_LEAD, WINDOWS};
 
 /// Number of kinds of rows.

@@ -6,22 +6,23 @@ use rayon::prelude::*;
 use super::data::{ALL, Data};
 use super::estimate::{Fitted, fit};
 use super::fault::DynamicError;
-use super::judge::{self, Withdrawn};
+use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
-use super::noise::{Autoregression, autoregression};
+use super::noise::autoregression;
 use super::recording::DynamicRecording;
+use super::score::{self, Proof};
 use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
 use super::structure::{Structure, structure};
 use super::verdict::{self, Left, Units};
-use super::{expected, feedback, floor, plant, remainder, score};
+use super::{expected, feedback, floor, plant, remainder};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::data::SCORE;
-use crate::held_out::{Fit, Score};
+use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::diagnose::{SEARCH_STEPS, START_ROWS, TOLD};
 use crate::thresholds::dynamic::effects::HARD;
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
-use crate::verdict::Verdict;
+use crate::verdict::{Said, Verdict};
 
 /// The rows that fit and choose, without those that score.
 const PROOF: [bool; 3] = [true, true, false];
@@ -71,6 +72,24 @@ pub struct OwnSimulation {
     pub positions: Vec<f64>,
 }
 
+impl OwnSimulation {
+    /// Refuses a simulation of other rows than a recording's.
+    ///
+    /// # Errors
+    /// [`DynamicError::Simulated`].
+    pub fn of_rows(&self, rows: usize) -> Result<(), DynamicError> {
+        match self.positions.len() {
+            found if found == rows => Ok(()),
+            found => Err(self.wrong(format!("{found} rows"), format!("{rows} rows"))),
+        }
+    }
+
+    /// The error of a simulation that is something else than was expected.
+    pub fn wrong(&self, found: String, expected: String) -> DynamicError {
+        DynamicError::Simulated { file: self.file.clone(), found, expected }
+    }
+}
+
 /// Diagnoses one recording of a second-order plant.
 ///
 /// # Errors
@@ -108,17 +127,20 @@ pub fn diagnose(
     let nominal_model = seen.model.clone();
     let (before, found) = rayon::join(|| whole(&data, &nominal_model), || whole(&data, &chosen.model));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
-    let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
-    let case =
-        Case { recording, nominal, simulated, held_out, data: &data, search: &search, units, seen, before };
     let creeps = chosen.model.terms.iter().any(|t| t.effect.creep().is_some_and(|k| t.free[k]));
-    judge::standing(recording, creeps, |withdrawn| {
-        let Some(model) = without(&chosen.model, withdrawn, &data) else {
-            return Ok(case.answer(&chosen, &found));
-        };
-        let small = fit(&model, &chosen.states, &windows, FIT_ROWS, PATIENCE).ok_or_else(lost)?;
-        let found = whole(&data, &small.model).ok_or_else(lost)?;
-        Ok(case.answer(&small, &found))
+    judge::standing(&FreeRun {
+        recording,
+        nominal,
+        simulated,
+        held_out,
+        data: &data,
+        search: &search,
+        units: Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() },
+        seen,
+        before,
+        chosen,
+        found,
+        creeps,
     })
 }
 
@@ -131,7 +153,7 @@ fn whole(data: &Data, model: &Model) -> Option<Fitted> {
 fn without(model: &Model, withdrawn: &Withdrawn, data: &Data) -> Option<Model> {
     let mut model = model.clone();
     let (terms, free) = (model.terms.len(), model.free());
-    model.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id()));
+    model.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id));
     for term in model.terms.iter_mut().filter(|_| withdrawn.creep) {
         if let Some(creep) = term.effect.creep() {
             term.free[creep] = false;
@@ -141,8 +163,8 @@ fn without(model: &Model, withdrawn: &Withdrawn, data: &Data) -> Option<Model> {
     (model.terms.len() < terms || model.free() < free).then_some(model)
 }
 
-/// What an answer is made from.
-struct Case<'a> {
+/// A mechanism that runs free, and what was found in it.
+struct FreeRun<'a> {
     recording: &'a DynamicRecording,
     nominal: &'a Plant,
     simulated: Option<&'a OwnSimulation>,
@@ -153,109 +175,173 @@ struct Case<'a> {
     /// The nominal plant on the windows of the search, and on the whole recording.
     seen: Fitted,
     before: Fitted,
+    /// The model with effects, likewise.
+    chosen: Fitted,
+    found: Fitted,
+    creeps: bool,
 }
 
-impl Case<'_> {
+impl Problem for FreeRun<'_> {
+    fn recording(&self) -> &DynamicRecording {
+        self.recording
+    }
+
+    fn creeps(&self) -> bool {
+        self.creeps
+    }
+
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+        let Some(model) = without(&self.chosen.model, withdrawn, self.data) else {
+            return Ok(self.said(&self.chosen, &self.found));
+        };
+        let lost = || DynamicError::NoPlant { file: self.recording.file.clone(), percent: 100.0 };
+        let small =
+            fit(&model, &self.chosen.states, self.search.data, FIT_ROWS, PATIENCE).ok_or_else(lost)?;
+        let found = whole(self.data, &small.model).ok_or_else(lost)?;
+        Ok(self.said(&small, &found))
+    }
+}
+
+/// What a model leaves of the recording.
+struct Remains {
+    /// Families of forces and tones, the strongest first.
+    structures: Vec<Structure>,
+    left: Left,
+    floor: NoiseFloor,
+}
+
+impl FreeRun<'_> {
     /// Everything that is said of a model: `small` on the windows of the search, `found` on the whole recording.
-    fn answer(&self, small: &Fitted, found: &Fitted) -> DynamicOutcome {
+    fn said(&self, small: &Fitted, found: &Fitted) -> DynamicOutcome {
         let (data, search, before) = (self.data, self.search, &self.before);
-        let given = search.given;
         // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
         let proof_of = |f: &Fitted| fit(&f.model, &f.states, data, PROOF, PATIENCE);
         let (proof_before, proof_after) = rayon::join(|| proof_of(before), || proof_of(found));
-        let positions = |f: &Fitted, data: &Data| f.positions(data).unwrap_or_default();
-        let residual = |f: &Fitted, data: &Data| -> Vec<f64> {
-            data.position.iter().zip(&positions(f, data)).map(|(a, b)| a - b).collect()
-        };
-        let simulation = positions(found, data);
-        let rest: Vec<f64> = data.position.iter().zip(&simulation).map(|(a, b)| a - b).collect();
-        let noise = autoregression(&rest, &data.runs);
         let small = search.complete(small);
-        let families = |f: &Fitted| {
-            let noise = autoregression(&residual(f, search.data), &search.data.runs);
-            structure(f, search.data, &noise.coefficients)
+        let Remains { structures, left, floor } = self.remains(&small, found);
+        let verdict = verdict::verdict(before, found, &left);
+        let structures = match verdict {
+            // What no named effect explains is located beside the nominal plant.
+            Verdict::Unexplained if found.model.terms.len() > search.given => self.around(),
+            _ => structures,
         };
-        let left = families(&small);
-        let tone = remainder::tone(&rest, data);
-        let repeated = repeated(self.recording);
-        let bound = match repeated {
-            Some(_) => None,
-            None => floor::bound(found, &simulation, data, &noise),
-        };
-        let mut left: Vec<&Structure> = verdict::significant(&left).into_iter().chain(&tone).collect();
-        let shown = left.iter().map(|s| s.part * found.cost(ALL));
-        let structure = shown.fold(remainder::above(found, repeated, &noise, !left.is_empty()), f64::max);
-        if left.is_empty() {
-            // A family of forces or a tone says better where the rest lives.
-            left.extend(bound.as_ref().map(|b| &b.place));
-        }
-        let level = repeated.or(bound.as_ref().map(|b| b.level));
-        // What named effects leave is no noise only because it could be one that is alike over ever more samples.
-        let doubted = !left.is_empty() || found.model.terms.len() > given;
-        let above = remainder::above(found, level, &noise, doubted);
-        let said = verdict::verdict(before, found, &Left { structure, above });
-        // What no named effect explains is located beside the nominal plant.
-        let (around, tone) = match said {
-            Verdict::Unexplained if found.model.terms.len() > given => {
-                (families(&self.seen), remainder::tone(&residual(before, data), data))
-            }
-            _ => (Vec::new(), None),
-        };
-        let around = match found.model.terms.len() == given {
-            true => left.clone(),
-            false => verdict::significant(&around).into_iter().chain(&tone).collect(),
-        };
-        let covariance_of = |f: &Fitted| {
-            let noise = autoregression(&residual(f, data), &data.runs);
-            verdict::covariance(f, data, &noise)
-        };
-        let covariance = covariance_of(found);
-        let named = match said {
+        let covariance = self.covariance(found);
+        let named = match verdict {
             Verdict::Unexplained | Verdict::Consistent => Vec::new(),
             _ => {
-                let imperfect = said == Verdict::PartlyExplained;
+                let imperfect = verdict == Verdict::PartlyExplained;
                 verdict::effects(search, data, &small, found, &covariance, imperfect, &self.units)
             }
         };
         // What mimics an effect that is in no catalogue is not handed on.
         let after = if named.is_empty() { before } else { found };
-        let covariance = if named.is_empty() { covariance_of(before) } else { covariance };
+        let covariance = if named.is_empty() { self.covariance(before) } else { covariance };
         let deviations = [0, 1, 2].map(|k| covariance.at(k, k).sqrt());
-        let plant = verdict::nominal(after.model.nominal, deviations, &self.units);
         let explained = 1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE);
-        let families = if named.is_empty() { &around } else { &left };
-        let locations = match said {
+        let locations = match verdict {
             Verdict::Consistent => Vec::new(),
-            _ => verdict::locations(data, &self.recording.t_s, &named, explained, families),
+            _ => {
+                let reach = |variable: &str| verdict::reach(data, &self.recording.t_s, variable);
+                verdict::locations(reach, &named, explained, &structures)
+            }
         };
         let own = Predicted {
             t_s: self.recording.t_s.clone(),
             before: vec![match self.simulated {
                 Some(s) => s.positions.clone(),
-                None => positions(before, data),
+                None => self.positions(before),
             }],
-            after: vec![positions(after, data)],
+            after: vec![self.positions(after)],
         };
         let other = self.held_out.map(|r| predict(r, &before.model, &after.model));
         let idle = proof_after.as_ref().filter(|_| !named.is_empty()).and_then(|f| self.idle(f));
-        let proof_after = if named.is_empty() { &proof_before } else { &proof_after };
-        let fit = self.proof(&own, [proof_before.as_ref(), proof_after.as_ref()], other.as_ref());
-        let diagnosis = Diagnosis {
-            schema: 1,
-            recording: self.recording.file.clone(),
-            verdict: said,
-            noise_floor: self.floor(repeated, bound.as_ref(), &noise, found, left.is_empty() && above == 0.0),
+        let predicted = |f: &Option<Fitted>| f.as_ref().and_then(|f| f.positions(data).ok());
+        let without = [
+            // The user's simulation was fitted to nothing.
+            self.simulated.map_or_else(|| predicted(&proof_before), |s| Some(s.positions.clone())),
+            predicted(if named.is_empty() { &proof_before } else { &proof_after }),
+        ];
+        let proof = Proof {
+            recording: self.recording,
+            held_out: self.held_out,
+            channel: |recording| &recording.positions[0],
+            unit: &self.units.position,
+        };
+        let fit = proof.fit(&own, other.as_ref(), without, &data.fold);
+        let said = Said {
+            verdict,
             unidentifiable: verdict::unidentifiable(&named),
-            next_experiment: verdict::next_experiment(said, &named, &locations),
+            next_experiment: verdict::next_experiment(verdict, &named, &locations),
             locations,
             effects: verdict::listed(named),
-            fit,
+        };
+        let diagnosis = Diagnosis {
             bad_rows: self.recording.bad_rows.clone(),
-            judged: Vec::new(),
-            withheld: None,
-            plant,
+            plant: verdict::nominal(after.model.nominal, deviations, &self.units),
+            ..Diagnosis::of(&self.recording.file, said, floor, fit)
         };
         DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, self.nominal), own, other, idle }
+    }
+
+    /// What a model leaves: as structure, above the noise, and as noise.
+    fn remains(&self, small: &Fitted, found: &Fitted) -> Remains {
+        let data = self.data;
+        let simulation = self.positions(found);
+        let rest: Vec<f64> = data.position.iter().zip(&simulation).map(|(a, b)| a - b).collect();
+        let noise = autoregression(&rest, &data.runs);
+        let repeated = repeated(self.recording);
+        let bound = match repeated {
+            Some(_) => None,
+            None => floor::bound(found, &simulation, data, &noise),
+        };
+        let mut structures = self.families(small);
+        structures.extend(remainder::tone(&rest, data));
+        let shown = structures.iter().map(|s| s.part * found.cost(ALL));
+        let structure =
+            shown.fold(remainder::above(found, repeated, &noise, !structures.is_empty()), f64::max);
+        if structures.is_empty() {
+            // A family of forces or a tone says better where the rest lives.
+            structures.extend(bound.as_ref().map(|b| b.place.clone()));
+        }
+        // What named effects leave is no noise only because it could be one that is alike over ever more samples.
+        let level = repeated.or(bound.as_ref().map(|b| b.level));
+        let doubted = !structures.is_empty() || found.model.terms.len() > self.search.given;
+        let above = remainder::above(found, level, &noise, doubted);
+        let (value, from) = match (repeated, &bound) {
+            (Some(value), _) => (value, "repeated periods"),
+            (None, Some(bound)) => (bound.level, bound.from),
+            (None, None) if structures.is_empty() && above == 0.0 => {
+                (found.rms(ALL), "what the identified model leaves")
+            }
+            (None, None) => (noise.innovation, "what the residual's own past does not predict"),
+        };
+        let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
+        let unit = self.units.position.clone();
+        let floor = NoiseFloor { value, unit, from: from.into(), autocorrelation };
+        Remains { structures, left: Left { structure, above }, floor }
+    }
+
+    /// Where the nominal plant alone errs.
+    fn around(&self) -> Vec<Structure> {
+        let mut around = self.families(&self.seen);
+        around.extend(remainder::tone(&residual(&self.before, self.data), self.data));
+        around
+    }
+
+    /// The significant families of forces beside a model on the windows of the search.
+    fn families(&self, model: &Fitted) -> Vec<Structure> {
+        let data = self.search.data;
+        let noise = autoregression(&residual(model, data), &data.runs);
+        verdict::significant(structure(model, data, &noise.coefficients))
+    }
+
+    fn covariance(&self, model: &Fitted) -> Symmetric {
+        let noise = autoregression(&residual(model, self.data), &self.data.runs);
+        verdict::covariance(model, self.data, &noise)
+    }
+
+    fn positions(&self, model: &Fitted) -> Vec<f64> {
+        model.positions(self.data).unwrap_or_default()
     }
 
     /// The effect without which the rows that score are predicted as well, of those whose part they show.
@@ -273,61 +359,14 @@ impl Case<'_> {
         };
         let terms = (self.search.given..with.model.terms.len()).into_par_iter();
         let worst = terms.filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
-        worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.id().into())
+        worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.id.into())
     }
+}
 
-    /// The figures before and after.
-    fn proof(&self, own: &Predicted, fits: [Option<&Fitted>; 2], other: Option<&Predicted>) -> Fit {
-        let (recording, data) = (self.recording, self.data);
-        let recorded = &recording.positions[0];
-        let figures = |which: usize| -> Score {
-            let column = if which == 0 { &own.before[0] } else { &own.after[0] };
-            if let Some((file, predicted)) = self.held_out.zip(other) {
-                let there = if which == 0 { &predicted.before[0] } else { &predicted.after[0] };
-                return Score {
-                    train_rms: score::rms(recording, recorded, column, |_| true).unwrap_or(0.0),
-                    held_out_rms: score::rms(file, &file.positions[0], there, |_| true),
-                };
-            }
-            // The user's simulation was fitted to nothing.
-            let there = match (which, self.simulated) {
-                (0, Some(simulated)) => Some(simulated.positions.clone()),
-                _ => fits[which].and_then(|f| f.positions(data).ok()),
-            };
-            let there = there.as_ref().unwrap_or(column);
-            let of = |wanted: &dyn Fn(usize) -> bool| score::rms(recording, recorded, there, wanted);
-            Score {
-                train_rms: of(&|k| data.fold[k] as usize != SCORE).unwrap_or(0.0),
-                held_out_rms: of(&|k| data.fold[k] as usize == SCORE),
-            }
-        };
-        Fit {
-            unit: self.units.position.clone(),
-            held_out_by: self.held_out.map_or("block".into(), |file| file.file.clone()),
-            before: figures(0),
-            after: figures(1),
-            gain: None,
-            of_explainable: None,
-        }
-    }
-
-    fn floor(
-        &self,
-        repeated: Option<f64>,
-        bound: Option<&floor::Floor>,
-        noise: &Autoregression,
-        found: &Fitted,
-        quiet: bool,
-    ) -> NoiseFloor {
-        let (value, from) = match (repeated, bound) {
-            (Some(value), _) => (value, "repeated periods"),
-            (None, Some(bound)) => (bound.level, bound.from),
-            (None, None) if quiet => (found.rms(ALL), "what the identified model leaves"),
-            (None, None) => (noise.innovation, "what the residual's own past does not predict"),
-        };
-        let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
-        NoiseFloor { value, unit: self.units.position.clone(), from: from.into(), autocorrelation }
-    }
+/// What a model leaves of the recorded positions.
+fn residual(model: &Fitted, data: &Data) -> Vec<f64> {
+    let positions = model.positions(data).unwrap_or_default();
+    data.position.iter().zip(&positions).map(|(a, b)| a - b).collect()
 }
 
 /// The model, or one of its close rivals where the whole recording prefers that.
@@ -350,7 +389,7 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
 
 /// Free runs of another recording by two models; what cannot be simulated stands still at the mean.
 fn predict(recording: &DynamicRecording, before: &Model, after: &Model) -> Predicted {
-    let still = || vec![crate::rows::mean(&recording.positions[0]); recording.rows()];
+    let still = || vec![crate::numerics::mean(&recording.positions[0]); recording.rows()];
     Predicted {
         t_s: recording.t_s.clone(),
         before: vec![score::free_run(before, recording).unwrap_or_else(still)],

@@ -5,11 +5,11 @@
 use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::{Lag, moments};
 use super::model::Model;
-use super::number::Number;
 use super::signal::{Piece, Signal};
 use super::simulate::{Course, Theta};
 use super::span::Span;
 use super::turns::Turns;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::drive_path::LEAST_PART;
 
 /// The drive's path.
@@ -33,9 +33,9 @@ where
     /// The path of a model's drive from interval `first` on.
     pub fn new(model: &'a Model, theta: &'a Theta<T>, course: &Course<'a>, first: isize) -> DrivePath<'a, T> {
         let parameter = |part: Part| model.acting(part).map(|k| theta.terms[k][0]);
-        // An offset comes before a saturation, whichever was found first.
+        // An offset comes before a limit, whichever was found first.
         let mut shaping: Vec<usize> = model.acting(Part::Drive).collect();
-        shaping.sort_by_key(|k| model.terms[*k].effect.id() == "drive_saturation");
+        shaping.sort_by_key(|k| model.terms[*k].effect.is_limit());
         let delay = parameter(Part::Delay).reduce(|a, b| a + b);
         let mut path =
             DrivePath { model, theta, signal: course.signal, delay, shaping, lag: None, memory: None };

@@ -8,7 +8,6 @@ use super::model::Model;
 use super::simulate::{Theta, Unstable, simulate};
 use crate::dynamic::data::FOLDS;
 use crate::thresholds::dynamic::estimate::ENOUGH;
-pub use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// A model with what belongs to this recording, and how well it does.

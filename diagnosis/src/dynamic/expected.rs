@@ -34,19 +34,13 @@ pub fn nominal(
         None if given.is_empty() => start::nominal(data).into_iter().next(),
         None => with(given, data),
         Some(own) => {
-            if own.positions.len() != recording.rows() {
-                return Err(DynamicError::Simulated {
-                    file: own.file.clone(),
-                    found: format!("{} rows", own.positions.len()),
-                    expected: format!("{} rows", recording.rows()),
-                });
-            }
+            own.of_rows(recording.rows())?;
             let theirs = stated(&own.positions, recording, data);
             theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL, PATIENCE))
         }
     };
     let best = best.ok_or_else(|| lost(100.0))?;
-    let middle = crate::rows::mean(data.position);
+    let middle = crate::numerics::mean(data.position);
     let rows = data.runs.iter().flat_map(|r| r.clone());
     let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
     let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// Why a dynamic diagnosis is refused.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum DynamicError {
     /// What can be wrong with any recording.
     #[error(transparent)]

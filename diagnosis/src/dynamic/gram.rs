@@ -4,12 +4,12 @@
 use rayon::prelude::*;
 
 use super::data::Data;
-use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Physics};
 use super::model::Model;
-use super::number::{Dual, Number};
 use super::simulate::{Theta, Unstable, simulate};
 use crate::dynamic::data::FOLDS;
+use crate::numerics::Symmetric;
+use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::gram::STATE;
 
 /// Inner products of the sensitivities (first the run's initial position and velocity, then the free
@@ -67,7 +67,7 @@ fn seeded<const N: usize>(model: &Model) -> Theta<Dual<N>> {
         .terms
         .iter()
         .map(|term| {
-            let kinds = term.effect.parameters().iter().map(|p| p.shape);
+            let kinds = term.effect.parameters.iter().map(|p| p.shape);
             let values = term.parameters.iter().zip(&term.free);
             values.zip(kinds).map(|((v, free), shape)| variable(*v, *free, shape)).collect()
         })
@@ -228,14 +228,8 @@ impl Grams {
     pub fn step(&self, folds: [bool; FOLDS], lambda: f64) -> (Vec<f64>, Vec<[f64; 2]>, f64) {
         let reduced = self.reduced(folds, lambda);
         let size = reduced.size - 1;
-        let mut matrix = Symmetric::zero(size);
-        for i in 0..size {
-            for j in 0..size {
-                *matrix.at_mut(i, j) = reduced.at(i, j);
-            }
-        }
         let right: Vec<f64> = (0..size).map(|i| reduced.at(i, size)).collect();
-        let step = matrix.factor().solve(&right);
+        let step = reduced.part(0..size).factor().solve(&right);
         let mut promised = 0.0;
         let states = (0..self.products.len())
             .map(|run| {
@@ -258,11 +252,7 @@ impl Grams {
 }
 
 fn state_block(whole: &Symmetric, lambda: f64) -> Symmetric {
-    let mut block = Symmetric::zero(STATE);
-    for i in 0..STATE {
-        for j in 0..STATE {
-            *block.at_mut(i, j) = whole.at(i, j) * if i == j { 1.0 + lambda } else { 1.0 };
-        }
-    }
+    let mut block = whole.part(0..STATE);
+    (0..STATE).for_each(|i| *block.at_mut(i, i) *= 1.0 + lambda);
     block
 }

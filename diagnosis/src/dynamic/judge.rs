@@ -30,20 +30,34 @@ struct Fault {
     effect: Option<String>,
 }
 
-/// The first answer that stands: `make` gives it without what was withdrawn. `creeps`: its dry friction creeps while it
-/// holds, which no file states.
+/// A recording of a moving mechanism with what was found in it: what differs between a free run, motion under feedback and
+/// a structure of many modes.
+pub trait Problem {
+    /// The recording.
+    fn recording(&self) -> &DynamicRecording;
+
+    /// Whether its dry friction creeps while it holds, which no file states.
+    fn creeps(&self) -> bool {
+        false
+    }
+
+    /// Everything that is said without what was withdrawn.
+    ///
+    /// # Errors
+    /// [`DynamicError::NoPlant`] where nothing can be fitted without it.
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError>;
+}
+
+/// The first answer that stands.
 ///
 /// # Errors
-/// What `make` refuses.
-pub fn standing(
-    recording: &DynamicRecording,
-    creeps: bool,
-    mut make: impl FnMut(&Withdrawn) -> Result<DynamicOutcome, DynamicError>,
-) -> Result<DynamicOutcome, DynamicError> {
+/// What the problem refuses.
+pub fn standing(problem: &impl Problem) -> Result<DynamicOutcome, DynamicError> {
+    let (recording, creeps) = (problem.recording(), problem.creeps());
     let mut withdrawn = Withdrawn::default();
     let mut said: Vec<String> = Vec::new();
     loop {
-        let mut outcome = make(&withdrawn)?;
+        let mut outcome = problem.answer(&withdrawn)?;
         let mut fault = faults(&outcome);
         if fault.is_none() {
             match written(&outcome, recording) {
@@ -204,7 +218,7 @@ fn rms(recording: &DynamicRecording, predicted: &[Vec<f64>]) -> f64 {
     let each = recording.positions.iter().zip(predicted);
     let squares: Vec<f64> =
         each.map(|(y, p)| score::rms(recording, y, p, |_| true).unwrap_or(f64::INFINITY).powi(2)).collect();
-    crate::rows::mean(&squares).sqrt()
+    crate::numerics::mean(&squares).sqrt()
 }
 
 /// Puts right what only was said: shares, a floor above what there was, and a verdict that claims noise where more is

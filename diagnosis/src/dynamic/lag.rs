@@ -1,6 +1,6 @@
 //! A first-order lag on the way in or out, in closed form along a cubic.
 
-use super::number::Number;
+use crate::numerics::Number;
 
 /// One first-order lag τ w′ = u − w.
 #[derive(Clone, Copy)]

@@ -7,10 +7,10 @@ use pulp::Arch;
 
 use super::effects::{DynamicEffect, Flow, Part, Physics};
 use super::model::{Model, Term};
-use super::number::Number;
 use super::simulate::Theta;
 use super::span::Span;
 use super::step::{Room, Step};
+use crate::numerics::Number;
 use crate::thresholds::dynamic::machine::MOST_EVENTS;
 
 /// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.
@@ -46,7 +46,7 @@ pub struct Probe {
 
 /// The amounts of a term that is probed, each with its direction.
 fn units<T: Number>(term: &Term, theta: &[T]) -> Vec<(usize, Vec<f64>)> {
-    let zeroed = (term.effect.parameters().iter().zip(&term.parameters))
+    let zeroed = (term.effect.parameters.iter().zip(&term.parameters))
         .map(|(p, value)| if p.shape { *value } else { 0.0 });
     let zeroed: Vec<f64> = zeroed.collect();
     let unit = |(j, x): (usize, &T)| {
@@ -55,6 +55,12 @@ fn units<T: Number>(term: &Term, theta: &[T]) -> Vec<(usize, Vec<f64>)> {
         x.direction().map(|lane| (lane, parameters))
     };
     theta.iter().enumerate().filter_map(unit).collect()
+}
+
+/// The sum of an effect's amounts.
+fn amounts<T: Number>(effect: &dyn DynamicEffect, parameters: &[T]) -> T {
+    let amounts = parameters.iter().zip(effect.parameters).filter(|(_, p)| !p.shape);
+    amounts.fold(T::from_f64(0.0), |sum, (p, _)| sum + *p)
 }
 
 /// A model prepared for simulation with numbers of one kind.
@@ -90,18 +96,18 @@ where
         for k in model.acting(Part::Force) {
             let effect = model.terms[k].effect;
             let rest = effect.rest(p.value());
-            let rest = rest.iter().take(effect.states());
+            let rest = rest.iter().take(effect.states);
             if model.terms[k].probe {
                 probes.push(Probe { effect, units: units(&model.terms[k], &theta.terms[k]), first: extra.1 });
                 state.q.iter_mut().skip(extra.1).zip(rest).for_each(|(q, rest)| *q = *rest);
-                extra.1 += effect.states();
+                extra.1 += effect.states;
             } else {
                 forces.push((k, extra.0));
                 for (z, rest) in state.z.iter_mut().skip(extra.0).zip(rest) {
                     // A state that starts with the position shares its derivatives.
                     *z = if *rest == p.value() && *rest != 0.0 { p } else { T::from_f64(*rest) };
                 }
-                extra.0 += effect.states();
+                extra.0 += effect.states;
             }
         }
         let friction = model.has_friction();
@@ -122,7 +128,7 @@ where
         rates.v = *gain * *drive - *damping * state.v - *stiffness * state.p;
         for &(k, first) in &self.forces {
             let effect = self.model.terms[k].effect;
-            let last = first + effect.states();
+            let last = first + effect.states;
             let mut flow = Flow {
                 drive,
                 position: &state.p,
@@ -150,7 +156,7 @@ where
         direction: f64,
         to: &mut State<T, Z, Q>,
     ) {
-        let count = probe.effect.states();
+        let count = probe.effect.states;
         let own = probe.first..probe.first + count;
         let velocity = state.v.value();
         for (lane, parameters) in &probe.units {
@@ -253,8 +259,7 @@ where
         let effect = self.model.terms[k].effect;
         let parameters = &self.theta.terms[k];
         let creep = effect.creep().map_or(zero, |c| parameters[c]);
-        let amounts = parameters.iter().zip(effect.parameters()).filter(|(_, p)| !p.shape);
-        let holds = amounts.fold(zero, |sum, (p, _)| sum + *p);
+        let holds = amounts(effect, parameters);
         if holds.value() <= 0.0 {
             return zero;
         }
@@ -266,10 +271,8 @@ where
 
     /// Acceleration up to which dry friction holds the mechanism.
     pub fn holds(&self) -> f64 {
-        let one = |(effect, parameters): (&'static dyn DynamicEffect, &Vec<T>)| {
-            effect.holds(&parameters.iter().map(|p| p.value()).collect::<Vec<_>>())
-        };
-        self.model.terms.iter().map(|t| t.effect).zip(&self.theta.terms).map(one).sum()
+        let creeping = self.model.terms.iter().zip(&self.theta.terms).filter(|(t, _)| t.effect.creeps);
+        creeping.map(|(t, parameters)| amounts(t.effect, parameters).value().max(0.0)).sum()
     }
 
     /// The part of a step after which a mechanism that is held breaks loose, and in which direction; none where it

@@ -1,42 +1,49 @@
 //! Diagnosis of dynamic recordings: a drive goes in, a position comes out, the nominal mechanism is
 //! simulated, the recording disagrees.
 
-pub mod data;
-pub mod dense;
+mod data;
 pub mod diagnose;
 mod drive_path;
 pub mod effects;
-pub mod estimate;
-pub mod expected;
-pub mod fault;
-pub mod feedback;
-pub mod floor;
-pub mod gram;
-pub mod interval;
+mod estimate;
+mod expected;
+mod fault;
+mod feedback;
+mod floor;
+mod gram;
+mod interval;
 mod judge;
-pub mod lag;
+mod lag;
 pub mod linear;
-pub mod machine;
+mod machine;
 pub mod model;
-pub mod noise;
-pub mod number;
+mod noise;
 pub mod plant;
-pub mod recording;
-pub mod remainder;
-pub mod report;
-pub mod score;
-pub mod screen;
-pub mod search;
-pub mod signal;
-pub mod simulate;
-pub mod span;
-pub mod spectrum;
-pub mod start;
-pub mod step;
-pub mod structure;
-pub mod turns;
-pub mod verdict;
+mod recording;
+mod remainder;
+mod score;
+mod screen;
+mod search;
+mod signal;
+mod simulate;
+mod span;
+pub(crate) mod spectrum;
+mod start;
+mod step;
+mod structure;
+mod turns;
+mod verdict;
+
+/// The report of a recording.
+pub mod report {
+    pub use crate::report::of_motion as page;
+}
 
 pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;
-pub use recording::DynamicRecording;
+#[doc(hidden)]
+pub use feedback::filter::low_pass;
+pub use recording::{DynamicRecording, Reading};
+
+#[cfg(test)]
+mod tests;

@@ -22,7 +22,7 @@ pub struct Term {
 impl Term {
     /// An effect all of whose parameters are free but those that keep their value.
     pub fn new(effect: &'static dyn DynamicEffect, parameters: Vec<f64>) -> Term {
-        let free = (0..parameters.len()).map(|k| !effect.kept(k)).collect();
+        let free = (0..parameters.len()).map(|k| k < effect.kept).collect();
         Term { effect, parameters, free, probe: false }
     }
 }
@@ -43,7 +43,7 @@ pub struct Model {
 impl std::fmt::Debug for Model {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{:?} {:?}", self.hold, self.nominal)?;
-        self.terms.iter().try_for_each(|t| write!(f, " {}{:?}", t.effect.id(), t.parameters))
+        self.terms.iter().try_for_each(|t| write!(f, " {}{:?}", t.effect.id, t.parameters))
     }
 }
 
@@ -69,14 +69,14 @@ impl Model {
 
     /// Whether it has an effect.
     pub fn has(&self, id: &str) -> bool {
-        self.terms.iter().any(|t| t.effect.id() == id)
+        self.terms.iter().any(|t| t.effect.id == id)
     }
 
     /// The free parameters as an estimate sees them: shapes by their logarithm.
     pub fn pack(&self) -> Vec<f64> {
         let nominal = (0..3).filter(|k| self.nominal_free[*k]).map(|k| self.nominal[k]);
         let terms = self.terms.iter().flat_map(|term| {
-            let parameters = term.effect.parameters();
+            let parameters = term.effect.parameters;
             (0..parameters.len()).filter(|k| term.free[*k]).map(move |k| match parameters[k].shape {
                 true => term.parameters[k].ln(),
                 false => term.parameters[k],
@@ -96,7 +96,7 @@ impl Model {
             }
         }
         for term in &mut model.terms {
-            for (k, parameter) in term.effect.parameters().iter().enumerate() {
+            for (k, parameter) in term.effect.parameters.iter().enumerate() {
                 if term.free[k] {
                     term.parameters[k] = match parameter.shape {
                         true => next(term.parameters[k].ln()).clamp(-80.0, 80.0).exp(),
@@ -122,12 +122,7 @@ impl Model {
         let mut substeps = (own * step_s / 0.15).ceil();
         for term in &self.terms {
             substeps = substeps.max((term.effect.fastest(&term.parameters) * step_s / 0.3).ceil());
-            if !term.probe
-                && matches!(
-                    term.effect.id(),
-                    "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis"
-                )
-            {
+            if term.effect.abrupt && !term.probe {
                 substeps = substeps.max(2.0);
             }
         }
@@ -138,14 +133,13 @@ impl Model {
     /// Number of states that the effects add to position and velocity, and of those of effects that are only
     /// probed.
     pub fn extra(&self) -> (usize, usize) {
-        let of =
-            |probe: bool| self.terms.iter().filter(|t| t.probe == probe).map(|t| t.effect.states()).sum();
+        let of = |probe: bool| self.terms.iter().filter(|t| t.probe == probe).map(|t| t.effect.states).sum();
         (of(false), of(true))
     }
 
     /// Time after which none of these states depends on where it began, s.
     pub fn memory_s(&self) -> f64 {
-        let with = self.terms.iter().filter(|t| t.effect.states() > 0);
+        let with = self.terms.iter().filter(|t| t.effect.states > 0);
         with.map(|t| t.effect.memory_s(&t.parameters)).fold(0.0, f64::max)
     }
 
@@ -156,6 +150,6 @@ impl Model {
 
     /// Terms that act on a part.
     pub fn acting(&self, part: Part) -> impl Iterator<Item = usize> + '_ {
-        (0..self.terms.len()).filter(move |k| self.terms[*k].effect.part() == part)
+        (0..self.terms.len()).filter(move |k| self.terms[*k].effect.part == part)
     }
 }

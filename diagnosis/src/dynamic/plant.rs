@@ -18,7 +18,7 @@ pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
     let one = |term: &Term| {
         let readings = term.effect.readings(&term.parameters);
         let values: Vec<(&str, f64)> = readings.iter().map(|r| (r.name, r.value)).collect();
-        PlantEffect::new(term.effect.id(), &values)
+        PlantEffect::new(term.effect.id, &values)
     };
     PlantFile { plant, state_space: None, effects: model.terms.iter().map(one).collect() }
 }
@@ -36,7 +36,7 @@ pub fn given(file: &str, plant: &PlantFile) -> Result<Vec<Term>, DynamicError> {
             let names = known.names();
             wrong(format!("expected the parameters {}, each a number; add what is missing", names.join(", ")))
         })?;
-        let shapes = known.parameters().iter().zip(&parameters).filter(|(p, _)| p.shape);
+        let shapes = known.parameters.iter().zip(&parameters).filter(|(p, _)| p.shape);
         if let Some((p, value)) = shapes.into_iter().find(|(_, value)| **value <= 0.0) {
             return Err(wrong(format!("`{}` is {value}, expected a number above zero; correct it", p.name)));
         }

@@ -27,7 +27,7 @@ pub fn above(found: &Fitted, floor: Option<f64>, noise: &Autoregression, known: 
 pub fn tone(residual: &[f64], data: &Data) -> Option<Structure> {
     let run = data.runs.iter().max_by_key(|run| run.len())?.clone();
     let power = |values: &[f64]| -> Vec<f64> {
-        let middle = crate::rows::mean(values);
+        let middle = crate::numerics::mean(values);
         let window = hann(values.len());
         let windowed: Vec<f64> = values.iter().zip(window).map(|(x, w)| (x - middle) * w).collect();
         coefficients(&windowed).iter().map(|c| c.norm_sqr()).collect()

@@ -6,7 +6,6 @@
 use rayon::prelude::*;
 
 use super::data::Data;
-use super::dense::Symmetric;
 use super::effects::{DynamicEffect, Part};
 use super::estimate::Fitted;
 use super::gram::{Grams, grams_through};
@@ -27,15 +26,15 @@ pub struct Candidate {
 impl Candidate {
     /// Whether it can be screened: its amounts are zero and its shapes given.
     pub fn linear(&self) -> bool {
-        let parameters = self.effect.parameters();
+        let parameters = self.effect.parameters;
         let amounts = || parameters.iter().zip(&self.start).filter(|(p, _)| !p.shape);
         amounts().count() > 0 && amounts().all(|(_, v)| *v == 0.0)
     }
 
     /// The term as it is screened: only its amounts are free.
     fn term(&self) -> Term {
-        let free = self.effect.parameters().iter().map(|p| !p.shape).collect();
-        let probe = self.effect.part() == Part::Force;
+        let free = self.effect.parameters.iter().map(|p| !p.shape).collect();
+        let probe = self.effect.part == Part::Force;
         Term { effect: self.effect, parameters: self.start.clone(), free, probe }
     }
 }
@@ -47,8 +46,6 @@ pub struct Screened {
     pub candidate: usize,
     /// −2 log likelihood gained on the rows that fit.
     pub gain: f64,
-    /// The same on the rows that choose, with the amounts of those that fit.
-    pub held_out: f64,
 }
 
 /// Screens candidates beside a model, residual and sensitivities passed through each of the filters; those that
@@ -64,8 +61,8 @@ pub fn screen<const F: usize>(
     let mut packs: Vec<Vec<usize>> = Vec::new();
     let (mut lanes, mut extra) = (usize::MAX, 0);
     for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| c.linear()) {
-        let own = candidate.effect.parameters().iter().filter(|p| !p.shape).count();
-        let needs = candidate.effect.states();
+        let own = candidate.effect.parameters.iter().filter(|p| !p.shape).count();
+        let needs = candidate.effect.states;
         if base + own > MOST_FREE {
             continue;
         }
@@ -105,11 +102,10 @@ fn screen_pack<const F: usize>(
         let mut first = base;
         pack.iter()
             .map(|k| {
-                let own = candidates[*k].effect.parameters().iter().filter(|p| !p.shape).count();
+                let own = candidates[*k].effect.parameters.iter().filter(|p| !p.shape).count();
                 let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
                 first += own;
-                let (gain, held_out) = gained(&whole, base, &lanes);
-                Screened { candidate: *k, gain, held_out }
+                Screened { candidate: *k, gain: gained(&whole, base, &lanes).0 }
             })
             .collect()
     }))
@@ -136,14 +132,8 @@ pub fn gained(whole: &Grams, base: usize, lanes: &[usize]) -> (f64, f64) {
 fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS]) -> (f64, f64) {
     let reduced = whole.reduced(on, 0.0);
     let last = reduced.size - 1;
-    let mut matrix = Symmetric::zero(lanes.len());
-    for (i, a) in lanes.iter().enumerate() {
-        for (j, b) in lanes.iter().enumerate() {
-            *matrix.at_mut(i, j) = reduced.at(*a, *b);
-        }
-    }
     let right: Vec<f64> = lanes.iter().map(|a| reduced.at(*a, last)).collect();
-    let step = matrix.factor().solve(&right);
+    let step = reduced.part(lanes.iter().copied()).factor().solve(&right);
     let explained: f64 = step.iter().zip(&right).map(|(x, r)| x * r).sum();
     // On the other rows with the same step, the initial states as fitted.
     let mut left = 0.0;
@@ -155,15 +145,9 @@ fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS
         for (i, a) in lanes.iter().enumerate() {
             full[STATE + a] = step[i];
         }
-        let mut block = Symmetric::zero(STATE);
-        for i in 0..STATE {
-            for j in 0..STATE {
-                *block.at_mut(i, j) = here.at(i, j);
-            }
-        }
         let right =
             [0, 1].map(|i| here.at(i, end) - (STATE..end).map(|j| here.at(i, j) * full[j]).sum::<f64>());
-        let state = block.factor().solve(&right);
+        let state = here.part(0..STATE).factor().solve(&right);
         full[0] = state[0];
         full[1] = state[1];
         left += there.at(end, end);

@@ -7,7 +7,7 @@ mod grow;
 mod rare_saturation;
 
 use super::data::{ALL, Data};
-use super::effects::{CATALOGUE, DynamicEffect, Part};
+use super::effects::{CATALOGUE, DynamicEffect};
 use super::estimate::{Fitted, fit};
 use super::model::Term;
 use super::noise::autoregression;
@@ -82,7 +82,7 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// A search in the catalogue without the effects `skip`, beside a nominal plant of `given` terms.
     pub fn new(data: &'a Data<'a>, skip: &[String], given: usize) -> Search<'a> {
-        let catalogue = CATALOGUE.iter().copied().filter(|e| skip.iter().all(|id| id != e.id())).collect();
+        let catalogue = CATALOGUE.iter().copied().filter(|e| skip.iter().all(|id| id != e.id)).collect();
         Search { data, catalogue, given }
     }
 
@@ -172,12 +172,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Whether the effect makes the recording late.
-fn is_late(effect: &dyn DynamicEffect) -> bool {
-    matches!(effect.part(), Part::Delay | Part::DriveLag | Part::SensorLag)
-}
-
 /// Id of the last term.
 pub fn last_id(fitted: &Fitted) -> &'static str {
-    fitted.model.terms.last().map_or("", |t| t.effect.id())
+    fitted.model.terms.last().map_or("", |t| t.effect.id)
 }

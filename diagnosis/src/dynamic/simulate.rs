@@ -7,9 +7,9 @@ use super::effects::{DynamicEffect, Part, Physics};
 use super::lag::Lag;
 use super::machine::{Machine, State};
 use super::model::Model;
-use super::number::Number;
 use super::signal::Signal;
 use super::step::Room;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::model::{MOST_EXTRA, MOST_PROBED};
 use crate::thresholds::dynamic::simulate::SLOPE_ROWS;
 

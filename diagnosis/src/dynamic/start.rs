@@ -6,9 +6,9 @@ use fitter::plant::Hold;
 use rayon::prelude::*;
 
 use super::data::{ALL, Data, HOLDS};
-use super::dense::Symmetric;
 use super::estimate::{Fitted, fit, positions};
 use super::model::Model;
+use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
 

@@ -7,8 +7,8 @@ use pulp::{Simd, WithSimd};
 
 use super::effects::{DynamicEffect, Physics};
 use super::machine::{Machine, State};
-use super::number::Number;
 use super::span::Span;
+use crate::numerics::Number;
 
 /// Room for a step.
 pub struct Room<T, const Z: usize, const Q: usize> {

@@ -5,16 +5,18 @@
 use rayon::prelude::*;
 
 use super::data::Data;
-use super::effects::{DynamicEffect, Flow, Parameter, Part, Physics, Scale};
+use super::effects::{DynamicEffect, Facts, Flow, Parameter, Physics};
 use super::estimate::Fitted;
 use super::gram::grams;
 use super::model::Term;
-use super::number::Number;
 use super::screen::gained;
 use crate::dynamic::data::CHOOSE;
+use crate::numerics::Number;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// A force of one shape of one observable.
+///
+/// Source: Masri & Caughey, A nonparametric identification technique, J. Appl. Mech. 46 (1979).
 struct Shape {
     family: usize,
     index: usize,
@@ -114,36 +116,20 @@ impl<T: Number> Physics<T> for Shape {
     }
 }
 
+const fn facts(states: usize) -> Facts {
+    Facts {
+        id: "a force without a name",
+        title: "Structure",
+        parameters: &PARAMETERS,
+        states,
+        ..Facts::USUAL
+    }
+}
+
 impl DynamicEffect for Shape {
-    fn id(&self) -> &'static str {
-        "a force without a name"
-    }
-    fn title(&self) -> &'static str {
-        "Structure"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= a f(observable)"
-    }
-    fn source(&self) -> &'static str {
-        "Masri & Caughey, A nonparametric identification technique, J. Appl. Mech. 46 (1979)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &[]
-    }
-    fn variable(&self) -> &'static str {
-        FAMILIES[self.family].0
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        &PARAMETERS
-    }
-    fn states(&self) -> usize {
-        usize::from(self.family >= 6)
-    }
-    fn starts(&self, _: &Scale) -> Vec<Vec<f64>> {
-        Vec::new()
+    fn facts(&self) -> &Facts {
+        const FACTS: [Facts; 2] = [facts(0), facts(1)];
+        &FACTS[usize::from(self.family >= 6)]
     }
 }
 

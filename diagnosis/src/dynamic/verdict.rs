@@ -5,16 +5,16 @@ use fitter::figures::with_interval;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::{ALL, Data};
-use super::dense::Symmetric;
-use super::effects::{DynamicEffect, Reading, unit_of};
+use super::effects::{DynamicEffect, Reading, effect, unit_of};
 use super::estimate::{Fitted, fit};
 use super::gram::grams;
 use super::interval::{Sort, around};
-use super::model::Model;
+use super::model::{Model, Term};
 use super::noise::Autoregression;
 use super::search::{FIT_ROWS, Search, gain, last_id};
 use super::structure::Structure;
-use crate::rows::range;
+use crate::numerics::Symmetric;
+use crate::numerics::range;
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::verdict::{
     ALTERNATIVE_MARGIN, IMPERFECT_MARGIN, LEFT_GAIN, LEFT_GAIN_PER_SHAPE, LEFT_PART, MIMICRY, WITHOUT_END,
@@ -32,14 +32,12 @@ pub struct Units {
 }
 
 /// The families that are significant.
-pub fn significant(found: &[Structure]) -> Vec<&Structure> {
+pub fn significant(mut found: Vec<Structure>) -> Vec<Structure> {
+    found.retain(|s| {
+        let least = LEFT_GAIN + LEFT_GAIN_PER_SHAPE * (s.shapes - 1) as f64;
+        s.fitted_gain > least && s.gain > 0.5 * least && s.part > LEFT_PART
+    });
     found
-        .iter()
-        .filter(|s| {
-            let least = LEFT_GAIN + LEFT_GAIN_PER_SHAPE * (s.shapes - 1) as f64;
-            s.fitted_gain > least && s.gain > 0.5 * least && s.part > LEFT_PART
-        })
-        .collect()
 }
 
 /// What a model leaves, as squared residuals.
@@ -66,7 +64,7 @@ pub fn verdict(nominal: &Fitted, found: &Fitted, left: &Left) -> Verdict {
 }
 
 /// p-value of a gain in −2 log likelihood for so many parameters.
-pub fn p_value(gain: f64, parameters: usize) -> f64 {
+fn p_value(gain: f64, parameters: usize) -> f64 {
     match ChiSquared::new(parameters.max(1) as f64) {
         Ok(distribution) => distribution.sf(gain.max(0.0)).max(1e-300),
         Err(_) => 1.0,
@@ -99,39 +97,41 @@ pub fn effects(
         let Some(without) = fit(&found.model.without(k), &found.states, data, ALL, PATIENCE) else {
             continue;
         };
-        let readings = term.effect.readings(&term.parameters);
-        let parameters = readings
-            .iter()
-            .map(|r| {
-                let deviation = variance(r, term, &own, covariance).sqrt();
-                let unit = unit_of(r.unit, &units.position, &units.drive);
-                Parameter {
-                    name: r.name.into(),
-                    value: r.value,
-                    unit,
-                    ci95: around(r.value, deviation, sort(term, r)),
-                }
-            })
-            .collect();
-        let lost = without.cost(ALL) - found.cost(ALL);
-        said.push((
-            lost,
-            NamedEffect {
-                id: term.effect.id().into(),
-                title: term.effect.title().into(),
-                p_value: p_value(gain(&without, found, ALL), term.free.iter().filter(|f| **f).count()),
-                share: lost,
-                parameters,
-                alternatives: alternatives(search, small, k, imperfect),
-                runtime_correctable: term.effect.runtime_correctable(),
-            },
-        ));
+        let deviation = |r: &Reading| variance(r, term, &own, covariance).sqrt();
+        let gain = gain(&without, found, ALL);
+        let effect = named(term, deviation, gain, alternatives(search, small, k, imperfect), units);
+        said.push((without.cost(ALL) - found.cost(ALL), effect));
     }
     said.sort_by(|a, b| b.0.total_cmp(&a.0));
     let total: f64 = said.iter().map(|(lost, _)| lost).sum::<f64>().max(f64::MIN_POSITIVE);
     said.into_iter()
         .map(|(lost, effect)| NamedEffect { share: (lost / total).clamp(0.0, 1.0), ..effect })
         .collect()
+}
+
+/// An effect as it is named, but for its share; `gain` is what it gains in −2 log likelihood.
+pub fn named(
+    term: &Term,
+    deviation: impl Fn(&Reading) -> f64,
+    gain: f64,
+    alternatives: Vec<String>,
+    units: &Units,
+) -> NamedEffect {
+    let parameter = |r: &Reading| Parameter {
+        name: r.name.into(),
+        value: r.value,
+        unit: unit_of(r.unit, &units.position, &units.drive),
+        ci95: around(r.value, deviation(r), sort(term, r)),
+    };
+    NamedEffect {
+        id: term.effect.id.into(),
+        title: term.effect.title.into(),
+        p_value: p_value(gain, term.free.iter().filter(|f| **f).count()),
+        share: 0.0,
+        parameters: term.effect.readings(&term.parameters).iter().map(parameter).collect(),
+        alternatives,
+        runtime_correctable: true,
+    }
 }
 
 /// Effects that do as well in a term's place.
@@ -142,7 +142,7 @@ fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> V
         .catalogue
         .iter()
         .copied()
-        .filter(|e| effect.confused_with().contains(&e.id()) && !found.model.has(e.id()))
+        .filter(|e| effect.confused_with.contains(&e.id) && !found.model.has(e.id))
         .collect();
     let refit = |model: &Model| fit(model, &found.states, data, FIT_ROWS, PATIENCE);
     let (Some(with), Some(without)) = (refit(&found.model), refit(&found.model.without(k))) else {
@@ -171,13 +171,7 @@ pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmet
         return Symmetric::zero(free);
     };
     let reduced = whole.reduced(ALL, 0.0);
-    let mut matrix = Symmetric::zero(free);
-    for i in 0..free {
-        for j in 0..free {
-            *matrix.at_mut(i, j) = reduced.at(i, j);
-        }
-    }
-    let mut inverse = matrix.factor().inverse();
+    let mut inverse = reduced.part(0..free).factor().inverse();
     let square = whole.cost(ALL) / whole.rows(ALL).max(1) as f64;
     inverse.entries.iter_mut().for_each(|e| *e *= square);
     // What the rows do not determine has a variance without end, not none.
@@ -192,8 +186,8 @@ pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmet
 }
 
 /// What a reading is to its effect.
-pub fn sort(term: &super::model::Term, reading: &Reading) -> Sort {
-    let shape = term.effect.parameters().iter().any(|p| p.shape && p.name == reading.name);
+fn sort(term: &Term, reading: &Reading) -> Sort {
+    let shape = term.effect.parameters.iter().any(|p| p.shape && p.name == reading.name);
     match reading.unit {
         "rad" => Sort::Phase,
         _ if shape => Sort::Shape,
@@ -214,14 +208,9 @@ pub fn nominal(values: [f64; 3], deviations: [f64; 3], units: &Units) -> Vec<Par
     (0..3).map(one).collect()
 }
 
-fn variance(
-    reading: &Reading,
-    term: &super::model::Term,
-    own: &[Option<usize>],
-    covariance: &Symmetric,
-) -> f64 {
+fn variance(reading: &Reading, term: &Term, own: &[Option<usize>], covariance: &Symmetric) -> f64 {
     // A shape is estimated by its logarithm.
-    let slope: Vec<f64> = (term.effect.parameters().iter().zip(&term.parameters))
+    let slope: Vec<f64> = (term.effect.parameters.iter().zip(&term.parameters))
         .zip(&reading.gradient)
         .map(|((p, value), g)| if p.shape { g * value } else { *g })
         .collect();
@@ -239,18 +228,17 @@ fn variance(
 /// Where the mismatch lives: on the observables of the named effects, by what they explain, then on those
 /// of the structure that is left (or, with nothing named, of the strongest families beside the nominal).
 pub fn locations(
-    data: &Data,
-    t_s: &[f64],
+    reach: impl Fn(&str) -> (f64, f64),
     named: &[NamedEffect],
     explained_part: f64,
-    families: &[&Structure],
+    families: &[Structure],
 ) -> Vec<Location> {
     let mut out: Vec<Location> = Vec::new();
     let mut add = |variable: &str, times: Option<&str>, at: Option<(f64, f64)>, share: f64, p_value: f64| {
         if out.iter().any(|l| l.variable == variable && l.times.as_deref() == times) {
             return;
         }
-        let (from, to) = at.unwrap_or_else(|| reach(data, t_s, variable));
+        let (from, to) = at.unwrap_or_else(|| reach(variable));
         out.push(Location {
             variable: variable.into(),
             times: times.map(Into::into),
@@ -261,8 +249,8 @@ pub fn locations(
         });
     };
     for e in named {
-        if let Some(effect) = super::effects::effect(&e.id) {
-            add(effect.variable(), None, None, e.share * explained_part, e.p_value);
+        if let Some(effect) = effect(&e.id) {
+            add(effect.variable, None, None, e.share * explained_part, e.p_value);
         }
     }
     let rest = if named.is_empty() { 1.0 } else { 1.0 - explained_part };
@@ -274,7 +262,7 @@ pub fn locations(
 }
 
 /// The range of an observable in the recording.
-fn reach(data: &Data, t_s: &[f64], variable: &str) -> (f64, f64) {
+pub fn reach(data: &Data, t_s: &[f64], variable: &str) -> (f64, f64) {
     match variable {
         "position" | "history" => range(data.position),
         "drive" => range(data.drive),
@@ -313,18 +301,7 @@ pub fn next_experiment(verdict: Verdict, named: &[NamedEffect], locations: &[Loc
     let open: Vec<&NamedEffect> = named.iter().filter(|e| !e.alternatives.is_empty()).collect();
     if let Some(e) = open.first() {
         let pair = format!("{} from {}", e.id, e.alternatives.join(", "));
-        let how = match e.id.as_str() {
-            "drive_offset" | "sensor_offset" | "quadratic_stiffness" => {
-                "record the same excitation about two other mean positions, and the read-out with the drive off"
-            }
-            "transport_delay" | "drive_lag" | "sensor_lag" | "flexible_mode" => {
-                "excite up to the highest frequency that the drive reaches, sampled several times faster"
-            }
-            "coulomb_friction" | "stribeck_friction" | "bouc_wen_hysteresis" => {
-                "record slow triangles of several small amplitudes, with reversals at rest"
-            }
-            _ => "repeat the excitation at a third and at three times the amplitude",
-        };
+        let how = effect(&e.id).map_or("", |known| known.experiment);
         return Some(format!("to tell {pair}: {how}"));
     }
     let place = locations.first().map(|l| l.variable.as_str());

@@ -2,7 +2,7 @@
 
 use fitter::terms::{Operator, Play, Product};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, play_from, reading};
+use super::{Effect, Experiment, Facts, Handed, Range, Reading, angle_observable, play_from, reading};
 use crate::rows::Rows;
 use crate::thresholds::effects::backlash::{MOVED, RELUCTANCE};
 
@@ -17,32 +17,21 @@ const STATED: f64 = 2.0;
 pub struct Backlash;
 
 impl Effect for Backlash {
-    fn id(&self) -> &'static str {
-        "backlash"
-    }
-
-    fn title(&self) -> &'static str {
-        "backlash"
-    }
-
-    fn formula(&self) -> &'static str {
-        "±(θ − play_r(θ)), half width r small against a step; + on the driving side, − on the load"
-    }
-
-    fn source(&self) -> &'static str {
-        "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the play operator"
-    }
-
-    fn size(&self) -> &'static str {
-        "of either sense, as the sensor is on the driving side or on the load; up to a few arcsec, less than a step of the angle"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["hysteresis", "read_lag"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("direction")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "backlash",
+                title: "backlash",
+                formula: "±(θ − play_r(θ)), half width r small against a step; + on the driving side, − on the load",
+                source: "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the play operator",
+                size: "of either sense, as the sensor is on the driving side or on the load; up to a few arcsec, less than a step of the angle",
+                confused_with: &["hysteresis", "read_lag"],
+                variable: "direction",
+                shape_follows: true,
+                told_by: &[(Experiment::Loops, "keeps its width"), (Experiment::OneByOne, "direction")],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -70,10 +59,6 @@ impl Effect for Backlash {
         let first = rows.theta.first().copied().unwrap_or(0.0);
         let p = play_from(&rows.theta, r, first - shape[1] * r);
         vec![rows.theta.iter().zip(&p).map(|(theta, p)| (theta - p) / r).collect()]
-    }
-
-    fn shape_follows(&self) -> bool {
-        true
     }
 
     fn consistent_shape(&self, shape: &[f64], amplitudes: &[f64], rows: &Rows) -> Option<Vec<f64>> {

@@ -6,7 +6,7 @@
 
 use fitter::terms::{Operator, Play};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, plays_apart, reading};
+use super::{Effect, Experiment, Facts, Handed, Range, Reading, angle_observable, plays_apart, reading};
 use crate::rows::Rows;
 use crate::thresholds::effects::hysteresis::{AT_EASE, ELEMENTS, FROM_ZERO, LEAST_RADIUS, LOOP_STEPS};
 
@@ -14,32 +14,20 @@ use crate::thresholds::effects::hysteresis::{AT_EASE, ELEMENTS, FROM_ZERO, LEAST
 pub struct Hysteresis;
 
 impl Effect for Hysteresis {
-    fn id(&self) -> &'static str {
-        "hysteresis"
-    }
-
-    fn title(&self) -> &'static str {
-        "hysteresis"
-    }
-
-    fn formula(&self) -> &'static str {
-        "Σ w (θ − play_r(θ)) over radii r evenly up to R"
-    }
-
-    fn source(&self) -> &'static str {
-        "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the Prandtl–Ishlinskii operator"
-    }
-
-    fn size(&self) -> &'static str {
-        "positive (the reading runs ahead of the mirror); up to 1 % of the stroke"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["backlash", "read_lag"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("history")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "hysteresis",
+                title: "hysteresis",
+                formula: "Σ w (θ − play_r(θ)) over radii r evenly up to R",
+                source: "Brokate & Sprekels, Hysteresis and Phase Transitions, Springer (1996), chapter 2: the Prandtl–Ishlinskii operator",
+                size: "positive (the reading runs ahead of the mirror); up to 1 % of the stroke",
+                confused_with: &["backlash", "read_lag"],
+                variable: "history",
+                told_by: &[(Experiment::Loops, "shrinks"), (Experiment::OneByOne, "direction")],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -108,7 +96,7 @@ fn half_height(part: f64) -> f64 {
     let scale = 1.0 / (part * ELEMENTS as f64);
     let mut distance: Vec<f64> =
         plays_apart(&twice, &radii, -1.0).skip(cycle.len()).map(|sum| sum * scale).collect();
-    let mut polynomial = crate::linear::Basis::new(cycle.len());
+    let mut polynomial = crate::numerics::Basis::new(cycle.len());
     for column in crate::base::legendre(&cycle, 9) {
         polynomial.add(&column);
     }

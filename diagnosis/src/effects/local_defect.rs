@@ -2,7 +2,9 @@
 
 use fitter::terms::{Gaussian, Operator};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, logarithmic, reading};
+use super::{
+    Effect, Experiment, Facts, Handed, Range, Reading, angle_observable, edge_unit, logarithmic, reading,
+};
 use crate::rows::Rows;
 use crate::thresholds::effects::local_defect::{ALIKE, FEWEST_SEEN, NARROWEST, NARROWEST_START};
 
@@ -26,36 +28,22 @@ const OF_OWN_HEIGHT: f64 = 0.544_331_053_951_817_4;
 pub struct LocalDefect;
 
 impl Effect for LocalDefect {
-    fn id(&self) -> &'static str {
-        "local_defect"
-    }
-
-    fn title(&self) -> &'static str {
-        "a local defect at one angle"
-    }
-
-    fn formula(&self) -> &'static str {
-        "H exp(−(θ − c)²/(2 w²))"
-    }
-
-    fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2: errors of the induction pads"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; up to some ten arcsec, a half to a few steps of the angle wide"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["periodic_error", "sensor_clipping"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("angle_deg")
-    }
-
-    fn repeatable(&self) -> bool {
-        true
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "local_defect",
+                title: "a local defect at one angle",
+                formula: "H exp(−(θ − c)²/(2 w²))",
+                source: "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2: errors of the induction pads",
+                size: "either sign; up to some ten arcsec, a half to a few steps of the angle wide",
+                confused_with: &["periodic_error", "sensor_clipping"],
+                variable: "angle_deg",
+                repeatable: true,
+                told_by: &[(Experiment::FinerSteps, "bump")],
+                place_of_a_probe: Some(1),
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -101,10 +89,6 @@ impl Effect for LocalDefect {
 
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
         Handed::plain(Operator::Gaussian(Gaussian::of(angle_observable(rows), shape[0], shape[1])))
-    }
-
-    fn place_of_a_probe(&self) -> Option<usize> {
-        Some(1)
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {

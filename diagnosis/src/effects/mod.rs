@@ -1,11 +1,9 @@
-//! The catalogue of physical effects that can stand between a recording and its simulation: one file
-//! each, one line in [`catalogue`]. An effect's contribution is linear in its amplitudes and may depend on
+//! The catalogue of physical effects that can stand between a recording and its simulation: a file
+//! each or one of a kind, one line in [`catalogue`]. An effect's contribution is linear in its amplitudes and may depend on
 //! a few shape parameters (time constants, periods, thresholds, …) that the search finds.
 
 mod backlash;
-mod coil_crosstalk;
-mod common_mode_leakage;
-mod cross_axis_coupling;
+mod dependence;
 mod hysteresis;
 mod local_defect;
 mod mount_step;
@@ -16,7 +14,6 @@ mod read_lag;
 mod sensor_clipping;
 mod thermal_gain_drift;
 mod thermal_lag;
-mod thermal_zero_drift;
 mod time_drift;
 mod turn_slope;
 mod warmup_drift;
@@ -24,7 +21,9 @@ mod warmup_drift;
 pub use operators::{low_pass, play_from, plays_apart};
 
 use fitter::terms::Operator;
+use fitter::turn::Turn;
 
+pub use crate::experiment::Experiment;
 use crate::rows::Rows;
 
 /// Where a mismatch lives: an observable, or an observable times another.
@@ -74,24 +73,8 @@ pub struct Reading {
 
 /// A physical effect.
 pub trait Effect: Sync + Send {
-    /// Identifier in the diagnosis and the coefficients file.
-    fn id(&self) -> &'static str;
-    /// Name for a reader.
-    fn title(&self) -> &'static str;
-    /// What it adds to the angular error, with units.
-    fn formula(&self) -> &'static str;
-    /// Where the physics is described.
-    fn source(&self) -> &'static str;
-    /// Sign and magnitude that are plausible.
-    fn size(&self) -> &'static str;
-    /// Ids of the effects that it is most easily taken for.
-    fn confused_with(&self) -> &'static [&'static str];
-    /// The observable that it depends on.
-    fn place(&self, rows: &Rows) -> Place;
-    /// Whether a correction can undo it at run time from what the mirror measures then.
-    fn runtime_correctable(&self) -> bool {
-        true
-    }
+    /// What is known of it beside its formula.
+    fn facts(&self) -> &Facts;
     /// Whether a shape says how things stood before the first row, which the first rows alone can tell.
     fn begins_before(&self, _shape: &[f64]) -> bool {
         false
@@ -125,11 +108,6 @@ pub trait Effect: Sync + Send {
     fn spacing(&self, _k: usize, _shape: &[f64]) -> Option<f64> {
         None
     }
-    /// Whether the column is a measurement of its own: whatever is left of it beside a model is then real, and
-    /// not the rounding or the noise of another column that it was computed from.
-    fn measured(&self) -> bool {
-        false
-    }
     /// Whether these amplitudes can be this effect.
     fn plausible(&self, _amplitudes: &[f64]) -> bool {
         true
@@ -138,21 +116,9 @@ pub trait Effect: Sync + Send {
     fn plausible_at(&self, _shape: &[f64], amplitudes: &[f64]) -> bool {
         self.plausible(amplitudes)
     }
-    /// Whether it is a step, its one shape parameter the row from which on it is there: every row is then tried.
-    fn begins_at_a_row(&self) -> bool {
-        false
-    }
-    /// Whether it can occur more than once in a recording (a second step, a second defect).
-    fn repeatable(&self) -> bool {
-        false
-    }
     /// A shape that follows from the amplitudes found (play whose width is its own amplitude).
     fn consistent_shape(&self, _shape: &[f64], _amplitudes: &[f64], _rows: &Rows) -> Option<Vec<f64>> {
         None
-    }
-    /// Whether the shape follows from the amplitudes, so that it is not searched.
-    fn shape_follows(&self) -> bool {
-        false
     }
     /// What a shape must explain beyond others of the effect to be preferred.
     fn reluctance(&self, _shape: &[f64]) -> f64 {
@@ -160,7 +126,7 @@ pub trait Effect: Sync + Send {
     }
     /// The title, with what the sign of the amplitudes says.
     fn found_as(&self, _amplitudes: &[f64]) -> &'static str {
-        self.title()
+        self.facts().title
     }
     /// A richer form of the same effect to be tried once this one is found (a further harmonic).
     fn richer(&self, _rows: &Rows, _shape: &[f64]) -> Option<Vec<f64>> {
@@ -169,13 +135,87 @@ pub trait Effect: Sync + Send {
     /// The effect as a term of the coefficients file, with the factor by which the operator's coefficients
     /// differ from the amplitudes here, one per column.
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed;
-    /// Which of its readings is a place on the angle at which something of one probe stands. It moves along the angle with
-    /// the common mode.
-    fn place_of_a_probe(&self) -> Option<usize> {
-        None
-    }
     /// The parameters as they are reported.
     fn readings(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading>;
+}
+
+/// What is known of an effect beside its formula in code.
+pub struct Facts {
+    /// Identifier in the diagnosis and the coefficients file.
+    pub id: &'static str,
+    /// Name for a reader.
+    pub title: &'static str,
+    /// What it adds to the angular error, with units.
+    pub formula: &'static str,
+    /// Where the physics is described.
+    pub source: &'static str,
+    /// Sign and magnitude that are plausible.
+    pub size: &'static str,
+    /// Ids of the effects that it is most easily taken for.
+    pub confused_with: &'static [&'static str],
+    /// The observable that it depends on.
+    pub variable: &'static str,
+    /// The observable that multiplies it, where it is a product.
+    pub times: Option<&'static str>,
+    /// Whether it belongs to the recording in which it happened: no correction can undo it at run time.
+    pub of_one_time: bool,
+    /// Whether the column is a measurement of its own: whatever is left of it beside a model is then real, and
+    /// not the rounding or the noise of another column that it was computed from.
+    pub measured: bool,
+    /// Whether it is a step, its one shape parameter the row from which on it is there: every row is then tried.
+    pub begins_at_a_row: bool,
+    /// Whether it can occur more than once in a recording (a second step, a second defect).
+    pub repeatable: bool,
+    /// Whether the shape follows from the amplitudes, so that it is not searched.
+    pub shape_follows: bool,
+    /// Which of its readings is a place on the angle at which something of one probe stands. It moves along the angle with
+    /// the common mode.
+    pub place_of_a_probe: Option<usize>,
+    /// Whether `fit` found it already in a sensor that turns.
+    pub found_by_fit: fn(&Turn) -> bool,
+    /// The experiments that tell it from others, each with what it does there.
+    pub told_by: &'static [(Experiment, &'static str)],
+}
+
+impl Facts {
+    /// What holds of an effect unless it says otherwise.
+    const USUAL: Facts = Facts {
+        id: "",
+        title: "",
+        formula: "",
+        source: "",
+        size: "",
+        confused_with: &[],
+        variable: "",
+        times: None,
+        of_one_time: false,
+        measured: false,
+        begins_at_a_row: false,
+        repeatable: false,
+        shape_follows: false,
+        place_of_a_probe: None,
+        found_by_fit: |_| false,
+        told_by: &[],
+    };
+
+    /// Identifier in the diagnosis and in files.
+    pub fn id(&self) -> &'static str {
+        self.id
+    }
+
+    /// Where the mismatch that it makes lives.
+    pub fn place(&self) -> Place {
+        Place { variable: self.variable.into(), times: self.times.map(Into::into) }
+    }
+}
+
+/// An effect is known by its facts.
+impl std::ops::Deref for dyn Effect + '_ {
+    type Target = Facts;
+
+    fn deref(&self) -> &Facts {
+        self.facts()
+    }
 }
 
 /// An effect as the coefficients file knows it.
@@ -206,13 +246,16 @@ fn angle_observable(rows: &Rows) -> &'static str {
 
 /// Mean of an optional column.
 fn mean_of(column: &Option<Vec<f64>>) -> f64 {
-    column.as_ref().map_or(0.0, |c| crate::rows::mean(c))
+    column.as_ref().map_or(0.0, |c| crate::numerics::mean(c))
 }
+
+/// Id of the error that repeats with the angle: what `fit` calls the harmonics of a turn.
+pub const PERIODIC_ERROR: &str = "periodic_error";
 
 /// All effects, in the order in which ties are broken: the simpler explanation first.
 pub fn catalogue() -> Vec<Box<dyn Effect>> {
     vec![
-        Box::new(thermal_zero_drift::ThermalZeroDrift),
+        Box::new(&dependence::THERMAL_ZERO_DRIFT),
         Box::new(thermal_gain_drift::ThermalGainDrift),
         Box::new(time_drift::TimeDrift),
         Box::new(warmup_drift::WarmupDrift),
@@ -221,9 +264,9 @@ pub fn catalogue() -> Vec<Box<dyn Effect>> {
         Box::new(backlash::Backlash),
         Box::new(hysteresis::Hysteresis),
         Box::new(periodic_error::PeriodicError),
-        Box::new(common_mode_leakage::CommonModeLeakage),
-        Box::new(cross_axis_coupling::CrossAxisCoupling),
-        Box::new(coil_crosstalk::CoilCrosstalk),
+        Box::new(&dependence::COMMON_MODE_LEAKAGE),
+        Box::new(&dependence::CROSS_AXIS_COUPLING),
+        Box::new(&dependence::COIL_CROSSTALK),
         Box::new(sensor_clipping::SensorClipping),
         Box::new(local_defect::LocalDefect),
         Box::new(read_lag::ReadLag),
@@ -234,7 +277,7 @@ pub fn catalogue() -> Vec<Box<dyn Effect>> {
 /// `needed` or a sentence that says which column is missing.
 fn present<'a>(column: &'a Option<Vec<f64>>, name: &str) -> Result<&'a Vec<f64>, String> {
     let values = column.as_ref().ok_or_else(|| format!("the recording has no usable column {name}"))?;
-    let (low, high) = crate::rows::range(values);
+    let (low, high) = crate::numerics::range(values);
     if high > low { Ok(values) } else { Err(format!("the column {name} is constant")) }
 }
 
@@ -312,9 +355,9 @@ mod tests {
     fn every_confusion_names_an_effect_of_the_catalogue() {
         let effects = catalogue();
         for effect in &effects {
-            for other in effect.confused_with() {
-                assert!(effects.iter().any(|e| e.id() == *other), "{}: {other}", effect.id());
-                assert_ne!(*other, effect.id());
+            for other in effect.confused_with {
+                assert!(effects.iter().any(|e| e.id == *other), "{}: {other}", effect.id);
+                assert_ne!(*other, effect.id);
             }
         }
     }

@@ -2,51 +2,34 @@
 
 use fitter::terms::{Operator, Step};
 
-use super::{Effect, Handed, Place, Range, Reading, reading};
+use super::{Effect, Experiment, Facts, Handed, Range, Reading, reading};
 use crate::rows::Rows;
 
 /// See the module's description.
 pub struct MountStep;
 
 impl Effect for MountStep {
-    fn id(&self) -> &'static str {
-        "mount_step"
-    }
-
-    fn title(&self) -> &'static str {
-        "a step at one time (something slipped)"
-    }
-
-    fn formula(&self) -> &'static str {
-        "h for t ≥ t₀"
-    }
-
-    fn source(&self) -> &'static str {
-        "Page, Continuous inspection schemes, Biometrika 41 (1954) 100–115: the change point"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; 0.1 to some ten arcsec"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["warmup_drift", "time_drift"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("t_s")
-    }
-
-    fn runtime_correctable(&self) -> bool {
-        false
-    }
-
-    fn repeatable(&self) -> bool {
-        true
-    }
-
-    fn begins_at_a_row(&self) -> bool {
-        true
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "mount_step",
+                title: "a step at one time (something slipped)",
+                formula: "h for t ≥ t₀",
+                source: "Page, Continuous inspection schemes, Biometrika 41 (1954) 100–115: the change point",
+                size: "either sign; 0.1 to some ten arcsec",
+                confused_with: &["warmup_drift", "time_drift"],
+                variable: "t_s",
+                of_one_time: true,
+                begins_at_a_row: true,
+                repeatable: true,
+                told_by: &[
+                    (Experiment::Levels, "time"),
+                    (Experiment::Longer, "stays"),
+                    (Experiment::OneByOne, "time"),
+                ],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

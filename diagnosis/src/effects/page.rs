@@ -8,21 +8,17 @@ pub fn markdown() -> String {
 }
 
 fn one(effect: &dyn Effect) -> String {
-    let confused: Vec<String> = effect.confused_with().iter().map(|id| format!("`{id}`")).collect();
+    let confused: Vec<String> = effect.confused_with.iter().map(|id| format!("`{id}`")).collect();
     let confused = if confused.is_empty() { "nothing of the catalogue".into() } else { confused.join(", ") };
-    let firmware = if effect.runtime_correctable() {
-        "yes, from what the mirror measures at run time"
-    } else {
+    let firmware = if effect.of_one_time {
         "no: it belongs to the recording in which it happened"
+    } else {
+        "yes, from what the mirror measures at run time"
     };
     format!(
         "### `{}`: {}\n\n- adds to the angular error: {}\n- size: {}\n- taken for: {confused}\n- correctable in \
          firmware: {firmware}\n- source: {}\n",
-        effect.id(),
-        effect.title(),
-        effect.formula(),
-        effect.size(),
-        effect.source()
+        effect.id, effect.title, effect.formula, effect.size, effect.source
     )
 }
 

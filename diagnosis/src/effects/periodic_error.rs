@@ -5,7 +5,7 @@
 
 use fitter::terms::{Operator, Periodic};
 
-use super::{Effect, Handed, Place, Range, Reading, reading};
+use super::{Effect, Experiment, Facts, Handed, PERIODIC_ERROR, Range, Reading, reading};
 use crate::rows::Rows;
 use crate::thresholds::effects::periodic_error::{FEW_PLACES, MOST_CYCLES, MOST_HARMONICS, STEEPEST};
 
@@ -13,32 +13,20 @@ use crate::thresholds::effects::periodic_error::{FEW_PLACES, MOST_CYCLES, MOST_H
 pub struct PeriodicError;
 
 impl Effect for PeriodicError {
-    fn id(&self) -> &'static str {
-        "periodic_error"
-    }
-
-    fn title(&self) -> &'static str {
-        "an error that repeats with the angle"
-    }
-
-    fn formula(&self) -> &'static str {
-        "A sin(2πΘ/p + φ) and further harmonics, Θ the true angle"
-    }
-
-    fn source(&self) -> &'static str {
-        "Heydemann, Determination and correction of quadrature fringe measurement errors in interferometers, Appl. Opt. 20 (1981) 3382–3384"
-    }
-
-    fn size(&self) -> &'static str {
-        "A positive, φ free; the strongest harmonic is up to some thousandths of the period"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["local_defect", "sensor_clipping"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("angle_deg")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: PERIODIC_ERROR,
+                title: "an error that repeats with the angle",
+                formula: "A sin(2πΘ/p + φ) and further harmonics, Θ the true angle",
+                source: "Heydemann, Determination and correction of quadrature fringe measurement errors in interferometers, Appl. Opt. 20 (1981) 3382–3384",
+                size: "A positive, φ free; the strongest harmonic is up to some thousandths of the period",
+                confused_with: &["local_defect", "sensor_clipping"],
+                variable: "angle_deg",
+                told_by: &[(Experiment::FinerSteps, "wave")],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -77,7 +65,7 @@ impl Effect for PeriodicError {
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let turn = std::f64::consts::TAU / shape[0];
-        let origin = crate::rows::mean(&rows.truth);
+        let origin = crate::numerics::mean(&rows.truth);
         let first: (Vec<f64>, Vec<f64>) = rows.truth.iter().map(|t| (turn * (t - origin)).sin_cos()).unzip();
         let mut columns = vec![first.0, first.1];
         // sin and cos of (h+1) x from those of h x and x: one call per row whatever the number of harmonics.
@@ -111,7 +99,7 @@ impl Effect for PeriodicError {
         // The phase is counted here from the mean of the reference; a coefficients file counts it from α₀, which
         // is taken into account when the file is made.
         let count = shape[1] as usize;
-        let origin = crate::rows::mean(&rows.truth);
+        let origin = crate::numerics::mean(&rows.truth);
         let mut map = vec![vec![0.0; 2 * count]; 2 * count];
         for h in 0..count {
             let phase = std::f64::consts::TAU * (h + 1) as f64 * origin / shape[0];

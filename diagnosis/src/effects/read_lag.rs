@@ -2,39 +2,28 @@
 
 use fitter::terms::{Operator, Rate};
 
-use super::{Effect, Handed, Place, Reading, angle_observable, reading, velocity};
+use super::{Effect, Experiment, Facts, Handed, Reading, angle_observable, reading, velocity};
 use crate::rows::Rows;
 
 /// See the module's description.
 pub struct ReadLag;
 
 impl Effect for ReadLag {
-    fn id(&self) -> &'static str {
-        "read_lag"
-    }
-
-    fn title(&self) -> &'static str {
-        "readings taken at different times"
-    }
-
-    fn formula(&self) -> &'static str {
-        "τ dθ/dt, τ in s"
-    }
-
-    fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 3: the probes are read in step through a cable of their own"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign (whichever is read later); microseconds to some ten milliseconds"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["backlash", "hysteresis"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("velocity")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "read_lag",
+                title: "readings taken at different times",
+                formula: "τ dθ/dt, τ in s",
+                source: "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 3: the probes are read in step through a cable of their own",
+                size: "either sign (whichever is read later); microseconds to some ten milliseconds",
+                confused_with: &["backlash", "hysteresis"],
+                variable: "velocity",
+                found_by_fit: |turn| turn.directions.lag_corrected,
+                told_by: &[(Experiment::Loops, "grows with speed")],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -44,8 +33,8 @@ impl Effect for ReadLag {
         if rows.command_deg.is_some() && !several_speeds(rows, &velocity) {
             return Err("the readings are settled ones at commanded angles: nothing moves".into());
         }
-        let (low, high) = crate::rows::range(&velocity);
-        let middle = crate::rows::mean(&velocity).abs().max(1e-12);
+        let (low, high) = crate::numerics::range(&velocity);
+        let middle = crate::numerics::mean(&velocity).abs().max(1e-12);
         if high - low > 0.2 * middle {
             Ok(())
         } else {
@@ -71,7 +60,7 @@ fn several_speeds(rows: &Rows, velocity: &[f64]) -> bool {
     let typical = rows.passes().into_iter().map(|pass| {
         let mut speeds: Vec<f64> =
             velocity.iter().zip(&rows.pass).filter(|(_, p)| **p == pass).map(|(v, _)| v.abs()).collect();
-        crate::rows::median(&mut speeds)
+        crate::numerics::median(&mut speeds)
     });
     let (slowest, fastest) = typical.fold((f64::INFINITY, 0.0), |(s, f), v: f64| (v.min(s), v.max(f)));
     fastest > 1.5 * slowest

@@ -2,7 +2,7 @@
 
 use fitter::terms::{Hinge, Operator, Side};
 
-use super::{Effect, Handed, Place, Range, Reading, angle_observable, edge_unit, reading};
+use super::{Effect, Experiment, Facts, Handed, Range, Reading, angle_observable, edge_unit, reading};
 use crate::rows::Rows;
 use crate::thresholds::effects::sensor_clipping::INNERMOST;
 
@@ -10,32 +10,21 @@ use crate::thresholds::effects::sensor_clipping::INNERMOST;
 pub struct SensorClipping;
 
 impl Effect for SensorClipping {
-    fn id(&self) -> &'static str {
-        "sensor_clipping"
-    }
-
-    fn title(&self) -> &'static str {
-        "a probe at the end of its range"
-    }
-
-    fn formula(&self) -> &'static str {
-        "b·max(0, θ − θ_c), or b·min(0, θ − θ_c) on the negative side"
-    }
-
-    fn source(&self) -> &'static str {
-        "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2.1: probes of 0.5 mm range"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign: of a loss of sensitivity negative; up to some per cent of the slope"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["local_defect", "periodic_error"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("angle_deg")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "sensor_clipping",
+                title: "a probe at the end of its range",
+                formula: "b·max(0, θ − θ_c), or b·min(0, θ − θ_c) on the negative side",
+                source: "Fan et al., Improving Angular Accuracy of a Scanning Mirror Based on Error Modeling and Correction, Sensors 19 (2019) 367, section 2.1: probes of 0.5 mm range",
+                size: "either sign: of a loss of sensitivity negative; up to some per cent of the slope",
+                confused_with: &["local_defect", "periodic_error"],
+                variable: "angle_deg",
+                told_by: &[(Experiment::FinerSteps, "slope")],
+                place_of_a_probe: Some(0),
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -84,10 +73,6 @@ impl Effect for SensorClipping {
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
         let side = if shape[1] > 0.0 { Side::Above } else { Side::Below };
         Handed::scaled(Operator::Hinge(Hinge::of(angle_observable(rows), shape[0], side)), shape[1])
-    }
-
-    fn place_of_a_probe(&self) -> Option<usize> {
-        Some(0)
     }
 
     fn readings(&self, rows: &Rows, shape: &[f64], _amplitudes: &[f64]) -> Vec<Reading> {

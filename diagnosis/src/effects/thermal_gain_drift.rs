@@ -2,39 +2,29 @@
 
 use fitter::terms::{Operator, Product};
 
-use super::{Effect, Handed, Place, Reading, angle_observable, mean_of, present, reading};
-use crate::rows::{Rows, centred};
+use super::{Effect, Experiment, Facts, Handed, Reading, angle_observable, mean_of, present, reading};
+use crate::numerics::centred;
+use crate::rows::Rows;
 
 /// See the module's description.
 pub struct ThermalGainDrift;
 
 impl Effect for ThermalGainDrift {
-    fn id(&self) -> &'static str {
-        "thermal_gain_drift"
-    }
-
-    fn title(&self) -> &'static str {
-        "gain drift with temperature"
-    }
-
-    fn formula(&self) -> &'static str {
-        "γ·10⁻⁶ θ (T − T̄), γ in ppm/K"
-    }
-
-    fn source(&self) -> &'static str {
-        "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013) 106–126, doi 10.1016/j.sna.2012.10.016: drift of the sensitivity"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; some to some hundred ppm/K for eddy-current probes"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["thermal_lag", "coil_crosstalk"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::product("temperature_c", "angle_deg")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "thermal_gain_drift",
+                title: "gain drift with temperature",
+                formula: "γ·10⁻⁶ θ (T − T̄), γ in ppm/K",
+                source: "Fleming, A review of nanometer resolution position sensors, Sens. Actuators A 190 (2013) 106–126, doi 10.1016/j.sna.2012.10.016: drift of the sensitivity",
+                size: "either sign; some to some hundred ppm/K for eddy-current probes",
+                confused_with: &["thermal_lag", "coil_crosstalk"],
+                variable: "temperature_c",
+                times: Some("angle_deg"),
+                told_by: &[(Experiment::Levels, "temperature"), (Experiment::OneByOne, "temperature")],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

@@ -3,8 +3,8 @@
 use fitter::terms::{Lag, Operator};
 
 use super::{
-    Effect, Handed, Place, Range, Reading, coefficient, low_pass, mean_of, present, reading, starts_over,
-    time_constants,
+    Effect, Experiment, Facts, Handed, Range, Reading, coefficient, low_pass, mean_of, present, reading,
+    starts_over, time_constants,
 };
 use crate::rows::Rows;
 use crate::thresholds::effects::thermal_lag::LONGEST;
@@ -13,32 +13,24 @@ use crate::thresholds::effects::thermal_lag::LONGEST;
 pub struct ThermalLag;
 
 impl Effect for ThermalLag {
-    fn id(&self) -> &'static str {
-        "thermal_lag"
-    }
-
-    fn title(&self) -> &'static str {
-        "zero drift with a temperature that lags"
-    }
-
-    fn formula(&self) -> &'static str {
-        "k (T_L − T̄), τ dT_L/dt = T − T_L, T_L = T at the first row"
-    }
-
-    fn source(&self) -> &'static str {
-        "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; 0.01 to some arcsec/K, a minute to an hour"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["thermal_zero_drift", "time_drift", "warmup_drift"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("temperature_c")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "thermal_lag",
+                title: "zero drift with a temperature that lags",
+                formula: "k (T_L − T̄), τ dT_L/dt = T − T_L, T_L = T at the first row",
+                source: "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body",
+                size: "either sign; 0.01 to some arcsec/K, a minute to an hour",
+                confused_with: &["thermal_zero_drift", "time_drift", "warmup_drift"],
+                variable: "temperature_c",
+                told_by: &[
+                    (Experiment::Levels, "temperature"),
+                    (Experiment::Jump, "later"),
+                    (Experiment::OneByOne, "temperature"),
+                ],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {
@@ -55,7 +47,7 @@ impl Effect for ThermalLag {
 
     fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
         let lagged = |t: &Vec<f64>| {
-            let mean = crate::rows::mean(t);
+            let mean = crate::numerics::mean(t);
             low_pass(&rows.t_s, t, shape[0]).iter().map(|z| z - mean).collect()
         };
         rows.temperature_c.iter().map(lagged).collect()

@@ -2,43 +2,32 @@
 
 use fitter::terms::{Operator, Product};
 
-use super::{Effect, Handed, Place, Reading, reading, time_passes};
+use super::{Effect, Experiment, Facts, Handed, Reading, reading, time_passes};
 use crate::rows::Rows;
 
 /// See the module's description.
 pub struct TimeDrift;
 
 impl Effect for TimeDrift {
-    fn id(&self) -> &'static str {
-        "time_drift"
-    }
-
-    fn title(&self) -> &'static str {
-        "drift in proportion to time"
-    }
-
-    fn formula(&self) -> &'static str {
-        "ρ t, ρ in arcsec/h"
-    }
-
-    fn source(&self) -> &'static str {
-        "Riley, Handbook of Frequency Stability Analysis, NIST SP 1065 (2008): drift as the linear part of a record"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; 0.1 to some ten arcsec/h"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["warmup_drift", "thermal_zero_drift", "thermal_lag"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("t_s")
-    }
-
-    fn runtime_correctable(&self) -> bool {
-        false
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "time_drift",
+                title: "drift in proportion to time",
+                formula: "ρ t, ρ in arcsec/h",
+                source: "Riley, Handbook of Frequency Stability Analysis, NIST SP 1065 (2008): drift as the linear part of a record",
+                size: "either sign; 0.1 to some ten arcsec/h",
+                confused_with: &["warmup_drift", "thermal_zero_drift", "thermal_lag"],
+                variable: "t_s",
+                of_one_time: true,
+                told_by: &[
+                    (Experiment::Levels, "time"),
+                    (Experiment::Longer, "goes on"),
+                    (Experiment::OneByOne, "time"),
+                ],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

@@ -2,39 +2,28 @@
 
 use fitter::terms::{Operator, Product};
 
-use super::{Effect, Handed, Place, Reading, angle_observable, reading};
-use crate::rows::{Rows, mean};
+use super::{Effect, Facts, Handed, Reading, angle_observable, reading};
+use crate::numerics::mean;
+use crate::rows::Rows;
 
 /// See the module's description.
 pub struct TurnSlope;
 
 impl Effect for TurnSlope {
-    fn id(&self) -> &'static str {
-        "turn_slope"
-    }
-
-    fn title(&self) -> &'static str {
-        "a slope over the turn, which does not repeat: the scale of the reference or a gearing"
-    }
-
-    fn formula(&self) -> &'static str {
-        "k (θ − θ̄), k in the sensor's unit per turn"
-    }
-
-    fn source(&self) -> &'static str {
-        "ISO 230-2:2014, Test code for machine tools, part 2: mean reversal and positional deviation of an axis, the part that is linear in the travel"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; up to some thousandths of the turn"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["time_drift"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("angle_deg")
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "turn_slope",
+                title: "a slope over the turn, which does not repeat: the scale of the reference or a gearing",
+                formula: "k (θ − θ̄), k in the sensor's unit per turn",
+                source: "ISO 230-2:2014, Test code for machine tools, part 2: mean reversal and positional deviation of an axis, the part that is linear in the travel",
+                size: "either sign; up to some thousandths of the turn",
+                confused_with: &["time_drift"],
+                variable: "angle_deg",
+                found_by_fit: |turn| turn.slope.is_some(),
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

@@ -2,7 +2,9 @@
 
 use fitter::terms::{Exponential, Operator};
 
-use super::{Effect, Handed, Place, Range, Reading, reading, starts_over, time_constants, time_passes};
+use super::{
+    Effect, Experiment, Facts, Handed, Range, Reading, reading, starts_over, time_constants, time_passes,
+};
 use crate::rows::Rows;
 use crate::thresholds::effects::warmup_drift::LONGEST;
 
@@ -10,36 +12,25 @@ use crate::thresholds::effects::warmup_drift::LONGEST;
 pub struct WarmupDrift;
 
 impl Effect for WarmupDrift {
-    fn id(&self) -> &'static str {
-        "warmup_drift"
-    }
-
-    fn title(&self) -> &'static str {
-        "warm-up after switching on"
-    }
-
-    fn formula(&self) -> &'static str {
-        "A (1 − e^(−t/τ))"
-    }
-
-    fn source(&self) -> &'static str {
-        "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body after a step of heat"
-    }
-
-    fn size(&self) -> &'static str {
-        "either sign; 0.1 to some ten arcsec, a minute to an hour"
-    }
-
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["time_drift", "thermal_lag", "thermal_zero_drift"]
-    }
-
-    fn place(&self, _rows: &Rows) -> Place {
-        Place::on("t_s")
-    }
-
-    fn runtime_correctable(&self) -> bool {
-        false
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "warmup_drift",
+                title: "warm-up after switching on",
+                formula: "A (1 − e^(−t/τ))",
+                source: "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, chapter 5: the lumped-capacitance body after a step of heat",
+                size: "either sign; 0.1 to some ten arcsec, a minute to an hour",
+                confused_with: &["time_drift", "thermal_lag", "thermal_zero_drift"],
+                variable: "t_s",
+                of_one_time: true,
+                told_by: &[
+                    (Experiment::Levels, "time"),
+                    (Experiment::Longer, "dies away"),
+                    (Experiment::OneByOne, "time"),
+                ],
+                ..Facts::USUAL
+            }
+        }
     }
 
     fn testable(&self, rows: &Rows) -> Result<(), String> {

@@ -9,7 +9,7 @@ use super::{Scaled, Setting, saturated, varying};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::explain::first_order;
-use crate::linear::{Basis, Columns, dot};
+use crate::numerics::{Basis, Columns, dot};
 use crate::rows::Rows;
 use crate::thresholds::generic::screen::MOST_COLUMNS;
 

@@ -3,11 +3,11 @@
 
 use plotters::prelude::*;
 
-use super::charts::{AFTER, BEFORE, INK, themed};
+use super::draw::{AFTER, BEFORE, INK, themed};
 use super::readable;
 use crate::diagnosis::Outcome;
 use crate::generic;
-use crate::rows::range;
+use crate::numerics::range;
 use crate::thresholds::report::map::{FULL, RANGES};
 use crate::verdict::{angle_name, values_of};
 

@@ -1,21 +1,89 @@
 //! The report: one self-contained HTML page per recording, for light and dark, desk and phone.
 
-pub(crate) mod charts;
+mod charts;
+mod draw;
 mod map;
+mod spectra;
+mod surface;
+mod traces;
 
-use fitter::faults::BadRow;
 use fitter::figures;
-use minijinja::{Environment, context};
+use fitter::plant::Kind;
+use minijinja::{Environment, Value, context};
+use serde::Serialize;
 
-use crate::diagnosis::Outcome;
-use crate::verdict::{Parameter, Verdict, angle_name};
+use crate::diagnosis::{Diagnosis, Outcome};
+use crate::dynamic::{DynamicOutcome, DynamicRecording};
+use crate::verdict::{Location, NamedEffect, Parameter, Verdict, angle_name};
 
 /// Most observables that get a chart of the residual.
 const CHARTS: usize = 4;
 
-/// The page.
+/// What a page shows beside the answer itself.
+#[derive(Serialize)]
+struct Page<'a> {
+    answer: &'a Diagnosis,
+    /// Unit of the root mean squares, and what they are of.
+    unit: &'a str,
+    of: &'static str,
+    /// What was recorded, and how it was modelled.
+    recorded: String,
+    model: String,
+    sentence: String,
+    effects: Vec<Value>,
+    plant: Vec<Value>,
+    /// The mismatch map, and how to read it.
+    map: Option<(String, String)>,
+    /// Gain and resonances by amplitude.
+    growth: Vec<Value>,
+    sections: Vec<Section>,
+}
+
+/// Charts under one title.
+#[derive(Serialize)]
+struct Section {
+    title: &'static str,
+    /// Colours and what they stand for.
+    legend: Vec<(&'static str, &'static str)>,
+    note: &'static str,
+    /// Titles and charts.
+    charts: Vec<(String, String)>,
+}
+
+impl Page<'_> {
+    fn render(&self) -> String {
+        let mut environment = Environment::new();
+        environment.add_filter("digits", digits);
+        environment.add_filter("figure", |value: Option<f64>, unit: &str| {
+            value.map_or("–".to_string(), |value| figure(value, unit))
+        });
+        environment.add_filter("gain", |gain: Value, unit: &str| -> Result<String, minijinja::Error> {
+            let ci95 = gain.get_attr("ci95")?;
+            let end = |k: usize| ci95.get_item(&k.into()).and_then(f64::try_from);
+            let value = f64::try_from(gain.get_attr("value")?)?;
+            Ok(typeset(&figures::with_interval(value, [end(0)?, end(1)?], unit)))
+        });
+        environment.add_filter("percent", percent);
+        environment.add_filter("probability", probability);
+        environment.add_filter("readable", |variable: &str| readable(variable));
+        // The templates are part of the program and rendered by a test: they cannot fail on other data.
+        let _ = environment.add_template("style.css", include_str!("style.css"));
+        let page = environment.render_named_str(
+            "page.html",
+            include_str!("page.html"),
+            minijinja::value::Serde(self),
+        );
+        page.unwrap_or_else(|error| {
+            format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
+        })
+    }
+}
+
+/// The page of a calibration.
 pub fn page(outcome: &Outcome) -> String {
     let d = &outcome.diagnosis;
+    let (rows, passes) = (outcome.rows.len(), outcome.rows.passes().len());
+    let (before, after) = (residual(outcome, false), residual(outcome, true));
     let mut shown: Vec<(String, Option<String>)> =
         d.locations.iter().map(|l| (l.variable.clone(), l.times.clone())).take(CHARTS).collect();
     for usual in [angle_name(&outcome.rows), "t_s".into()] {
@@ -23,107 +91,102 @@ pub fn page(outcome: &Outcome) -> String {
             shown.push((usual, None));
         }
     }
-    let before = residual(outcome, false);
-    let after = residual(outcome, true);
-    let charts: Vec<_> = shown
-        .iter()
-        .map(|(variable, times)| {
-            let title = match times {
-                Some(times) => format!("{} (times {})", readable(variable), readable(times)),
-                None => readable(variable),
-            };
-            context! {
-                title => title,
-                svg => charts::residuals(outcome, variable, times.as_deref(), &before, &after),
-            }
-        })
-        .collect();
-    let locations: Vec<_> = d
-        .locations
-        .iter()
-        .map(|l| {
-            context! {
-                variable => readable(&l.variable),
-                times => l.times.as_deref().map(readable),
-                from => digits(l.from),
-                to => digits(l.to),
-                share => format!("{:.0} %", 100.0 * l.share.min(1.0)),
-                p => probability(l.p_value),
-            }
-        })
-        .collect();
-    let effects: Vec<_> = d
-        .effects
-        .iter()
-        .map(|e| {
-            let catalogued = crate::effects::catalogue().into_iter().find(|c| c.id() == e.id);
-            context! {
-                id => e.id.clone(),
-                title => e.title.clone(),
-                formula => catalogued.as_ref().map_or("", |c| c.formula()),
-                source => catalogued.as_ref().map_or("", |c| c.source()),
-                size => catalogued.as_ref().map_or("", |c| c.size()),
-                confused => catalogued.as_ref().map_or_else(String::new, |c| {
-                    c.confused_with().iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", ")
-                }),
-                share => format!("{:.0} %", 100.0 * e.share),
-                p => probability(e.p_value),
-                parameters => e.parameters.iter().map(parameter).collect::<Vec<_>>(),
-                alternatives => e.alternatives.iter().map(|a| a.replace('_', " ")).collect::<Vec<_>>(),
-                correctable => e.runtime_correctable,
-            }
-        })
-        .collect();
-    let fit = &d.fit;
-    let unit = &d.noise_floor.unit;
-    let rms = |v: Option<f64>| v.map_or("–".to_string(), |v| figure(v, unit));
-    let (map, map_key) = map::mismatch(outcome, &before, &after);
-    let environment = environment();
-    let values = context! {
-        recording => d.recording.clone(),
-        verdict => word(d.verdict),
-        class => class(d.verdict),
-        sentence => sentence(outcome),
-        floor => figure(d.noise_floor.value, unit),
-        floor_from => d.noise_floor.from.clone(),
-        correlation => digits(d.noise_floor.autocorrelation),
-        rows => outcome.rows.len(),
-        passes => outcome.rows.passes().len(),
-        order => outcome.after.order,
-        map => map,
-        map_key => map_key,
-        charts => charts,
-        locations => locations,
-        effects => effects,
-        held_out_by => fit.held_out_by.clone(),
-        before_train => rms(Some(fit.before.train_rms)),
-        before_held => rms(fit.before.held_out_rms),
-        after_train => rms(Some(fit.after.train_rms)),
-        after_held => rms(fit.after.held_out_rms),
-        gain => fit.gain.as_ref().map(|g| typeset(&figures::with_interval(g.value, g.ci95, unit))),
-        of_explainable => fit.of_explainable.map(|f| format!("{:.0} %", 100.0 * f)),
-        judged => d.judged.clone(),
-        withheld => d.withheld.clone(),
-        bad_rows => d.bad_rows.iter().map(bad_row).collect::<Vec<String>>(),
-        unidentifiable => d.unidentifiable.clone(),
-        next => d.next_experiment.clone(),
+    let chart = |(variable, times): &(String, Option<String>)| {
+        let title = match times {
+            Some(times) => format!("{} (times {})", readable(variable), readable(times)),
+            None => readable(variable),
+        };
+        (title, charts::residuals(outcome, variable, times.as_deref(), &before, &after))
     };
-    // The template is part of the program and rendered by a test: it cannot fail on other data.
-    environment.render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(|error| {
-        format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
-    })
+    let residuals = Section {
+        title: "Residual before and after",
+        legend: vec![("before", SIMULATION), ("after", if d.effects.is_empty() { LOCATED } else { NAMED })],
+        note: "; lines are running means.",
+        charts: shown.iter().map(chart).collect(),
+    };
+    Page {
+        answer: d,
+        unit: &d.noise_floor.unit,
+        of: "rms",
+        recorded: format!("{rows} readings in {}", plural(passes, "pass", "passes")),
+        model: format!("; base polynomial of order {}", outcome.after.order),
+        sentence: sentence(d, &d.noise_floor.unit),
+        effects: d.effects.iter().map(catalogued).collect(),
+        plant: Vec::new(),
+        map: Some(map::mismatch(outcome, &before, &after)),
+        growth: Vec::new(),
+        sections: vec![residuals],
+    }
+    .render()
 }
 
-/// A cell that was left out, in a sentence.
-fn bad_row(b: &BadRow) -> String {
-    format!("line {}, column {}: found {}, {}; the row was left out", b.line, b.column, b.value, b.reason)
+/// The page of a moving mechanism: spectra and traces are of `recording` itself, the figures of the held-out one
+/// where one was given.
+pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
+    let d = &outcome.diagnosis;
+    let plant = &outcome.plant.plant;
+    let feedback = plant.feedback.is_some();
+    let unit = if feedback { &plant.drive_unit } else { &plant.position_unit };
+    let spectra = if feedback { Vec::new() } else { spectra::charts(recording, &outcome.own, unit) };
+    let surface =
+        if plant.kind == Kind::SecondOrder { surface::charts(recording, plant) } else { Vec::new() };
+    let growth = spectra::growth_rows(recording).into_iter().map(|g| {
+        context! {
+            amplitude => digits(g.amplitude),
+            gain => digits(g.gain),
+            phase => digits(g.phase_rad.to_degrees()),
+            resonances => g.resonances_hz.iter().map(|f| digits(*f)).collect::<Vec<_>>().join(", "),
+        }
+    });
+    let periodic = recording.period.is_some();
+    let mut sections = vec![
+        Section {
+            title: "Spectra",
+            legend: vec![
+                ("ink", "recorded"),
+                ("before", "left by the simulation alone"),
+                ("after", "left with the named effects"),
+            ],
+            note: if periodic { "; thin line: noise from repeated periods." } else { "." },
+            charts: spectra,
+        },
+        Section {
+            title: "Restoring force",
+            legend: Vec::new(),
+            note: "The acceleration that the nominal plant alone does not account for.",
+            charts: surface,
+        },
+        Section {
+            title: "Simulated against recorded",
+            legend: vec![("ink", "recorded"), ("before", SIMULATION), ("after", NAMED)],
+            note: ".",
+            charts: traces::charts(recording, &outcome.own, unit, feedback),
+        },
+    ];
+    sections.retain(|section| !section.charts.is_empty());
+    let runs = plural(recording.runs.len(), "run", "runs");
+    Page {
+        answer: d,
+        unit,
+        of: if feedback { "rms of the drive" } else { "rms of the position" },
+        recorded: format!("{} rows in {runs} at {} Hz", recording.rows(), digits(1.0 / recording.step_s)),
+        model: String::new(),
+        sentence: sentence(d, unit),
+        effects: d.effects.iter().map(effect).collect(),
+        plant: d.plant.iter().map(parameter).collect(),
+        map: None,
+        growth: growth.collect(),
+        sections,
+    }
+    .render()
 }
 
-/// The templates that pages share. They are part of the program: adding them cannot fail on other data.
-pub(crate) fn environment() -> Environment<'static> {
-    let mut environment = Environment::new();
-    let _ = environment.add_template("style.css", include_str!("style.css"));
-    environment
+const SIMULATION: &str = "simulation alone";
+const NAMED: &str = "with the named effects";
+const LOCATED: &str = "with the named effects and what was located";
+
+fn plural(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 /// Residual of the base alone, or of the augmented model, row by row.
@@ -132,36 +195,18 @@ fn residual(outcome: &Outcome, augmented: bool) -> Vec<f64> {
     outcome.rows.error.iter().zip(model.value()).map(|(e, v)| e - v).collect()
 }
 
-pub(crate) fn word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Consistent => "consistent",
-        Verdict::Explained => "explained",
-        Verdict::PartlyExplained => "partly explained",
-        Verdict::Unexplained => "unexplained",
-    }
-}
-
-pub(crate) fn class(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Consistent => "good",
-        Verdict::Explained => "named",
-        Verdict::PartlyExplained | Verdict::Unexplained => "open",
-    }
-}
-
 /// The verdict in a sentence.
-fn sentence(outcome: &Outcome) -> String {
-    let d = &outcome.diagnosis;
-    let unit = &d.noise_floor.unit;
+fn sentence(d: &Diagnosis, unit: &str) -> String {
     let names: Vec<String> = d.effects.iter().map(|e| e.title.clone()).collect();
     let names = match names.len() {
         0 | 1 => names.concat(),
         n => format!("{} and {}", names[..n - 1].join(", "), names[n - 1]),
     };
-    let place = d.locations.first().map_or_else(String::new, |l| match &l.times {
-        Some(times) => format!("{} times {}", readable(&l.variable), readable(times)),
-        None => readable(&l.variable),
-    });
+    let places: Vec<String> = d.locations.iter().take(2).map(place).collect();
+    let depends = match places.len() {
+        0 => String::new(),
+        _ => format!(" depends on {}", places.join(" and on ")),
+    };
     let open = d.effects.iter().any(|e| !e.alternatives.is_empty());
     let caveat =
         if open { " This recording alone cannot exclude the alternatives listed below." } else { "" };
@@ -173,7 +218,7 @@ fn sentence(outcome: &Outcome) -> String {
     };
     match d.verdict {
         Verdict::Consistent => format!(
-            "The recording agrees with its simulation: nothing is left beyond a noise of {} per reading.",
+            "The recording agrees with its simulation: nothing is found beyond a noise of {} per reading.",
             figure(d.noise_floor.value, unit)
         ),
         Verdict::Explained => {
@@ -182,18 +227,57 @@ fn sentence(outcome: &Outcome) -> String {
             )
         }
         Verdict::PartlyExplained => format!(
-            "The recording departs from its simulation by {names}, and by something else that depends on {place} and \
-             that no effect in the catalogue explains.{held}{caveat}"
+            "The recording departs from its simulation by {names}, and by something else that no effect in the catalogue \
+             explains: the error{depends}.{held}{caveat}"
         ),
         Verdict::Unexplained => format!(
-            "The recording departs from its simulation: the error depends on {place}, in a way that no effect in the \
-             catalogue explains."
+            "The recording departs from its simulation: the error{depends}, in a way that no effect in the catalogue \
+             explains."
         ),
     }
 }
 
+fn place(location: &Location) -> String {
+    match &location.times {
+        Some(times) => format!("{} × {}", readable(&location.variable), readable(times)),
+        None => readable(&location.variable),
+    }
+}
+
+/// An effect for its card.
+fn effect(e: &NamedEffect) -> Value {
+    context! {
+        id => &e.id,
+        title => &e.title,
+        share => e.share,
+        p_value => e.p_value,
+        parameters => e.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        alternatives => e.alternatives.iter().map(|a| a.replace('_', " ")).collect::<Vec<_>>(),
+    }
+}
+
+/// The same with what the catalogue says of it.
+fn catalogued(e: &NamedEffect) -> Value {
+    let known = crate::effects::catalogue().into_iter().find(|c| c.id == e.id);
+    let known = known.map(|c| {
+        context! {
+            formula => c.formula,
+            source => c.source,
+            size => c.size,
+            confused => c.confused_with.iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", "),
+            of_one_time => c.of_one_time,
+        }
+    });
+    context! { known => known, ..effect(e) }
+}
+
+/// In per cent, without decimals.
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share.min(1.0))
+}
+
 /// A column's name for a reader.
-pub(crate) fn readable(variable: &str) -> String {
+fn readable(variable: &str) -> String {
     match variable {
         "angle_deg" => "angle (deg)",
         "t_s" => "time (s)",
@@ -201,6 +285,7 @@ pub(crate) fn readable(variable: &str) -> String {
         "common_mode_um" => "common mode (µm)",
         "cross_arcsec" => "second axis (arcsec)",
         "coil_a" => "coil current (A)",
+        "frequency_hz" => "frequency (Hz)",
         other => match other.strip_prefix("position_") {
             Some(unit) => return format!("position ({unit})"),
             None => other,
@@ -210,7 +295,7 @@ pub(crate) fn readable(variable: &str) -> String {
 }
 
 /// A parameter for the table of an effect.
-pub(crate) fn parameter(p: &Parameter) -> minijinja::Value {
+fn parameter(p: &Parameter) -> minijinja::Value {
     let ([value, from, to], unit) = figures::cells(p.value, p.ci95, &p.unit);
     context! {
         name => without_unit(&p.name, &p.unit),
@@ -228,12 +313,12 @@ pub fn without_unit(name: &str, unit: &str) -> String {
 }
 
 /// Four significant digits.
-pub(crate) fn digits(value: f64) -> String {
+fn digits(value: f64) -> String {
     typeset(&figures::plain(value))
 }
 
 /// A root mean square with its unit.
-pub(crate) fn figure(value: f64, unit: &str) -> String {
+fn figure(value: f64, unit: &str) -> String {
     typeset(&figures::figure(value, unit))
 }
 
@@ -242,7 +327,7 @@ fn typeset(text: &str) -> String {
     text.replace('-', "−")
 }
 
-pub(crate) fn probability(p: f64) -> String {
+fn probability(p: f64) -> String {
     if p < 1e-12 {
         "< 10⁻¹²".into()
     } else if p < 1e-3 {

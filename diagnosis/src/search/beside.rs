@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Found, Search, Term};
-use crate::linear::{Basis, dot};
+use crate::numerics::{Basis, dot};
 use crate::thresholds::search::beside::MOST_KEPT;
 
 /// A set of terms, in whatever order: families and the bits of their shapes.

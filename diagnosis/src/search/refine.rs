@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Found, MOST_TIED, NEAR_TIE, Search, Term};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
-use crate::linear::{Basis, add_scaled, dot, least_squares};
+use crate::numerics::{Basis, add_scaled, dot, least_squares};
 use crate::steps::beginning;
 use crate::thresholds::search::refine::{FINE, SHRUNK};
 
@@ -88,7 +88,7 @@ impl Search<'_> {
             return self.best_step(family, &jumps, residual).unwrap_or(found);
         }
         let mut best = found;
-        if effect.shape_follows() {
+        if effect.shape_follows {
             return self.make_consistent(best, basis, residual);
         }
         let ranges = effect.ranges(self.rows);
@@ -205,7 +205,7 @@ impl Search<'_> {
         for index in 0..terms.len() {
             let Some(e) = self.effect(terms[index].family) else { continue };
             let effect = &self.catalogue[e];
-            if !effect.begins_at_a_row() {
+            if !effect.begins_at_a_row {
                 continue;
             }
             let mut columns = base_columns(self.rows, self.base_order);

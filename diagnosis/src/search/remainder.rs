@@ -9,7 +9,7 @@ use super::{Found, Search, Term};
 use crate::dictionary::Kind;
 use crate::effects::Place;
 use crate::generic::{observables, own_part, scaled, times};
-use crate::linear::dot;
+use crate::numerics::dot;
 use crate::thresholds::search::remainder::{BEYOND_DOUBT, MISFIT};
 
 impl Search<'_> {
@@ -42,7 +42,7 @@ impl Search<'_> {
             observables(self.rows).into_iter().map(|o| (o.name, own_part(&o.z, &x))).collect();
         moving.push(("t_s".into(), scaled(&self.rows.t_s)));
         let of_the_angle = |term: &&Term| {
-            let place = self.effect(term.family).map(|e| self.catalogue[e].place(self.rows));
+            let place = self.effect(term.family).map(|e| self.catalogue[e].place());
             place.is_some_and(|place| place == Place::on("angle_deg"))
         };
         let named: Vec<&Term> = terms.iter().filter(of_the_angle).collect();

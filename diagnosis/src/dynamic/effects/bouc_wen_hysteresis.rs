@@ -1,10 +1,14 @@
 //! Bouc–Wen hysteresis: a spring that yields: a restoring force with a memory of the motion, which dissipates at any speed.
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape};
-use crate::dynamic::number::Number;
+use super::{
+    DynamicEffect, Facts, Flow, Physics, Reading, SLOW_TRIANGLES, Scale, amount, plain_readings, shape,
+};
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::bouc_wen_hysteresis::USUAL;
 
-/// x″ −= k z, z′ = v − (β |v| sign z + (1 − β) v)·|z/Y|ⁿ; β = ½ and n = 1 unless given
+/// x″ −= k z, z′ = v − ½(|v| z + v |z|)/Y; k in 1/s², Y in p
+///
+/// Source: R. Bouc (1967); Y. K. Wen, J. Eng. Mech. Div. 102 (1976); Ismail, Ikhouane & Rodellar (2009).
 pub struct BoucWenHysteresis;
 
 impl<T: Number> Physics<T> for BoucWenHysteresis {
@@ -24,45 +28,36 @@ impl<T: Number> Physics<T> for BoucWenHysteresis {
 }
 
 impl DynamicEffect for BoucWenHysteresis {
-    fn id(&self) -> &'static str {
-        "bouc_wen_hysteresis"
-    }
-    fn title(&self) -> &'static str {
-        "Bouc–Wen hysteresis"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= k z, z′ = v − ½(|v| z + v |z|)/Y; k in 1/s², Y in p"
-    }
-    fn source(&self) -> &'static str {
-        "R. Bouc (1967); Y. K. Wen, J. Eng. Mech. Div. 102 (1976); Ismail, Ikhouane & Rodellar (2009)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["coulomb_friction", "stribeck_friction"]
-    }
-    fn variable(&self) -> &'static str {
-        "history"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("stiffness", "1/s²"), shape("yield", "p"), shape("beta", "1"), shape("exponent", "1")] }
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "bouc_wen_hysteresis",
+                title: "Bouc–Wen hysteresis",
+                variable: "history",
+                confused_with: &["coulomb_friction", "stribeck_friction"],
+                parameters: &[
+                    amount("stiffness", "1/s²"),
+                    shape("yield", "p"),
+                    shape("beta", "1"),
+                    shape("exponent", "1"),
+                ],
+                states: 1,
+                kept: 2,
+                experiment: SLOW_TRIANGLES,
+                abrupt: true,
+                ..Facts::USUAL
+            }
+        }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
         [0.02, 0.06, 0.2, 0.6].iter().map(|part| vec![0.0, part * scale.stroke, USUAL[0], USUAL[1]]).collect()
     }
-    fn states(&self) -> usize {
-        1
-    }
-    fn kept(&self, parameter: usize) -> bool {
-        parameter >= 2
-    }
     fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
         let count = if parameters[2..] == USUAL { 2 } else { 4 };
-        plain_readings(self.parameters(), parameters, count)
+        plain_readings(self.facts().parameters, parameters, count)
     }
     fn names(&self) -> Vec<&'static str> {
-        self.parameters().iter().map(|p| p.name).collect()
+        self.facts().parameters.iter().map(|p| p.name).collect()
     }
     fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
         let usual = |name, usual: f64| Some(value(name).unwrap_or(usual));

@@ -2,10 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, shape};
-use crate::dynamic::number::Number;
+use super::{DynamicEffect, Facts, Flow, Physics, Reading, Scale, amount, shape};
+use crate::numerics::Number;
 
 /// x″ −= A sin(2πx/p + φ); A in p/s², p in p
+///
+/// Source: Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 6.
 pub struct Cogging;
 
 impl<T: Number> Physics<T> for Cogging {
@@ -18,29 +20,17 @@ impl<T: Number> Physics<T> for Cogging {
 }
 
 impl DynamicEffect for Cogging {
-    fn id(&self) -> &'static str {
-        "cogging"
-    }
-    fn title(&self) -> &'static str {
-        "Cogging"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= A sin(2πx/p + φ); A in p/s², p in p"
-    }
-    fn source(&self) -> &'static str {
-        "Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 6"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["cubic_stiffness", "quadratic_stiffness"]
-    }
-    fn variable(&self) -> &'static str {
-        "position"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("sine", "p/s²"), amount("cosine", "p/s²"), shape("period", "p")] }
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "cogging",
+                title: "Cogging",
+                variable: "position",
+                confused_with: &["cubic_stiffness", "quadratic_stiffness"],
+                parameters: &[amount("sine", "p/s²"), amount("cosine", "p/s²"), shape("period", "p")],
+                ..Facts::USUAL
+            }
+        }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
         // Steps of half a turn over the whole stroke: between two of them a period is at most a quarter of a

@@ -1,10 +1,12 @@
 //! Coulomb friction: dry friction of constant magnitude against the motion; it holds the mechanism where the other forces are smaller.
 
-use super::{CREEP, DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings};
-use crate::dynamic::number::Number;
+use super::{COULOMB_FRICTION, CREEP, DynamicEffect, Facts, Flow, Physics, SLOW_TRIANGLES, Scale, amount};
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::HARD;
 
 /// x″ −= F sign v; stuck where |force| ≤ F; F in p/s²
+///
+/// Source: C. A. Coulomb (1785); Olsson et al., Friction models and friction compensation, Eur. J. Control 4 (1998).
 pub struct CoulombFriction;
 
 impl<T: Number> Physics<T> for CoulombFriction {
@@ -15,48 +17,26 @@ impl<T: Number> Physics<T> for CoulombFriction {
 }
 
 impl DynamicEffect for CoulombFriction {
-    fn id(&self) -> &'static str {
-        "coulomb_friction"
-    }
-    fn title(&self) -> &'static str {
-        "Coulomb friction"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= F sign v; stuck where |force| ≤ F; F in p/s²"
-    }
-    fn source(&self) -> &'static str {
-        "C. A. Coulomb (1785); Olsson et al., Friction models and friction compensation, Eur. J. Control 4 (1998)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["stribeck_friction", "bouc_wen_hysteresis", "quadratic_damping"]
-    }
-    fn variable(&self) -> &'static str {
-        "velocity"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("force_per_inertia", "p/s²"), CREEP] }
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: COULOMB_FRICTION,
+                title: "Coulomb friction",
+                variable: "velocity",
+                confused_with: &["stribeck_friction", "bouc_wen_hysteresis", "quadratic_damping"],
+                parameters: &[amount("force_per_inertia", "p/s²"), CREEP],
+                creeps: true,
+                kept: 1,
+                experiment: SLOW_TRIANGLES,
+                abrupt: true,
+                ..Facts::USUAL
+            }
+        }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
         vec![vec![0.0, HARD * scale.speed]]
     }
-    fn holds(&self, parameters: &[f64]) -> f64 {
-        parameters[0].max(0.0)
-    }
     fn plausible(&self, parameters: &[f64], _: &Scale) -> bool {
         parameters[0] > 0.0
-    }
-    fn creep(&self) -> Option<usize> {
-        Some(1)
-    }
-    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
-        plain_readings(self.parameters(), parameters, 1)
-    }
-    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
-        let creep = value(CREEP.name).unwrap_or(f64::MIN_POSITIVE);
-        let named = self.parameters()[..1].iter().map(|p| value(p.name));
-        named.chain([Some(creep)]).collect()
     }
 }

@@ -1,9 +1,11 @@
 //! Offset of the drive: an offset of the amplifier, or a constant force.
 
-use super::{DynamicEffect, Parameter, Part, Physics, Scale, amount};
-use crate::dynamic::number::Number;
+use super::{DRIVE_OFFSET, DynamicEffect, Facts, MEAN_POSITIONS, Part, Physics, amount};
+use crate::numerics::Number;
 
 /// w = u + o; o in u
+///
+/// Source: Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998).
 pub struct DriveOffset;
 
 impl<T: Number> Physics<T> for DriveOffset {
@@ -14,31 +16,18 @@ impl<T: Number> Physics<T> for DriveOffset {
 }
 
 impl DynamicEffect for DriveOffset {
-    fn id(&self) -> &'static str {
-        "drive_offset"
-    }
-    fn title(&self) -> &'static str {
-        "Offset of the drive"
-    }
-    fn formula(&self) -> &'static str {
-        "w = u + o; o in u"
-    }
-    fn source(&self) -> &'static str {
-        "Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["sensor_offset", "quadratic_stiffness"]
-    }
-    fn variable(&self) -> &'static str {
-        "drive"
-    }
-    fn part(&self) -> Part {
-        Part::Drive
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[amount("offset", "u")] }
-    }
-    fn starts(&self, _: &Scale) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: DRIVE_OFFSET,
+                title: "Offset of the drive",
+                variable: "drive",
+                confused_with: &["sensor_offset", "quadratic_stiffness"],
+                part: Part::Drive,
+                parameters: &[amount("offset", "u")],
+                experiment: MEAN_POSITIONS,
+                ..Facts::USUAL
+            }
+        }
     }
 }

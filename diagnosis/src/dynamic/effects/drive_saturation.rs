@@ -1,9 +1,11 @@
 //! Saturation of the drive: an amplifier at its limit.
 
-use super::{DynamicEffect, Parameter, Part, Physics, Scale, shape};
-use crate::dynamic::number::Number;
+use super::{DynamicEffect, Facts, Part, Physics, Scale, shape};
+use crate::numerics::Number;
 
 /// w = u within ±limit; limit in u
+///
+/// Source: Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998).
 pub struct DriveSaturation;
 
 impl<T: Number> Physics<T> for DriveSaturation {
@@ -14,29 +16,18 @@ impl<T: Number> Physics<T> for DriveSaturation {
 }
 
 impl DynamicEffect for DriveSaturation {
-    fn id(&self) -> &'static str {
-        "drive_saturation"
-    }
-    fn title(&self) -> &'static str {
-        "Saturation of the drive"
-    }
-    fn formula(&self) -> &'static str {
-        "w = u within ±limit; limit in u"
-    }
-    fn source(&self) -> &'static str {
-        "Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998)"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["torque_constant_droop"]
-    }
-    fn variable(&self) -> &'static str {
-        "drive"
-    }
-    fn part(&self) -> Part {
-        Part::Drive
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[shape("limit", "u")] }
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "drive_saturation",
+                title: "Saturation of the drive",
+                variable: "drive",
+                confused_with: &["torque_constant_droop"],
+                part: Part::Drive,
+                parameters: &[shape("limit", "u")],
+                ..Facts::USUAL
+            }
+        }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
         [0.95, 0.85, 0.7, 0.5].iter().map(|part| vec![part * scale.drive]).collect()

@@ -2,10 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use super::{DynamicEffect, Flow, Parameter, Part, Physics, Scale, amount, shape};
-use crate::dynamic::number::Number;
+use super::{DynamicEffect, FASTER, Facts, Flow, Physics, Scale, amount, shape};
+use crate::numerics::Number;
 
 /// x″ −= μ h, q″ = h, h = Ω²(x − q) + 2ζΩ(v − q′), Ω = 2πf; f in Hz, μ and ζ without unit
+///
+/// Source: Den Hartog, Mechanical Vibrations (1956), section 3.2.
 pub struct FlexibleMode;
 
 impl<T: Number> Physics<T> for FlexibleMode {
@@ -21,29 +23,23 @@ impl<T: Number> Physics<T> for FlexibleMode {
 }
 
 impl DynamicEffect for FlexibleMode {
-    fn id(&self) -> &'static str {
-        "flexible_mode"
-    }
-    fn title(&self) -> &'static str {
-        "Flexible mode"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= μ h, q″ = h, h = Ω²(x − q) + 2ζΩ(v − q′), Ω = 2πf; f in Hz, μ and ζ without unit"
-    }
-    fn source(&self) -> &'static str {
-        "Den Hartog, Mechanical Vibrations (1956), section 3.2"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["drive_lag", "sensor_lag"]
-    }
-    fn variable(&self) -> &'static str {
-        "frequency_hz"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
-        const { &[shape("frequency_hz", "Hz"), amount("mass_ratio", "1"), shape("damping_ratio", "1")] }
+    fn facts(&self) -> &Facts {
+        const {
+            &Facts {
+                id: "flexible_mode",
+                title: "Flexible mode",
+                variable: "frequency_hz",
+                confused_with: &["drive_lag", "sensor_lag"],
+                parameters: &[
+                    shape("frequency_hz", "Hz"),
+                    amount("mass_ratio", "1"),
+                    shape("damping_ratio", "1"),
+                ],
+                states: 2,
+                experiment: FASTER,
+                ..Facts::USUAL
+            }
+        }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
         {
@@ -53,9 +49,6 @@ impl DynamicEffect for FlexibleMode {
             let count = (6.0 * ratio.ln()).ceil().max(1.0) as usize;
             (0..=count).map(|k| vec![low * ratio.powf(k as f64 / count as f64), 0.0, 0.02]).collect()
         }
-    }
-    fn states(&self) -> usize {
-        2
     }
     fn rest(&self, position: f64) -> [f64; 2] {
         [position, 0.0]

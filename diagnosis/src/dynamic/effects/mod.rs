@@ -1,28 +1,20 @@
-//! The catalogue of dynamic effects: one file each, one line in [`CATALOGUE`]. An effect acts on the drive
+//! The catalogue of dynamic effects: a file each or one of a kind, one line in [`CATALOGUE`]. An effect acts on the drive
 //! on its way to the mechanism, on the mechanism's acceleration, or on the position on its way to the
 //! recording; its formula is written once and evaluated with and without derivatives.
 
 mod bouc_wen_hysteresis;
 mod cogging;
 mod coulomb_friction;
-mod cubic_stiffness;
-mod drive_lag;
 mod drive_offset;
 mod drive_saturation;
 mod flexible_mode;
-mod nonlinear_damping;
-mod quadratic_damping;
-mod quadratic_stiffness;
-mod rayleigh_hysteresis;
-mod sensor_lag;
-mod sensor_offset;
+mod force;
+mod path;
 mod stribeck_friction;
-mod torque_constant_droop;
-mod transport_delay;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::number::{Dual, Number};
+use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::effects::MOST_STATES;
 
 /// What a force sees of the mechanism, and what it changes.
@@ -58,7 +50,7 @@ pub enum Part {
     /// Lets the drive lag by its parameter.
     DriveLag,
     /// Adds to the drive its parameter times what Rayleigh's material remembers of it
-    /// ([`crate::dynamic::turns`]).
+    /// (`turns`).
     DriveMemory,
     /// Adds to the acceleration ([`Physics::force`]).
     Force,
@@ -127,26 +119,8 @@ impl<E: Physics<T> + ?Sized, T: Number> WithSimd for Force<'_, '_, E, T> {
 pub trait DynamicEffect:
     Physics<f64> + Physics<Dual<8>> + Physics<Dual<12>> + Physics<Dual<16>> + Sync + Send
 {
-    /// Identifier in the diagnosis and in `plant.toml`.
-    fn id(&self) -> &'static str;
-    /// Name for a reader.
-    fn title(&self) -> &'static str;
-    /// What it adds, with units.
-    fn formula(&self) -> &'static str;
-    /// Where the physics is described.
-    fn source(&self) -> &'static str;
-    /// Ids of the effects that it is most easily taken for.
-    fn confused_with(&self) -> &'static [&'static str];
-    /// The observable that it depends on, as in `locations`.
-    fn variable(&self) -> &'static str;
-    /// Where it acts.
-    fn part(&self) -> Part;
-    /// Its parameters.
-    fn parameters(&self) -> &'static [Parameter];
-    /// Number of states of its own.
-    fn states(&self) -> usize {
-        0
-    }
+    /// What is known of it beside its formula.
+    fn facts(&self) -> &Facts;
     /// Its states at rest at a position.
     fn rest(&self, _position: f64) -> [f64; MOST_STATES] {
         [0.0; MOST_STATES]
@@ -158,7 +132,9 @@ pub trait DynamicEffect:
     }
     /// Parameters from which a search starts. What multiplies the effect is zero where its linearised
     /// signature is to say how large it is.
-    fn starts(&self, scale: &Scale) -> Vec<Vec<f64>>;
+    fn starts(&self, _scale: &Scale) -> Vec<Vec<f64>> {
+        vec![vec![0.0; self.facts().parameters.len()]]
+    }
     /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
     /// special case of this one.
     fn starts_from(&self, _simpler: &str, _parameters: &[f64], _scale: &Scale) -> Vec<Vec<f64>> {
@@ -168,23 +144,9 @@ pub trait DynamicEffect:
     fn plausible(&self, _parameters: &[f64], _scale: &Scale) -> bool {
         true
     }
-    /// Acceleration up to which it holds the mechanism where it stands.
-    fn holds(&self, _parameters: &[f64]) -> f64 {
-        0.0
-    }
-    /// Which parameter is the speed with which it creeps while it holds: v = c artanh(force/F), as asperities
-    /// do, and as a simulation does that rounds the sign of the velocity off. Fixed at next to nothing unless
-    /// the recording shows it, and no parameter of `plant.toml`.
-    fn creep(&self) -> Option<usize> {
-        None
-    }
-    /// Whether a parameter keeps the value it was given: no search fits it.
-    fn kept(&self, parameter: usize) -> bool {
-        self.creep() == Some(parameter)
-    }
     /// The names that its parameters have in `plant.toml`.
     fn names(&self) -> Vec<&'static str> {
-        self.readings(&vec![1.0; self.parameters().len()]).iter().map(|r| r.name).collect()
+        self.readings(&vec![1.0; self.facts().parameters.len()]).iter().map(|r| r.name).collect()
     }
     /// The fastest angular frequency that it brings into the equation of motion, rad/s.
     fn fastest(&self, _parameters: &[f64]) -> f64 {
@@ -192,18 +154,100 @@ pub trait DynamicEffect:
     }
     /// The parameters as they are reported and written, each with its gradient.
     fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
-        plain_readings(self.parameters(), parameters, parameters.len())
+        let count = self.facts().creep().unwrap_or(parameters.len());
+        plain_readings(self.facts().parameters, parameters, count)
     }
     /// The reverse of [`DynamicEffect::readings`]: parameters from values by name; none where one is
     /// missing that has no usual value.
     fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
-        self.parameters().iter().map(|p| value(p.name)).collect()
-    }
-    /// Whether what the recorded mechanism does now lets a controller undo it.
-    fn runtime_correctable(&self) -> bool {
-        true
+        let hard = |k: usize| (self.facts().creep() == Some(k)).then_some(f64::MIN_POSITIVE);
+        let known = self.facts().parameters.iter().enumerate();
+        known.map(|(k, p)| value(p.name).or(hard(k))).collect()
     }
 }
+
+/// What is known of an effect beside its formula.
+pub struct Facts {
+    /// Identifier in the diagnosis and in `plant.toml`.
+    pub id: &'static str,
+    /// Name for a reader.
+    pub title: &'static str,
+    /// Ids of the effects that it is most easily taken for.
+    pub confused_with: &'static [&'static str],
+    /// The observable that it depends on, as in `locations`.
+    pub variable: &'static str,
+    /// Where it acts.
+    pub part: Part,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// The first parameter that no search fits: it and those after it keep the value they were given.
+    pub kept: usize,
+    /// Whether the first kept parameter is the speed with which it creeps while it holds: v = c artanh(force/F), as
+    /// asperities do, and as a simulation does that rounds the sign of the velocity off. Fixed at next to nothing unless
+    /// the recording shows it, and no parameter of `plant.toml`. All its amounts together hold the mechanism.
+    pub creeps: bool,
+    /// Number of states of its own.
+    pub states: usize,
+    /// Whether its force changes within so short a way that a row needs two steps of the integrator.
+    pub abrupt: bool,
+    /// Whether its force goes with the gain of the plant.
+    pub by_gain: bool,
+    /// What to record to tell it from its alternatives.
+    pub experiment: &'static str,
+}
+
+/// An effect is known by its facts.
+impl std::ops::Deref for dyn DynamicEffect + '_ {
+    type Target = Facts;
+
+    fn deref(&self) -> &Facts {
+        self.facts()
+    }
+}
+
+impl Facts {
+    /// What holds of an effect unless it says otherwise.
+    pub const USUAL: Facts = Facts {
+        id: "",
+        title: "",
+        confused_with: &[],
+        variable: "",
+        part: Part::Force,
+        parameters: &[],
+        kept: usize::MAX,
+        creeps: false,
+        states: 0,
+        abrupt: false,
+        by_gain: false,
+        experiment: "repeat the excitation at a third and at three times the amplitude",
+    };
+
+    /// Identifier in the diagnosis and in files.
+    pub fn id(&self) -> &'static str {
+        self.id
+    }
+
+    /// Which parameter is the speed of creep.
+    pub fn creep(&self) -> Option<usize> {
+        self.creeps.then_some(self.kept)
+    }
+
+    /// Whether it shifts the recording in time.
+    pub fn is_late(&self) -> bool {
+        matches!(self.part, Part::Delay | Part::DriveLag | Part::SensorLag)
+    }
+
+    /// Whether it limits the drive: it changes it, and has no amount.
+    pub fn is_limit(&self) -> bool {
+        self.part == Part::Drive && self.parameters.iter().all(|p| p.shape)
+    }
+}
+
+const MEAN_POSITIONS: &str =
+    "record the same excitation about two other mean positions, and the read-out with the drive off";
+const FASTER: &str =
+    "excite up to the highest frequency that the drive reaches, sampled several times faster";
+const SLOW_TRIANGLES: &str = "record slow triangles of several small amplitudes, with reversals at rest";
 
 /// A parameter as a reader is told of it.
 #[derive(Debug, Clone)]
@@ -234,27 +278,36 @@ const CREEP: Parameter = shape("creep_velocity", "p/s");
 /// All effects, in the order in which ties are broken: the simpler explanation first.
 pub static CATALOGUE: [&dyn DynamicEffect; 17] = [
     &drive_offset::DriveOffset,
-    &sensor_offset::SensorOffset,
-    &cubic_stiffness::CubicStiffness,
-    &quadratic_stiffness::QuadraticStiffness,
+    &path::SENSOR_OFFSET,
+    &force::CUBIC_STIFFNESS,
+    &force::QUADRATIC_STIFFNESS,
     &coulomb_friction::CoulombFriction,
-    &quadratic_damping::QuadraticDamping,
-    &nonlinear_damping::NonlinearDamping,
-    &torque_constant_droop::TorqueConstantDroop,
-    &transport_delay::TransportDelay,
-    &drive_lag::DriveLag,
-    &sensor_lag::SensorLag,
+    &force::QUADRATIC_DAMPING,
+    &force::NONLINEAR_DAMPING,
+    &force::TORQUE_CONSTANT_DROOP,
+    &path::TRANSPORT_DELAY,
+    &path::DRIVE_LAG,
+    &path::SENSOR_LAG,
     &drive_saturation::DriveSaturation,
-    &rayleigh_hysteresis::RayleighHysteresis,
+    &path::RAYLEIGH_HYSTERESIS,
     &cogging::Cogging,
     &stribeck_friction::StribeckFriction,
     &bouc_wen_hysteresis::BoucWenHysteresis,
     &flexible_mode::FlexibleMode,
 ];
 
+/// Ids of effects that a search treats apart.
+pub const COULOMB_FRICTION: &str = "coulomb_friction";
+pub const CUBIC_STIFFNESS: &str = "cubic_stiffness";
+pub const DRIVE_LAG: &str = "drive_lag";
+pub const DRIVE_OFFSET: &str = "drive_offset";
+pub const RAYLEIGH_HYSTERESIS: &str = "rayleigh_hysteresis";
+pub const SENSOR_OFFSET: &str = "sensor_offset";
+pub const TRANSPORT_DELAY: &str = "transport_delay";
+
 /// The effect with an id.
 pub fn effect(id: &str) -> Option<&'static dyn DynamicEffect> {
-    CATALOGUE.iter().copied().find(|e| e.id() == id)
+    CATALOGUE.iter().copied().find(|e| e.id == id)
 }
 
 /// The unit with the position's and the drive's put in.
@@ -286,9 +339,9 @@ mod tests {
     #[test]
     fn every_confusion_names_an_effect_of_the_catalogue() {
         for e in CATALOGUE {
-            for other in e.confused_with() {
-                assert!(effect(other).is_some(), "{}: {other}", e.id());
-                assert_ne!(*other, e.id());
+            for other in e.confused_with {
+                assert!(effect(other).is_some(), "{}: {other}", e.id);
+                assert_ne!(*other, e.id);
             }
         }
     }
@@ -298,9 +351,9 @@ mod tests {
         let scale = Scale { stroke: 5000.0, speed: 2e5, drive: 0.3, step_s: 5e-4, rate: 200.0 };
         for e in CATALOGUE {
             for start in e.starts(&scale) {
-                assert_eq!(start.len(), e.parameters().len(), "{}", e.id());
-                for (value, p) in start.iter().zip(e.parameters()) {
-                    assert!(!p.shape || *value > 0.0, "{} {}", e.id(), p.name);
+                assert_eq!(start.len(), e.parameters.len(), "{}", e.id);
+                for (value, p) in start.iter().zip(e.parameters) {
+                    assert!(!p.shape || *value > 0.0, "{} {}", e.id, p.name);
                 }
                 let some: Vec<f64> = start.iter().map(|v| if *v == 0.0 { 0.7 } else { *v }).collect();
                 let readings = e.readings(&some);
@@ -308,11 +361,7 @@ mod tests {
                     .parameters_from(&|name| readings.iter().find(|r| r.name == name).map(|r| r.value))
                     .unwrap();
                 for (a, b) in e.readings(&back).iter().zip(&readings) {
-                    assert!(
-                        (a.value - b.value).abs() < 1e-9 * b.value.abs(),
-                        "{}: {back:?} {some:?}",
-                        e.id()
-                    );
+                    assert!((a.value - b.value).abs() < 1e-9 * b.value.abs(), "{}: {back:?} {some:?}", e.id);
                 }
             }
         }

@@ -1,12 +1,12 @@
 //! Stribeck friction: dry friction that is larger at rest and falls with speed.
 
-use super::{
-    CREEP, DynamicEffect, Flow, Parameter, Part, Physics, Reading, Scale, amount, plain_readings, shape,
-};
-use crate::dynamic::number::Number;
+use super::{CREEP, DynamicEffect, Facts, Flow, Physics, SLOW_TRIANGLES, Scale, amount, shape};
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::HARD;
 
 /// x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E; F, E in p/s², v_s in p/s
+///
+/// Source: R. Stribeck (1902); Armstrong-Hélouvry et al., Automatica 30 (1994), Eq. 3.
 pub struct StribeckFriction;
 
 impl<T: Number> Physics<T> for StribeckFriction {
@@ -19,35 +19,25 @@ impl<T: Number> Physics<T> for StribeckFriction {
 }
 
 impl DynamicEffect for StribeckFriction {
-    fn id(&self) -> &'static str {
-        "stribeck_friction"
-    }
-    fn title(&self) -> &'static str {
-        "Stribeck friction"
-    }
-    fn formula(&self) -> &'static str {
-        "x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E; F, E in p/s², v_s in p/s"
-    }
-    fn source(&self) -> &'static str {
-        "R. Stribeck (1902); Armstrong-Hélouvry et al., Automatica 30 (1994), Eq. 3"
-    }
-    fn confused_with(&self) -> &'static [&'static str] {
-        &["coulomb_friction", "bouc_wen_hysteresis"]
-    }
-    fn variable(&self) -> &'static str {
-        "velocity"
-    }
-    fn part(&self) -> Part {
-        Part::Force
-    }
-    fn parameters(&self) -> &'static [Parameter] {
+    fn facts(&self) -> &Facts {
         const {
-            &[
-                amount("force_per_inertia", "p/s²"),
-                amount("extra_static", "p/s²"),
-                shape("stribeck_velocity", "p/s"),
-                CREEP,
-            ]
+            &Facts {
+                id: "stribeck_friction",
+                title: "Stribeck friction",
+                variable: "velocity",
+                confused_with: &["coulomb_friction", "bouc_wen_hysteresis"],
+                parameters: &[
+                    amount("force_per_inertia", "p/s²"),
+                    amount("extra_static", "p/s²"),
+                    shape("stribeck_velocity", "p/s"),
+                    CREEP,
+                ],
+                creeps: true,
+                kept: 3,
+                experiment: SLOW_TRIANGLES,
+                abrupt: true,
+                ..Facts::USUAL
+            }
         }
     }
     fn starts(&self, scale: &Scale) -> Vec<Vec<f64>> {
@@ -65,22 +55,8 @@ impl DynamicEffect for StribeckFriction {
             _ => Vec::new(),
         }
     }
-    fn holds(&self, parameters: &[f64]) -> f64 {
-        (parameters[0] + parameters[1]).max(0.0)
-    }
     fn plausible(&self, parameters: &[f64], scale: &Scale) -> bool {
         // Beyond the speeds of the recording the fall of the friction is a viscous damping.
         parameters[0] >= 0.0 && parameters[1] > 0.0 && parameters[2] < 3.0 * scale.speed
-    }
-    fn creep(&self) -> Option<usize> {
-        Some(3)
-    }
-    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
-        plain_readings(self.parameters(), parameters, 3)
-    }
-    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
-        let creep = value(CREEP.name).unwrap_or(f64::MIN_POSITIVE);
-        let named = self.parameters()[..3].iter().map(|p| value(p.name));
-        named.chain([Some(creep)]).collect()
     }
 }

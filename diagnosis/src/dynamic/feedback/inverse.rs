@@ -4,14 +4,11 @@
 //! Technol. 22 (2014)).
 
 use super::motion::Motion;
-use crate::dynamic::dense::Symmetric;
 use crate::dynamic::effects::{DynamicEffect, Part};
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
+use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::feedback::inverse::ROUNDS;
-
-/// The effect whose column holds the gain.
-const DROOP: &str = "torque_constant_droop";
 
 /// Which parts the model has; the amounts follow by least squares.
 #[derive(Clone)]
@@ -37,11 +34,6 @@ pub struct Solved {
     pub deviations: Vec<Vec<f64>>,
 }
 
-/// Whether an effect shifts the drive in time.
-pub fn is_lag(effect: &dyn DynamicEffect) -> bool {
-    matches!(effect.part(), Part::Delay | Part::DriveLag | Part::SensorLag)
-}
-
 /// The drive that a motion needs by a model: f + τ f′ + offset with f = (x″ + d v + k x − effects)/gain.
 pub fn predict(model: &Model, motion: &Motion) -> Vec<f64> {
     let [damping, stiffness, gain] = model.nominal;
@@ -50,7 +42,7 @@ pub fn predict(model: &Model, motion: &Motion) -> Vec<f64> {
         .collect();
     let (mut lag, mut offset) = (0.0, 0.0);
     for term in &model.terms {
-        match term.effect.part() {
+        match term.effect.part {
             Part::Force => {
                 for (f, a) in force.iter_mut().zip(motion.force(term.effect, &term.parameters, gain)) {
                     *f -= a;
@@ -83,10 +75,10 @@ pub fn effect_columns(
     motion: &Motion,
     gain: f64,
 ) -> Vec<(usize, Vec<f64>)> {
-    if effect.part() != Part::Force {
+    if effect.part != Part::Force {
         return vec![(0, vec![1.0; motion.position.len()])];
     }
-    let amounts: Vec<usize> = (0..shapes.len()).filter(|j| !effect.parameters()[*j].shape).collect();
+    let amounts: Vec<usize> = (0..shapes.len()).filter(|j| !effect.parameters[*j].shape).collect();
     let one = |j: &usize| {
         let mut unit = shapes.to_vec();
         amounts.iter().for_each(|i| unit[*i] = f64::from(i == j));
@@ -96,11 +88,32 @@ pub fn effect_columns(
     amounts.iter().map(one).collect()
 }
 
+/// The normal equations of the drive in some columns on some rows, and their right-hand side.
+fn normal_equations(columns: &[Column], rows: &[usize], drive: &[f64]) -> (Symmetric, Vec<f64>) {
+    let n = columns.len();
+    let mut normal = Symmetric::zero(n);
+    let mut right = vec![0.0; n];
+    for &k in rows {
+        for i in 0..n {
+            right[i] += columns[i].0[k] * drive[k];
+            for j in 0..=i {
+                *normal.at_mut(i, j) += columns[i].0[k] * columns[j].0[k];
+            }
+        }
+    }
+    for i in 0..n {
+        for j in i + 1..n {
+            *normal.at_mut(i, j) = normal.at(j, i);
+        }
+    }
+    (normal, right)
+}
+
 /// Fits the amounts on the rows that `wanted` selects.
 pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
     let rows: Vec<usize> = motion.runs.iter().flat_map(|r| r.clone()).filter(|k| wanted(*k)).collect();
-    // Only a lag and a droop have to settle.
-    let rounds = if inverse.terms.iter().all(|(e, _)| !is_lag(*e) && e.id() != DROOP) { 1 } else { ROUNDS };
+    // Only a lag and a force that goes with the gain have to settle.
+    let rounds = if inverse.terms.iter().all(|(e, _)| !e.is_late() && !e.by_gain) { 1 } else { ROUNDS };
     let mut gain = 1.0;
     let mut lag_column: Option<Vec<f64>> = None;
     let mut solved = None;
@@ -109,7 +122,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
         let mut columns: Vec<Column> =
             nominal_columns(inverse.stiffness, motion).into_iter().map(|c| (c, None)).collect();
         for (t, (effect, shapes)) in inverse.terms.iter().enumerate() {
-            if is_lag(*effect) {
+            if effect.is_late() {
                 if let Some(rate) = &lag_column {
                     columns.push((rate.clone(), Some((t, 0))));
                 }
@@ -119,22 +132,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
                 effect_columns(*effect, shapes, motion, gain).into_iter().map(|(j, c)| (c, Some((t, j)))),
             );
         }
-        let n = columns.len();
-        let mut normal = Symmetric::zero(n);
-        let mut right = vec![0.0; n];
-        for &k in &rows {
-            for i in 0..n {
-                right[i] += columns[i].0[k] * motion.drive[k];
-                for j in 0..=i {
-                    *normal.at_mut(i, j) += columns[i].0[k] * columns[j].0[k];
-                }
-            }
-        }
-        for i in 0..n {
-            for j in i + 1..n {
-                *normal.at_mut(i, j) = normal.at(j, i);
-            }
-        }
+        let (normal, right) = normal_equations(&columns, &rows, &motion.drive);
         let factor = normal.factor();
         let x = factor.solve(&right);
         if x[0] == 0.0 || x.iter().any(|v| !v.is_finite()) {
@@ -144,7 +142,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
         let without_lag: Vec<f64> = (0..motion.position.len())
             .map(|k| {
                 let own = columns.iter().zip(&x).filter(|((_, owner), _)| {
-                    owner.is_none_or(|(t, _)| inverse.terms[t].0.part() == Part::Force)
+                    owner.is_none_or(|(t, _)| inverse.terms[t].0.part == Part::Force)
                 });
                 own.map(|((c, _), x)| c[k] * x).sum()
             })
@@ -172,7 +170,7 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
         for (i, (_, owner)) in columns.iter().enumerate().skip(first) {
             let Some((t, j)) = *owner else { continue };
             let effect = inverse.terms[t].0;
-            let factor = match effect.part() {
+            let factor = match effect.part {
                 Part::Force => gain,
                 Part::SensorOffset if inverse.stiffness => x[0] / x[2],
                 _ => 1.0,
@@ -190,7 +188,7 @@ pub fn model_columns(inverse: &Inverse, solved: &Solved, motion: &Motion) -> Vec
     let gain = solved.model.nominal[2];
     let mut columns = nominal_columns(inverse.stiffness, motion);
     for (effect, shapes) in &inverse.terms {
-        if is_lag(*effect) {
+        if effect.is_late() {
             let fitted: Vec<f64> = motion.drive.iter().zip(&solved.residual).map(|(u, r)| u - r).collect();
             columns.push(motion.rate(&fitted));
         } else {

@@ -4,6 +4,7 @@
 use super::filter::{derivative, low_pass};
 use crate::dynamic::effects::{DynamicEffect, Flow, Part, Physics};
 use crate::dynamic::recording::DynamicRecording;
+use crate::numerics::range;
 use crate::thresholds::dynamic::effects::MOST_STATES;
 use crate::thresholds::dynamic::feedback::motion::{STANDING, SUBSTEPS};
 
@@ -26,6 +27,16 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// The range of an observable.
+    pub fn reach(&self, variable: &str) -> (f64, f64) {
+        match variable {
+            "position" | "history" => range(&self.position),
+            "drive" => range(&self.drive),
+            "frequency_hz" => (0.0, self.cutoff_hz),
+            _ => range(&self.velocity),
+        }
+    }
+
     /// Smooths the motion of a recording; `slow` is the speed that counts as standing still, by default a
     /// part of the recording's own.
     pub fn new(recording: &DynamicRecording, cutoff_hz: f64, slow: Option<f64>) -> Motion {
@@ -43,7 +54,7 @@ impl Motion {
             position.extend(x);
             drive.extend(low_pass(&recording.drives[0][run.clone()], cutoff_hz, h));
         }
-        let slow = slow.unwrap_or_else(|| STANDING * crate::rows::rms(&velocity)).max(f64::MIN_POSITIVE);
+        let slow = slow.unwrap_or_else(|| STANDING * crate::numerics::rms(&velocity)).max(f64::MIN_POSITIVE);
         Motion {
             step_s: h,
             runs: recording.runs.clone(),
@@ -74,10 +85,10 @@ impl Motion {
     /// What an effect adds to the acceleration along the motion.
     pub fn force(&self, effect: &dyn DynamicEffect, parameters: &[f64], gain: f64) -> Vec<f64> {
         let mut out = vec![0.0; self.position.len()];
-        if effect.part() != Part::Force {
+        if effect.part != Part::Force {
             return out;
         }
-        let count = effect.states();
+        let count = effect.states;
         for run in &self.runs {
             let mut states = effect.rest(self.position[run.start]);
             for k in run.clone() {

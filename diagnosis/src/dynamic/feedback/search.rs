@@ -3,12 +3,12 @@
 
 use rayon::prelude::*;
 
-use super::inverse::{Inverse, Solved, effect_columns, is_lag, model_columns, solve};
+use super::inverse::{Inverse, Solved, effect_columns, model_columns, solve};
 use super::motion::Motion;
 use crate::dynamic::data::CHOOSE;
 use crate::dynamic::data::FIT;
 use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
-use crate::linear::dot;
+use crate::numerics::dot;
 use crate::thresholds::dynamic::feedback::search::{ALTERNATIVE, CONSISTENT, LEAST_PART, RESOLVED};
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
@@ -27,7 +27,7 @@ fn seen(effect: &dyn DynamicEffect, parameters: &[f64], slow: f64, cutoff_hz: f6
         FREQUENCY => *value < cutoff_hz,
         _ => true,
     };
-    effect.parameters().iter().zip(parameters).enumerate().all(one)
+    effect.parameters.iter().zip(parameters).enumerate().all(one)
 }
 
 /// The search along one motion.
@@ -79,7 +79,7 @@ impl Along<'_> {
             last = fold;
         }
         let count = blocks.len() as f64;
-        let mean = crate::rows::mean(&blocks);
+        let mean = crate::numerics::mean(&blocks);
         let square = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         mean / (square / count).sqrt().max(f64::MIN_POSITIVE)
     }
@@ -108,7 +108,7 @@ impl Along<'_> {
         let mut shapes = start.to_vec();
         let mut best = self.fit(&build(&shapes))?;
         let shaped: Vec<usize> = (0..shapes.len())
-            .filter(|j| effect.parameters()[*j].shape && !is_lag(effect) && !effect.kept(*j))
+            .filter(|j| effect.parameters[*j].shape && !effect.is_late() && *j < effect.kept)
             .collect();
         let mut width = 1.5;
         for _ in 0..if shaped.is_empty() { 0 } else { 6 } {
@@ -140,7 +140,7 @@ impl Along<'_> {
         for _ in 0..2 {
             for b in basis.iter() {
                 let along = dot(&own, b);
-                crate::linear::add_scaled(&mut own, -along, b);
+                crate::numerics::add_scaled(&mut own, -along, b);
             }
         }
         let square = dot(&own, &own);
@@ -176,22 +176,22 @@ impl Along<'_> {
         for column in model_columns(present, &solved, self.motion) {
             self.extend(&mut basis, column);
         }
-        let lagging = present.terms.iter().any(|(e, _)| is_lag(*e));
-        let offset = present.terms.iter().any(|(e, _)| matches!(e.part(), Part::Drive | Part::SensorOffset));
+        let lagging = present.terms.iter().any(|(e, _)| e.is_late());
+        let offset = present.terms.iter().any(|(e, _)| matches!(e.part, Part::Drive | Part::SensorOffset));
         let one = |e: &&'static dyn DynamicEffect| -> Option<(Inverse, Solved)> {
-            let constant = matches!(e.part(), Part::Drive | Part::SensorOffset);
-            let known = present.terms.iter().any(|(p, _)| p.id() == e.id());
+            let constant = matches!(e.part, Part::Drive | Part::SensorOffset);
+            let known = present.terms.iter().any(|(p, _)| p.id == e.id);
             if known
-                || (is_lag(*e) && lagging)
+                || (e.is_late() && lagging)
                 || (constant && offset)
-                || e.id() == "drive_saturation"
-                || e.part() == Part::DriveMemory
-                || (e.part() == Part::SensorOffset && !present.stiffness)
+                || e.is_limit()
+                || e.part == Part::DriveMemory
+                || (e.part == Part::SensorOffset && !present.stiffness)
             {
                 return None;
             }
             let starts = e.starts(scale);
-            let start = if starts.len() == 1 || is_lag(*e) {
+            let start = if starts.len() == 1 || e.is_late() {
                 &starts[0]
             } else {
                 // The start whose columns explain most of the residual.
@@ -235,8 +235,8 @@ impl Along<'_> {
             // A simpler effect that does as well, or one that comes first.
             let Some(best) = contenders.first() else { break };
             let least = self.square(&best.1.residual, CHOOSE) * (1.0 + ALTERNATIVE);
-            let rank = |id: &str| catalogue.iter().position(|e| e.id() == id).unwrap_or(usize::MAX);
-            let last = |i: &Inverse| i.terms.last().map_or("", |(e, _)| e.id());
+            let rank = |id: &str| catalogue.iter().position(|e| e.id == id).unwrap_or(usize::MAX);
+            let last = |i: &Inverse| i.terms.last().map_or("", |(e, _)| e.id);
             let next = contenders
                 .iter()
                 .filter(|c| self.square(&c.1.residual, CHOOSE) <= least)

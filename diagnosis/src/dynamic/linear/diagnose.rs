@@ -5,21 +5,23 @@ use std::ops::Range;
 use fitter::plant::{Order, PlantFile};
 
 use super::looped::{Looped, Stretch};
-use super::marquardt::Limits;
 use super::modal::Modal;
 use super::offset::{self, Offset, offset};
 use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::diagnose::Predicted;
-use crate::dynamic::judge;
+use crate::dynamic::effects::CUBIC_STIFFNESS;
+use crate::dynamic::judge::{self, Problem, Withdrawn};
+use crate::dynamic::spectrum::Response;
 use crate::dynamic::spectrum::experiments::mean_period;
 use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
 use crate::held_out::{Fit, Score};
+use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::diagnose::{
     FINAL_STEPS, GROWS, LINEAR_STEPS, NOISE, RIVAL, RIVAL_STEPS, STEPS,
 };
-use crate::verdict::Verdict;
+use crate::verdict::{NamedEffect, Said, Verdict};
 
 /// Diagnoses a recording whose plant is `kind = "linear"`.
 ///
@@ -63,24 +65,50 @@ pub fn diagnose_linear(
     } else {
         name(recording, &plan, &before, &start, &fitting, &judged)
     };
-    let responses = verdict::responses(recording, &plan);
-    let noise = period_noise(recording, &plan);
-    judge::standing(recording, false, |withdrawn| {
-        let out = |id: &str| skip.iter().chain(&withdrawn.effects).any(|other| other == id);
-        let named = named.as_ref().filter(|_| !out(file::ID));
-        let mut effects = Vec::new();
-        let after = match named {
-            Some(found) => {
-                let error = sensitivity::exponent_error(&found.model, &fitting);
-                let mut effect = verdict::hysteresis(&found.model, found.gain, &responses, error);
-                effect.alternatives.extend(found.rival.then(|| "cubic_stiffness".to_string()));
-                effects.push(effect);
-                &found.model
-            }
-            None => &before,
-        };
-        let mut own = predict(recording, &before, after);
-        let mut other = held_out.map(|r| predict(r, &before, after));
+    judge::standing(&Modes {
+        recording,
+        plant,
+        held_out,
+        skip,
+        responses: verdict::responses(recording, &plan),
+        noise: period_noise(recording, &plan),
+        plan,
+        before,
+        fitting,
+        named,
+    })
+}
+
+/// A structure of many modes, and what was found in it.
+struct Modes<'a> {
+    recording: &'a DynamicRecording,
+    plant: &'a PlantFile,
+    held_out: Option<&'a DynamicRecording>,
+    skip: &'a [String],
+    plan: Plan,
+    /// The linear model.
+    before: Looped,
+    fitting: Vec<Stretch>,
+    /// The hysteresis that was found.
+    named: Option<Named>,
+    responses: Vec<(f64, Response)>,
+    /// Standard deviation of a reading from repeated periods, and its correlation.
+    noise: Option<(f64, f64)>,
+}
+
+impl Problem for Modes<'_> {
+    fn recording(&self) -> &DynamicRecording {
+        self.recording
+    }
+
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+        let (recording, plant, before) = (self.recording, self.plant, &self.before);
+        let out = |id: &str| self.skip.iter().chain(&withdrawn.effects).any(|other| other == id);
+        let named = self.named.as_ref().filter(|_| !out(file::ID));
+        let mut effects: Vec<NamedEffect> = named.map(|found| self.hysteresis(found)).into_iter().collect();
+        let after = named.map_or(before, |found| &found.model);
+        let mut own = predict(recording, before, after);
+        let mut other = self.held_out.map(|r| predict(r, before, after));
         let stated = Offset::stated(plant, recording.positions.len());
         if let Some(stated) = &stated {
             for predicted in std::iter::once(&mut own).chain(&mut other) {
@@ -88,44 +116,48 @@ pub fn diagnose_linear(
                 stated.add_to(&mut predicted.after);
             }
         }
-        let constant = if out(offset::ID) { None } else { offset(recording, &own.after, &plan) };
+        let constant = if out(offset::ID) { None } else { offset(recording, &own.after, &self.plan) };
         if let Some(found) = &constant {
             found.add_to(&mut own.after);
             other.iter_mut().for_each(|o| found.add_to(&mut o.after));
             effects.push(found.named(&plant.plant.position_unit, recording.drives.len()));
         }
-        let all: Vec<Range<usize>> = recording.runs.clone();
-        let judged_rows = if held.is_empty() { &all } else { &held };
-        let left = rms(recording, &own.after, judged_rows);
+        let (said, floor) = self.said(effects, &own);
+        let fit = self.fit(&own, other.as_ref());
+        let bad_rows = recording.bad_rows.clone();
+        let diagnosis = Diagnosis { bad_rows, ..Diagnosis::of(&recording.file, said, floor, fit) };
+        let mut written = file::to_file(after, &plant.plant);
+        let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
+        written.effects.extend(constant.map(|o| o.effect()));
+        Ok(DynamicOutcome { diagnosis, plant: written, own, other, idle: None })
+    }
+}
+
+impl Modes<'_> {
+    fn hysteresis(&self, found: &Named) -> NamedEffect {
+        let error = sensitivity::exponent_error(&found.model, &self.fitting);
+        let mut effect = verdict::hysteresis(&found.model, found.gain, &self.responses, error);
+        effect.alternatives.extend(found.rival.then(|| CUBIC_STIFFNESS.to_string()));
+        effect
+    }
+
+    /// Verdict and places, and the noise that they are measured by.
+    fn said(&self, effects: Vec<NamedEffect>, own: &Predicted) -> (Said, NoiseFloor) {
+        let (recording, plan, noise) = (self.recording, &self.plan, self.noise);
+        let held = plan.held();
+        let left = rms(recording, &own.after, if held.is_empty() { &recording.runs } else { &held });
         let level = noise.map_or(left, |(level, _)| level);
-        let around = verdict::locations(recording, &plan, &before.linear, &responses);
+        let around = verdict::locations(recording, plan, &self.before.linear, &self.responses);
         // Without repeated periods nothing tells noise from distortion but its dependence on the amplitude.
         let grows = around.iter().any(|l| l.variable == "amplitude" && l.share > GROWS);
-        let said = match (effects.first(), noise) {
+        let verdict = match (effects.first(), noise) {
             (Some(_), Some(_)) if left > NOISE * level => Verdict::PartlyExplained,
             (Some(_), _) => Verdict::Explained,
             (None, Some(_)) if left > NOISE * level => Verdict::Unexplained,
             (None, None) if grows => Verdict::Unexplained,
             (None, _) => Verdict::Consistent,
         };
-        let locations = if said == Verdict::Consistent { Vec::new() } else { around };
-        let score = |own_columns: &[Vec<f64>], other_columns: Option<&Vec<Vec<f64>>>| Score {
-            train_rms: rms(recording, own_columns, &plan.fitted()),
-            held_out_rms: match (held_out, other_columns) {
-                (Some(r), Some(columns)) => Some(rms(r, columns, &r.runs)),
-                _ if held.is_empty() => None,
-                _ => Some(rms(recording, own_columns, &held)),
-            },
-        };
-        let fit = Fit {
-            unit: plant.plant.position_unit.clone(),
-            held_out_by: held_out.map_or(plan.held_out_by.to_string(), |r| r.file.clone()),
-            before: score(&own.before, other.as_ref().map(|o| &o.before)),
-            after: score(&own.after, other.as_ref().map(|o| &o.after)),
-            gain: None,
-            of_explainable: None,
-        };
-        let next_experiment = match said {
+        let next_experiment = match verdict {
             Verdict::Unexplained => Some(String::from(
                 "repeat the excitation at two amplitudes or more, of each more runs than drives: then what depends on the amplitude \
              is told from what the order of the model leaves",
@@ -135,33 +167,39 @@ pub fn diagnose_linear(
             )),
             _ => None,
         };
-        let diagnosis = Diagnosis {
-            schema: 1,
-            recording: recording.file.clone(),
-            verdict: said,
-            noise_floor: NoiseFloor {
-                value: level,
-                unit: plant.plant.position_unit.clone(),
-                from: if noise.is_some() { "repeated periods" } else { "what the model leaves" }.into(),
-                autocorrelation: noise.map_or(0.0, |(_, correlation)| correlation),
-            },
-            locations,
+        let floor = NoiseFloor {
+            value: level,
+            unit: self.plant.plant.position_unit.clone(),
+            from: if noise.is_some() { "repeated periods" } else { "what the model leaves" }.into(),
+            autocorrelation: noise.map_or(0.0, |(_, correlation)| correlation),
+        };
+        let said = Said {
+            verdict,
+            locations: if verdict == Verdict::Consistent { Vec::new() } else { around },
             effects,
-            fit,
             unidentifiable: vec![String::from(
                 "the states of the linear model: any regular change of their coordinates gives the same positions",
             )],
             next_experiment,
-            bad_rows: recording.bad_rows.clone(),
-            judged: Vec::new(),
-            withheld: None,
-            plant: Vec::new(),
         };
-        let mut written = file::to_file(after, &plant.plant);
-        let constant = constant.map(|found| found.and(stated.as_ref())).or(stated.clone());
-        written.effects.extend(constant.map(|o| o.effect()));
-        Ok(DynamicOutcome { diagnosis, plant: written, own, other, idle: None })
-    })
+        (said, floor)
+    }
+
+    fn fit(&self, own: &Predicted, other: Option<&Predicted>) -> Fit {
+        let (recording, held) = (self.recording, self.plan.held());
+        let score = |own: &[Vec<f64>], other: Option<&Vec<Vec<f64>>>| Score {
+            train_rms: rms(recording, own, &self.plan.fitted()),
+            held_out_rms: match (self.held_out, other) {
+                (Some(r), Some(columns)) => Some(rms(r, columns, &r.runs)),
+                _ if held.is_empty() => None,
+                _ => Some(rms(recording, own, &held)),
+            },
+        };
+        let scores =
+            [score(&own.before, other.map(|o| &o.before)), score(&own.after, other.map(|o| &o.after))];
+        let by = self.held_out.map_or(self.plan.held_out_by, |r| &r.file);
+        Fit::of(&self.plant.plant.position_unit, by, scores)
+    }
 }
 
 /// The linear model of all amplitudes, and that of the lowest, both of one order.
@@ -243,17 +281,13 @@ fn agrees(model: &Modal, recording: &DynamicRecording) -> bool {
 
 /// The recording with the user's simulated position in the place of the measured one.
 fn theirs(recording: &DynamicRecording, own: &OwnSimulation) -> Result<DynamicRecording, DynamicError> {
-    let wrong =
-        |found: String, expected: String| DynamicError::Simulated { file: own.file.clone(), found, expected };
     if recording.positions.len() != 1 {
-        return Err(wrong(
+        return Err(own.wrong(
             "one `position`".into(),
             format!("a recording of one, not {}", recording.positions.len()),
         ));
     }
-    if own.positions.len() != recording.rows() {
-        return Err(wrong(format!("{} rows", own.positions.len()), format!("{} rows", recording.rows())));
-    }
+    own.of_rows(recording.rows())?;
     Ok(DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() })
 }
 

@@ -10,9 +10,10 @@ use super::looped::Looped;
 use super::modal::Modal;
 use super::operator::{Operator, Plays};
 use super::subspace::to_blocks;
+use crate::dynamic::effects::RAYLEIGH_HYSTERESIS;
 
 /// Id of the effect that carries the loop.
-pub const ID: &str = "rayleigh_hysteresis";
+pub const ID: &str = RAYLEIGH_HYSTERESIS;
 
 /// The names of an effect's parameters in the file of a `linear` plant.
 pub fn names(id: &str) -> Vec<&'static str> {

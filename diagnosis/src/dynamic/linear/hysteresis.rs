@@ -5,10 +5,10 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::looped::{Looped, Stretch};
-use super::marquardt::Limits;
 use super::modal::Modal;
 use super::operator::{Operator, Plays};
 use super::sensitivity;
+use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::hysteresis::{EXPONENT, STRENGTHS};
 
 /// What the operator acts on at the start of a fit.

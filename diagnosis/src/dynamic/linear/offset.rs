@@ -9,14 +9,13 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::diagnose::rms;
 use super::plan::Plan;
 use crate::dynamic::DynamicRecording;
+use crate::dynamic::effects::{DRIVE_OFFSET, SENSOR_OFFSET};
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::dynamic::linear::offset::{BLOCKS, CHANCE, LEAST_PART};
 use crate::verdict::{NamedEffect, Parameter};
 
 /// Id of the effect.
-pub const ID: &str = "sensor_offset";
-/// Id of what it cannot be told from.
-const TWIN: &str = "drive_offset";
+pub const ID: &str = SENSOR_OFFSET;
 
 /// An offset of every position, in position units.
 #[derive(Debug, Clone)]
@@ -37,10 +36,10 @@ pub fn offset(recording: &DynamicRecording, predicted: &[Vec<f64>], plan: &Plan)
         let mean_of = |rows: &Range<usize>| -> f64 {
             let apart: Vec<f64> =
                 rows.clone().filter(|k| recording.scored(*k)).map(|k| recorded[k] - predicted[k]).collect();
-            crate::rows::mean(&apart)
+            crate::numerics::mean(&apart)
         };
         let means: Vec<f64> = blocks.iter().map(mean_of).collect();
-        let value = crate::rows::mean(&means);
+        let value = crate::numerics::mean(&means);
         let scatter = means.iter().map(|m| (m - value).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
         let error = (scatter / count).sqrt();
         let t = value.abs() / error.max(f64::MIN_POSITIVE);
@@ -113,7 +112,7 @@ impl Offset {
             p_value: self.chance.max(1e-300),
             share: self.part.clamp(0.0, 1.0),
             parameters: self.values.iter().zip(&self.errors).enumerate().map(parameter).collect(),
-            alternatives: if self.values.len() <= drives { vec![TWIN.into()] } else { Vec::new() },
+            alternatives: if self.values.len() <= drives { vec![DRIVE_OFFSET.into()] } else { Vec::new() },
             runtime_correctable: true,
         }
     }

@@ -151,7 +151,7 @@ fn amplitude(recording: &DynamicRecording, run: &Range<usize>) -> f64 {
         .drives
         .iter()
         .map(|d| {
-            let mean = crate::rows::mean(&d[run.clone()]);
+            let mean = crate::numerics::mean(&d[run.clone()]);
             d[run.clone()].iter().map(|v| (v - mean).powi(2)).sum::<f64>()
         })
         .sum();

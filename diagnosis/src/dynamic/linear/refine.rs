@@ -4,11 +4,11 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use super::marquardt::{Limits, Normal, minimise};
 use super::modal::Modal;
 use crate::dynamic::spectrum::frf::cross;
-use crate::dynamic::spectrum::hermitian::{cholesky, divide};
 use crate::dynamic::spectrum::{Complex, Experiments};
+use crate::numerics::hermitian::{cholesky, divide};
+use crate::numerics::{Limits, Normal, minimise};
 use crate::thresholds::dynamic::linear::refine::PIECE;
 
 /// Σ |w (Y − G U)|² over the experiments of a line is Σ |(Ĝ − G) L|² plus what no G can change, with
@@ -26,7 +26,7 @@ pub fn refine(start: &Modal, data: &Experiments, steps: usize) -> Modal {
         .into_iter()
         .enumerate()
         .filter_map(|(line, point)| {
-            let (uu, yu, _) = cross(data, line);
+            let (uu, yu) = cross(data, line);
             let factor = cholesky(&uu, data.inputs)?;
             Some(Line { point, gain: divide(&yu, data.outputs, &factor, data.inputs), factor })
         })

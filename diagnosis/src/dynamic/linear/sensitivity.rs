@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::looped::{Looped, State, Stepper, Stretch};
-use super::marquardt::{Limits, Normal, minimise};
+use crate::numerics::{Limits, Normal, minimise};
 use crate::thresholds::dynamic::linear::sensitivity::{LANES, PIECES};
 
 type Lane = [f64; LANES];
@@ -136,7 +136,7 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
         sum.gram += faer::Scale(square) * gram;
     }
     for (k, g) in sum.gradient.iter_mut().enumerate() {
-        *g += stretch.weight * crate::linear::dot(&jacobian[k * kept..(k + 1) * kept], &residual);
+        *g += stretch.weight * crate::numerics::dot(&jacobian[k * kept..(k + 1) * kept], &residual);
     }
     sum.cost += residual.iter().map(|r| r * r).sum::<f64>();
     Some(())

@@ -11,16 +11,14 @@ use faer::{Mat, Side};
 
 use super::modal::{Block, Modal};
 use crate::dynamic::spectrum::frf::cross;
-use crate::dynamic::spectrum::hermitian::{cholesky, divide};
 use crate::dynamic::spectrum::{Complex, Experiments};
+use crate::numerics::hermitian::{cholesky, divide};
 use crate::thresholds::dynamic::linear::modal::STABLE;
 use crate::thresholds::dynamic::linear::subspace::RIDGE;
 
 /// The observability range, of which models of any order are read.
 pub struct Subspace {
     directions: Mat<f64>,
-    /// Singular values, the largest first.
-    pub strengths: Vec<f64>,
     points: Vec<Complex>,
     gain: Vec<Complex>,
     weight: Vec<f64>,
@@ -42,7 +40,7 @@ pub fn subspace(data: &Experiments, blocks: usize) -> Option<Subspace> {
     let mut yu = vec![vec![0.0; p * m]; lags];
     let mut yy = vec![vec![0.0; p * p]; lags];
     for (line, &z) in data.points().iter().enumerate() {
-        let (s_uu, s_yu, _) = cross(data, line);
+        let (s_uu, s_yu) = cross(data, line);
         let Some(l) = cholesky(&s_uu, m) else { continue };
         let g = divide(&s_yu, p, &l, m);
         // G S_uu Gᴴ: what the drives explain of the positions; noise is left out.
@@ -82,11 +80,9 @@ pub fn subspace(data: &Experiments, blocks: usize) -> Option<Subspace> {
     let symmetric = Mat::from_fn(left.nrows(), left.nrows(), |i, j| 0.5 * (left[(i, j)] + left[(j, i)]));
     let eigen = symmetric.self_adjoint_eigen(Side::Lower).ok()?;
     let size = symmetric.nrows();
-    let values = eigen.S().column_vector();
-    let strengths: Vec<f64> = (0..size).rev().map(|i| values[i].max(0.0).sqrt()).collect();
     let vectors = eigen.U();
     let directions = Mat::from_fn(size, size, |i, j| vectors[(i, size - 1 - j)]);
-    Some(Subspace { directions, strengths, points, gain, weight, inputs: m, outputs: p, step_s: data.step_s })
+    Some(Subspace { directions, points, gain, weight, inputs: m, outputs: p, step_s: data.step_s })
 }
 
 /// `a gᴴ` of two outputs × inputs matrices.

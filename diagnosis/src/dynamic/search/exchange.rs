@@ -1,7 +1,7 @@
 //! Exchanging what was found: an effect for one that it is easily taken for, and terms that others have driven to where
 //! they are no physics.
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, MOST_EXCHANGES, Search, gain, is_late};
+use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, MOST_EXCHANGES, Search, gain};
 use crate::dynamic::data::CHOOSE;
 use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::model::{Model, Term};
@@ -25,7 +25,7 @@ impl Search<'_> {
             };
             let shorter = self.best_hold(shorter, FIT_ROWS);
             let others = self
-                .near(&shorter, |t, _| is_late(t.effect))
+                .near(&shorter, |t, _| t.effect.is_late())
                 .into_iter()
                 .map(|f| self.best_hold(f, FIT_ROWS));
             let others: Vec<Fitted> = others.collect();
@@ -42,12 +42,12 @@ impl Search<'_> {
     pub(super) fn exchanged(&self, present: &Fitted) -> Option<Fitted> {
         let terms = &present.model.terms[self.given..];
         let unsound: Vec<usize> = (0..terms.len()).filter(|k| !self.sound(&terms[*k])).collect();
-        let lags = terms.iter().any(|t| is_late(t.effect));
+        let lags = terms.iter().any(|t| t.effect.is_late());
         if unsound.is_empty() && (terms.len() < 2 || !lags) {
             return None;
         }
         let mut others: Vec<Fitted> = self
-            .near(present, |t, _| is_late(t.effect))
+            .near(present, |t, _| t.effect.is_late())
             .into_iter()
             .map(|f| self.pruned(self.best_hold(f, FIT_ROWS)))
             .collect();
@@ -90,8 +90,8 @@ impl Search<'_> {
             if !may(&chosen.model.terms[k], without.costs[CHOOSE] / chosen.costs[CHOOSE]) {
                 continue;
             }
-            let ids = chosen.model.terms[k].effect.confused_with();
-            let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id())).collect();
+            let ids = chosen.model.terms[k].effect.confused_with;
+            let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id)).collect();
             let contenders = Search { data: self.data, catalogue, given: self.given }.contenders(&without);
             near.extend(contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]));
         }

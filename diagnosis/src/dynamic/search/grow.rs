@@ -3,11 +3,12 @@
 
 use rayon::prelude::*;
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, Search, gain, is_late, last_id};
+use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, Search, gain, last_id};
 use crate::dynamic::data::CHOOSE;
 use crate::dynamic::data::FIT;
 use crate::dynamic::data::FOLDS;
 use crate::dynamic::data::HOLDS;
+use crate::dynamic::effects::TRANSPORT_DELAY;
 use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::screen::{Candidate, Screened, screen};
@@ -15,15 +16,12 @@ use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::grow::{BEHIND, HEAT, REFITTED, REFITTED_PLAINLY, SHORT};
 
-/// The delay to which a lag is equal to first order.
-const DELAY: &str = "transport_delay";
-
 impl Search<'_> {
     /// Candidates that may stand beside a model.
     fn candidates(&self, present: &Fitted) -> Vec<Candidate> {
         self.catalogue
             .iter()
-            .filter(|e| !present.model.has(e.id()))
+            .filter(|e| !present.model.has(e.id))
             .flat_map(|e| {
                 let start = |start| Candidate { effect: *e, start };
                 e.starts(&self.data.scale).into_iter().map(start)
@@ -35,58 +33,7 @@ impl Search<'_> {
     /// by what they leave on the rows that choose.
     pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
         let candidates = self.candidates(present);
-        let whitening = self.whitening(present);
-        let [screened, mut plain] = screen(present, &candidates, self.data, [&whitening, &[]]);
-        let mut best: Vec<Screened> = Vec::new();
-        for effect in &self.catalogue {
-            let own = screened.iter().filter(|s| candidates[s.candidate].effect.id() == effect.id());
-            let mut own: Vec<&Screened> = own.collect();
-            own.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            best.extend(own.into_iter().take(2).cloned());
-        }
-        // To first order a lag is a delay: it is tried only where a delay helps.
-        let late = candidates.iter().all(|c| c.effect.id() != DELAY)
-            || best.iter().any(|s| candidates[s.candidate].effect.id() == DELAY && s.gain > 0.3 * LEAST_GAIN);
-        // What has no amount (a lag, a limit) is tried by a short estimate.
-        let short: Vec<Screened> = candidates
-            .par_iter()
-            .enumerate()
-            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with().contains(&DELAY)))
-            .filter_map(|(k, c)| {
-                let model = present.model.with(Term::new(c.effect, c.start.clone()));
-                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
-                Some(Screened {
-                    candidate: k,
-                    gain: gain(present, &fitted, FIT_ROWS),
-                    held_out: gain(present, &fitted, CHOOSE_ROWS),
-                })
-            })
-            .collect();
-        best.extend(short);
-        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        let mut ids: Vec<&str> = Vec::new();
-        best.retain(|s| {
-            let id = candidates[s.candidate].effect.id();
-            let new = !ids.contains(&id);
-            if new {
-                ids.push(id);
-            }
-            s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
-        });
-        if !whitening.is_empty() {
-            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
-            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
-            plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-            let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id()).collect();
-            let most = best.len() + REFITTED_PLAINLY;
-            for s in plain.into_iter().filter(|s| s.gain > 0.3 * LEAST_GAIN) {
-                let id = candidates[s.candidate].effect.id();
-                if !ids.contains(&id) && best.len() < most {
-                    ids.push(id);
-                    best.push(s);
-                }
-            }
-        }
+        let best = self.promising(present, &candidates);
         let mut models: Vec<Model> = best
             .iter()
             .map(|s| {
@@ -123,13 +70,68 @@ impl Search<'_> {
         of_effect
     }
 
+    /// The candidates that are worth a fit in full, by what they promise on the rows that fit.
+    fn promising(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Screened> {
+        let whitening = self.whitening(present);
+        let [screened, mut plain] = screen(present, candidates, self.data, [&whitening, &[]]);
+        let mut best: Vec<Screened> = Vec::new();
+        for effect in &self.catalogue {
+            let own = screened.iter().filter(|s| candidates[s.candidate].effect.id == effect.id);
+            let mut own: Vec<&Screened> = own.collect();
+            own.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            best.extend(own.into_iter().take(2).cloned());
+        }
+        // To first order a lag is a delay: it is tried only where a delay helps.
+        let late = candidates.iter().all(|c| c.effect.id != TRANSPORT_DELAY)
+            || best
+                .iter()
+                .any(|s| candidates[s.candidate].effect.id == TRANSPORT_DELAY && s.gain > 0.3 * LEAST_GAIN);
+        // What has no amount (a lag, a limit) is tried by a short estimate.
+        let short: Vec<Screened> = candidates
+            .par_iter()
+            .enumerate()
+            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with.contains(&TRANSPORT_DELAY)))
+            .filter_map(|(k, c)| {
+                let model = present.model.with(Term::new(c.effect, c.start.clone()));
+                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
+                Some(Screened { candidate: k, gain: gain(present, &fitted, FIT_ROWS) })
+            })
+            .collect();
+        best.extend(short);
+        best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        let mut ids: Vec<&str> = Vec::new();
+        best.retain(|s| {
+            let id = candidates[s.candidate].effect.id;
+            let new = !ids.contains(&id);
+            if new {
+                ids.push(id);
+            }
+            s.gain > 0.3 * LEAST_GAIN && (ids.len() <= REFITTED || !new)
+        });
+        if !whitening.is_empty() {
+            // A residual that is nearly constant, or a few tones, is predicted by its own past, and with it what
+            // explains it: the best by plain gain are tried besides. What is worth its parameters is decided later.
+            plain.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+            let mut ids: Vec<&str> = best.iter().map(|s| candidates[s.candidate].effect.id).collect();
+            let most = best.len() + REFITTED_PLAINLY;
+            for s in plain.into_iter().filter(|s| s.gain > 0.3 * LEAST_GAIN) {
+                let id = candidates[s.candidate].effect.id;
+                if !ids.contains(&id) && best.len() < most {
+                    ids.push(id);
+                    best.push(s);
+                }
+            }
+        }
+        best
+    }
+
     /// Effects in the place of those that they hold as a special case. Beside nothing such an effect is sought from
     /// zero, where its shape means nothing, and may run to where it is no physics.
     fn widened(&self, present: &Fitted) -> Vec<Model> {
         let mut models = Vec::new();
         for (k, term) in present.model.terms.iter().enumerate().skip(self.given) {
-            for effect in self.catalogue.iter().filter(|e| !present.model.has(e.id())) {
-                let starts = effect.starts_from(term.effect.id(), &term.parameters, &self.data.scale);
+            for effect in self.catalogue.iter().filter(|e| !present.model.has(e.id)) {
+                let starts = effect.starts_from(term.effect.id, &term.parameters, &self.data.scale);
                 let wider = |start| present.model.without(k).with(Term::new(*effect, start));
                 models.extend(starts.into_iter().map(wider));
             }
@@ -140,15 +142,15 @@ impl Search<'_> {
     /// Delays and lags beside the other ways of running between the samples. A held drive is half a sample late:
     /// where the nominal plant took that for a delay of less, the true one beside it would be negative.
     fn late(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Model> {
-        if present.model.terms.iter().any(|t| is_late(t.effect)) {
+        if present.model.terms.iter().any(|t| t.effect.is_late()) {
             return Vec::new();
         }
         let mut models = Vec::new();
         for hold in HOLDS.into_iter().filter(|h| *h != present.model.hold) {
             let mut ids = Vec::new();
-            for candidate in candidates.iter().filter(|c| is_late(c.effect)) {
-                if !ids.contains(&candidate.effect.id()) {
-                    ids.push(candidate.effect.id());
+            for candidate in candidates.iter().filter(|c| c.effect.is_late()) {
+                if !ids.contains(&candidate.effect.id) {
+                    ids.push(candidate.effect.id);
                     let mut model = present.model.with(Term::new(candidate.effect, candidate.start.clone()));
                     model.hold = hold;
                     models.push(model);
@@ -217,7 +219,7 @@ impl Search<'_> {
     }
 
     fn rank(&self, id: &str) -> usize {
-        self.catalogue.iter().position(|e| e.id() == id).unwrap_or(usize::MAX)
+        self.catalogue.iter().position(|e| e.id == id).unwrap_or(usize::MAX)
     }
 
     /// The model without the terms that a later one has made idle.

@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, RARE_GAIN, Search};
 use crate::dynamic::data::FOLDS;
-use crate::dynamic::effects::Part;
 use crate::dynamic::estimate::{Fitted, fit};
 use crate::dynamic::model::{Model, Term};
 use crate::thresholds::dynamic::estimate::PATIENCE;
@@ -22,8 +21,7 @@ impl Search<'_> {
         if present.model.terms.len() >= MOST_TERMS {
             return present;
         }
-        let limits = self.catalogue.iter().filter(|e| e.part() == Part::Drive);
-        let limits = limits.filter(|e| !present.model.has(e.id()) && e.parameters().iter().all(|p| p.shape));
+        let limits = self.catalogue.iter().filter(|e| e.is_limit() && !present.model.has(e.id));
         let models: Vec<Model> = limits
             .flat_map(|e| e.starts(&self.data.scale).into_iter().map(|start| (*e, start)))
             .map(|(effect, start)| present.model.with(Term::new(effect, start)))

@@ -1,67 +1,13 @@
-//! Levels of noise and of nonlinear distortion on every line of a periodic recording.
+//! Nonlinear distortion of a periodic recording: where a multisine leaves lines free, even ones collect even
+//! distortion and odd ones odd distortion at once.
 //!
-//! Source: Pintelon & Schoukens, sections 4.3 and 4.4; T. D'haene et al., IEEE Trans. Instrum. Meas. 54
-//! (2005). Over periods only noise varies; over realisations of the multisine the stochastic nonlinear
-//! distortion varies too. Where a multisine leaves lines free, even ones collect even distortion and odd
-//! ones odd distortion at once.
+//! Source: Pintelon & Schoukens, sections 4.3 and 4.4; T. D'haene et al., IEEE Trans. Instrum. Meas. 54 (2005).
 
 use std::ops::Range;
 
 use super::experiments::mean_period;
 use super::fourier::coefficients;
-use super::{Experiments, response};
 use crate::thresholds::dynamic::spectrum::distortion::FREE;
-
-/// Levels by line, mean powers over experiments and summed over outputs, position unit².
-#[derive(Debug, Clone, Default)]
-pub struct Distortion {
-    /// Frequency of every excited line, Hz.
-    pub frequency_hz: Vec<f64>,
-    /// Power of the position.
-    pub power: Vec<f64>,
-    /// Power of the noise of the mean over periods, where there are two periods or more.
-    pub noise: Option<Vec<f64>>,
-    /// What the best linear approximation leaves, noise included, where there are enough realisations.
-    pub total: Option<Vec<f64>>,
-    /// Free even lines within the excited band: frequency and power.
-    pub even: Vec<(f64, f64)>,
-    /// Free odd lines within the excited band.
-    pub odd: Vec<(f64, f64)>,
-}
-
-impl Distortion {
-    /// Nonlinear distortion beside the noise over all lines, as a part of the position's power; by the
-    /// variance over realisations.
-    pub fn nonlinear_part(&self) -> Option<f64> {
-        let total: f64 = self.total.as_ref()?.iter().sum();
-        let noise: f64 = self.noise.as_ref().map_or(0.0, |n| n.iter().sum());
-        Some(((total - noise) / self.power.iter().sum::<f64>().max(f64::MIN_POSITIVE)).max(0.0))
-    }
-}
-
-/// The levels of `data`; experiments of one amplitude belong together.
-pub fn distortion(data: &Experiments) -> Distortion {
-    let p = data.outputs;
-    let g = response(data);
-    let summed =
-        |by_output: &[f64]| -> Vec<f64> { by_output.chunks_exact(p).map(|c| c.iter().sum()).collect() };
-    let noise = data.each.iter().map(|e| e.noise.as_deref()).collect::<Option<Vec<_>>>().map(|all| {
-        let mut mean = vec![0.0; data.lines.len() * p];
-        for one in &all {
-            for (m, v) in mean.iter_mut().zip(*one) {
-                *m += v / all.len() as f64;
-            }
-        }
-        summed(&mean)
-    });
-    Distortion {
-        frequency_hz: g.frequency_hz.clone(),
-        power: summed(&g.power),
-        noise,
-        total: g.residual.as_deref().map(summed),
-        ..Distortion::default()
-    }
-}
 
 /// Frequencies in Hz with the mean power there.
 pub type Lines = Vec<(f64, f64)>;
@@ -104,7 +50,6 @@ pub fn free_lines(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamic::spectrum::experiments::periodic;
 
     /// Odd multisines through x + 0.1 x² or x + 0.1 x³, two periods each.
     fn recording(power: i32) -> (Vec<f64>, Vec<f64>, Vec<Range<usize>>) {
@@ -133,13 +78,5 @@ mod tests {
             assert_eq!(sum(&even) > 1e-6, even_expected);
             assert!(odd.iter().all(|l| l.1 < 1e-20));
         }
-    }
-
-    #[test]
-    fn realisations_show_distortion_that_periods_do_not() {
-        let (u, y, runs) = recording(3);
-        let levels = distortion(&periodic(&[u], &[y], &runs, 256, 1e-3));
-        assert!(levels.noise.as_ref().unwrap().iter().sum::<f64>() < 1e-20);
-        assert!(levels.nonlinear_part().unwrap() > 1e-4);
     }
 }

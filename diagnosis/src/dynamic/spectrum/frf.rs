@@ -1,8 +1,8 @@
 //! The frequency response: the best linear approximation of a periodic recording, Welch's estimate of any
-//! other, with the multiple coherence.
+//! other.
 
-use super::hermitian::{cholesky, divide};
 use super::{Complex, Experiments};
+use crate::numerics::hermitian::{cholesky, divide};
 
 /// A frequency response on the lines of its experiments.
 #[derive(Debug, Clone)]
@@ -16,8 +16,6 @@ pub struct Response {
     /// Power of what G leaves by line and output, corrected for the degrees of freedom; `None` where there
     /// are no more experiments than inputs.
     pub residual: Option<Vec<f64>>,
-    /// Multiple coherence by line and output, 1 − left/power (not corrected for degrees of freedom).
-    pub coherence: Vec<f64>,
 }
 
 /// G = S_yu S_uu⁻¹ over all experiments, weighted by their `weight` squared (Pintelon & Schoukens, Eq. 2-54
@@ -25,10 +23,10 @@ pub struct Response {
 pub fn response(data: &Experiments) -> Response {
     let (m, p, count) = (data.inputs, data.outputs, data.each.len());
     let mut gain = Vec::with_capacity(data.lines.len() * p * m);
-    let (mut power, mut residual, mut coherence) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut power, mut residual) = (Vec::new(), Vec::new());
     let freedom = count.saturating_sub(m) as f64;
     for line in 0..data.lines.len() {
-        let (uu, yu, _) = cross(data, line);
+        let (uu, yu) = cross(data, line);
         let g = match cholesky(&uu, m) {
             Some(l) => divide(&yu, p, &l, m),
             None => vec![Complex::ZERO; p * m],
@@ -45,30 +43,26 @@ pub fn response(data: &Experiments) -> Response {
             }
             power.push(all / weights.max(f64::MIN_POSITIVE));
             residual.push(left / weights.max(f64::MIN_POSITIVE) * count as f64 / freedom.max(1.0));
-            coherence.push(if all > 0.0 { (1.0 - left / all).clamp(0.0, 1.0) } else { 0.0 });
         }
         gain.extend(g);
     }
     let residual = (freedom > 0.0).then_some(residual);
-    Response { frequency_hz: data.frequencies(), gain, power, residual, coherence }
+    Response { frequency_hz: data.frequencies(), gain, power, residual }
 }
 
-/// S_uu (inputs × inputs), S_yu (outputs × inputs) and S_yy (outputs × outputs) on one line, weighted sums
-/// over the experiments.
-pub fn cross(data: &Experiments, line: usize) -> (Vec<Complex>, Vec<Complex>, Vec<Complex>) {
+/// S_uu (inputs × inputs) and S_yu (outputs × inputs) on one line, weighted sums over the experiments.
+pub fn cross(data: &Experiments, line: usize) -> (Vec<Complex>, Vec<Complex>) {
     let (m, p) = (data.inputs, data.outputs);
     let mut uu = vec![Complex::ZERO; m * m];
     let mut yu = vec![Complex::ZERO; p * m];
-    let mut yy = vec![Complex::ZERO; p * p];
     for e in &data.each {
         let weight = e.weight * e.weight;
         let u = &e.drive[line * m..(line + 1) * m];
         let y = &e.position[line * p..(line + 1) * p];
         outer(&mut uu, u, u, weight);
         outer(&mut yu, y, u, weight);
-        outer(&mut yy, y, y, weight);
     }
-    (uu, yu, yy)
+    (uu, yu)
 }
 
 /// `sum += weight a bᴴ`.

@@ -119,7 +119,6 @@ mod tests {
                 gain: lines.iter().map(g).collect(),
                 power: vec![],
                 residual: None,
-                coherence: vec![],
             }
         };
         let found = growth(&[(0.1, resonator(1.0, 200.3)), (0.3, resonator(1.1, 196.6))]);

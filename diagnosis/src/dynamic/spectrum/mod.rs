@@ -3,9 +3,8 @@
 //! A recording becomes a set of [`Experiments`]: spectra of drive and position on common lines, one for each
 //! run of a periodic excitation (averaged over its periods), or one for each windowed segment of any other.
 //! From them come the frequency response ([`frf`]: the best linear approximation where the excitation is
-//! periodic, Welch's estimate with its coherence otherwise), the levels of noise and of even and odd
-//! nonlinear distortion ([`distortion`]), what the amplitude does to gain and resonances ([`growth`]), and
-//! the power of a residual by frequency band ([`band`]).
+//! periodic, Welch's estimate otherwise), even and odd nonlinear distortion ([`distortion`]), what the
+//! amplitude does to gain and resonances ([`growth`]), and power spectra ([`band`]).
 //!
 //! Source: R. Pintelon, J. Schoukens, *System Identification: A Frequency Domain Approach*, 2nd ed., 2012,
 //! chapters 2 to 4.
@@ -16,9 +15,8 @@ pub mod experiments;
 pub mod fourier;
 pub mod frf;
 pub mod growth;
-pub mod hermitian;
 
-pub use experiments::{Experiment, Experiments};
+pub use experiments::Experiments;
 pub use frf::{Response, response};
 
 /// A complex number in double precision.

@@ -114,7 +114,7 @@ pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<(String, Strin
         sums.iter().enumerate().filter_map(|(k, s)| Some((middle(k), mean(s)?))).collect()
     };
     let curve = |points| [Curve { role: Role::Recorded, points }];
-    let full = crate::report::digits(largest);
+    let full = super::digits(largest);
     [
         (
             format!("Over position and velocity (full colour: {full} {unit}/s², a colour for each sign)"),

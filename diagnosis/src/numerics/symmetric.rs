@@ -1,5 +1,7 @@
 //! Small dense symmetric systems: the normal equations of an estimate with a dozen unknowns.
 
+use super::orthogonal::dot;
+
 /// A symmetric matrix by rows.
 #[derive(Debug, Clone)]
 pub struct Symmetric {
@@ -23,6 +25,13 @@ impl Symmetric {
     /// Entry (i, j), to be changed.
     pub fn at_mut(&mut self, i: usize, j: usize) -> &mut f64 {
         &mut self.entries[i * self.size + j]
+    }
+
+    /// Its rows and columns `lanes`.
+    pub fn part(&self, lanes: impl IntoIterator<Item = usize>) -> Symmetric {
+        let lanes: Vec<usize> = lanes.into_iter().collect();
+        let entries = lanes.iter().flat_map(|i| lanes.iter().map(|j| self.at(*i, *j))).collect();
+        Symmetric { size: lanes.len(), entries }
     }
 
     /// The lower Cholesky factor of the matrix scaled to a unit diagonal, and the scale; directions that
@@ -97,6 +106,43 @@ impl Factor {
         }
         inverse
     }
+}
+
+/// Cholesky factor (lower, by rows) of a symmetric positive definite matrix, and its log-determinant;
+/// columns that are dependent get a unit pivot and are left out of the determinant.
+pub fn cholesky(matrix: &[f64], n: usize) -> (Vec<f64>, f64) {
+    let mut l = vec![0.0; n * n];
+    let mut log_determinant = 0.0;
+    for i in 0..n {
+        for j in 0..=i {
+            let sum = matrix[i * n + j] - dot(&l[i * n..i * n + j], &l[j * n..j * n + j]);
+            if i == j {
+                if sum > 1e-10 * matrix[i * n + i] && sum > 0.0 {
+                    l[i * n + i] = sum.sqrt();
+                    log_determinant += sum.ln();
+                } else {
+                    for k in 0..i {
+                        l[i * n + k] = 0.0;
+                    }
+                    l[i * n + i] = f64::INFINITY;
+                }
+            } else {
+                l[i * n + j] = sum / l[j * n + j];
+            }
+        }
+    }
+    (l, log_determinant)
+}
+
+/// ‖L⁻¹ b‖², the quadratic form bᵀ(LLᵀ)⁻¹b.
+pub fn quadratic_form(l: &[f64], b: &[f64]) -> f64 {
+    let n = b.len();
+    let mut z = vec![0.0; n];
+    for i in 0..n {
+        let sum = b[i] - dot(&l[i * n..i * n + i], &z[..i]);
+        z[i] = sum / l[i * n + i];
+    }
+    dot(&z, &z)
 }
 
 #[cfg(test)]

@@ -1,12 +1,18 @@
-//! Curves drawn by `plotters` as SVG whose colours are CSS variables.
+//! Drawings by `plotters` as SVG whose colours are CSS variables, so that one drawing serves light and dark.
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::report::charts::{AFTER, BEFORE, GRID, INK, themed};
-
 /// Size of a chart in its own units; the page scales it to the column.
 pub const SIZE: (u32, u32) = (560, 330);
+
+/// Stand-ins for the page's colours: what is drawn in them is given the CSS variable of that name.
+pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
+pub(super) const GRID: RGBColor = RGBColor(1, 2, 4);
+pub(super) const BEFORE: RGBColor = RGBColor(1, 2, 5);
+pub(super) const AFTER: RGBColor = RGBColor(1, 2, 6);
+const NAMES: [(&str, &str); 4] =
+    [("#010203", "--ink"), ("#010204", "--grid"), ("#010205", "--before"), ("#010206", "--after")];
 
 /// Label of an abscissa whose values are log₁₀ of a frequency in Hz; its ticks are written in Hz.
 pub const LOGARITHMIC: &str = "frequency (Hz, logarithmic)";
@@ -91,7 +97,8 @@ pub fn map(labels: (&str, &str), x: (f64, f64), y: (f64, f64), cells: &[Cell]) -
     })
 }
 
-fn axes(
+/// What `draw` draws over labelled axes; none where there is nothing to show.
+pub(super) fn axes(
     (x_label, y_label): (&str, &str),
     x: (f64, f64),
     y: (f64, f64),
@@ -144,4 +151,16 @@ fn short(value: f64) -> String {
     let text = format!("{value:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.replace('-', "−") }
+}
+
+/// Puts CSS variables in the place of the stand-in colours, and leaves size to the page.
+pub(super) fn themed(svg: &str) -> String {
+    let mut out = svg.to_string();
+    for (code, name) in NAMES {
+        for attribute in ["fill", "stroke"] {
+            out = out
+                .replace(&format!("{attribute}=\"{code}\""), &format!("style=\"{attribute}:var({name})\""));
+        }
+    }
+    out
 }

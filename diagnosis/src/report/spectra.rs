@@ -58,7 +58,7 @@ pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<
             drawn.push(Curve { role: Role::Noise, points: levels(&total, unit_hz) });
         }
         let title = if plan.groups.len() > 1 {
-            format!("Spectrum at amplitude {}", crate::report::digits(group.amplitude))
+            format!("Spectrum at amplitude {}", super::digits(group.amplitude))
         } else {
             "Spectrum".to_string()
         };
@@ -125,7 +125,7 @@ fn shift(recording: &DynamicRecording, plan: &Plan) -> Option<(String, String)> 
     };
     let drawn =
         [Curve { role: Role::Before, points: points(&a) }, Curve { role: Role::After, points: points(&b) }];
-    let digits = crate::report::digits;
+    let digits = super::digits;
     let title = format!(
         "Response at the strongest resonance: amplitude {} (first colour) and {} (second)",
         digits(*low),

@@ -38,7 +38,7 @@ impl Normal {
             Par::Seq,
         );
         for (k, g) in self.gradient.iter_mut().enumerate() {
-            *g += crate::linear::dot(jacobian.col_as_slice(k), residual);
+            *g += super::dot(jacobian.col_as_slice(k), residual);
         }
         self.cost += residual.iter().map(|r| r * r).sum::<f64>();
     }

@@ -1,0 +1,17 @@
+//! The one kit of numerics: orthonormal bases, least squares, small symmetric and Hermitian systems, numbers with
+//! derivatives, nonlinear least squares, statistics. Nothing here knows of a recording.
+
+mod dual;
+pub mod hermitian;
+mod least_squares;
+mod marquardt;
+mod orthogonal;
+mod statistics;
+mod symmetric;
+
+pub use dual::{Dual, Number};
+pub use least_squares::{LeastSquares, least_squares, of_triangle};
+pub use marquardt::{Limits, Normal, minimise};
+pub use orthogonal::{Basis, Columns, add_scaled, dot};
+pub use statistics::{centred, mean, median, range, rms, widening};
+pub use symmetric::{Symmetric, cholesky, quadratic_form};

@@ -1,0 +1,53 @@
+//! Statistics of samples, and of estimates from them.
+
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::thresholds::NORMAL_95;
+
+/// Smallest and largest value.
+pub fn range(values: &[f64]) -> (f64, f64) {
+    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)))
+}
+
+/// Median; 0 of nothing.
+pub fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    let (_, m, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
+    *m
+}
+
+/// Arithmetic mean.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Values less their mean.
+pub fn centred(values: &[f64]) -> Vec<f64> {
+    let m = mean(values);
+    values.iter().map(|v| v - m).collect()
+}
+
+/// Root mean square.
+pub fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
+pub fn widening(freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NORMAL_95, widening};
+
+    #[test]
+    fn few_degrees_of_freedom_widen() {
+        // Student's quantile at 10 degrees is 2.2281.
+        assert!((widening(10.0) - 2.2281 / NORMAL_95).abs() < 1e-4);
+        assert!((widening(1e6) - 1.0).abs() < 1e-4);
+    }
+}
