@@ -14,8 +14,8 @@ use fitter::output::FileSet;
 use fitter::{Mirror, Recording, text_safety};
 use rayon::prelude::*;
 
-use crate::input::recording;
 use crate::terminal::{Common, Result, line, say, summarise};
+use codegen::cli::recording;
 
 /// Examples for the help.
 pub const EXAMPLES: &str = "\
