@@ -9,8 +9,8 @@ use fitter::{acceptance, apply, coefficients, output, text_safety};
 use serde_json::json;
 
 use crate::fit::{MapArgs, read, waiting};
-use crate::input::recording;
 use crate::terminal::{Common, FIGURE, Result, line, summarise, warn};
+use codegen::cli::recording;
 
 /// Arguments of `apply`.
 #[derive(Args)]

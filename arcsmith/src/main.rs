@@ -10,7 +10,6 @@ mod excite;
 mod explore;
 mod fit;
 mod init;
-mod input;
 mod man;
 mod record;
 mod report;

@@ -9,8 +9,8 @@ use fitter::report::Report;
 use serde_json::json;
 
 use crate::fit::{ModelArgs, summary};
-use crate::input::recording;
 use crate::terminal::{Common, Result, line, summarise};
+use codegen::cli::recording;
 
 /// Arguments of `report`.
 #[derive(Args)]

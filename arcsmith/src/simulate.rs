@@ -8,9 +8,9 @@ use fitter::plant::PlantFile;
 use twin::dynamic::{Begin, Series, simulate};
 use twin::log::write_series;
 
-use crate::input::recording;
 use crate::record::written;
 use crate::terminal::{Common, Result};
+use codegen::cli::recording;
 
 /// Arguments of `simulate`.
 #[derive(Args)]

@@ -96,6 +96,6 @@ fn fitted(
 ) -> Result<(Coefficients, String), SourceError> {
     let options = fitter::Options { command: command.into(), ..fitter::Options::default() };
     let coefficients = fitter::fit(recording, mirror, &options)?.coefficients;
-    let sha256 = sha256(&coefficients.to_json());
+    let sha256 = sha256(coefficients.to_json());
     Ok((coefficients, sha256))
 }

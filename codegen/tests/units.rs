@@ -28,7 +28,7 @@ fn unit(name: &str, factors: &[f64; 4]) -> Unit {
         coefficients,
     };
     let coefficients = Coefficients::of_model(&model, -HALF_RANGE_MM, HALF_RANGE_MM, "by hand");
-    Unit { name: name.into(), sha256: codegen::generate::sha256(&coefficients.to_json()), coefficients }
+    Unit { name: name.into(), sha256: codegen::generate::sha256(coefficients.to_json()), coefficients }
 }
 
 fn three() -> Vec<Unit> {

@@ -16,8 +16,8 @@ use fitter::{Mirror, Recording, text_safety};
 use rayon::prelude::*;
 
 use crate::fit::MapArgs;
-use crate::input::recording;
 use crate::terminal::{Common, Result, line, say, summarise};
+use codegen::cli::recording;
 
 /// Examples for the help.
 pub const EXAMPLES: &str = "\

@@ -15,8 +15,8 @@ use fitter::{
 };
 use serde_json::json;
 
-use crate::input::recording;
 use crate::terminal::{Common, Result, line, summarise};
+use codegen::cli::recording;
 pub use progress::{read, waiting};
 
 /// Arguments of `fit`.

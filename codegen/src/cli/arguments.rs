@@ -8,6 +8,12 @@ use crate::cost::Core;
 use crate::options::{CShift, OutOfRange};
 use crate::output::Output;
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+
+/// The path of a recording; `-` is standard input.
+pub fn recording() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().map(|path| if path.as_os_str() == "-" { "/dev/stdin".into() } else { path })
+}
 
 /// What is generated, for every command.
 #[derive(Debug, Args)]
@@ -17,8 +23,8 @@ pub struct Arguments {
     /// Coefficients file, as `fit` or `diagnose` wrote it [default: the one that lies in this folder].
     #[arg(long, conflicts_with = "recording")]
     pub coefficients: Option<PathBuf>,
-    /// Recording, fitted on the way.
-    #[arg(long, requires = "mirror")]
+    /// Recording, fitted on the way (`-`: standard input).
+    #[arg(long, requires = "mirror", value_parser = recording())]
     pub recording: Option<PathBuf>,
     /// Nominal mirror of the recording.
     #[arg(long, requires = "recording")]

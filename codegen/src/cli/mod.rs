@@ -23,7 +23,7 @@ use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
 
-pub use arguments::Arguments;
+pub use arguments::{Arguments, recording};
 pub use check::{Check, EXAMPLES as CHECK};
 pub use generate::EXAMPLES as GENERATE;
 pub use terminal::{Common, Result};

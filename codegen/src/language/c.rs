@@ -236,7 +236,7 @@ impl Checker for C {
         double_hex(value)
     }
 
-    fn from_bits(&self, ty: Type) -> String {
+    fn argument(&self, ty: Type) -> String {
         if ty == Type::F32 { "float_of(key)".into() } else { format!("({})key", self.type_name(ty)) }
     }
 

@@ -206,7 +206,7 @@ pub trait Checker: std::fmt::Debug + Sync {
     fn double(&self, value: f64) -> String;
 
     /// The bits of a word as an argument of this type.
-    fn from_bits(&self, ty: Type) -> String;
+    fn argument(&self, ty: Type) -> String;
 
     /// Whether the compiler can have undefined behaviour watched for.
     fn watches(&self) -> bool;

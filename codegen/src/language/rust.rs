@@ -255,7 +255,7 @@ impl Checker for Rust {
         format!("f64::from_bits(0x{:016x})", value.to_bits())
     }
 
-    fn from_bits(&self, ty: Type) -> String {
+    fn argument(&self, ty: Type) -> String {
         if ty == Type::F32 { "f32::from_bits(word)".into() } else { format!("word as {}", ty.name()) }
     }
 

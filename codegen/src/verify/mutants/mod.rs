@@ -168,7 +168,7 @@ fn folder_of(files: &BTreeMap<PathBuf, String>) -> Result<tempfile::TempDir, Ver
     if let Some(text) = files.get(Path::new("certificate.json")) {
         let mut certificate: Certificate = serde_json::from_str(text)?;
         for entry in &mut certificate.routines {
-            entry.file_sha256 = files.get(Path::new(&entry.file)).map(|t| sha256(t)).unwrap_or_default();
+            entry.file_sha256 = files.get(Path::new(&entry.file)).map(sha256).unwrap_or_default();
         }
         write(&path, &serde_json::to_string_pretty(&certificate)?)?;
     }
