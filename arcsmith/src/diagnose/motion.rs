@@ -31,9 +31,9 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
         command: file.plant.feedback.as_deref(),
         mappings: &cli.map.map,
     };
-    let read = |path: &Path| DynamicRecording::read(path, &reading);
+    let read = |path: &Path| -> Result<_> { Ok(DynamicRecording::read(path, &reading)?) };
     let recordings: Vec<DynamicRecording> =
-        cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_, _>>()?;
+        cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
     let options = Options { skip: cli.without.clone(), given };

@@ -269,7 +269,9 @@ fn parts(message: &str) -> Value {
         for part in place {
             match part.split_once(' ') {
                 Some(("line" | "row", number)) => {
-                    number.parse::<u64>().ok().map(|number| put("line", json!(number)));
+                    if let Ok(number) = number.parse::<u64>() {
+                        put("line", json!(number));
+                    }
                 }
                 Some(("column", name)) => put("column", json!(name.trim_matches('`'))),
                 _ => {}
@@ -280,9 +282,13 @@ fn parts(message: &str) -> Value {
     if let Some((_, what)) = what.split_once("found ") {
         let (found, expected) = what.split_once(", expected ").map_or((what, None), |(f, e)| (f, Some(e)));
         put("found", json!(found.trim_matches('`')));
-        expected.map(|expected| put("expected", json!(expected)));
+        if let Some(expected) = expected {
+            put("expected", json!(expected));
+        }
     }
-    mend.map(|mend| put("mend", json!(mend)));
+    if let Some(mend) = mend {
+        put("mend", json!(mend));
+    }
     Value::Object(parts)
 }
 
