@@ -168,23 +168,17 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
         if assignment.group != Group::Step && !rho.iter().zip(&drawn.rho).all(reached) {
             return None;
         }
+        let imitated = |index: usize| match assignment.group {
+            Group::Weak | Group::Ambiguous | Group::Interval | Group::Twice => None,
+            _ => closest(&metric, &columns, &added, &drawn.ids, index),
+        };
         for (index, effect) in effects.iter().enumerate() {
-            let imitation = match assignment.group {
-                Group::Weak | Group::Ambiguous | Group::Interval | Group::Twice => None,
-                _ => [
-                    metric.closest_imitation(&columns, &added, &drawn.ids, index),
-                    metric.without(&columns, &added, &drawn.ids, index),
-                ]
-                .into_iter()
-                .flatten()
-                .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left)),
-            };
             concealed.push(Concealed {
                 id: effect.id.clone(),
                 parameters: effect.parameters.clone(),
                 rho: rho[index],
                 depends_on: depends_on(&effect.id),
-                imitation: imitation.map(|i| (i.id, i.rho_left)),
+                imitation: imitated(index),
                 step_window_s: step_window_s(effect.parameters.get("time_s").copied(), &columns.t_s),
             });
         }
@@ -200,6 +194,22 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
         fresh_is_fair: true,
     };
     Some(Trial { truth, device, protocol, seed, fresh_seed })
+}
+
+/// The effect of the table that comes nearest to one of the concealed, beside the others or in its place, and what it
+/// leaves of it.
+fn closest(
+    metric: &Metric,
+    columns: &Columns,
+    added: &[Vec<f64>],
+    ids: &[&str],
+    index: usize,
+) -> Option<(String, f64)> {
+    [metric.closest_imitation(columns, added, ids, index), metric.without(columns, added, ids, index)]
+        .into_iter()
+        .flatten()
+        .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left))
+        .map(|nearest| (nearest.id, nearest.rho_left))
 }
 
 fn several_are_one(rho: &[f64], alone: &[f64]) -> bool {

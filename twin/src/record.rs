@@ -12,8 +12,8 @@ use crate::device::Device;
 use crate::environment::Environment;
 use crate::geometry::calculated_angle_rad;
 use crate::log::Reading;
-use crate::noise::Source;
-use crate::protocol::Protocol;
+use crate::noise::{Noise, Source};
+use crate::protocol::{Protocol, Stop};
 use crate::streams::{Stream, stream};
 use crate::truth::Truth;
 use crate::units::{arcsec_from_rad, rad_from_arcsec, round_to};
@@ -34,8 +34,8 @@ pub trait Corrector {
     /// from where it last settled. Called many times on the way to one stop, in no order.
     fn angle_rad(&self, x1_mm: f64, x2_mm: f64, temperature_c: f64) -> f64;
 
-    /// The mirror has come to rest where the probes and the thermometer say this.
-    fn settled(&mut self, x1_mm: f64, x2_mm: f64, temperature_c: f64);
+    /// The mirror has come to rest where the probes and the thermometer say this; without memory it need not be known.
+    fn settled(&mut self, _: f64, _: f64, _: f64) {}
 }
 
 /// A feedback without memory.
@@ -45,8 +45,6 @@ impl Corrector for Stateless<'_> {
     fn angle_rad(&self, x1_mm: f64, x2_mm: f64, _: f64) -> f64 {
         (self.0)(x1_mm, x2_mm)
     }
-
-    fn settled(&mut self, _: f64, _: f64, _: f64) {}
 }
 
 /// Steps `device` through `protocol`, each time until `feedback(x1_mm, x2_mm)`, an angle in radians, lands
@@ -120,21 +118,12 @@ fn run(
     let noise = &protocol.noise;
     let stops = protocol.stops(seed);
     let duration_s = stops.last().map_or(0.0, |stop| stop.t_s);
-    let mut optics = stream(seed, Stream::Autocollimator);
-    let within = device.autocollimator.zero_within_arcsec;
-    let zero_arcsec = optics.random_range(-within..=within);
-    let mut optics = Source::start(noise, 1, optics);
-    let mut repeatability = Source::start(noise, 2, stream(seed, Stream::Probes));
-    let mut residue = stream(seed, Stream::Controller);
-    let mut housekeeping = stream(seed, Stream::Housekeeping);
-    let mut settling = stream(seed, Stream::Settling);
-    let mut outliers = stream(seed, Stream::Outliers);
-    let mut environment = Environment::start(
-        &protocol.temperature,
-        duration_s,
-        device.plate_mm_per_k,
-        stream(seed, Stream::Environment),
-    );
+    let Instruments { zero_arcsec, mut optics, mut repeatability } = Instruments::start(device, noise, seed);
+    let [mut residue, mut housekeeping, mut settling, mut outliers] =
+        [Stream::Controller, Stream::Housekeeping, Stream::Settling, Stream::Outliers]
+            .map(|purpose| stream(seed, purpose));
+    let drawn = stream(seed, Stream::Environment);
+    let mut environment = Environment::start(&protocol.temperature, duration_s, device.plate_mm_per_k, drawn);
     let mut chain = Chain::start(device);
 
     let (first_deg, last_deg) = protocol.range_deg;
@@ -166,10 +155,8 @@ fn run(
         let [x1_mm, x2_mm, at_c] = report(frame_rad);
         // What the autocollimator looks at is where the command was then, and the mirror with it.
         let behind_rad = (stop.speed_deg_per_s * chain.reference_delay_s()).to_radians();
-        let seen_rad = match behind_rad {
-            0.0 => chain.pose_at(frame_rad).mirror_rad,
-            _ => chain.pose_at(land(command_rad - behind_rad)).mirror_rad,
-        };
+        let seen_at_rad = if behind_rad == 0.0 { frame_rad } else { land(command_rad - behind_rad) };
+        let seen_rad = chain.pose_at(seen_at_rad).mirror_rad;
         let pose = chain.settle(frame_rad);
         corrector.settled(x1_mm, x2_mm, at_c);
 
@@ -183,28 +170,15 @@ fn run(
         let cross_arcsec = pose.cross_arcsec + device.autocollimator.cross_noise_arcsec * normal();
         let coil_a = pose.coil_a + device.drive.noise_a * normal();
         let temperature_c = pose.temperature_c + THERMOMETER_K * normal();
-        let reading = Reading {
-            t_s: round_to(stop.t_s, 2),
-            pass: stop.pass,
-            direction: stop.direction,
-            command_deg: round_to(stop.command_deg, 3),
-            x1_mm: round_to(x1_mm, 7),
-            x2_mm: round_to(x2_mm, 7),
-            reference_arcsec: round_to(reference_arcsec, 3),
-            cross_arcsec: round_to(cross_arcsec, 3),
-            temperature_c: round_to(temperature_c, 3),
-            coil_a: round_to(coil_a, 5),
-        };
+        let reading = logged(stop, [x1_mm, x2_mm], reference_arcsec, [cross_arcsec, temperature_c, coil_a]);
         let d = device.geometry.probe_distance_mm;
-        let s_mm = x2_mm - x1_mm;
+        let per_mm = arcsec_from_rad(device.probes.error.slope_rad_per_mm(x2_mm - x1_mm));
         let truth = Truth {
             true_angle_rad: pose.mirror_rad,
             zero_arcsec,
             error_arcsec: arcsec_from_rad(calculated_angle_rad(x1_mm, x2_mm, d)) + zero_arcsec
                 - reference_arcsec,
-            probe_noise_arcsec: arcsec_from_rad(device.probes.error.slope_rad_per_mm(s_mm))
-                * SQRT_2
-                * probe_mm,
+            probe_noise_arcsec: per_mm * SQRT_2 * probe_mm,
             optics_noise_arcsec: optics_arcsec * noise.outlier_variance().sqrt(),
             outlier: disturbed > 1.0,
             pose,
@@ -212,6 +186,42 @@ fn run(
         log.push((reading, truth));
     }
     log
+}
+
+/// The zero of the autocollimator, its noise, and that of the probes.
+struct Instruments {
+    zero_arcsec: f64,
+    optics: Source,
+    repeatability: Source,
+}
+
+impl Instruments {
+    fn start(device: &Device, noise: &Noise, seed: u64) -> Instruments {
+        let mut optics = stream(seed, Stream::Autocollimator);
+        let within = device.autocollimator.zero_within_arcsec;
+        Instruments {
+            zero_arcsec: optics.random_range(-within..=within),
+            optics: Source::start(noise, 1, optics),
+            repeatability: Source::start(noise, 2, stream(seed, Stream::Probes)),
+        }
+    }
+}
+
+/// A reading with the digits that the log prints. `slow` holds the second axis in arcsec, °C and amperes.
+fn logged(stop: &Stop, [x1_mm, x2_mm]: [f64; 2], reference_arcsec: f64, slow: [f64; 3]) -> Reading {
+    let [cross_arcsec, temperature_c, coil_a] = slow;
+    Reading {
+        t_s: round_to(stop.t_s, 2),
+        pass: stop.pass,
+        direction: stop.direction,
+        command_deg: round_to(stop.command_deg, 3),
+        x1_mm: round_to(x1_mm, 7),
+        x2_mm: round_to(x2_mm, 7),
+        reference_arcsec: round_to(reference_arcsec, 3),
+        cross_arcsec: round_to(cross_arcsec, 3),
+        temperature_c: round_to(temperature_c, 3),
+        coil_a: round_to(coil_a, 5),
+    }
 }
 
 #[cfg(test)]

@@ -75,27 +75,7 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
         ),
     ];
     figures.extend(selection(file));
-    let curve = (0..=CURVE)
-        .map(|i| {
-            let x = fit.calibrated.from + (fit.calibrated.to - fit.calibrated.from) * i as f64 / CURVE as f64;
-            (x, scale * (model(file, x) - offset))
-        })
-        .collect();
-    figures.push(figure(
-        "7a",
-        "Error and fitted model",
-        format!("The model is {}.", super::model_name(file)),
-        Chart {
-            label: "Figure 7a: calibrated error and the fitted curve",
-            x: reading.clone(),
-            y: format!("error ({unit})"),
-            logarithmic: false,
-            series: vec![
-                series("calibrated error", Mark::Dots, Colour::First, by_reading(&means)),
-                series("model", Mark::Line, Colour::Second, curve),
-            ],
-        },
-    ));
+    figures.push(fitted(fit, offset, &reading, by_reading(&means)));
     figures.push(figure(
         "7b",
         "Fit error of each point",
@@ -109,6 +89,32 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
         },
     ));
     figures
+}
+
+/// Figure 7a: the mean error at each point over the reading, and the model's.
+fn fitted(fit: &Fit, offset: f64, reading: &str, means: Vec<(f64, f64)>) -> Figure {
+    let file = &fit.coefficients;
+    let curve = (0..=CURVE)
+        .map(|i| {
+            let x = fit.calibrated.from + (fit.calibrated.to - fit.calibrated.from) * i as f64 / CURVE as f64;
+            (x, file.sensor.per_internal() * (model(file, x) - offset))
+        })
+        .collect();
+    figure(
+        "7a",
+        "Error and fitted model",
+        format!("The model is {}.", super::model_name(file)),
+        Chart {
+            label: "Figure 7a: calibrated error and the fitted curve",
+            x: reading.to_string(),
+            y: format!("error ({})", file.sensor.error_unit()),
+            logarithmic: false,
+            series: vec![
+                series("calibrated error", Mark::Dots, Colour::First, means),
+                series("model", Mark::Line, Colour::Second, curve),
+            ],
+        },
+    )
 }
 
 /// The error before and after the correction in one picture, for a reader in a hurry.

@@ -87,37 +87,40 @@ pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mu
         }
     }
     let count = cells.len().max(1) as f64;
-    let rows: Vec<Cell> = cells
-        .into_iter()
-        .map(|((id, parameter, schedule), told)| {
-            let (mut covered, mut own) = (Share::default(), Share::default());
-            for (parameter, truth) in &told {
-                covered.count(holds(parameter.ci95, *truth));
-                own.count(holds(parameter.ci95, parameter.value));
-            }
-            let median = |of: &dyn Fn(&(&Parameter, f64)) -> f64| {
-                percentile(&told.iter().map(of).collect::<Vec<f64>>(), 0.5).unwrap_or(0.0)
-            };
-            let width = median(&|(p, _)| p.ci95[1] - p.ci95[0]) / median(&|(_, truth)| truth.abs());
-            // The nearest share that is wanted.
-            let nearest = covered.value().unwrap_or(CLAIMED).clamp(*WANTED.start(), *WANTED.end());
-            let inside = covered.value().is_some_and(|value| WANTED.contains(&value));
-            let p_value = binomial_p_value(covered.hits, covered.of, nearest);
-            Cell {
-                id: id.to_owned(),
-                parameter: parameter.to_owned(),
-                schedule: schedule.to_owned(),
-                covered,
-                above: told.iter().filter(|(p, truth)| *truth < p.ci95[0]).count() as u64,
-                own,
-                width,
-                refuted: !inside && p_value < OVER_ALL / count,
-            }
-        })
-        .collect();
-    if rows.is_empty() {
-        return rows;
+    let cell = |((id, parameter, schedule), stated): (Key, Vec<(&Parameter, f64)>)| {
+        let (mut covered, mut own) = (Share::default(), Share::default());
+        for (parameter, truth) in &stated {
+            covered.count(holds(parameter.ci95, *truth));
+            own.count(holds(parameter.ci95, parameter.value));
+        }
+        let median = |of: &dyn Fn(&(&Parameter, f64)) -> f64| {
+            percentile(&stated.iter().map(of).collect::<Vec<f64>>(), 0.5).unwrap_or(0.0)
+        };
+        let width = median(&|(p, _)| p.ci95[1] - p.ci95[0]) / median(&|(_, truth)| truth.abs());
+        // The nearest share that is wanted.
+        let nearest = covered.value().unwrap_or(CLAIMED).clamp(*WANTED.start(), *WANTED.end());
+        let inside = covered.value().is_some_and(|value| WANTED.contains(&value));
+        let p_value = binomial_p_value(covered.hits, covered.of, nearest);
+        Cell {
+            id: id.to_owned(),
+            parameter: parameter.to_owned(),
+            schedule: schedule.to_owned(),
+            covered,
+            above: stated.iter().filter(|(p, truth)| *truth < p.ci95[0]).count() as u64,
+            own,
+            width,
+            refuted: !inside && p_value < OVER_ALL / count,
+        }
+    };
+    let rows: Vec<Cell> = cells.into_iter().map(cell).collect();
+    if !rows.is_empty() {
+        figures.extend(of_cells(&rows));
     }
+    rows
+}
+
+/// What the cells say together.
+fn of_cells(rows: &[Cell]) -> [Figure; 3] {
     let list = |wrong: &dyn Fn(&Cell) -> bool| -> (usize, String) {
         let wrong: Vec<String> = rows
             .iter()
@@ -131,28 +134,29 @@ pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mu
         (wrong.len(), measured)
     };
     let outside = |cell: &Cell| cell.covered.value().is_some_and(|value| !WANTED.contains(&value));
-    let (_, measured) = list(&outside);
-    figures.push(Figure {
-        figure: "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %"
-            .to_owned(),
-        wanted: "–".to_owned(),
-        measured,
-        passed: None,
-    });
-    let (refuted, measured) = list(&|cell| cell.refuted);
-    figures.push(Figure {
-        figure: "the same beyond chance (1 % over all)".to_owned(),
-        wanted: "none".to_owned(),
-        measured,
-        passed: Some(refuted == 0),
-    });
+    let (_, not_held) = list(&outside);
+    let (refuted, beyond_chance) = list(&|cell| cell.refuted);
     let mut own = Share::default();
     rows.iter().for_each(|r| {
         own.hits += r.own.hits;
         own.of += r.own.of;
     });
-    figures.push(Figure::at_least("estimates inside their own interval", 1.0, own));
-    rows
+    [
+        Figure {
+            figure: "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %"
+                .to_owned(),
+            wanted: "–".to_owned(),
+            measured: not_held,
+            passed: None,
+        },
+        Figure {
+            figure: "the same beyond chance (1 % over all)".to_owned(),
+            wanted: "none".to_owned(),
+            measured: beyond_chance,
+            passed: Some(refuted == 0),
+        },
+        Figure::at_least("estimates inside their own interval", 1.0, own),
+    ]
 }
 
 pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>) -> Vec<Covered> {
