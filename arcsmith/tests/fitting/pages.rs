@@ -125,7 +125,7 @@ fn help_has_examples_and_completions_and_pages_know_every_command() {
         assert!(help.contains(&format!("  {command}")), "{help}");
         if command != "schema" {
             let help = text(&run(folder.path(), &[command, "--help"]));
-            assert!(help.contains("Examples:") && help.contains(&format!("fitter {command}")), "{help}");
+            assert!(help.contains("Examples:") && help.contains(&format!("arcsmith {command}")), "{help}");
         }
     }
     for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
