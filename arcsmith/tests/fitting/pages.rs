@@ -138,10 +138,10 @@ fn help_has_examples_and_completions_and_pages_know_every_command() {
     assert!(page.contains(".TH") && commands.iter().all(|command| page.contains(command)));
     text(&run(folder.path(), &["man", "--out", "."]));
     for command in commands {
-        let page = std::fs::read_to_string(folder.path().join(format!("fitter-{command}.1"))).unwrap();
+        let page = std::fs::read_to_string(folder.path().join(format!("arcsmith-{command}.1"))).unwrap();
         assert!(page.contains(".TH"), "{command}");
     }
-    assert!(folder.path().join("fitter.1").is_file());
+    assert!(folder.path().join("arcsmith.1").is_file());
 }
 
 fn folder_with_encoder() -> tempfile::TempDir {
