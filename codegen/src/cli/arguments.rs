@@ -126,7 +126,7 @@ pub struct Arguments {
     /// Right shifts of negative numbers in C: none, or the compiler's.
     #[arg(long, value_enum, default_value = "strict")]
     pub c_shift: CShift,
-    /// Name of crate, files and functions [default: corrected_angle; direct sensor: `corrected_<unit>`].
+    /// Name of crate, files and functions (default: corrected_angle; direct sensor: `corrected_<unit>`).
     #[arg(long)]
     pub name: Option<String>,
     /// The same as the command `check`.
