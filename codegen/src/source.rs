@@ -77,7 +77,7 @@ impl Source {
             #[cfg(feature = "recordings")]
             Source::Embedded => {
                 let (recording, mirror) = fitter::default_recording()?;
-                fitted(&recording, &mirror, "fitter fit (the embedded recording)")
+                fitted(&recording, &mirror, "arcsmith fit (the embedded recording)")
             }
         }
     }
@@ -85,7 +85,7 @@ impl Source {
 
 #[cfg(feature = "recordings")]
 fn fit_command(recording: &Path) -> String {
-    text_safety::command(&format!("fitter fit {}", recording.display()))
+    text_safety::command(&format!("arcsmith fit {}", recording.display()))
 }
 
 #[cfg(feature = "recordings")]

@@ -16,9 +16,6 @@ use crate::numerics::{Basis, add_scaled, dot, of_triangle};
 use crate::rows::Rows;
 use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
 
-/// The observable that is smoothed, and so not known exactly.
-const COMMON_MODE: &str = "common_mode_um";
-
 /// What an effect's shapes are judged beside.
 pub struct Beside<'a> {
     /// The recording.
@@ -76,16 +73,9 @@ impl Beside<'_> {
             q.push(w);
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
-        let (amplitudes, mut covariance) = of_triangle(&r, &scores);
+        let (amplitudes, covariance) = of_triangle(&r, &scores);
         if !effect.plausible_at(shape, &amplitudes) {
             return None;
-        }
-        if effect.variable == COMMON_MODE {
-            // The amplitude is Σ w y; what is not known of the common mode adds a Σ w e to it.
-            let whitened = self.noise.correlation.whiten_transposed(&q[0]);
-            let weights = whitened.iter().zip(&self.noise.sigma).map(|(w, sigma)| w * (1.0 / r[0]) / sigma);
-            let unknown = self.rows.common_mode_unknown.variance(&weights.collect::<Vec<f64>>());
-            covariance[0] += amplitudes[0].powi(2) * unknown;
         }
         let log_likelihood = 0.5 * dot(&scores, &scores) / (self.widening * self.widening);
         Some(Place { shape: shape.to_vec(), log_likelihood, weight: 1.0, amplitudes, covariance })

@@ -131,7 +131,6 @@ pub fn observe(
         truth,
         error,
         common_mode_um,
-        common_mode_unknown: Default::default(),
         cross_arcsec,
         temperature_c,
         coil_a,
@@ -213,11 +212,8 @@ fn note_limits(recording: &Recording, rows: &mut Rows) {
     }
     note_columns(recording, rows);
     note_time(recording, rows);
-    if let Some(readings) = &mut rows.temperature_c {
-        *readings = without_noise(&rows.t_s, readings).0;
-    }
-    if let Some(readings) = &mut rows.common_mode_um {
-        (*readings, rows.common_mode_unknown) = without_noise(&rows.t_s, readings);
+    for readings in [&mut rows.temperature_c, &mut rows.common_mode_um].into_iter().flatten() {
+        *readings = without_noise(&rows.t_s, readings);
     }
     if rows.single_move() {
         rows.not_testable.push(

@@ -5,7 +5,6 @@
 use std::collections::BTreeMap;
 
 use crate::numerics::{least_squares, mean, median, range};
-use crate::slow_channel::Unknown;
 use crate::thresholds::rows::SAME_PLACE;
 use fitter::turn::Turn;
 
@@ -43,8 +42,6 @@ pub struct Rows {
     pub error: Vec<f64>,
     /// (x₁+x₂)/2 in µm, for a pair.
     pub common_mode_um: Option<Vec<f64>>,
-    /// What its readings leave unknown of the common mode; nothing of means of rows.
-    pub common_mode_unknown: Unknown,
     /// `cross_arcsec`.
     pub cross_arcsec: Option<Vec<f64>>,
     /// `temperature_c`.
@@ -195,7 +192,6 @@ impl Rows {
             truth: change(&self.truth),
             error: change(&self.error),
             common_mode_um: some(&self.common_mode_um),
-            common_mode_unknown: Unknown::default(),
             cross_arcsec: some(&self.cross_arcsec),
             temperature_c: some(&self.temperature_c),
             coil_a: some(&self.coil_a),

@@ -17,32 +17,11 @@ struct Filtered {
     step: f64,
 }
 
-/// What the readings leave unknown of a channel. Its error e at a row follows from the one at the next row,
-/// e_t = `carried_t` e_{t+1} + ξ_t, with ξ_t of the variance `own_t`.
-#[derive(Debug, Clone, Default)]
-pub struct Unknown {
-    carried: Vec<f64>,
-    own: Vec<f64>,
-}
-
-impl Unknown {
-    /// The variance of Σ `weights` e.
-    pub fn variance(&self, weights: &[f64]) -> f64 {
-        let (mut sum, mut variance) = (0.0, 0.0);
-        for ((weight, carried), own) in weights.iter().zip(&self.carried).zip(&self.own) {
-            sum += weight;
-            variance += sum * sum * own;
-            sum *= carried;
-        }
-        variance
-    }
-}
-
-/// The channel at every row, from its `readings` at `t_s` (seconds, not decreasing), and what is not known of it.
-pub fn without_noise(t_s: &[f64], readings: &[f64]) -> (Vec<f64>, Unknown) {
+/// The channel at every row, from its `readings` at `t_s` (seconds, not decreasing).
+pub fn without_noise(t_s: &[f64], readings: &[f64]) -> Vec<f64> {
     let mut gaps: Vec<f64> = t_s.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 0.0).collect();
     if gaps.is_empty() {
-        return (readings.to_vec(), Unknown::default());
+        return readings.to_vec();
     }
     let typical = crate::numerics::median(&mut gaps);
     let (low, high, count) = RATIOS;
@@ -50,21 +29,14 @@ pub fn without_noise(t_s: &[f64], readings: &[f64]) -> (Vec<f64>, Unknown) {
     let steps = |ratio: f64| move |i: usize| ratio * (t_s[i] - t_s[i - 1]).max(0.0) / typical;
     let best = (0..count)
         .map(|k| filter(readings, steps(ratio(k))))
-        .max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood));
-    best.map_or_else(Default::default, |best| smooth(&best))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or_else(Vec::new, |best| best.0);
+    smooth(&best)
 }
 
-/// A channel as the filter leaves it.
-struct Level {
-    rows: Vec<Filtered>,
-    /// Variance of the readings' noise that suits it best.
-    noise: f64,
-    /// Up to a constant.
-    log_likelihood: f64,
-}
-
-/// The filter with these variances of the steps, in that of the noise.
-fn filter(readings: &[f64], step: impl Fn(usize) -> f64) -> Level {
+/// The filter with these variances of the steps, and the log likelihood of what it says at the noise that suits it
+/// best (up to a constant).
+fn filter(readings: &[f64], step: impl Fn(usize) -> f64) -> (Vec<Filtered>, f64) {
     let mut out = vec![Filtered { level: readings[0], variance: 1.0, step: 0.0 }];
     let (mut squares, mut log_variances) = (0.0, 0.0);
     for (i, reading) in readings.iter().enumerate().skip(1) {
@@ -79,22 +51,18 @@ fn filter(readings: &[f64], step: impl Fn(usize) -> f64) -> Level {
         out.push(Filtered { level, variance: predicted / scale, step });
     }
     let freedom = (readings.len() - 1).max(1) as f64;
-    let log_likelihood = -0.5 * (freedom * squares.max(1e-300).ln() + log_variances);
-    Level { rows: out, noise: squares / freedom, log_likelihood }
+    (out, -0.5 * (freedom * squares.max(1e-300).ln() + log_variances))
 }
 
 /// What all rows say of each.
-fn smooth(Level { rows, noise, .. }: &Level) -> (Vec<f64>, Unknown) {
-    let mut levels: Vec<f64> = rows.iter().map(|row| row.level).collect();
-    let mut own: Vec<f64> = rows.iter().map(|row| noise * row.variance).collect();
-    let mut carried = vec![0.0; rows.len()];
-    for i in (0..rows.len().saturating_sub(1)).rev() {
-        let row = &rows[i];
-        carried[i] = row.variance / (row.variance + rows[i + 1].step);
-        own[i] *= 1.0 - carried[i];
-        levels[i] += carried[i] * (levels[i + 1] - row.level);
+fn smooth(filtered: &[Filtered]) -> Vec<f64> {
+    let mut levels: Vec<f64> = filtered.iter().map(|row| row.level).collect();
+    for i in (0..filtered.len().saturating_sub(1)).rev() {
+        let row = &filtered[i];
+        let gain = row.variance / (row.variance + filtered[i + 1].step);
+        levels[i] += gain * (levels[i + 1] - row.level);
     }
-    (levels, Unknown { carried, own })
+    levels
 }
 
 #[cfg(test)]
@@ -114,8 +82,8 @@ mod tests {
         let wave: Vec<f64> = t.iter().map(|t| 22.0 + (t / 30.0).sin()).collect();
         let noisy: Vec<f64> = wave.iter().zip(white(n, 4)).map(|(w, e)| w + 0.1 * e).collect();
         // Some ten neighbours say the same of a row: a third of the noise is left, half generously.
-        assert!(error(&without_noise(&t, &noisy).0, &wave) < 0.05);
-        assert!(error(&without_noise(&t, &wave).0, &wave) < 2e-3);
+        assert!(error(&without_noise(&t, &noisy), &wave) < 0.05);
+        assert!(error(&without_noise(&t, &wave), &wave) < 2e-3);
     }
 
     #[test]
@@ -123,27 +91,6 @@ mod tests {
         let t: Vec<f64> = (0..90).map(f64::from).collect();
         let levels: Vec<f64> = (0..90).map(|i| 20.0 + 5.0 * f64::from(i / 30)).collect();
         let noisy: Vec<f64> = levels.iter().zip(white(90, 5)).map(|(w, e)| w + 0.01 * e).collect();
-        assert!(error(&without_noise(&t, &noisy).0, &levels) < 0.02);
-    }
-
-    /// The error of a sum over the channel has the variance that is stated of it.
-    #[test]
-    fn what_is_unknown_is_stated() {
-        let n = 150;
-        let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
-        let weights: Vec<f64> = (0..n).map(|i| (0.4 * i as f64).sin()).collect();
-        let one = |seed: u64| {
-            let walk = white(n, 2 * seed).into_iter().scan(0.0, |level, step| {
-                *level += 0.5 * step;
-                Some(*level)
-            });
-            let walk: Vec<f64> = walk.collect();
-            let noisy: Vec<f64> = walk.iter().zip(white(n, 2 * seed + 1)).map(|(w, e)| w + e).collect();
-            let (found, unknown) = without_noise(&t, &noisy);
-            let error: f64 = weights.iter().zip(found.iter().zip(&walk)).map(|(w, (f, x))| w * (f - x)).sum();
-            (error * error, unknown.variance(&weights))
-        };
-        let (seen, stated) = (0..400).map(one).fold((0.0, 0.0), |(a, b), (e, v)| (a + e, b + v));
-        assert!((0.85..1.25).contains(&(seen / stated)), "{seen} {stated}");
+        assert!(error(&without_noise(&t, &noisy), &levels) < 0.02);
     }
 }

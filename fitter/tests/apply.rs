@@ -314,7 +314,7 @@ proptest! {
         seed in any::<u64>(),
     ) {
         let model = ErrorModel { sensor: mirror().sensor, centre: 0.0, coefficients };
-        let mut file = Coefficients::of_model(&model, from, from + width, "fitter fit 'a b.csv' --out ü.json");
+        let mut file = Coefficients::of_model(&model, from, from + width, "arcsmith fit 'a b.csv' --out ü.json");
         for ((operator, width), values) in operators {
             let covariance = vec![vec![values[0]; width]; width];
             file.terms.push(Term {

@@ -34,7 +34,8 @@ pub trait Corrector {
     /// from where it last settled. Called many times on the way to one stop, in no order.
     fn angle_rad(&self, x1_mm: f64, x2_mm: f64, temperature_c: f64) -> f64;
 
-    /// The mirror has come to rest where the probes and the thermometer say this; without memory it need not be known.
+    /// The mirror has come to rest where the probes and the thermometer say this (x₁ and x₂ in mm, temperature in °C);
+    /// without memory it need not be known.
     fn settled(&mut self, _: f64, _: f64, _: f64) {}
 }
 

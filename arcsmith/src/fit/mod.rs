@@ -7,12 +7,9 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use codegen::refused;
 use fitter::faults::{self, Screened};
 use fitter::recording::{Mapping, Purpose, Reading};
-use fitter::{
-    Fit, Fitted, Mirror, Options, Recording, Sensor, Solver, acceptance, order, output, text_safety,
-};
+use fitter::{Fit, Fitted, Mirror, Options, Recording, Sensor, Solver, order, output, text_safety};
 use serde_json::json;
 
 use crate::terminal::{Common, Result, line, summarise};
@@ -145,9 +142,6 @@ impl ModelArgs {
 
 pub fn run(args: &FitArgs, common: Common) -> Result<()> {
     let (screened, fit) = args.model.fit(&args.recording, common)?;
-    // What is written is never refused.
-    let usable = acceptance::to_apply(&fit.coefficients);
-    usable.map_err(|refusal| refused!("{refusal}; check the units and the columns of the recording"))?;
     let text = fit.coefficients.to_sealed_json();
     output::not_the_input(&args.out, &[&args.recording, &args.model.mirror])?;
     output::write_whole(&args.out, |file| file.write_all(text.as_bytes()))?;
@@ -181,6 +175,6 @@ fn command_line() -> String {
         }
     };
     let typed = std::env::args_os().skip(1).map(|argument| quoted(argument.to_string_lossy().into_owned()));
-    let words: Vec<String> = std::iter::once("fitter".to_string()).chain(typed).collect();
+    let words: Vec<String> = std::iter::once("arcsmith".to_string()).chain(typed).collect();
     text_safety::command(&words.join(" "))
 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::moving::{PLANT, STEP_S, Scatter, Scene, csv, ids, made, moved, run, several};
+use crate::common::run;
+use crate::moving::{PLANT, STEP_S, Scatter, Scene, csv, ids, made, moved, several};
 
 #[test]
 fn nothing_is_found_where_there_is_nothing() {

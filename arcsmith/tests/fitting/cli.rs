@@ -43,7 +43,7 @@ fn fit_then_apply() {
     }
     assert!(!text.contains("diagnose"));
     let file = fitter::coefficients::read(&folder.path().join("c.json")).unwrap();
-    assert_eq!(file.command, "fitter fit recording.csv --mirror mirror.toml --out c.json");
+    assert_eq!(file.command, "arcsmith fit recording.csv --mirror mirror.toml --out c.json");
     assert_eq!(file.recording.sha256.len(), 64);
     assert_eq!(file.to_sealed_json(), std::fs::read_to_string(folder.path().join("c.json")).unwrap());
 

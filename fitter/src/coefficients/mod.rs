@@ -1,4 +1,4 @@
-//! The coefficients file, `coefficients.json`: what `fitter fit` writes, `apply` and `generate` read.
+//! The coefficients file, `coefficients.json`: what `arcsmith fit` writes, `apply` and `generate` read.
 //!
 //! Versioned; numbers survive a round trip exactly; a newer or damaged file is refused in a sentence.
 

@@ -70,11 +70,13 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     }
     let [low, tenth, quarter, middle, three_quarters, nine_tenths, high] =
         [0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98].map(|part| quantile(&sorted, part));
+    let mut only = None;
     if low == high {
         // A column that stands still but for one row.
         let is_different = |row: &usize| values[*row].abs() <= LARGEST && values[*row] != middle;
         let mut different = (0..values.len()).filter(is_different);
         if let (Some(row), None) = (different.next(), different.next()) {
+            only = Some(row);
             let reason = format!("all other rows have {middle}");
             found.push(fault(row, f64::INFINITY, reason));
         }
@@ -85,8 +87,7 @@ fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
     let spread = (three_quarters - quarter).max(1e-3 * middle.abs()).max(stands);
     let (no_codes, no_lone) = (Others::than_codes(&sorted), Others::than_extremes(&sorted));
     for (row, value) in values.iter().enumerate() {
-        let listed = found.iter().any(|fault| fault.row == row);
-        if listed || value.abs() > LARGEST {
+        if only == Some(row) || value.abs() > LARGEST {
             continue;
         }
         let size = (value - middle).abs() / spread;

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::acceptance::Refusal;
 use crate::recording::Note;
 
 /// Why a recording cannot be fitted.
@@ -102,6 +103,9 @@ pub enum FitError {
     TurnUnrelated { file: String, revolution: f64, unit: String },
     #[error("--{option}: found {found}, expected {expected}; correct the option")]
     Option { option: &'static str, found: String, expected: &'static str },
+    /// A model that [`to_apply`](crate::acceptance::to_apply) refuses is not handed out.
+    #[error("{file}: {refusal}; check the units and the columns of the recording")]
+    Unusable { file: String, refusal: Refusal },
     #[error("{rows} rows are too many for the trust region method (at most {most}); use --solver qr")]
     TooManyRows { rows: usize, most: usize },
     #[error("the trust region method did not converge ({reason}); use --solver qr")]

@@ -7,6 +7,7 @@ mod turning;
 
 use std::borrow::Cow;
 
+use crate::acceptance;
 use crate::basis::{Basis, MAX_ORDER};
 use crate::coefficients::{Coefficients, VERSION_TURN, Zero};
 use crate::dependence::{self, Dependence};
@@ -80,7 +81,7 @@ impl Default for Options {
             solver: Solver::default(),
             fitted: Fitted::default(),
             probe_distance_error_mm: None,
-            command: String::from("fitter fit"),
+            command: String::from("arcsmith fit"),
         }
     }
 }
@@ -126,9 +127,17 @@ pub struct Fit {
 /// ```
 pub fn fit(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Fit, FitError> {
     options.check()?;
-    if let Some(harmonics) = around(recording, mirror, options)? {
-        return turn::fit(harmonics);
-    }
+    let fit = match around(recording, mirror, options)? {
+        Some(harmonics) => turn::fit(harmonics)?,
+        None => polynomial(recording, mirror, options)?,
+    };
+    let unusable = |refusal| FitError::Unusable { file: recording.file.clone(), refusal };
+    acceptance::to_apply(&fit.coefficients).map_err(unusable)?;
+    Ok(fit)
+}
+
+/// The fit of a polynomial.
+fn polynomial(recording: &Recording, mirror: &Mirror, options: &Options) -> Result<Fit, FitError> {
     let prepared = Prepared::of(recording, mirror)?;
     let data = Data::of(&prepared, recording, mirror, options);
     let selection = data.select(options)?;

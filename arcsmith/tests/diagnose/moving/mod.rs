@@ -1,19 +1,13 @@
 //! Made recordings of a moving mechanism, and the program run on them.
 
-use std::process::{Command, Output};
+use std::process::Output;
 
 use serde_json::Value;
 
+use crate::common::run;
+
 pub const PLANT: &str = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
 pub const STEP_S: f64 = 5e-4;
-
-pub fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_arcsmith"))
-        .arg("diagnose")
-        .args(arguments)
-        .output()
-        .expect("the program runs")
-}
 
 /// Deterministic noise of unit variance (twelve uniform numbers; Knuth's generator).
 pub struct Scatter(pub u64);
