@@ -49,12 +49,14 @@ impl Beside<'_> {
     fn place(&self, effect: &dyn Effect, shape: &[f64]) -> Option<Place> {
         let columns = effect.signature(self.rows, shape);
         let width = columns.len();
+        let mut unknown_part = 0.0;
         let mut q: Vec<Vec<f64>> = Vec::with_capacity(width);
         // Upper triangle R of the columns' factorisation, by rows.
         let mut r = vec![0.0; width * width];
         for (k, column) in columns.iter().enumerate() {
             let mut w = self.noise.whiten(column);
             let length = dot(&w, &w).sqrt();
+            let noise = if effect.of_common_mode { self.noise_of_common_mode(&w) } else { 0.0 };
             self.basis.project_off(&mut w);
             if dot(&w, &w).sqrt() < 0.1 * length {
                 self.basis.project_off(&mut w);
@@ -69,16 +71,27 @@ impl Beside<'_> {
                 return None;
             }
             r[k * width + k] = left;
+            unknown_part = noise * w.len() as f64 / (left * left);
             w.iter_mut().for_each(|v| *v /= left);
             q.push(w);
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
-        let (amplitudes, covariance) = of_triangle(&r, &scores);
+        let (amplitudes, mut covariance) = of_triangle(&r, &scores);
+        covariance[0] += (unknown_part * amplitudes[0]).powi(2);
         if !effect.plausible_at(shape, &amplitudes) {
             return None;
         }
         let log_likelihood = 0.5 * dot(&scores, &scores) / (self.widening * self.widening);
         Some(Place { shape: shape.to_vec(), log_likelihood, weight: 1.0, amplitudes, covariance })
+    }
+
+    /// Mean square of what a whitened common mode holds of the probes' noise: it scatters from row to row, and is no
+    /// more than the noise of the angle, were all of it the probes', makes it. Noise in a column brings its amplitude
+    /// nearer to zero by its part of the column's squares (Fuller, Measurement Error Models, 1987, section 1.1).
+    fn noise_of_common_mode(&self, whitened: &[f64]) -> f64 {
+        let steps = whitened.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
+        let scatter = 0.5 * steps / (whitened.len() - 1).max(1) as f64;
+        scatter.min(self.rows.common_mode_noise_um().powi(2))
     }
 
     /// The posterior of an effect's shape over everything that it can be: the whole range of its shape parameters is

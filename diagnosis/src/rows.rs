@@ -136,8 +136,18 @@ impl Rows {
         let x = self.scaled_reading();
         let powers: Vec<Vec<f64>> = (0..=4).map(|k| x.iter().map(|x| x.powi(k)).collect()).collect();
         let scatter_um = (least_squares(&powers, common_mode_um).rss / self.len() as f64).sqrt();
-        let per_rad = self.per_degree() * 1f64.to_degrees();
-        2e-3 * scatter_um * mean(&self.weight) * per_rad
+        2e-3 * scatter_um * self.angle_per_mm()
+    }
+
+    /// Noise of the common mode in µm at a noise of the angle of 1 in its unit, where all of it is the probes' own: in
+    /// (x₁+x₂)/2 it is half of that in x₂ − x₁.
+    pub fn common_mode_noise_um(&self) -> f64 {
+        0.5e3 / self.angle_per_mm()
+    }
+
+    /// Change of a pair's angle, in its unit, with x₂ − x₁.
+    fn angle_per_mm(&self) -> f64 {
+        mean(&self.weight) * self.per_degree() * 1f64.to_degrees()
     }
 
     /// Duration in seconds.

@@ -52,6 +52,7 @@ pub static COMMON_MODE_LEAKAGE: Dependence = Dependence {
         confused_with: &["cross_axis_coupling", "coil_crosstalk"],
         variable: "common_mode_um",
         measured: true,
+        of_common_mode: true,
         told_by: &[(Experiment::OneByOne, "mount")],
         ..Facts::USUAL
     },

@@ -171,6 +171,8 @@ pub struct Facts {
     /// Which of its readings is a place on the angle at which something of one probe stands. It moves along the angle with
     /// the common mode.
     pub place_of_a_probe: Option<usize>,
+    /// Whether its one amplitude multiplies the common mode, which holds the noise of the probes.
+    pub of_common_mode: bool,
     /// Whether `fit` found it already in a sensor that turns.
     pub found_by_fit: fn(&Turn) -> bool,
     /// The experiments that tell it from others, each with what it does there.
@@ -194,6 +196,7 @@ impl Facts {
         repeatable: false,
         shape_follows: false,
         place_of_a_probe: None,
+        of_common_mode: false,
         found_by_fit: |_| false,
         told_by: &[],
     };
