@@ -1,0 +1,115 @@
+//! Physics that is in no catalogue is located and not given the names of two effects that together imitate it,
+//! nor taken for correlated noise.
+
+use crate::diagnose::common::{normal, recording, scene, wandering};
+use serde_json::Value;
+
+/// Readings of six passes of 31 rows every 3 s: degrees and degrees Celsius, the temperature at one level in each
+/// pass, which it approaches within half a minute.
+fn schedule() -> Vec<(f64, f64)> {
+    let mut temperature = 15.0;
+    (0..186)
+        .map(|row| {
+            let (pass, k) = (row / 31, row % 31);
+            let angle = if pass % 2 == 0 { -1.5 + 0.1 * k as f64 } else { 1.5 - 0.1 * k as f64 };
+            let level = [15.0, 27.0, 39.0, 39.0, 27.0, 15.0][pass];
+            temperature += 0.15 * (level - temperature);
+            (angle, temperature)
+        })
+        .collect()
+}
+
+/// The diagnosis of that schedule with `effect` (arcsec, of row, angle and temperature) and `noise` (arcsec).
+fn diagnosed(effect: impl Fn(usize, f64, f64) -> f64, noise: &[f64], seed: u64) -> Value {
+    let scene = scene();
+    let mut blur = normal(seed ^ 0x5555);
+    let rows = schedule();
+    let blurred: Vec<f64> = rows.iter().map(|(_, t)| t + 0.02 * blur()).collect();
+    let path = recording(scene.folder.path(), "r.csv", 6, |row, cells| {
+        let (angle, temperature) = rows[row];
+        cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - effect(row, angle, temperature) + noise[row]);
+        cells[6] = format!("{:.3}", blurred[row]);
+    });
+    let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    scene.json(&out, "r")
+}
+
+fn white(seed: u64) -> Vec<f64> {
+    let mut normal = normal(seed);
+    (0..186).map(|_| 0.5 * normal()).collect()
+}
+
+fn said(json: &Value) -> (String, String) {
+    let place = &json["locations"][0];
+    let names = json["effects"].as_array().expect("effects").iter().filter_map(|e| e["id"].as_str());
+    let verdict = json["verdict"].as_str().expect("a verdict");
+    (
+        format!("{verdict} {:?}", names.collect::<Vec<_>>()),
+        place["variable"].as_str().unwrap_or("").to_string(),
+    )
+}
+
+#[test]
+fn creep_that_heat_hastens_is_no_drift_with_temperature_beside_one_with_time() {
+    for seed in 1..6 {
+        for rate in [0.5, 0.8] {
+            let creep = |row: usize, _: f64, t: f64| rate * (t - 27.0) * 3.0 * row as f64 / 3600.0;
+            let json = diagnosed(creep, &white(seed), seed);
+            assert_eq!(said(&json), ("unexplained []".into(), "temperature_c".into()), "{seed}, {rate}");
+            assert_eq!(json["locations"][0]["times"], "t_s");
+        }
+    }
+}
+
+#[test]
+fn what_lets_go_at_a_temperature_is_no_two_steps() {
+    for (seed, at) in [(1, 25.6), (2, 26.2), (3, 26.8), (5, 28.0), (6, 28.6)] {
+        let json = diagnosed(|_, _, t| 1.2 * ((t - at) / 0.5_f64).tanh(), &white(seed), seed);
+        assert_eq!(said(&json), ("unexplained []".into(), "temperature_c".into()), "at {at} °C");
+    }
+}
+
+#[test]
+fn what_names_leave_is_not_taken_for_memory() {
+    // Heat that goes with the square of the angle and dies away in 100 s, in correlated noise for 7 s.
+    let mut heat = 0.0;
+    let heats: Vec<f64> = schedule()
+        .iter()
+        .map(|(angle, _)| {
+            heat += (3.0 / 100.0) * ((angle / 1.5).powi(2) - heat);
+            heat
+        })
+        .collect();
+    for seed in [13, 35] {
+        let json = diagnosed(|row, _, _| 5.0 * heats[row], &wandering(186, seed), seed);
+        assert_eq!(json["verdict"], "partly_explained", "{seed}");
+    }
+}
+
+#[test]
+fn a_defect_between_two_starts_is_no_probe_at_its_end() {
+    let defect = |_: usize, angle: f64, _: f64| -5.0 * (-0.5 * ((angle - 1.02) / 0.15_f64).powi(2)).exp();
+    let json = diagnosed(defect, &white(8), 8);
+    assert_eq!(said(&json), ("explained [\"local_defect\"]".into(), "angle_deg".into()));
+}
+
+#[test]
+fn a_ripple_whose_phase_moves_with_the_temperature_is_not_taken_for_noise() {
+    for (seed, per_degree) in [(1, 0.0), (2, 0.03), (3, 0.06)] {
+        let ripple = |_, angle: f64, t: f64| {
+            5.0 * (std::f64::consts::TAU * angle / 0.37 + per_degree * (t - 27.0)).sin()
+        };
+        let json = diagnosed(ripple, &white(seed), seed);
+        let floor = json["noise_floor"]["value"].as_f64().expect("a floor");
+        assert!(floor < 0.65, "the floor at {per_degree} per K is {floor}");
+        if per_degree == 0.0 {
+            assert_eq!(said(&json), (r#"explained ["periodic_error"]"#.into(), "angle_deg".into()));
+            continue;
+        }
+        assert_eq!(json["verdict"], "partly_explained", "{per_degree} per K");
+        let places = json["locations"].as_array().expect("places");
+        let moves = |place: &Value| place["variable"] == "temperature_c" && place["times"] == "angle_deg";
+        assert!(places.iter().any(moves), "{places:?}");
+    }
+}

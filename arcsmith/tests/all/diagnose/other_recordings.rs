@@ -1,0 +1,63 @@
+//! What of an effect is handed on to other recordings, where this one does not tell it from a drift.
+
+use crate::diagnose::common::{normal, recording, scene};
+use diagnosis::{Options, diagnose};
+use fitter::terms::Scope;
+use fitter::{Mirror, Recording};
+
+/// Seven passes beside a temperature that runs with time but for a ripple of `ripple` K, 1.5″/K.
+fn drift(ripple: f64) -> (diagnosis::Outcome, Recording) {
+    let mut draw = normal(11);
+    let noise: Vec<f64> = (0..217).map(|_| 0.5 * draw()).collect();
+    let scene = scene();
+    let path = recording(scene.folder.path(), "r.csv", 7, |row, cells| {
+        let (pass, k) = (row / 31, row % 31);
+        let angle = if pass % 2 == 0 { -1.5 + 0.1 * k as f64 } else { 1.5 - 0.1 * k as f64 };
+        let above = 0.01 * row as f64 + ripple * (0.37 * row as f64).sin();
+        cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - 1.5 * above + noise[row]);
+        cells[6] = format!("{:.4}", 25.0 + above);
+    });
+    let recording = Recording::read(&path).expect("a recording");
+    let mirror = Mirror::read(scene.mirror.as_ref()).expect("mirror.toml");
+    let outcome = diagnose(&recording, &mirror, None, None, &Options::default()).expect("a diagnosis");
+    (outcome, recording)
+}
+
+/// Scope and coefficient of the terms of the temperature.
+fn terms(outcome: &diagnosis::Outcome) -> Vec<(Scope, f64)> {
+    let file = outcome.coefficients.as_ref().expect("coefficients");
+    file.terms
+        .iter()
+        .filter(|t| t.effect == "thermal_zero_drift")
+        .map(|t| (t.scope, t.coefficients[0]))
+        .collect()
+}
+
+#[test]
+fn a_part_stays_here_where_a_drift_may_be_what_happened() {
+    let (outcome, recording) = drift(0.09);
+    let of_temperature = terms(&outcome);
+    let [(Scope::Device, device), (Scope::Recording, here)] = of_temperature[..] else {
+        panic!("{of_temperature:?}: {:?}", outcome.diagnosis.effects);
+    };
+    let told = outcome.diagnosis.effects[0].parameters[0].value;
+    assert!((device + here - told).abs() < 1e-9 * told.abs(), "{device} and {here} of {told}");
+    assert!((0.1..0.95).contains(&(device / told)), "{device} of {told}");
+    assert!(outcome.diagnosis.unidentifiable.iter().any(|s| s.contains("is handed on to them")));
+    // The recording itself is corrected as if it were one.
+    let file = outcome.coefficients.as_ref().expect("coefficients");
+    let corrected = fitter::apply(&recording, file).expect("it is applied").corrected;
+    let reference = outcome.rows.truth.iter();
+    let left: Vec<f64> =
+        corrected.iter().zip(reference).map(|(c, t)| c * file.sensor.per_internal() - t).collect();
+    let mean = left.iter().sum::<f64>() / left.len() as f64;
+    let rms = (left.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / left.len() as f64).sqrt();
+    assert!((rms - outcome.diagnosis.fit.after.train_rms).abs() < 1e-3 * rms, "{rms}");
+}
+
+#[test]
+fn all_of_it_is_handed_on_where_the_recording_tells() {
+    let (outcome, _) = drift(1.0);
+    let of_temperature = terms(&outcome);
+    assert!(matches!(of_temperature[..], [(Scope::Device, _)]), "{of_temperature:?}");
+}
