@@ -159,6 +159,7 @@ pub fn rows(candidates: &[Candidate], cores: &[Core], unit: &str) -> Vec<Row> {
 
 /// No candidate meets what is wanted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum ChoiceError {
     /// None meets the bound.
     #[error(

@@ -43,6 +43,7 @@ pub struct Generated {
 
 /// Why nothing was generated.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum GenerateError {
     /// The coefficients.
     #[error(transparent)]

@@ -59,6 +59,7 @@ pub enum Operand {
 
 /// One operation. Integers never overflow (proved by [`crate::bound`]); floats round to nearest, ties to even.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // what the variants say of them
 pub enum Op {
     /// The routine's argument number `index`.
     Input { index: usize },

@@ -45,6 +45,7 @@ const NO_MATTER: f64 = 1e-3;
 
 /// Why there is no routine.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum RoutineError {
     /// The range is wider than the recording.
     #[error(

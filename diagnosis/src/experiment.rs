@@ -10,11 +10,17 @@ use crate::verdict::{Location, NamedEffect, Verdict};
 /// shows itself, and how: effects that do different things there are told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Experiment {
+    /// The temperature held at several levels.
     Levels,
+    /// A step of the temperature.
     Jump,
+    /// A longer recording at constant temperature.
     Longer,
+    /// Nested loops both ways, at two speeds.
     Loops,
+    /// Finer steps over the range in question.
     FinerSteps,
+    /// One influence changed at a time, at fixed angles.
     OneByOne,
 }
 

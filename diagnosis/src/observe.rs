@@ -16,6 +16,7 @@ use crate::thresholds::observe::FEWEST_ROWS;
 /// Why a recording cannot be diagnosed at all.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum ObserveError {
     /// The mirror file is for another kind of sensor.
     #[error(

@@ -13,6 +13,7 @@ use crate::observe::Simulated;
 /// Why a simulation is refused.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SimulatedError {
     /// It is no table of numbers.
     #[error(transparent)]

@@ -21,6 +21,7 @@ use crate::terms::{self, Evaluated, Observables};
 
 /// Why coefficients cannot be applied to a recording.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum ApplyError {
     #[error(
         "{file}: has the columns of {recording}, and the coefficients are those of {model}; give the coefficients \
@@ -61,6 +62,7 @@ pub fn check_columns(recording: &Recording, coefficients: &Coefficients) -> Resu
 
 /// What a reader of the corrected angles should know.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // what the variants say of them
 pub enum ApplyNote {
     /// Rows outside the valid range.
     Extrapolated { rows: usize, of: usize, from: f64, to: f64, valid_from: f64, valid_to: f64, unit: String },

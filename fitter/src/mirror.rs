@@ -30,6 +30,7 @@ pub struct Mirror {
 
 /// Why a mirror file is refused.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum MirrorError {
     #[error(transparent)]
     Misplaced(#[from] Misplaced),

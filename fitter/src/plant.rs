@@ -197,6 +197,7 @@ pub struct StateSpace {
 
 /// Why a plant file is refused.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum PlantError {
     #[error(transparent)]
     Misplaced(#[from] Misplaced),

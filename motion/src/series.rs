@@ -24,6 +24,7 @@ pub struct Series {
 
 /// Why a recording is refused.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SeriesError {
     /// It is no table of numbers with the columns that are needed.
     #[error(transparent)]

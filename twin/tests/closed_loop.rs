@@ -1,6 +1,8 @@
 //! The closed loop of the paper's Figures 2 and 8: what the loop reaches with the calculated angle in its feedback,
 //! and with the angle corrected by a calibration of the same mirror.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
+
 use fitter::{Mirror, Options, Recording};
 use twin::dynamic::position_loop::{PositionLoop, Settled, settle_through};
 use twin::{Device, Protocol, calculated_angle_rad};

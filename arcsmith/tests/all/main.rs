@@ -1,5 +1,7 @@
 //! All tests of this crate from outside, in one binary.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
+
 mod bad_cell;
 mod contradictions;
 mod diagnose;

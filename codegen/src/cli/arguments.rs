@@ -18,6 +18,7 @@ pub fn recording() -> impl TypedValueParser<Value = PathBuf> {
 /// What is generated, for every command.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// What every command takes.
     #[command(flatten)]
     pub common: Common,
     /// Coefficients file, as `fit` or `diagnose` wrote it [default: the one that lies in this folder].

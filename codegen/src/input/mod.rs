@@ -82,6 +82,7 @@ pub struct InputPlan {
 
 /// What is wrong with an input for a range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum InputError {
     /// Two probes need a pair.
     #[error("a direct sensor has one reading: use an input without x1x2")]

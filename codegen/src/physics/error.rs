@@ -6,6 +6,7 @@ use crate::reference::TooSteep;
 
 /// See the module.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum PhysicsError {
     /// A further input that is not understood.
     #[error(

@@ -61,6 +61,7 @@ pub const MOST_COUNTS: u32 = 1 << *BITS.end();
 
 /// Why there is no routine for an encoder.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum TurnError {
     /// Other coefficients.
     #[error("these coefficients are not of a whole turn")]

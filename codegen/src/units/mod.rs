@@ -74,6 +74,7 @@ impl Default for Wanted {
 
 /// Why there is no routine for the units; each a sentence that says what to change.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum UnitsError {
     /// No unit.
     #[error(

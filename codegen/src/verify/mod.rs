@@ -43,6 +43,7 @@ use sweep::SweepReport;
 
 /// A check could not be made. (A check that fails is no error: it stands in the [`Report`].)
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum VerifyError {
     /// The certificate cannot be used.
     #[error("{path}: {what}", path = path.display())]

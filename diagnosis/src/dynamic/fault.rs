@@ -8,6 +8,7 @@ use thiserror::Error;
 /// Why a dynamic diagnosis is refused.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum DynamicError {
     /// What can be wrong with any recording.
     #[error(transparent)]

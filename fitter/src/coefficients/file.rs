@@ -18,6 +18,7 @@ use crate::turn::Turn;
 
 /// Why a coefficients file is refused.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum CoefficientsError {
     #[error(transparent)]
     Misplaced(#[from] Misplaced),

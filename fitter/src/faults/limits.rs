@@ -42,6 +42,7 @@ pub const TAIL_PART: f64 = 0.03;
 /// Most cells of a column, row after row, that are single bad ones: of a hundredth of bad cells three follow each other
 /// once in a million rows. At an end of the recording, where one side alone speaks, a bend of two rows is one.
 pub const LONGEST_RUN: usize = 2;
+/// The same at an end of the recording.
 pub const LONGEST_RUN_AT_END: usize = 1;
 /// Multiples of the usual largest jump of the angle from its neighbours in time from which on an angle is out of place.
 /// Where positions come in no order every jump is large, and none is.

@@ -56,6 +56,7 @@ pub struct Screened<'a> {
 
 /// Why a recording is refused before anything is fitted.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum FaultError {
     /// Too much of the recording cannot be readings.
     #[error(

@@ -7,6 +7,7 @@ use crate::recording::Note;
 
 /// Why a recording cannot be fitted.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum FitError {
     #[error(
         "{file}: has the columns of {recording}, and the mirror file describes {mirror}; give the mirror file of \
@@ -121,6 +122,7 @@ pub enum FitError {
 
 /// What a reader of a fit should know.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // what the variants say of them
 pub enum FitNote {
     /// Noticed while reading.
     Reading(Note),

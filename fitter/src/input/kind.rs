@@ -34,6 +34,7 @@ impl std::fmt::Display for Kind {
 
 /// A file that is another than the one that belongs there.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum Misplaced {
     /// Of another kind.
     #[error("{file}: is {found}, expected {expected}; give that in its place")]

@@ -47,6 +47,7 @@ fn max_line() -> u64 {
 
 /// Something is larger than is read.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum LimitError {
     /// The file.
     #[error("holds more than {most} bytes{}; if that is meant, allow more with --max-bytes", if *decompressed { ", decompressed" } else { "" })]

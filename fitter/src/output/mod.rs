@@ -35,6 +35,7 @@ pub use set::FileSet;
 
 /// Why a file could not be written.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum OutputError {
     #[error("{file}: is a directory, expected the name of a file to write; add a name")]
     IsDirectory { file: String },

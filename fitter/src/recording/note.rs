@@ -4,6 +4,7 @@ use crate::table::Dialect;
 
 /// Something that was noticed while reading and does not forbid a fit.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs)] // what the variants say of them
 pub enum Note {
     /// Time runs backward at `line`, from `from_s` to `to_s`.
     TimeBackward { line: u64, from_s: f64, to_s: f64 },

@@ -12,6 +12,7 @@ use crate::statistics::PointMoments;
 
 /// Why a recording cannot verify a correction.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum AfterError {
     /// It cannot be corrected.
     #[error(transparent)]

@@ -62,6 +62,7 @@ fn mend(columns: &[(String, Option<String>)]) -> String {
 
 /// Why a recording is refused.
 #[derive(Debug, Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum RecordingError {
     #[error("{file}: there is no such file; check the path of the recording")]
     NotFound { file: String },

@@ -298,11 +298,17 @@ pub static CATALOGUE: [&dyn DynamicEffect; 17] = [
 
 /// Ids of effects that a search treats apart.
 pub const COULOMB_FRICTION: &str = "coulomb_friction";
+#[allow(missing_docs)]
 pub const CUBIC_STIFFNESS: &str = "cubic_stiffness";
+#[allow(missing_docs)]
 pub const DRIVE_LAG: &str = "drive_lag";
+#[allow(missing_docs)]
 pub const DRIVE_OFFSET: &str = "drive_offset";
+#[allow(missing_docs)]
 pub const RAYLEIGH_HYSTERESIS: &str = "rayleigh_hysteresis";
+#[allow(missing_docs)]
 pub const SENSOR_OFFSET: &str = "sensor_offset";
+#[allow(missing_docs)]
 pub const TRANSPORT_DELAY: &str = "transport_delay";
 
 /// The effect with an id.
