@@ -1,0 +1,32 @@
+//! Physics as expressions: what a recording holds and what was fitted, put together by operators.
+//!
+//! An expression is read from text ([`parse`]), its names and units are checked ([`Sentence::read`]), and it is
+//! evaluated over the rows of a recording with its derivatives by the parameters ([`Sentence::evaluate`]). Every
+//! operator takes any expression whose unit fits, so that operators compose: a lag of a square, a rate of a difference.
+//!
+//! [`declared`] reads effects that a user states in a file.
+
+mod check;
+mod declaration;
+mod error;
+mod evaluate;
+mod expression;
+mod interval;
+mod operator;
+mod parse;
+mod quantity;
+mod unit;
+
+pub use check::{Names, Parameter, Sentence};
+pub use declaration::{DeclarationError, Declared, declared};
+pub use error::ExpressionError;
+pub use evaluate::{Columns, Time, Value};
+pub use expression::{Expression, Kind};
+pub use interval::Interval;
+pub use operator::{FUNCTIONS, Operator};
+pub use parse::parse;
+pub use quantity::{Quantity, UnitError};
+pub use unit::Unit;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,228 @@
+//! Functions of mathematics.
+
+use std::ops::RangeInclusive;
+
+use super::Operator;
+use crate::evaluate::{Time, Value, pointwise};
+use crate::interval::Interval;
+use crate::quantity::{Quantity, UnitError, common};
+use crate::unit::Unit;
+
+/// A function of the values of one row.
+pub struct Elementary {
+    name: &'static str,
+    usage: &'static str,
+    arguments: usize,
+    unit: fn(&[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError>,
+    interval: fn(&[Interval]) -> Result<Interval, String>,
+    /// The value; the derivatives by the arguments are written.
+    at: fn(&[f64], &mut [f64]) -> f64,
+}
+
+impl Operator for Elementary {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn arguments(&self) -> RangeInclusive<usize> {
+        self.arguments..=self.arguments
+    }
+
+    fn usage(&self) -> &'static str {
+        self.usage
+    }
+
+    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+        (self.unit)(of)
+    }
+
+    fn interval(&self, of: &[Interval]) -> Result<Interval, String> {
+        (self.interval)(of)
+    }
+
+    fn value(&self, of: &[Value], _: &Time) -> Value {
+        pointwise(of, self.at)
+    }
+}
+
+/// A pure number of a pure number.
+fn pure(of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    Ok((Quantity::Of(Unit::one()), vec![of[0].pure()?]))
+}
+
+/// A pure number of an angle, or of a pure number as one in radians.
+fn of_angle(of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    let unit = of[0].unit();
+    let radian = Unit::of_column("rad");
+    let factor = unit.in_units_of(&radian).or_else(|| unit.in_units_of(&Unit::one()));
+    let factor = factor.ok_or(UnitError::Needs(unit, "an angle or a pure number"))?;
+    Ok((Quantity::Of(Unit::one()), vec![factor]))
+}
+
+pub static ABS: Elementary = Elementary {
+    name: "abs",
+    usage: "abs(e)",
+    arguments: 1,
+    unit: common,
+    interval: |of| {
+        let most = of[0].from.abs().max(of[0].to.abs());
+        let least = if of[0].holds(0.0) { 0.0 } else { of[0].from.abs().min(of[0].to.abs()) };
+        Ok(Interval { from: least, to: most })
+    },
+    at: |x, slopes| {
+        slopes[0] = if x[0] < 0.0 { -1.0 } else { 1.0 };
+        x[0].abs()
+    },
+};
+
+pub static SIGN: Elementary = Elementary {
+    name: "sign",
+    usage: "sign(e)",
+    arguments: 1,
+    unit: |_| Ok((Quantity::Of(Unit::one()), vec![1.0])),
+    interval: |of| Ok(of[0].rising(sign)),
+    at: |x, slopes| {
+        slopes[0] = 0.0;
+        sign(x[0])
+    },
+};
+
+/// −1, 0 or 1.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+pub static MIN: Elementary = Elementary {
+    name: "min",
+    usage: "min(a, b)",
+    arguments: 2,
+    unit: common,
+    interval: |of| Ok(Interval { from: of[0].from.min(of[1].from), to: of[0].to.min(of[1].to) }),
+    at: |x, slopes| {
+        let first = x[0] <= x[1];
+        slopes[..2].copy_from_slice(if first { &[1.0, 0.0] } else { &[0.0, 1.0] });
+        if first { x[0] } else { x[1] }
+    },
+};
+
+pub static MAX: Elementary = Elementary {
+    name: "max",
+    usage: "max(a, b)",
+    arguments: 2,
+    unit: common,
+    interval: |of| Ok(Interval { from: of[0].from.max(of[1].from), to: of[0].to.max(of[1].to) }),
+    at: |x, slopes| {
+        let first = x[0] >= x[1];
+        slopes[..2].copy_from_slice(if first { &[1.0, 0.0] } else { &[0.0, 1.0] });
+        if first { x[0] } else { x[1] }
+    },
+};
+
+pub static SQRT: Elementary = Elementary {
+    name: "sqrt",
+    usage: "sqrt(e)",
+    arguments: 1,
+    unit: |of| match &of[0] {
+        Quantity::Number(_) => Ok((Quantity::Of(Unit::one()), vec![1.0])),
+        Quantity::Of(unit) => Ok((Quantity::Of(unit.power(0.5).ok_or(UnitError::Exponent)?), vec![1.0])),
+    },
+    interval: |of| match of[0].from < 0.0 {
+        true => Err(format!("a value down to {} has no square root", of[0].from)),
+        false => Ok(of[0].rising(f64::sqrt)),
+    },
+    at: |x, slopes| {
+        let root = x[0].sqrt();
+        // At zero the slope is infinite; a parameter moves nothing there that could be seen.
+        slopes[0] = if root > 0.0 { 0.5 / root } else { 0.0 };
+        root
+    },
+};
+
+pub static EXP: Elementary = Elementary {
+    name: "exp",
+    usage: "exp(e)",
+    arguments: 1,
+    unit: pure,
+    interval: |of| Ok(of[0].rising(f64::exp)),
+    at: |x, slopes| {
+        slopes[0] = x[0].exp();
+        slopes[0]
+    },
+};
+
+pub static LOG: Elementary = Elementary {
+    name: "log",
+    usage: "log(e)",
+    arguments: 1,
+    unit: pure,
+    interval: |of| match of[0].from <= 0.0 {
+        true => Err(format!("a value down to {} has no logarithm", of[0].from)),
+        false => Ok(of[0].rising(f64::ln)),
+    },
+    at: |x, slopes| {
+        slopes[0] = 1.0 / x[0];
+        x[0].ln()
+    },
+};
+
+pub static SIN: Elementary = Elementary {
+    name: "sin",
+    usage: "sin(e)",
+    arguments: 1,
+    unit: of_angle,
+    interval: |of| Ok(of_wave(of[0], f64::sin, std::f64::consts::FRAC_PI_2)),
+    at: |x, slopes| {
+        slopes[0] = x[0].cos();
+        x[0].sin()
+    },
+};
+
+pub static COS: Elementary = Elementary {
+    name: "cos",
+    usage: "cos(e)",
+    arguments: 1,
+    unit: of_angle,
+    interval: |of| Ok(of_wave(of[0], f64::cos, 0.0)),
+    at: |x, slopes| {
+        slopes[0] = -x[0].sin();
+        x[0].cos()
+    },
+};
+
+/// The values of a wave with a crest at `crest`.
+fn of_wave(of: Interval, wave: fn(f64) -> f64, crest: f64) -> Interval {
+    use std::f64::consts::{PI, TAU};
+    let holds = |place: f64| ((of.to - place) / TAU).floor() >= ((of.from - place) / TAU).ceil();
+    let ends = [wave(of.from), wave(of.to)];
+    Interval {
+        from: if holds(crest + PI) { -1.0 } else { ends[0].min(ends[1]) },
+        to: if holds(crest) { 1.0 } else { ends[0].max(ends[1]) },
+    }
+}
+
+pub static TANH: Elementary = Elementary {
+    name: "tanh",
+    usage: "tanh(e)",
+    arguments: 1,
+    unit: pure,
+    interval: |of| Ok(of[0].rising(f64::tanh)),
+    at: |x, slopes| {
+        let value = x[0].tanh();
+        slopes[0] = 1.0 - value * value;
+        value
+    },
+};
+
+impl Elementary {
+    /// A function of several values of one unit, whose own unit is `of` it.
+    pub(super) const fn of_one_unit(
+        name: &'static str,
+        usage: &'static str,
+        arguments: usize,
+        unit: fn(&[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError>,
+        interval: fn(&[Interval]) -> Result<Interval, String>,
+        at: fn(&[f64], &mut [f64]) -> f64,
+    ) -> Elementary {
+        Elementary { name, usage, arguments, unit, interval, at }
+    }
+}

@@ -1,0 +1,89 @@
+//! The operators: each says how many arguments it has, what units they need, its value over the rows with derivatives,
+//! the interval of its values, and its text. Every operator takes any expression whose unit fits.
+
+mod arithmetic;
+mod delay;
+mod elementary;
+mod lowpass;
+mod play;
+mod rate;
+mod shapes;
+
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use crate::evaluate::{Time, Value};
+use crate::expression::{Expression, binding};
+use crate::interval::Interval;
+use crate::quantity::{Quantity, UnitError};
+
+pub(crate) use arithmetic::{DIFFERENCE, NEGATIVE, POWER, PRODUCT, QUOTIENT, SUM};
+
+/// One operator of the language.
+pub trait Operator: Sync {
+    /// Its name, or its sign.
+    fn name(&self) -> &'static str;
+    /// How many arguments it takes.
+    fn arguments(&self) -> RangeInclusive<usize>;
+    /// How it is written.
+    fn usage(&self) -> &'static str;
+    /// The unit of its value, and by what each argument is multiplied first, so that units agree.
+    ///
+    /// # Errors
+    /// Which units do not go together.
+    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError>;
+    /// The interval of its values.
+    ///
+    /// # Errors
+    /// A sentence, where a value within the arguments' intervals has none.
+    fn interval(&self, of: &[Interval]) -> Result<Interval, String>;
+    /// Its value at every row, with the derivatives by the parameters.
+    fn value(&self, of: &[Value], time: &Time) -> Value;
+    /// How it depends on factors, of which the arguments hold these powers; none where no power describes it.
+    fn degree(&self, of: &[u32]) -> Option<u32> {
+        of.iter().all(|degree| *degree == 0).then_some(0)
+    }
+    /// Whether its value depends on the rows before.
+    fn remembers(&self) -> bool {
+        false
+    }
+    /// How tightly its text holds together.
+    fn binding(&self) -> u8 {
+        binding::WHOLE
+    }
+    /// Its text.
+    ///
+    /// # Errors
+    /// Those of the formatter.
+    fn write(&self, of: &[Expression], f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let arguments: Vec<String> = of.iter().map(ToString::to_string).collect();
+        write!(f, "{}({})", self.name(), arguments.join(", "))
+    }
+}
+
+/// All operators that are written as functions.
+pub static FUNCTIONS: [&dyn Operator; 18] = [
+    &elementary::ABS,
+    &elementary::SIGN,
+    &elementary::MIN,
+    &elementary::MAX,
+    &elementary::SQRT,
+    &elementary::EXP,
+    &elementary::LOG,
+    &elementary::SIN,
+    &elementary::COS,
+    &elementary::TANH,
+    &shapes::HINGE,
+    &shapes::BUMP,
+    &shapes::STEP,
+    &lowpass::LowPass,
+    &rate::Rate,
+    &delay::Delay,
+    &play::PLAY,
+    &play::PLAYS,
+];
+
+/// The function of a name.
+pub fn function(name: &str) -> Option<&'static dyn Operator> {
+    FUNCTIONS.iter().copied().find(|operator| operator.name() == name)
+}

@@ -1,0 +1,259 @@
+//! The language as a whole: operators compose, derivatives are those of the values, and units are checked.
+
+use std::borrow::Cow;
+
+use proptest::prelude::*;
+
+use crate::{Columns, FUNCTIONS, Interval, Names, Parameter, Sentence, Time, Unit, declared, parse};
+
+/// A recording of a few columns.
+struct Made {
+    t_s: Vec<f64>,
+    pass: Vec<i64>,
+}
+
+impl Made {
+    fn of(rows: usize) -> Made {
+        let t_s = (0..rows).map(|row| 3.0 * row as f64 + (row as f64).sin()).collect();
+        Made { t_s, pass: (0..rows).map(|row| (row / 20) as i64).collect() }
+    }
+}
+
+impl Columns for Made {
+    fn column(&self, name: &str) -> Option<Cow<'_, [f64]>> {
+        let shape = match name {
+            "temperature_c" => |t: f64| 22.0 + 3.0 * (t / 41.0).sin() + 0.01 * t,
+            "coil_a" => |t: f64| 0.3 * (t / 13.0).cos() + 0.05,
+            "angle" => |t: f64| 5000.0 * (t / 60.0).sin(),
+            "t_s" => |t: f64| t,
+            _ => return None,
+        };
+        Some(self.t_s.iter().map(|t| shape(*t)).collect())
+    }
+
+    fn time(&self) -> Time<'_> {
+        Time { t_s: &self.t_s, pass: &self.pass }
+    }
+}
+
+fn unit(text: &str) -> Unit {
+    Unit::parse(text).unwrap()
+}
+
+fn column(name: &str) -> Option<Unit> {
+    match name {
+        "angle" => Some(unit("arcsec")),
+        "temperature_c" | "coil_a" | "t_s" => Some(Unit::of_column(name)),
+        _ => None,
+    }
+}
+
+fn parameter(name: &str, of: &str, range: Option<(f64, f64)>) -> Parameter {
+    let range = range.map(|(from, to)| Interval { from, to });
+    Parameter { name: name.into(), unit: unit(of), range }
+}
+
+fn read(text: &str, of: &str, parameters: &[Parameter]) -> Result<Sentence, String> {
+    let names = Names { column: &column, known: &["temperature_c", "coil_a", "angle", "t_s"], parameters };
+    Sentence::read(text, &unit(of), &names).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_lag_of_a_square_is_an_effect() {
+    let parameters = [parameter("k", "arcsec/A^2", None), parameter("tau", "min", Some((0.1, 100.0)))];
+    let sentence = read("k * lowpass(coil_a^2, tau)", "arcsec", &parameters).unwrap();
+    let recording = Made::of(60);
+    let value = sentence.evaluate(&recording, &[40.0, 2.0]).unwrap();
+    // The same, one small step of the differential equation after another.
+    let square = |t: f64| (0.3 * (t / 13.0).cos() + 0.05).powi(2);
+    let mut state = square(recording.t_s[0]);
+    let steps = 20_000;
+    for row in 1..60 {
+        let (from, to) = (recording.t_s[row - 1], recording.t_s[row]);
+        let step = (to - from) / f64::from(steps);
+        for k in 0..steps {
+            let part = (f64::from(k) + 0.5) / f64::from(steps);
+            let e = square(from) + part * (square(to) - square(from));
+            state += step / 120.0 * (e - state);
+        }
+        approx::assert_abs_diff_eq!(value.at(row), 40.0 * state, epsilon = 1e-5);
+    }
+}
+
+#[test]
+fn units_are_converted_and_refused() {
+    let k = [parameter("k", "arcsec/K", None)];
+    assert!(read("k * (temperature_c - 25.1)", "arcsec", &k).is_ok());
+    for (text, of, refusal) in [
+        ("k * temperature_c + coil_a", "arcsec", "column 1: `+`: arcsec and A do not go together"),
+        ("k * (temperature_c - 1 [A])", "arcsec", "column 5: `-`: K and A do not go together"),
+        ("k * temperature_c", "mm", "column 1: the expression is in arcsec, expected a value in mm"),
+        ("k * exp(temperature_c)", "arcsec", "column 9: `exp`: found K, expected a pure number"),
+        ("k * lowpass(temperature_c, coil_a)", "arcsec", "column 28: `lowpass`: found A, expected a time"),
+        (
+            "k * temprature_c",
+            "arcsec",
+            "column 5: `temprature_c` is not known, expected perhaps `temperature_c`",
+        ),
+        ("k * temperature_c^k", "arcsec", "column 19: `^`: the exponent of a power is a whole number"),
+        ("k^2 * temperature_c^2", "arcsec^2", "column 1: `k` is no mere factor of the whole here"),
+        ("temperature_c * 1 [arcsec/K]", "arcsec", "column 1: the parameter `k` is not in the expression"),
+    ] {
+        let error = read(text, of, &k).unwrap_err();
+        assert!(error.starts_with(refusal), "{text}: {error}");
+    }
+    let recording = Made::of(5);
+    let degrees = read("angle + 1 [deg]", "arcsec", &[]).unwrap().evaluate(&recording, &[]).unwrap();
+    let angle = recording.column("angle").unwrap();
+    (0..5).for_each(|row| approx::assert_abs_diff_eq!(degrees.at(row), angle[row] + 3600.0, epsilon = 1e-8));
+}
+
+#[test]
+fn what_has_no_value_is_refused_with_its_place() {
+    let over = |_: &str| Interval { from: -1.0, to: 2.0 };
+    for (text, refusal) in [
+        ("1/temperature_c", "column 1: the divisor runs from -1 to 2, and can be zero"),
+        ("2 + sqrt(temperature_c)", "column 5: a value down to -1 has no square root"),
+        ("log(coil_a / 1 [A])", "column 1: a value down to -1 has no logarithm"),
+    ] {
+        let of = if text.contains("log") {
+            "1"
+        } else if text.starts_with('1') {
+            "1/K"
+        } else {
+            "K^0.5"
+        };
+        let sentence = read(text, of, &[]).unwrap();
+        assert_eq!(sentence.interval(&over).unwrap_err().to_string(), refusal);
+    }
+    assert!(read("sqrt(temperature_c + 1)", "K^0.5", &[]).unwrap().interval(&over).is_ok());
+}
+
+#[test]
+fn declarations_are_refused_with_the_effect_and_the_place() {
+    let file =
+        |adds: &str| format!("[[effect]]\nid = \"heat\"\nadds = \"{adds}\"\nk = {{ unit = \"arcsec/K\" }}\n");
+    let read = |text: &str, taken: &[&str]| {
+        let effects = declared("mine.toml", text, &unit("arcsec"), &column, &["temperature_c"], taken);
+        effects.map(|effects| effects.len()).map_err(|error| error.to_string())
+    };
+    assert_eq!(read(&file("k * temperature_c"), &[]), Ok(1));
+    let refused = read(&file("k * temperatur_c"), &[]).unwrap_err();
+    let expected = "mine.toml, effect `heat`, `adds`: column 5: `temperatur_c` is not known, expected perhaps `temperature_c`";
+    assert_eq!(refused, expected);
+    assert!(
+        read(&file("k * temperature_c"), &["heat"]).unwrap_err().contains("there is an effect of this id")
+    );
+    let twice = file("k * temperature_c").repeat(2);
+    assert!(read(&twice, &[]).unwrap_err().contains("there is an effect of this id"));
+    let no_factor = file("k * temperature_c").replace("arcsec/K\"", "arcsec/K\", from = 1, to = 2");
+    assert!(read(&no_factor, &[]).unwrap_err().contains("has no factor"));
+}
+
+/// An expression of pure numbers, whose parameters are `a` and `b`, made of every function.
+fn expressions() -> impl Strategy<Value = String> {
+    let leaf = prop_oneof![
+        Just("a".to_string()),
+        Just("b".to_string()),
+        Just("x".to_string()),
+        (-3.0..3.0_f64).prop_map(|number| format!("({number})")),
+    ];
+    leaf.prop_recursive(4, 24, 3, |inner| {
+        let functions = (0..FUNCTIONS.len(), prop::collection::vec(inner.clone(), 4));
+        prop_oneof![
+            (inner.clone(), inner.clone(), prop::sample::select(vec!["+", "-", "*"]))
+                .prop_map(|(a, b, sign)| format!("({a}) {sign} ({b})")),
+            (inner.clone(), 2..4).prop_map(|(a, power)| format!("({a})^{power}")),
+            (inner.clone(), inner).prop_map(|(a, b)| format!("({a}) / (3 + ({b})^2)")),
+            functions.prop_map(|(k, of)| {
+                let (name, count) = (FUNCTIONS[k].name(), FUNCTIONS[k].arguments());
+                // Arguments that the function has values for.
+                let positive = |text: &String| format!("(0.5 + ({text})^2)");
+                let arguments: Vec<String> = match name {
+                    "sqrt" | "log" => vec![positive(&of[0])],
+                    "bump" => vec![of[0].clone(), of[1].clone(), positive(&of[2])],
+                    "lowpass" | "delay" | "play" | "plays" => vec![of[0].clone(), "(1 + a^2)".into()],
+                    "exp" => vec![format!("tanh({})", of[0])],
+                    _ => of[..*count.start()].to_vec(),
+                };
+                format!("{name}({})", arguments.join(", "))
+            }),
+        ]
+    })
+}
+
+/// Recording of one column `x`.
+struct Plain(Made);
+
+impl Columns for Plain {
+    fn column(&self, name: &str) -> Option<Cow<'_, [f64]>> {
+        (name == "x").then(|| self.0.t_s.iter().map(|t| (t / 17.0).sin() + 0.003 * t).collect())
+    }
+
+    fn time(&self) -> Time<'_> {
+        self.0.time()
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// What is printed is read again as the same expression.
+    #[test]
+    fn text_is_read_as_it_is_printed(text in expressions()) {
+        let expression = parse(&text).unwrap();
+        prop_assert_eq!(&parse(&expression.to_string()).unwrap(), &expression);
+    }
+
+    /// Derivatives are those of the values, but for rows beside a corner, where a small step crosses it.
+    #[test]
+    fn derivatives_are_those_of_the_values(text in expressions(), a in -2.0..2.0_f64, b in -2.0..2.0_f64) {
+        let one = |name: &str| parameter(name, "1", Some((-5.0, 5.0)));
+        let parameters: Vec<Parameter> =
+            ["a", "b"].into_iter().filter(|name| parse(&text).unwrap().names().contains(name)).map(one).collect();
+        let column = |name: &str| (name == "x").then(Unit::one);
+        let names = Names { column: &column, known: &[], parameters: &parameters };
+        let Ok(sentence) = Sentence::read(&text, &Unit::one(), &names) else { return Ok(()) };
+        let recording = Plain(Made::of(40));
+        let values: Vec<f64> =
+            parameters.iter().map(|parameter| if parameter.name == "a" { a } else { b }).collect();
+        let here = sentence.evaluate(&recording, &values).unwrap();
+        for index in 0..values.len() {
+            let step = 1e-6;
+            let moved = |by: f64| {
+                let mut values = values.clone();
+                values[index] += by;
+                sentence.evaluate(&recording, &values).unwrap()
+            };
+            let (above, below) = (moved(step), moved(-step));
+            let wrong = (0..40).filter(|row| {
+                let (up, down) = (above.at(*row) - here.at(*row), here.at(*row) - below.at(*row));
+                let size = 1.0 + here.at(*row).abs() + here.slope(index, *row).abs();
+                let smooth = (up - down).abs() < 1e-8 * size;
+                smooth && ((up + down) / (2.0 * step) - here.slope(index, *row)).abs() > 1e-4 * size
+            });
+            prop_assert_eq!(wrong.count(), 0, "{} by {}", text, parameters[index].name);
+        }
+    }
+
+    /// A value lies in the interval that is stated of it.
+    #[test]
+    fn values_lie_in_their_interval(text in expressions(), a in -2.0..2.0_f64, b in -2.0..2.0_f64) {
+        let one = |name: &str| parameter(name, "1", Some((-2.0, 2.0)));
+        let parameters: Vec<Parameter> =
+            ["a", "b"].into_iter().filter(|name| parse(&text).unwrap().names().contains(name)).map(one).collect();
+        let column = |name: &str| (name == "x").then(Unit::one);
+        let names = Names { column: &column, known: &[], parameters: &parameters };
+        let Ok(sentence) = Sentence::read(&text, &Unit::one(), &names) else { return Ok(()) };
+        let recording = Plain(Made::of(40));
+        let x = Interval::around(recording.column("x").unwrap().iter().copied()).unwrap();
+        let interval = sentence.interval(&|_| x).unwrap();
+        let values: Vec<f64> =
+            parameters.iter().map(|parameter| if parameter.name == "a" { a } else { b }).collect();
+        let value = sentence.evaluate(&recording, &values).unwrap();
+        let slack = 1e-9 * (1.0 + interval.from.abs().max(interval.to.abs())).min(1e300);
+        for v in &value.rows {
+            prop_assert!(interval.from - slack <= *v && *v <= interval.to + slack, "{} in {:?}: {}", v, interval, text);
+        }
+    }
+}
