@@ -82,8 +82,9 @@ enum Command {
     Excite(excite::Excite),
     /// Run a plant, with all that was found in it, on the drive of a recording, and write the position
     Simulate(simulate::Simulate),
-    /// List the effects that can be hidden in a simulated device, with their parameters
-    Effects,
+    /// Print the effects that can be named, list those that can be simulated, check your own
+    #[command(after_help = effects::EXAMPLES)]
+    Effects(effects::EffectsArgs),
     /// Conceal effects in simulated recordings, have them diagnosed blind, and score the answers
     Trials(trials::TrialsArgs),
     /// Print the completions of a shell
@@ -113,7 +114,7 @@ fn run(Cli { common, command }: Cli) -> Result<ExitCode> {
         Command::Encode(args) => encode::run(&args, common)?,
         Command::Excite(args) => excite::run(args, common)?,
         Command::Simulate(args) => simulate::run(&args, common)?,
-        Command::Effects => effects::run(common),
+        Command::Effects(args) => effects::run(&args, common)?,
         Command::Trials(args) => return trials::run(&args, common),
         Command::Completions(args) => completions::run(&args, Cli::command()),
         Command::Man(args) => man::run(&args, Cli::command(), common)?,

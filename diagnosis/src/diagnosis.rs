@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::attempt::{self, Attempt};
 use crate::condense::{Condensed, condense};
+use crate::effects::declared::DeclaredEffect;
 use crate::effects::{Effect, catalogue};
 use crate::explain::Explanation;
 use crate::generic;
@@ -113,6 +114,8 @@ pub struct Outcome {
 pub struct Options {
     /// Ids of effects that are left out of the catalogue.
     pub skip: Vec<String>,
+    /// Effects that take part beside the catalogue.
+    pub declared: Vec<DeclaredEffect>,
     /// The base, where it is not to be chosen.
     pub base: Wanted,
     /// Most harmonics of a periodic error that are handed on; all that were found where none.
@@ -156,7 +159,8 @@ fn of_readings(
     let other = held_out
         .map(|r| observe(r.recording, mirror, None, options.base).map(|rows| (r, rows)))
         .transpose()?;
-    let effects: Vec<Box<dyn Effect>> = catalogue();
+    let mut effects: Vec<Box<dyn Effect>> = catalogue();
+    effects.extend(options.declared.iter().cloned().map(|effect| Box::new(effect) as Box<dyn Effect>));
     let hand_on = HandOn {
         seen,
         mirror,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use fitter::coefficients::{Coefficients, Provenance, VERSION_TURN};
+use fitter::coefficients::{Coefficients, Provenance, VERSION_EXPRESSION, VERSION_TURN};
 use fitter::error_model::ErrorModel;
 use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_angle};
 use fitter::turn::{Amplitude, Turn};
@@ -192,6 +192,9 @@ impl HandOn<'_> {
     /// Adds an effect whose first amplitude is number `begin` of what was fitted.
     fn add_term(&self, parts: &mut Parts, effect: &dyn Effect, term: &FittedTerm, begin: usize) {
         let handed = effect.operator(&parts.rows, &term.term.shape);
+        if matches!(handed.operator, Operator::Expression(_)) {
+            parts.file.version = VERSION_EXPRESSION;
+        }
         let width = term.amplitudes.len();
         let coefficients =
             handed.map.iter().map(|row| row.iter().zip(&term.amplitudes).map(|(m, a)| m * a).sum()).collect();

@@ -652,6 +652,14 @@ pub mod effects {
         pub const INNERMOST: f64 = 0.3;
     }
 
+    /// See [`crate::effects::declared`].
+    pub mod declared {
+        /// Ratio of the ends of a parameter's range from which on it is searched on a logarithmic scale. By judgement.
+        pub const LOGARITHMIC: f64 = 10.0;
+        /// Starts over the range of each parameter, as many as a thermal lag has over its own.
+        pub const STARTS: usize = 8;
+    }
+
     /// See [`crate::effects::thermal_lag`].
     pub mod thermal_lag {
         /// Longest time constant, in recordings.

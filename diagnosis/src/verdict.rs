@@ -83,8 +83,13 @@ pub struct Parameter {
 pub struct NamedEffect {
     /// Id of the catalogue.
     pub id: String,
+    /// Whether it stands in the catalogue or was declared by the user.
+    pub kind: &'static str,
     /// Name for a reader.
     pub title: String,
+    /// What it adds; empty where its page says it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub formula: String,
     /// Family-wise p-value.
     pub p_value: f64,
     /// Part of the mismatch's variance that it explains.
@@ -96,6 +101,11 @@ pub struct NamedEffect {
     /// Whether a correction can undo it at run time.
     pub runtime_correctable: bool,
 }
+
+/// [`NamedEffect::kind`] of an effect of the catalogue.
+pub const CATALOGUED: &str = "catalogued";
+/// The same of one that the user declared.
+pub const DECLARED: &str = "declared";
 
 /// Verdict, locations, effects, and what comes next.
 #[derive(Debug, Clone)]
@@ -176,7 +186,9 @@ pub fn say(
         }
         effects.push(NamedEffect {
             id: catalogue[e].id.into(),
+            kind: if catalogue[e].declared { DECLARED } else { CATALOGUED },
             title: catalogue[e].found_as(&term.amplitudes).into(),
+            formula: catalogue[e].formula.into(),
             p_value,
             share,
             parameters: term

@@ -136,5 +136,8 @@ fn of_one(term: &Term, file: &Coefficients) -> Result<(), String> {
         }
         Operator::Hinge(hinge) => placed("threshold", hinge.threshold),
         Operator::Rate(_) => Ok(()),
+        Operator::Expression(expression) => {
+            expression.parameters.iter().try_for_each(|fixed| placed(&fixed.name, fixed.value))
+        }
     }
 }

@@ -7,6 +7,7 @@
 //! [`declared`] reads effects that a user states in a file.
 
 mod check;
+#[cfg(feature = "declarations")]
 mod declaration;
 mod error;
 mod evaluate;
@@ -18,6 +19,7 @@ mod quantity;
 mod unit;
 
 pub use check::{Names, Parameter, Sentence};
+#[cfg(feature = "declarations")]
 pub use declaration::{DeclarationError, Declared, declared};
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
@@ -28,5 +30,5 @@ pub use parse::parse;
 pub use quantity::{Quantity, UnitError};
 pub use unit::Unit;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "declarations"))]
 mod tests;

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use codegen::refused;
+use diagnosis::effects::{Effect, declared};
 use diagnosis::observe::{Simulated, Wanted};
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
@@ -16,7 +17,7 @@ use fitter::{Mirror, Recording, text_safety};
 use rayon::prelude::*;
 
 use crate::fit::MapArgs;
-use crate::terminal::{Common, Result, line, say, summarise};
+use crate::terminal::{Common, Result, line, summarise};
 use codegen::cli::recording;
 
 /// Examples for the help.
@@ -25,6 +26,7 @@ Examples:
   arcsmith diagnose calibration.csv --mirror mirror.toml --out diagnosis
   arcsmith diagnose monday.csv tuesday.csv --mirror mirror.toml --out diagnosis --no-report
   arcsmith diagnose calibration.csv --mirror mirror.toml --held-out verification.csv --out diagnosis
+  arcsmith diagnose calibration.csv --mirror mirror.toml --effects mine.toml --out diagnosis
   arcsmith diagnose motion.csv --plant plant.toml --map position=Encoder:deg --out diagnosis
   arcsmith diagnose calibration.csv --mirror mirror.toml --out diagnosis --json | jq .[0].verdict";
 
@@ -44,11 +46,11 @@ pub struct Arguments {
     #[arg(long)]
     plant: Option<PathBuf>,
     /// The folder to write into; it is made if it is not there
-    #[arg(long, default_value_if("effects", "true", "."))]
+    #[arg(long)]
     out: PathBuf,
-    /// Print the catalogue of effects of static recordings (Markdown) and end
-    #[arg(long, exclusive = true)]
-    effects: bool,
+    /// Effects of your own (TOML), which take part beside the catalogue, in calibrations
+    #[arg(long, value_name = "FILE", conflicts_with = "plant")]
+    effects: Option<PathBuf>,
     #[command(flatten)]
     map: MapArgs,
     /// Another recording of the same device, for the held-out figures
@@ -78,10 +80,6 @@ pub struct Arguments {
 }
 
 pub fn run(cli: &Arguments, common: Common) -> Result<()> {
-    if cli.effects {
-        say(effects::page::markdown().trim_end());
-        return Ok(());
-    }
     match (&cli.mirror, &cli.plant) {
         (_, Some(plant)) => motion::run(cli, plant, common),
         (Some(mirror), None) => run_static(cli, mirror, common),
@@ -92,7 +90,15 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
 fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     let mirror = Mirror::read(mirror)?;
     let stems = stems(&cli.recordings)?;
-    known(&cli.without, &effects::catalogue().iter().map(|e| e.id()).collect::<Vec<_>>())?;
+    let declared = cli
+        .effects
+        .as_ref()
+        .map(|path| declared::read_file(path, &mirror.sensor))
+        .transpose()?
+        .unwrap_or_default();
+    let catalogued = effects::catalogue();
+    let ids = catalogued.iter().map(|e| e.id()).chain(declared.iter().map(|e| e.facts().id));
+    known(&cli.without, &ids.collect::<Vec<_>>())?;
     one_simulation(cli)?;
     let reading = Reading { purpose: Purpose::Fit, mappings: &cli.map.map, sensor: Some(&mirror.sensor) };
     let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {});
@@ -103,6 +109,7 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
         cli.recordings.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
     let options = Options {
         skip: cli.without.clone(),
+        declared,
         base: Wanted {
             order: cli.order.map(usize::from),
             turn_harmonics: cli.turn_harmonics.map(usize::from),

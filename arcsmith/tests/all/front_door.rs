@@ -43,7 +43,7 @@ const COMMANDS: [&str; 19] = [
     "help",
 ];
 /// Those that show how they are used.
-const WITHOUT_EXAMPLES: [&str; 3] = ["schema", "effects", "help"];
+const WITHOUT_EXAMPLES: [&str; 2] = ["schema", "help"];
 
 #[test]
 fn every_command_is_listed_and_its_help_shows_examples() {

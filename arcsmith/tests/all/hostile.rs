@@ -270,7 +270,7 @@ fn output_on_a_full_device_fails_and_a_closed_pipe_does_not() {
         "man",
         "completions bash",
         "effects",
-        "effects --json",
+        "effects --simulated --json",
         "--help",
         "--version",
         "help fit",

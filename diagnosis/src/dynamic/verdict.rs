@@ -125,7 +125,9 @@ pub fn named(
     };
     NamedEffect {
         id: term.effect.id.into(),
+        kind: crate::verdict::CATALOGUED,
         title: term.effect.title.into(),
+        formula: String::new(),
         p_value: p_value(gain, term.free.iter().filter(|f| **f).count()),
         share: 0.0,
         parameters: term.effect.readings(&term.parameters).iter().map(parameter).collect(),

@@ -3,6 +3,7 @@
 //! a few shape parameters (time constants, periods, thresholds, …) that the search finds.
 
 mod backlash;
+pub mod declared;
 mod dependence;
 mod hysteresis;
 mod local_defect;
@@ -173,6 +174,8 @@ pub struct Facts {
     pub place_of_a_probe: Option<usize>,
     /// Whether its one amplitude multiplies the common mode, which holds the noise of the probes.
     pub of_common_mode: bool,
+    /// Whether the user declared it.
+    pub declared: bool,
     /// Whether `fit` found it already in a sensor that turns.
     pub found_by_fit: fn(&Turn) -> bool,
     /// The experiments that tell it from others, each with what it does there.
@@ -197,6 +200,7 @@ impl Facts {
         shape_follows: false,
         place_of_a_probe: None,
         of_common_mode: false,
+        declared: false,
         found_by_fit: |_| false,
         told_by: &[],
     };

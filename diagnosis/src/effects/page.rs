@@ -1,4 +1,4 @@
-//! The catalogue as a page: what `arcsmith diagnose --effects` prints and `docs/effects.md` holds.
+//! The catalogue as a page: what `arcsmith effects` prints and `docs/effects.md` holds.
 
 use super::{Effect, catalogue};
 
@@ -31,10 +31,7 @@ mod tests {
         let page = include_str!("../../../docs/effects.md");
         for paragraph in markdown().split("\n### ") {
             let id = paragraph.lines().next().unwrap_or_default();
-            assert!(
-                page.contains(paragraph.trim()),
-                "{id}: print it again with `arcsmith diagnose --effects`"
-            );
+            assert!(page.contains(paragraph.trim()), "{id}: print it again with `arcsmith effects`");
         }
     }
 }

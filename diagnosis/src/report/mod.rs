@@ -249,6 +249,8 @@ fn effect(e: &NamedEffect) -> Value {
     context! {
         id => &e.id,
         title => &e.title,
+        formula => &e.formula,
+        correctable => e.runtime_correctable,
         share => e.share,
         p_value => e.p_value,
         parameters => e.parameters.iter().map(parameter).collect::<Vec<_>>(),
@@ -261,11 +263,9 @@ fn catalogued(e: &NamedEffect) -> Value {
     let known = crate::effects::catalogue().into_iter().find(|c| c.id == e.id);
     let known = known.map(|c| {
         context! {
-            formula => c.formula,
             source => c.source,
             size => c.size,
             confused => c.confused_with.iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", "),
-            of_one_time => c.of_one_time,
         }
     });
     context! { known => known, ..effect(e) }

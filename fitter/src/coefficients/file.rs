@@ -7,7 +7,7 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 
-use super::{Coefficients, Diagnosed, SCHEMA, VERSION_TURN as NEWEST};
+use super::{Coefficients, Diagnosed, SCHEMA, VERSION_EXPRESSION as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
 use crate::input::{self, Misplaced};

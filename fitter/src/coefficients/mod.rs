@@ -27,7 +27,7 @@ pub use statistics::{PointStatistics, Scatter, Spread, Statistics};
 pub struct Coefficients {
     /// Always [`SCHEMA`].
     pub schema: String,
-    /// Version of the schema, [`VERSION`] or [`VERSION_TURN`] when written by this program.
+    /// Version of the schema, [`VERSION`], [`VERSION_TURN`] or [`VERSION_EXPRESSION`] when written by this program.
     pub version: u32,
     /// Program and version that wrote the file.
     pub tool: String,
@@ -96,8 +96,11 @@ pub const SCHEMA: &str = "arcsmith-coefficients";
 /// Version of the schema of a file without [`Coefficients::turn`].
 pub const VERSION: u32 = 1;
 
-/// Version of the schema of a file with it, and the newest that this program reads.
+/// Version of the schema of a file with it.
 pub const VERSION_TURN: u32 = 2;
+
+/// Version of the schema of a file with a term that is an expression, and the newest that this program reads.
+pub const VERSION_EXPRESSION: u32 = 3;
 
 /// Where the coefficients come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

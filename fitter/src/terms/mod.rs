@@ -8,6 +8,7 @@
 
 mod evaluate;
 mod exponential;
+mod expression;
 mod gaussian;
 mod hinge;
 mod lag;
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub use evaluate::{Evaluated, evaluate};
 pub use exponential::Exponential;
+pub use expression::{Expressed, Factor as ExpressionFactor, Fixed, observable, read_by};
 pub use gaussian::Gaussian;
 pub use hinge::{Hinge, Side};
 pub use lag::Lag;
@@ -65,6 +67,8 @@ pub enum Operator {
     Hinge(Hinge),
     /// Rate of change.
     Rate(Rate),
+    /// An expression of physics.
+    Expression(Expressed),
 }
 
 /// One term.
@@ -97,6 +101,7 @@ impl Operator {
             Operator::Gaussian(_) => "gaussian",
             Operator::Hinge(_) => "hinge",
             Operator::Rate(_) => "rate",
+            Operator::Expression(_) => "expression",
         }
     }
 
@@ -105,6 +110,7 @@ impl Operator {
         match self {
             Operator::Play(play) => play.elements.len(),
             Operator::Periodic(periodic) => 2 * periodic.harmonics.len(),
+            Operator::Expression(expression) => expression.factors.len(),
             _ => 1,
         }
     }
@@ -123,6 +129,7 @@ impl Operator {
             Operator::Gaussian(gaussian) => vec![&gaussian.observable],
             Operator::Hinge(hinge) => vec![&hinge.observable],
             Operator::Rate(rate) => vec![&rate.observable, "t_s"],
+            Operator::Expression(expression) => expression.observables.iter().map(String::as_str).collect(),
         }
     }
 
@@ -142,6 +149,7 @@ impl Operator {
             Operator::Gaussian(gaussian) => Ok(vec![gaussian.column(observables)?]),
             Operator::Hinge(hinge) => Ok(vec![hinge.column(observables)?]),
             Operator::Rate(rate) => Ok(vec![rate.column(observables)?]),
+            Operator::Expression(expression) => expression.columns(observables),
         }
     }
 
@@ -161,6 +169,9 @@ impl Operator {
             | Operator::Step(Step { observable, .. })
             | Operator::Gaussian(Gaussian { observable, .. })
             | Operator::Hinge(Hinge { observable, .. }) => !depends_on_angle(observable),
+            Operator::Expression(expression) => {
+                !expression.observables.iter().any(|observable| depends_on_angle(observable))
+            }
         }
     }
 }
@@ -198,6 +209,7 @@ impl Term {
             Operator::Gaussian(g) => positive("width", g.width).or_else(|| finite("centre", g.centre)),
             Operator::Hinge(hinge) => finite("threshold", hinge.threshold),
             Operator::Rate(_) => None,
+            Operator::Expression(expression) => expression.contradiction(),
         }
     }
 }

@@ -5,6 +5,7 @@ mod beyond_the_catalogue;
 mod cli;
 mod common;
 mod correlated_noise;
+mod declared;
 mod dynamic;
 mod dynamic_hidden;
 mod dynamic_judged;

@@ -108,7 +108,9 @@ impl Offset {
         };
         NamedEffect {
             id: ID.into(),
+            kind: crate::verdict::CATALOGUED,
             title: "Offset of the read-out".into(),
+            formula: String::new(),
             p_value: self.chance.max(1e-300),
             share: self.part.clamp(0.0, 1.0),
             parameters: self.values.iter().zip(&self.errors).enumerate().map(parameter).collect(),

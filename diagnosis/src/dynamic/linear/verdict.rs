@@ -196,7 +196,9 @@ pub fn hysteresis(
     }
     NamedEffect {
         id: super::file::ID.into(),
+        kind: crate::verdict::CATALOGUED,
         title: "hysteresis of the actuator (Rayleigh)".into(),
+        formula: String::new(),
         p_value: gain.1,
         share: gain.0.clamp(0.0, 1.0),
         parameters,
