@@ -29,8 +29,8 @@ use std::path::{Path, PathBuf};
 use fitter::output::OutputError;
 
 use crate::accepted::{NotAccepted, accepted};
-use crate::choose::{self, ChooseError, Wanted};
 use crate::cost::Core;
+use crate::explore::{self, ChoiceError, Wanted};
 use crate::files;
 use crate::format::Format;
 use crate::generate::{self, GenerateError, Generated};
@@ -52,7 +52,7 @@ pub enum BuildError {
     Source(Box<SourceError>),
     /// No routine for the target meets the bound in the flash.
     #[error(transparent)]
-    Choose(#[from] ChooseError),
+    Choose(#[from] ChoiceError),
     /// The generation.
     #[error(transparent)]
     Generate(#[from] GenerateError),
@@ -213,7 +213,7 @@ impl Builder {
             Some(core) => {
                 let (formats, flash_bytes) = (&self.formats[..], self.flash_bytes);
                 let wanted = Wanted { core, formats, ends: self.ends, flash_bytes };
-                choose::choose(&coefficients, &mut options, &wanted, &|_, _| {})?;
+                explore::choose(&coefficients, &mut options, &wanted, &|_, _| {})?;
             }
             None => {
                 let usual = options.routines.iter().map(|routine| routine.format).collect();
@@ -270,7 +270,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let builder = Builder::new().demo().target(Core::CortexM0).bound_arcsec(1e-9);
         let error = builder.write_to(folder.path()).unwrap_err();
-        assert!(matches!(error, BuildError::Choose(ChooseError::Choice(_))), "{error}");
+        assert!(
+            matches!(error, BuildError::Choose(ChoiceError::Flash { .. } | ChoiceError::Bound { .. })),
+            "{error}"
+        );
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 

@@ -187,13 +187,7 @@ impl Core {
                 Op::MulAddHigh { shift, .. } => w.product_high + extra(*shift),
                 Op::MulAddSplit { shift, .. } => w.product_split + extra(*shift),
                 Op::MulAddShort { .. } => w.product_short,
-                Op::MulAddF32 { fused, .. } => {
-                    if *fused {
-                        w.float_operation
-                    } else {
-                        2.0 * w.float_operation
-                    }
-                }
+                Op::MulAddF32 { .. } => 2.0 * w.float_operation,
             };
             instructions += loads + operation;
             inline += loads + if operation > 2.0 * CALL { CALL } else { operation };

@@ -1,4 +1,5 @@
-//! Which routines there are to choose from: proven bound against instructions and flash, on every core.
+//! Which routines there are to choose from: proven bound against instructions and flash, on every core; and the choice
+//! of the cheapest that is proven within the bound and fits the flash.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -157,9 +158,25 @@ pub fn rows(candidates: &[Candidate], cores: &[Core], unit: &str) -> Vec<Row> {
         .collect()
 }
 
-/// No candidate meets what is wanted.
+/// What a routine is chosen for.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Core whose instructions count.
+    pub core: Core,
+    /// Formats to choose from; empty: [`Format::ALL`].
+    pub formats: &'a [Format],
+    /// Input and output as far as the user named them.
+    pub ends: Ends,
+    /// Bytes of flash, code and table together.
+    pub flash_bytes: Option<usize>,
+}
+
+/// Why nothing was chosen.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ChoiceError {
+    /// No candidate could be designed at all.
+    #[error(transparent)]
+    Routine(#[from] RoutineError),
     /// None meets the bound.
     #[error(
         "no routine for {core} is proven within {wanted:e} {unit}: the nearest that can be had is {nearest}"
@@ -170,6 +187,29 @@ pub enum ChoiceError {
         "no routine for {core} within {wanted:e} {unit} fits {flash} bytes of flash: the nearest that can be had is {nearest}"
     )]
     Flash { core: &'static str, wanted: f64, unit: String, flash: usize, nearest: String },
+}
+
+/// Puts the chosen routine and its degree into `options`; `done` is told how many candidates of how many are
+/// through.
+///
+/// # Errors
+/// [`ChoiceError`], which names the nearest that can be had.
+pub fn choose(
+    coefficients: &Coefficients,
+    options: &mut Options,
+    wanted: &Wanted,
+    done: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(), ChoiceError> {
+    let quantity = Quantity::of(&coefficients.error_model());
+    let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
+    let bound =
+        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
+    let formats = if wanted.formats.is_empty() { &Format::ALL } else { wanted.formats };
+    let candidates = candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
+    let best = cheapest(&candidates, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?;
+    options.degree = Some(best.routine.design.degree);
+    options.routines = vec![best.options.clone()];
+    Ok(())
 }
 
 /// The candidate with the fewest instructions that is proven within `bound` and fits `flash_bytes`; of equal

@@ -64,9 +64,6 @@ pub enum GenerateError {
     /// Two routines would have one name.
     #[error("{0} is asked for twice: each format and table gives one routine")]
     Twice(String),
-    /// Fused multiply–add has no portable name in `no_std` Rust.
-    #[error("f32-fma cannot be generated: `core` has no fused multiply-add; use f32")]
-    NoFusedInRust,
     /// A defect of a template.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -158,9 +155,6 @@ fn base_name(options: &Options, quantity: &Quantity) -> Result<String, GenerateE
     for (i, r) in options.routines.iter().enumerate() {
         if options.routines[..i].iter().any(|other| other.suffix() == r.suffix()) {
             return Err(GenerateError::Twice(r.suffix()));
-        }
-        if r.format == (crate::format::Format::F32 { fused: true }) {
-            return Err(GenerateError::NoFusedInRust);
         }
     }
     Ok(name)

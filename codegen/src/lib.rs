@@ -10,7 +10,6 @@ pub mod approximate;
 pub mod bound;
 pub mod builder;
 pub mod certificate;
-pub mod choose;
 pub mod claim;
 #[cfg(feature = "program")]
 pub mod cli;

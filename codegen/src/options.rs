@@ -77,7 +77,7 @@ impl RoutineOptions {
     /// The usual input and output of a format: the reading as a word of the same kind.
     pub fn of(format: Format) -> Self {
         let (encoding, output) = match format {
-            Format::F32 { .. } => (Encoding::F32, Output::F32),
+            Format::F32 => (Encoding::F32, Output::F32),
             _ => (Encoding::Q31 { full_scale: None }, Output::PowerOfTwo),
         };
         RoutineOptions {
@@ -212,7 +212,7 @@ fn ends(from: f64, to: f64) -> Result<(), String> {
 impl Default for Options {
     fn default() -> Self {
         Options {
-            routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32 { fused: false })],
+            routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32)],
             leave_out_unreachable: false,
             bound: None,
             degree: None,

@@ -71,17 +71,8 @@ pub fn design(
         let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
         let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
-        Ok(Design {
-            program,
-            bound,
-            degree,
-            segments: rows,
-            minimax,
-            unit,
-            sum_bits: bits,
-            fraction_bits,
-            account: None,
-        })
+        let (segments, sum_bits, account) = (rows, bits, None);
+        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, fraction_bits, account })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
 }

@@ -4,7 +4,7 @@
 //! ([`crate::render`]): what is proved is what is printed. Every word length, shift and rounding stands
 //! here; the back-ends take no arithmetic decision.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A machine type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -109,8 +109,8 @@ pub enum Op {
     MulAddSplit { a: Operand, b: Operand, shift: u32, c: Operand },
     /// c + ⌊a·b·2^−by⌋ of two 16-bit numbers, 0 < by: the product fits 32 bits.
     MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },
-    /// c + a·b of floats: rounded once where `fused`, otherwise after the product and after the sum.
-    MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
+    /// c + a·b of floats, rounded after the product and after the sum.
+    MulAddF32 { a: Operand, b: Operand, c: Operand },
 }
 
 impl Op {
@@ -150,7 +150,7 @@ impl Op {
             | Op::MulAddSplit { a, b, c, .. }
             | Op::MulAddShort { a, b, c, .. }
             | Op::MulAddWide { a, b, c }
-            | Op::MulAddF32 { a, b, c, .. } => vec![a, b, c],
+            | Op::MulAddF32 { a, b, c } => vec![a, b, c],
         }
     }
 }
@@ -211,7 +211,7 @@ pub struct StateWord {
 }
 
 /// A coefficient that a routine is given, and the range that the proof holds for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PageWord {
     /// Its name, an identifier.
     pub name: String,

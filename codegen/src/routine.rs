@@ -281,14 +281,10 @@ impl<'a> Task<'a> {
 pub(crate) fn reference(model: &ErrorModel, plan: &InputPlan) -> Result<Reference, TooSteep> {
     let one = Interval::from_int(1);
     let reach = &one + &one.mul_pow2(-20);
-    let exponent = plan.program.variable_exponent;
-    let ends = plan.word_from.hull(&plan.word_to).mul_pow2(-exponent);
-    Reference::new(
-        model,
-        &plan.map,
-        &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
-        &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
-    )
+    let (from, to) = plan.range_in_v();
+    let from = (&from * &reach).hull(&(&from - &one.mul_pow2(-20))).lower();
+    let to = (&to * &reach).hull(&(&to + &one.mul_pow2(-20))).upper();
+    Reference::new(model, &plan.map, &from, &to)
 }
 
 /// The error model for the range that is wanted: beyond the recording, where nothing of the range was recorded, the
@@ -334,10 +330,9 @@ fn range(
 impl Routine {
     /// An upper estimate of the result's change by one unit of the reading, for telling the input's resolution.
     pub fn slope(&self) -> f64 {
-        let exponent = self.plan.program.variable_exponent;
         let slope = self.reference.polynomial.derivative();
-        let ends = [&self.plan.word_from, &self.plan.word_to].map(|w| w.mul_pow2(-exponent));
-        let largest = slope.range(&ends[0], &ends[1]).magnitude();
+        let (from, to) = self.plan.range_in_v();
+        let largest = slope.range(&from, &to).magnitude();
         largest.div(&self.plan.map.slope.magnitude()).to_f64_up()
     }
 

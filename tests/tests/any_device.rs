@@ -159,7 +159,6 @@ fn compiled_alike(case: &Case, kind: Kind, compilers: &[&str]) -> Result<(), Tes
     let generated = match generate(&case.coefficients, "", &case.options) {
         Ok(generated) => generated,
         Err(GenerateError::Routine(error)) => return Err(refused(case, error)),
-        Err(GenerateError::NoFusedInRust) if kind == FUSED_FLOATS => return Ok(()),
         Err(other) => return Err(TestCaseError::fail(other.to_string())),
     };
     let designed = Designed::new(case, generated.routines[0].clone());
@@ -271,9 +270,6 @@ fn a_constant_that_its_word_does_not_hold_is_not_generated() {
     };
     compiled_alike(&case, Kind::Fused(Format::Q31Split), &c_compilers()).unwrap();
 }
-
-/// Not generated, for Rust's `core` has no fused multiplication and addition; its bound is tried all the same.
-const FUSED_FLOATS: Kind = Kind::Fused(Format::F32 { fused: true });
 
 /// Two probes in floats, the range ending nearly a whole unit in the last place beyond a float: readings
 /// between that float and the end are limited to it, twice as far as rounding alone would take them.

@@ -31,11 +31,7 @@ pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> 
 
 /// Whether a step's range lies within its type.
 fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
-    if step.ty.range().is_none() || range.inside(&of_type(step.ty)) {
-        return Ok(());
-    }
-    let (from, to) = (range.to_f64_down(), range.to_f64_up());
-    Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
+    Overflows::unless_inside(range, step.ty, (index, &step.name, step.stage))
 }
 
 /// Whether the constants of a step of signed words are such words, as the source writes them.
@@ -129,10 +125,9 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             };
             product.rounded(step, &rounding, piece)
         }
-        Op::MulAddF32 { a, b, c, fused } => {
+        Op::MulAddF32 { a, b, c } => {
             let product = value(a).times(&value(b));
-            let none = Interval::zero();
-            let first = if *fused { none } else { half_ulp(&product.range(&none, piece)) };
+            let first = half_ulp(&product.range(&Interval::zero(), piece));
             let sum = product.plus(&value(c).sum);
             let rounding = (&first + &half_ulp(&sum.range(&first, piece))).upper();
             sum.rounded(step, &rounding, piece)

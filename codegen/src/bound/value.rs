@@ -91,6 +91,6 @@ pub(super) fn half_ulp(value: &Interval) -> Interval {
 }
 
 /// All values of an integer type.
-pub(super) fn of_type(ty: Type) -> Interval {
+pub(crate) fn of_type(ty: Type) -> Interval {
     ty.range().map_or_else(Interval::zero, |(lo, hi)| Interval::from_int(lo).hull(&Interval::from_int(hi)))
 }

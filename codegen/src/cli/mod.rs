@@ -6,7 +6,6 @@ mod check;
 mod devices;
 mod encoder;
 mod generate;
-pub mod names;
 pub mod options;
 pub mod source;
 pub mod terminal;
@@ -16,8 +15,8 @@ use fitter::coefficients::Coefficients;
 use indicatif::ProgressBar;
 
 use crate::accepted::accepted;
-use crate::choose::{self, Wanted};
 use crate::cost::Core;
+use crate::explore::{self, Wanted};
 use crate::format::Format;
 use crate::generate::{Generated, generate};
 use crate::options::Options;
@@ -45,8 +44,8 @@ impl Arguments {
     /// The formats that the user named, or all that both languages have.
     pub fn formats(&self) -> Vec<Format> {
         match &self.format[..] {
-            [] => choose::FORMATS.to_vec(),
-            named => named.iter().map(|name| name.format()).collect(),
+            [] => Format::ALL.to_vec(),
+            named => named.to_vec(),
         }
     }
 
@@ -86,7 +85,7 @@ impl Arguments {
     ) -> Result<()> {
         let (formats, ends) = (self.formats(), options::ends(self)?);
         let wanted = Wanted { core, formats: &formats, ends, flash_bytes: self.flash_bytes };
-        Ok(choose::choose(coefficients, options, &wanted, &designing(bar))?)
+        Ok(explore::choose(coefficients, options, &wanted, &designing(bar))?)
     }
 }
 

@@ -1,8 +1,8 @@
 //! From arguments to options.
 
+use clap::ValueEnum;
 use fitter::text_safety;
 
-use super::names::InputName;
 use super::{Arguments, Result, source};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
@@ -13,6 +13,23 @@ use crate::turn::{Encoder, TurnError};
 
 /// The width of a converter unless one is given.
 const USUAL_BITS: u32 = 16;
+
+/// What the routines are given.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum InputName {
+    /// The reading (s = x₂ − x₁ of a pair) as a float.
+    F32,
+    /// The reading as a Q31 word.
+    Q31,
+    /// The reading in counts.
+    Counts,
+    /// x₁ and x₂ as floats in millimetres.
+    X1x2F32,
+    /// x₁ and x₂ as Q31 words.
+    X1x2Q31,
+    /// x₁ and x₂ in counts.
+    X1x2Counts,
+}
 
 /// What the arguments ask for; `unit` is that of the sensor's bounds.
 pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
@@ -33,7 +50,7 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
         // Terms of further physics need long products.
         [] if terms => vec![Format::Q31],
         [] => Options::default().routines.iter().map(|r| r.format).collect(),
-        named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
+        named => named.to_vec(),
     };
     let options = Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use minijinja::{Value, context};
 
 use crate::exact::Interval;
-use crate::physics::{ErrorAccount, Taken};
+use crate::physics::{ErrorAccount, Tracked};
 use crate::program::{Op, Operand, Program};
 use crate::text;
 
@@ -85,14 +85,15 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     /// What the error account says of operand `k` of a step: of the result's own steps only what the whole sum is off.
-    fn taken(&self, i: usize, k: usize, operand: Operand) -> Option<Taken> {
+    fn taken(&self, i: usize, k: usize, operand: Operand) -> Option<Tracked> {
         let account = self.account?;
         match account.steps.get(&i) {
             Some(known) => known.reads.get(k).cloned(),
-            None if operand == account.sum => {
-                let range = account.range_of_sum()?;
-                Some(Taken { range, error: account.error.clone() })
-            }
+            // Only where a term was added to it.
+            None if operand == account.sum.operand => match operand {
+                Operand::Step(sum) if account.steps.contains_key(&sum) => Some(account.sum.clone()),
+                _ => None,
+            },
             None => None,
         }
     }
@@ -189,9 +190,8 @@ impl Writer<'_> {
         let split = 3.0 * mean;
         // Strict templates want every name: what an operation has not is nothing.
         let of = |kind: &str, exact: bool, factor: u64, by: u32, scale: String, more: &str| {
-            let fused = more == "fused";
             (
-                context! { i, kind, a => a.clone(), b => b.clone(), c => c.clone(), mean, split, exact, factor, by, scale, fused, sign => more },
+                context! { i, kind, a => a.clone(), b => b.clone(), c => c.clone(), mean, split, exact, factor, by, scale, sign => more },
                 !exact,
             )
         };
@@ -202,7 +202,7 @@ impl Writer<'_> {
             Op::MulAddHigh { shift, .. } => high("mul_add_high", *shift),
             Op::MulAddSplit { shift, .. } => high("mul_add_split", *shift),
             Op::MulAddShort { by, .. } => of("mul_add_high", false, 1, *by, format!(" * 1b-{by}"), ""),
-            Op::MulAddF32 { fused, .. } => plain("mul_add_f32", if *fused { "fused" } else { "" }),
+            Op::MulAddF32 { .. } => plain("mul_add_f32", ""),
             Op::MulF32 { .. } => plain("mul_f32", ""),
             Op::ToF32 { .. } => plain("to_f32", ""),
             Op::Add { .. } => of("sum", exact, 1, 0, String::new(), "+"),

@@ -115,6 +115,21 @@ pub enum InputError {
 }
 
 impl InputPlan {
+    /// Smallest and largest v of the range, as points.
+    pub fn range_in_v(&self) -> (Interval, Interval) {
+        self.in_v((&self.word_from, &self.word_to))
+    }
+
+    /// Smallest and largest v of any argument, valid or not, as points.
+    pub fn reach_in_v(&self) -> (Interval, Interval) {
+        self.in_v((&self.reach.0, &self.reach.1))
+    }
+
+    fn in_v(&self, (from, to): (&Interval, &Interval)) -> (Interval, Interval) {
+        let exponent = -self.program.variable_exponent;
+        (from.mul_pow2(exponent), to.mul_pow2(exponent))
+    }
+
     /// The same without a last shift to the left: for a table, whose index and place are shifted anyway. As it
     /// is where there is no such shift, or where the words before it have fewer than `bits` bits.
     #[must_use]

@@ -181,7 +181,7 @@ impl Language for Rust {
             Op::MulAddShort { a, b, by, c } => {
                 format!("mul_short({}, {}, {by}){}", text(a), text(b), plus(c))
             }
-            Op::MulAddF32 { a, b, c, .. } => {
+            Op::MulAddF32 { a, b, c } => {
                 let sum = match c {
                     Operand::Float(v) if v.is_sign_negative() => format!(" - {}", self.float(v.abs())),
                     other => format!(" + {}", text(other)),

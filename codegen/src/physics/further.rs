@@ -1,8 +1,8 @@
 //! Further inputs of a routine, a temperature for example: the form in which they arrive, the box in which they
 //! are valid, and the words that they become.
 
-use super::PhysicsError;
 use super::builder::{Builder, Tracked};
+use super::{PhysicsError, Result};
 use crate::exact::Interval;
 use crate::input::{exponent_above, power_of_two};
 use crate::program::{Argument, Type};
@@ -49,7 +49,7 @@ impl Further {
     ///
     /// # Errors
     /// [`PhysicsError::Further`], which says what is expected.
-    pub fn parse(text: &str) -> Result<Further, PhysicsError> {
+    pub fn parse(text: &str) -> Result<Further> {
         let wrong = || PhysicsError::Further(text.into());
         let (observable, rest) = text.split_once('=').ok_or_else(wrong)?;
         let mut parts = rest.split(':');
@@ -73,7 +73,7 @@ impl Further {
     }
 
     /// Appends the argument and the steps to its word, centred where the observable is `centre`.
-    pub(super) fn push(&self, b: &mut Builder, centre: f64) -> Result<Given, PhysicsError> {
+    pub(super) fn push(&self, b: &mut Builder, centre: f64) -> Result<Given> {
         let largest = self.from.abs().max(self.to.abs());
         let (lsb, zero, ty, words, suffix, meaning) = match self.encoding {
             FurtherEncoding::Q31 => {
@@ -112,7 +112,7 @@ impl Further {
         word = b.clamp(&format!("{name}_limited"), &word, (first, last), &Interval::zero(), "its box")?;
         if middle != 0 {
             let centre = Tracked::constant(&Interval::from_int(middle));
-            word = b.sub(&format!("{name}_offset"), &word, &centre, "")?;
+            word = b.sub(&format!("{name}_offset"), &word, &centre)?;
         }
         let widest = (last - middle).max(middle - first);
         let left = (0..31).take_while(|by| widest << by <= i64::from(i32::MAX)).last().unwrap_or(0);

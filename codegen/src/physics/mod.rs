@@ -8,7 +8,6 @@
 
 mod builder;
 mod error;
-mod error_account;
 mod exponent;
 mod exponential;
 mod extend;
@@ -33,10 +32,12 @@ use fitter::terms::{Operator, Term};
 
 use crate::extent::LeftOut;
 
+pub use builder::{ErrorAccount, Known, Tracked};
 pub use error::PhysicsError;
-pub use error_account::{ErrorAccount, Known, Taken};
 pub use further::{Further, FurtherEncoding};
 pub(crate) use selection::by_time;
+
+type Result<T = (), E = PhysicsError> = std::result::Result<T, E>;
 
 /// The terms of a coefficients file as a routine has them.
 #[derive(Debug, Clone, PartialEq, Default)]

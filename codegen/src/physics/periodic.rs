@@ -11,11 +11,12 @@
 
 use fitter::terms::{Operator, Periodic, Term};
 
-use super::PhysicsError;
 use super::builder::{Builder, Tracked};
 use super::sum::Sum;
+use super::{PhysicsError, Result};
+use crate::bound::of_type;
 use crate::exact::{Interval, Polynomial, cos_sin, pi};
-use crate::program::Op;
+use crate::program::{Op, Type};
 
 /// Degree of the table's polynomials.
 const DEGREE: usize = 3;
@@ -45,12 +46,7 @@ struct Harmonics {
 }
 
 /// Solves the periodic terms, where there are any; `statistic` is one unit of the file in the result's unit.
-pub(super) fn solve(
-    b: &mut Builder,
-    sum: &mut Sum,
-    terms: &[Term],
-    statistic: &Interval,
-) -> Result<(), PhysicsError> {
+pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Result {
     let periodic: Vec<(&Term, &Periodic)> = (terms.iter())
         .filter_map(|term| match &term.operator {
             Operator::Periodic(periodic) => Some((term, periodic)),
@@ -60,7 +56,7 @@ pub(super) fn solve(
     let Some((first, Periodic { period: common, .. })) = periodic.first() else { return Ok(()) };
     let effect = first.effect.clone();
     // All that u can be, in the file's unit.
-    let all = sum.word.range.mul_pow2(-sum.bits).div(statistic);
+    let all = b.sum.word.range.mul_pow2(-b.sum.bits).div(statistic);
     let one_period = periodic.iter().all(|(_, p)| p.period == *common);
     let (period, middle) = match one_period {
         true => (*common, 0.0),
@@ -82,19 +78,19 @@ pub(super) fn solve(
     }
     // Turns of one word of the sum, and the phase as a product by an integer.
     let turn = &Interval::from_f64(period) * statistic;
-    let rate = Interval::from_int(1).mul_pow2(-sum.bits).div(&turn);
+    let rate = Interval::from_int(1).mul_pow2(-b.sum.bits).div(&turn);
     let largest = Interval::from_int(i32::MAX.into());
     let fits = |by: &i64| rate.mul_pow2(32 + by).certainly_le(&largest);
     let by = (0..=32).rev().find(fits).ok_or_else(|| refuse(": its period is shorter than two words"))?;
     let factor = rate.mul_pow2(32 + by).round_to_i64().unwrap_or(0);
     let mismatch = (&Interval::from_int(factor).mul_pow2(-by) - &rate.mul_pow2(32)).magnitude();
     // In words of 2⁻³² turns.
-    let off = &(&mismatch * &sum.word.range.magnitude()) + &one;
-    let all = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
-    let phase = Op::Phase { a: sum.word.operand, factor, by: by as u32 };
+    let off = &(&mismatch * &b.sum.word.range.magnitude()) + &one;
+    let all = of_type(Type::I32);
+    let phase = Op::Phase { a: b.sum.word.operand, factor, by: by as u32 };
     let phase = b.push("phase", phase, all.clone(), Interval::zero(), "a turn is 2^32")?;
 
-    let words = Table::new(&harmonics, &turn, sum, &rest, sizes);
+    let words = Table::new(&harmonics, &turn, &b.sum, &rest, sizes);
     let (log2, rows) = (words.segments_log2, &words.rows);
     b.program.table.clone_from(rows);
     let index = Op::Index { a: phase.operand, add: 1 << 31, by: 32 - log2 };
@@ -116,12 +112,12 @@ pub(super) fn solve(
     // What the phase is off moves Q by its slope, at most L/(1 − L).
     let gain = one.div(&rest.lower()).upper();
     let slope = (&harmonics.steepest * &gain).upper();
-    let moved = (&(&off.mul_pow2(-32) * &turn).mul_pow2(sum.bits) * &slope).upper();
+    let moved = (&(&off.mul_pow2(-32) * &turn).mul_pow2(b.sum.bits) * &slope).upper();
     q.error = (&(&q.error + &words.distance) + &moved).upper();
-    let word = b.add("y", &sum.word, &q, "less the periodic error")?;
-    let error = (&(&sum.word.error * &gain) + &q.error).upper();
-    sum.word = Tracked { error, ..word };
-    sum.gain = (&sum.gain * &gain).upper();
+    let word = b.add("y", &b.sum.word.clone(), &q, "less the periodic error")?;
+    let error = (&(&b.sum.word.error * &gain) + &q.error).upper();
+    b.sum.word = Tracked { error, ..word };
+    b.sum.gain = (&b.sum.gain * &gain).upper();
     Ok(())
 }
 

@@ -3,9 +3,9 @@
 
 use fitter::error_model::{ErrorModel, Sensor};
 
+use super::Result;
 use super::builder::{Builder, Tracked};
 use crate::approximate::minimax;
-use crate::bound::Overflows;
 use crate::exact::{Interval, Polynomial, arcsec_per_rad};
 use crate::input::InputPlan;
 use crate::reference::{Reference, TooSteep};
@@ -30,14 +30,8 @@ pub(super) struct Variable<'a> {
 }
 
 impl Variable<'_> {
-    /// Smallest and largest v of any argument, as points.
-    pub fn ends(&self) -> (Interval, Interval) {
-        let exponent = self.plan.program.variable_exponent;
-        (self.plan.reach.0.mul_pow2(-exponent), self.plan.reach.1.mul_pow2(-exponent))
-    }
-
     fn radius(&self) -> Interval {
-        let (from, to) = self.ends();
+        let (from, to) = self.plan.reach_in_v();
         from.hull(&to).magnitude()
     }
 
@@ -58,7 +52,7 @@ impl Variable<'_> {
             _ => return Ok(None),
         };
         let calculated = ErrorModel { coefficients: vec![0.0], ..self.model.clone() };
-        let (from, to) = self.ends();
+        let (from, to) = self.plan.reach_in_v();
         let angle = Reference::new(&calculated, map, &from, &to)?;
         let angle = Shape { polynomial: angle.polynomial, remainder: angle.remainder };
         Ok(Some(angle.scaled(&scale)))
@@ -66,7 +60,7 @@ impl Variable<'_> {
 
     /// All that a shape can be.
     pub fn range(&self, shape: &Shape) -> Interval {
-        let (from, to) = self.ends();
+        let (from, to) = self.plan.reach_in_v();
         &shape.polynomial.range(&from, &to) + &shape.remainder.symmetric()
     }
 
@@ -88,8 +82,8 @@ impl Variable<'_> {
         bits: i64,
         tolerance: &Interval,
         note: &str,
-    ) -> Result<Tracked, Overflows> {
-        let (best, distance) = best_within(shape, &self.ends(), &tolerance.mul_pow2(-bits));
+    ) -> Result<Tracked> {
+        let (best, distance) = best_within(shape, &self.plan.reach_in_v(), &tolerance.mul_pow2(-bits));
         let mut sum = horner(b, name, &best, bits, (&self.word, self.exponent), note)?;
         sum.error = (&sum.error + &distance.mul_pow2(bits)).upper();
         Ok(sum)
@@ -104,7 +98,7 @@ pub(super) fn horner(
     bits: i64,
     (word, exponent): (&Tracked, i64),
     note: &str,
-) -> Result<Tracked, Overflows> {
+) -> Result<Tracked> {
     let c: Vec<Tracked> =
         polynomial.coefficients().iter().map(|c| Tracked::constant(&c.mul_pow2(bits))).collect();
     let mut sum = c[c.len() - 1].clone();

@@ -218,7 +218,7 @@ mod tests {
             return;
         }
         let input = Input { arity: Arity::Probes, encoding: Encoding::F32 };
-        let routine = RoutineOptions { input, ..RoutineOptions::of(Format::F32 { fused: false }) };
+        let routine = RoutineOptions { input, ..RoutineOptions::of(Format::F32) };
         let options = Options { routines: vec![routine], ..Options::default() };
         let generated = generate(&paper_coefficients(), "0", &options).unwrap();
         let right = analysed(&generated, &options, "", "");

@@ -146,11 +146,9 @@ mod tests {
     /// A bound of the fast reference that is far below every bound it is used for.
     #[test]
     fn the_yardstick_is_finer_than_what_it_measures() {
-        for (format, output) in [
-            (Format::Q31, Output::PowerOfTwo),
-            (Format::Q31, Output::Nano),
-            (Format::F32 { fused: false }, Output::F32),
-        ] {
+        for (format, output) in
+            [(Format::Q31, Output::PowerOfTwo), (Format::Q31, Output::Nano), (Format::F32, Output::F32)]
+        {
             let routine = routine(format, output);
             let fast_reference = FastReference::of(&routine);
             let part = fast_reference.error * routine.design.unit.to_f64() / routine.design.bound.total;
@@ -161,11 +159,9 @@ mod tests {
     /// Readings all over the range, scattered by the golden ratio, and its ends.
     #[test]
     fn its_error_holds() {
-        for (format, output) in [
-            (Format::Q31, Output::PowerOfTwo),
-            (Format::Q31, Output::Nano),
-            (Format::F32 { fused: false }, Output::F32),
-        ] {
+        for (format, output) in
+            [(Format::Q31, Output::PowerOfTwo), (Format::Q31, Output::Nano), (Format::F32, Output::F32)]
+        {
             let routine = routine(format, output);
             let fast_reference = FastReference::of(&routine);
             let (lo, hi) = fast_reference.range;

@@ -198,7 +198,7 @@ mod tests {
                 RoutineOptions { output: Output::Nano, ..q31.clone() },
                 RoutineOptions { method: table, ..q31 },
                 RoutineOptions::of(Format::Q31Split),
-                RoutineOptions::of(Format::F32 { fused: false }),
+                RoutineOptions::of(Format::F32),
             ],
             ..Options::default()
         };
