@@ -9,26 +9,14 @@ use super::verify::{CheckArguments, conclude};
 use super::{Arguments, Result, options};
 use crate::files;
 use crate::format::Format;
-use crate::options::{Options, OutOfRange};
+use crate::options::OutOfRange;
 use crate::quantity::Quantity;
 use crate::refused;
 use crate::text;
 use crate::units::{self, Generated, Unit, UnitsError, Wanted, verify};
 
-/// What was generated, of what.
-struct Prepared {
-    generated: Generated,
-    units: Vec<Unit>,
-    options: Options,
-    wanted: Wanted,
-}
-
-/// Generates the files.
-pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
-    Ok(prepare_all(arguments)?.generated)
-}
-
-fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
+/// Generates the files of the units that are named.
+fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Unit>, Wanted)> {
     let a = arguments;
     let beside = [
         ("--target", a.target.is_some()),
@@ -61,7 +49,12 @@ fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
     bar.set_message("approximating and bounding");
     let generated = units::generate(&units, &options, &wanted)?;
     bar.finish_and_clear();
-    Ok(Prepared { generated, units, options, wanted })
+    Ok((generated, units, wanted))
+}
+
+/// Generates the files.
+pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.0)
 }
 
 /// Sweeps every unit's page through the compiled files.
@@ -70,10 +63,10 @@ pub(super) fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<E
     if let Some(option) = checks.beyond(&["--sanitize"]) {
         return Err(UnitsError::Option { option }.into());
     }
-    let Prepared { generated, units, options, wanted } = prepare_all(arguments)?;
+    let (generated, units, wanted) = prepare_all(arguments)?;
     let bar = arguments.progress();
     bar.set_message("sweeping every unit");
-    let report = verify::verify(&arguments.out, &generated, &units, &options, &wanted, checks.sanitize)?;
+    let report = verify::verify(&arguments.out, &generated, &units, &wanted, checks.sanitize)?;
     bar.finish_and_clear();
     conclude(arguments, &report, report.holds(), &report.text())
 }
@@ -108,8 +101,8 @@ pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
     }
     let design = &generated.design;
     let stated = |value: f64| {
-        let unit = &design.quantity.bound_unit;
-        format!("{} {unit}", text::rounded_up(design.quantity.in_bound_unit(value)))
+        let unit = &design.shared.quantity.bound_unit;
+        format!("{} {unit}", text::rounded_up(design.shared.quantity.in_bound_unit(value)))
     };
     let (out, count) = (arguments.out.display().to_string(), generated.files.len());
     summarise(

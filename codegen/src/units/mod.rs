@@ -23,6 +23,7 @@ use fitter::coefficients::{Coefficients, CoefficientsError};
 
 use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::Certificate;
+use crate::design::DesignError;
 use crate::generate::{GenerateError, sha256};
 use crate::input::InputError;
 use crate::options::Options;
@@ -160,6 +161,9 @@ pub enum UnitsError {
     /// Range, bound or degree.
     #[error(transparent)]
     Routine(#[from] RoutineError),
+    /// No program of this format.
+    #[error(transparent)]
+    Design(#[from] DesignError),
     /// The input does not fit.
     #[error(transparent)]
     Input(#[from] InputError),

@@ -8,12 +8,11 @@ use serde::Serialize;
 
 use super::page::{HEAD_WORDS, Page};
 use super::render::page;
-use super::structure::{Design, Fitted, prepare};
+use super::structure::{Design, Fitted};
 use super::{Generated, Unit, Wanted};
 use crate::bound::Bound;
 use crate::files;
 use crate::interpret::{Word, interpret};
-use crate::options::Options;
 use crate::physics::Physics;
 use crate::program::Program;
 use crate::reference::Reference;
@@ -89,7 +88,6 @@ pub fn verify(
     folder: &Path,
     generated: &Generated,
     units: &[Unit],
-    options: &Options,
     wanted: &Wanted,
     sanitize: bool,
 ) -> Result<UnitsReport, VerifyError> {
@@ -107,9 +105,8 @@ pub fn verify(
     let (folder, build) = (absolute(folder)?, temporary()?);
     let place = Place { generated: &folder, base: &generated.name, build: build.path() };
     let programs = compile(&place, design, sanitize)?;
-    let references = prepare(units, options, Some(design.range)).map_err(Box::new)?.references;
     let mut report = UnitsReport { certificate, sweeps: Vec::new(), taken: Vec::new(), damaged: 0 };
-    for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&references) {
+    for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&design.shared.references) {
         let bytes = written(&folder, unit, || page(design, unit, fitted).bytes());
         report.sweeps.extend(sweeps(design, (unit, fitted, reference), &bytes, &programs)?);
     }
@@ -160,8 +157,8 @@ fn sweeps(
             language: (*language).into(),
             readings: given.len() as u64,
             different,
-            worst: design.quantity.in_bound_unit((worst - fast_reference.error).max(0.0) * lsb),
-            bound: design.quantity.in_bound_unit(fitted.total),
+            worst: design.shared.quantity.in_bound_unit((worst - fast_reference.error).max(0.0) * lsb),
+            bound: design.shared.quantity.in_bound_unit(fitted.total),
         });
     }
     Ok(sweeps)
@@ -180,7 +177,7 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
     }
     let bound = Bound { total, ..Bound::default() };
     Routine {
-        options: design.options.clone(),
+        options: design.shared.options.clone(),
         design: crate::design::Design {
             program,
             bound,
@@ -192,9 +189,9 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
             fraction_bits: None,
             account: None,
         },
-        plan: design.plan.clone(),
+        plan: design.shared.plan.clone(),
         reference: reference.clone(),
-        range: design.range,
+        range: design.shared.range,
         physics: Physics::default(),
         line: false,
     }
