@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::terminal::{FIGURE, line, summarise, warn};
-use super::verify::{CheckArguments, conclude};
+use super::verify::conclude;
 use super::{Arguments, Result, options};
 use crate::files;
 use crate::format::Format;
@@ -14,6 +14,7 @@ use crate::quantity::Quantity;
 use crate::refused;
 use crate::text;
 use crate::units::{self, Generated, Unit, UnitsError, Wanted, verify};
+use crate::verify::Checks;
 
 /// Generates the files of the units that are named.
 fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Unit>, Wanted)> {
@@ -58,7 +59,7 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
 }
 
 /// Sweeps every unit's page through the compiled files.
-pub(super) fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+pub(super) fn verify(arguments: &Arguments, checks: &Checks) -> Result<ExitCode> {
     // `--exhaustive` would take minutes for every unit; what it asks for is proved.
     if let Some(option) = checks.beyond(&["--sanitize"]) {
         return Err(UnitsError::Option { option }.into());

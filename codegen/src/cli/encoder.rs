@@ -5,13 +5,14 @@ use std::process::ExitCode;
 use fitter::coefficients::Coefficients;
 
 use super::terminal::warn;
-use super::verify::{CheckArguments, conclude};
+use super::verify::conclude;
 use super::{Arguments, Result, options};
 use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
 use crate::turn::{TurnError, assumed_bits, verify};
+use crate::verify::Checks;
 
 /// Generates the files.
 pub(super) fn prepare(
@@ -37,7 +38,7 @@ pub(super) fn prepare(
 /// Sweeps every word through the compiled files.
 pub(super) fn verify(
     arguments: &Arguments,
-    checks: &CheckArguments,
+    checks: &Checks,
     coefficients: &Coefficients,
     sha256: &str,
 ) -> Result<ExitCode> {

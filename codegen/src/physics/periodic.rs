@@ -14,6 +14,7 @@ use fitter::terms::{Operator, Periodic, Term};
 use super::builder::{Builder, Tracked};
 use super::sum::Sum;
 use super::{PhysicsError, Result};
+use crate::approximate::interpolate;
 use crate::bound::of_type;
 use crate::exact::{Interval, Polynomial, cos_sin, pi};
 use crate::program::{Op, Type};
@@ -288,7 +289,7 @@ impl Segments<'_> {
     fn coefficients(&self, row: i64) -> Vec<i64> {
         let (middle, scale) = (self.middle(row).to_f64(), self.words_per_turn.to_f64());
         let value = |w: f64| -scale * self.harmonics.solution(middle + w / self.count() as f64);
-        interpolated(&value).iter().map(|c| c.round() as i64).collect()
+        interpolate(DEGREE, 0.5, -0.5, &value).iter().map(|c| c.round() as i64).collect()
     }
 
     /// The largest distance from the solution that f64 finds at some points, in words: no bound, but the bound is not
@@ -334,27 +335,4 @@ impl Segments<'_> {
         }
         (&largest.div(&self.rest.lower()) * self.words_per_turn).upper()
     }
-}
-
-/// The cubic through four Chebyshev points of −½…½, as coefficients of w.
-fn interpolated(value: &dyn Fn(f64) -> f64) -> Vec<f64> {
-    let n = DEGREE + 1;
-    let points: Vec<f64> =
-        (0..n).map(|i| 0.5 * (std::f64::consts::PI * (2 * i + 1) as f64 / (2 * n) as f64).cos()).collect();
-    // Newton's divided differences, then multiplied out.
-    let mut differences: Vec<f64> = points.iter().map(|w| value(*w)).collect();
-    for order in 1..n {
-        for i in (order..n).rev() {
-            differences[i] = (differences[i] - differences[i - 1]) / (points[i] - points[i - order]);
-        }
-    }
-    let mut c = vec![0.0; n];
-    for i in (0..n).rev() {
-        // c ← c·(w − point) + difference.
-        for k in (1..n).rev() {
-            c[k] = c[k - 1] - points[i] * c[k];
-        }
-        c[0] = differences[i] - points[i] * c[0];
-    }
-    c
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::TurnError;
 use super::shape::{Arithmetic, Filling, Shape, Words};
 use super::truth::{Enclosed, Truth};
+use crate::approximate::interpolate;
 
 /// The corrections that are wanted: of every count, and of any place between.
 pub struct Targets<'a> {
@@ -190,33 +191,6 @@ fn short_formats(raw: &[Vec<f64>], words: Words, degree: usize, size: usize) -> 
         scale += by;
     }
     Some((fraction as u32, shifts))
-}
-
-/// The polynomial through the values at Chebyshev's nodes of an interval, in the powers of its variable.
-fn interpolate(degree: usize, from: f64, to: f64, value: &dyn Fn(f64) -> f64) -> Vec<f64> {
-    let count = degree + 1;
-    let nodes: Vec<f64> = (0..count)
-        .map(|i| {
-            let angle = std::f64::consts::PI * (i as f64 + 0.5) / count as f64;
-            0.5 * (from + to) - 0.5 * (to - from) * angle.cos()
-        })
-        .collect();
-    // Newton's divided differences, then Horner's scheme from the inside out.
-    let mut differences: Vec<f64> = nodes.iter().map(|x| value(*x)).collect();
-    for order in 1..count {
-        for i in (order..count).rev() {
-            let span = nodes[i] - nodes[i - order];
-            differences[i] = if span == 0.0 { 0.0 } else { (differences[i] - differences[i - 1]) / span };
-        }
-    }
-    let mut powers = vec![0.0; count];
-    for i in (0..count).rev() {
-        for k in (0..count).rev() {
-            powers[k] = if k > 0 { powers[k - 1] } else { 0.0 } - nodes[i] * powers[k];
-        }
-        powers[0] += differences[i];
-    }
-    powers
 }
 
 #[cfg(test)]

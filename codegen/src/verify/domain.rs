@@ -203,6 +203,19 @@ pub fn arguments(program: &Program, words: &[u32]) -> Vec<Word> {
     program.arguments.iter().zip(words).map(word).collect()
 }
 
+/// The arguments of a reading in its own words, as numbers: itself, or some pair of this difference.
+pub(super) fn numbers_of(ty: Type, readings: usize, reading: f64) -> Vec<f64> {
+    match ty.range() {
+        _ if readings == 1 => vec![reading],
+        None => vec![-0.5 * reading, 0.5 * reading],
+        Some((lo, hi)) => {
+            let (lo, hi) = (lo as f64, hi as f64);
+            let first = ((lo + hi - reading) * 0.5).floor().clamp(lo, hi);
+            vec![first, (first + reading).clamp(lo, hi)]
+        }
+    }
+}
+
 /// A fixed scattering of the lower 32 bits of an index.
 pub fn scatter(index: u64) -> u32 {
     let h = (index as u32).wrapping_mul(0x9e37_79b1);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::VerifyError;
 use super::compile::{How, Place, Tool};
-use super::domain::{Coverage, Domain, Sweep};
+use super::domain::{Coverage, Domain, Sweep, numbers_of};
 use super::fast_reference::FastReference;
 use crate::generate::Generated;
 use crate::interpret::{Word, interpret};
@@ -180,19 +180,8 @@ fn results_at_ends(subject: &Subject<'_>) -> Result<(u32, u32), VerifyError> {
             Type::F32 => Word::Float(v as f32),
             _ => Word::Int(v as i64),
         };
-        let arguments = match program.arguments.len() {
-            1 => vec![word(reading)],
-            // Some pair with this difference that the type holds.
-            _ if program.arguments[0].ty == Type::F32 => vec![word(0.0), word(reading)],
-            _ if reading < 0.0 && program.arguments[0].ty == Type::I32 => {
-                vec![word((-reading / 2.0).floor()), word(reading + (-reading / 2.0).floor())]
-            }
-            _ if reading < 0.0 => vec![word(-reading), word(0.0)],
-            _ if program.arguments[0].ty == Type::I32 => {
-                vec![word(-(reading / 2.0).floor()), word(reading - (reading / 2.0).floor())]
-            }
-            _ => vec![word(0.0), word(reading)],
-        };
+        let arguments = numbers_of(program.arguments[0].ty, program.arguments.len(), reading);
+        let arguments: Vec<Word> = arguments.into_iter().map(word).collect();
         Ok(interpret(program, &arguments)?.word.bits() as u32)
     };
     Ok((at(subject.fast_reference.range.0)?, at(subject.fast_reference.range.1)?))

@@ -89,20 +89,28 @@ pub enum VerifyError {
 
 /// Which checks are made; the certificate and a sweep always are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "program", derive(clap::Args))]
 pub struct Checks {
-    /// Sweep every representable input instead of a part.
+    /// Sweep every representable input, not only a part of them.
+    #[cfg_attr(feature = "program", arg(long))]
     pub exhaustive: bool,
-    /// Watch the C for undefined behaviour during the sweep.
+    /// Sweep the C once more with undefined behaviour watched for.
+    #[cfg_attr(feature = "program", arg(long))]
     pub sanitize: bool,
-    /// Let Gappa prove the rounding of the operations.
+    /// Let Gappa prove the rounding of the operations from the scripts beside the code.
+    #[cfg_attr(feature = "program", arg(long))]
     pub gappa: bool,
-    /// Let Frama-C look for undefined behaviour over every input word.
+    /// Let Frama-C look for undefined behaviour in the C over every input word.
+    #[cfg_attr(feature = "program", arg(long))]
     pub frama_c: bool,
     /// Check the C with cppcheck's MISRA rules and all warnings of gcc and clang.
+    #[cfg_attr(feature = "program", arg(long))]
     pub misra: bool,
-    /// Look for panics in the Rust object.
+    /// Look for panics in the Rust object, overflow checks on; and let rustdoc check the documentation.
+    #[cfg_attr(feature = "program", arg(long))]
     pub objects: bool,
-    /// Damage copies of the files on purpose and see every one caught.
+    /// Damage copies of the files on purpose, and see that every damage is caught.
+    #[cfg_attr(feature = "program", arg(long))]
     pub mutants: bool,
 }
 

@@ -12,7 +12,7 @@ use super::compile::{How, Place};
 use super::digest;
 use super::domain::{arguments, describe};
 use super::harness::Subject;
-use super::sweep::{SweepReport, Swept};
+use super::sweep::SweepReport;
 use crate::interpret::{Word, start, update};
 use crate::program::Type;
 use crate::quantity::Quantity;
@@ -117,18 +117,17 @@ pub fn sweep(
         describe(subject.program(), &arguments(subject.program(), prepared.calls.call(at).1)),
         (0..=at).rev().take_while(|i| !prepared.calls.call(*i).0).count() + 1
     );
-    let swept = Swept {
+    let report = SweepReport {
         inputs: given.len() as u64,
-        exhaustive: false,
         covered: prepared.calls.what.clone(),
         worst_input,
-        worst: worst.next_up(),
-        worst_lsb: worst,
+        worst_error: worst.next_up(),
+        worst_error_lsb: worst,
         reference_error: own,
         astray,
-        wrongly: "readings are flagged wrongly",
-        digest: sum,
+        digest: format!("{sum:016x}"),
         as_interpreted,
+        ..SweepReport::of(subject, how, bound, quantity)
     };
-    Ok(swept.report(subject, how, bound, quantity))
+    Ok(report.held(subject, quantity, "readings are flagged wrongly"))
 }

@@ -13,6 +13,7 @@ use super::model::{measured_by_word, of_reading};
 use crate::program::{Op, Type};
 use crate::routine::Routine;
 use crate::verify::calls::Calls;
+use crate::verify::domain::numbers_of;
 
 /// A number that is as good as random, by Steele, Lea and Flood's SplitMix64.
 struct Random(u64);
@@ -239,30 +240,13 @@ impl Writer {
 
     fn call(&mut self, begins: bool, places: &[f64]) {
         self.calls.words.push(u32::from(begins));
-        if self.readings == 2 {
-            let (first, second) = match self.types[0].range() {
-                None => (-0.5 * places[0], 0.5 * places[0]),
-                Some((lo, hi)) => {
-                    let (lo, hi) = (lo as f64, hi as f64);
-                    let first = ((lo + hi - places[0]) * 0.5).floor().clamp(lo, hi);
-                    (first, (first + places[0]).clamp(lo, hi))
-                }
+        let readings = numbers_of(self.types[0], self.readings, places[0]);
+        for (i, place) in readings.iter().chain(&places[1..]).enumerate() {
+            let bits = match self.types[i] {
+                Type::F32 => (*place as f32).to_bits(),
+                _ => *place as i64 as u32,
             };
-            self.push(0, first);
-            self.push(1, second);
-        } else {
-            self.push(0, places[0]);
+            self.calls.words.push(bits);
         }
-        for (i, place) in places[1..].iter().enumerate() {
-            self.push(self.readings + i, *place);
-        }
-    }
-
-    fn push(&mut self, argument: usize, place: f64) {
-        let bits = match self.types[argument] {
-            Type::F32 => (place as f32).to_bits(),
-            _ => place as i64 as u32,
-        };
-        self.calls.words.push(bits);
     }
 }
