@@ -1,7 +1,8 @@
 //! Which routines there are to choose from: proven bound against instructions and flash, on every core; and the choice
 //! of the cheapest that is proven within the bound and fits the flash.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cmp::Ordering;
+use std::sync::atomic::{self, AtomicUsize};
 
 use fitter::coefficients::Coefficients;
 use rayon::prelude::*;
@@ -97,7 +98,7 @@ pub fn candidates(
         .map(|(wanted, degree)| {
             let options = Options { degree: *degree, bound: Some(bound), ..options.clone() };
             let routine = routine::design(coefficients, &options, wanted);
-            done(through.fetch_add(1, Ordering::Relaxed) + 1, total);
+            done(through.fetch_add(1, atomic::Ordering::Relaxed) + 1, total);
             let routine = routine?;
             let bound = quantity.in_bound_unit(routine.design.bound.total);
             Ok(Candidate { options: wanted.clone(), routine, bound })
@@ -244,12 +245,9 @@ pub fn cheapest<'a>(
     let small = exact.iter().filter(|c| flash_bytes.is_none_or(|f| c.cost(core).flash_bytes <= f));
     let key = |c: &Candidate| {
         let cost = c.cost(core);
-        (cost.instructions, cost.flash_bytes as f64, c.bound)
+        (cost.instructions, cost.flash_bytes, c.bound)
     };
-    let order = |a: &&&Candidate, b: &&&Candidate| {
-        let ((a0, a1, a2), (b0, b1, b2)) = (key(a), key(b));
-        a0.total_cmp(&b0).then(a1.total_cmp(&b1)).then(a2.total_cmp(&b2))
-    };
+    let order = |a: &&&Candidate, b: &&&Candidate| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal);
     small.min_by(order).copied().ok_or_else(|| {
         let smallest =
             exact.iter().min_by_key(|c| c.cost(core).flash_bytes).map(|c| told(c)).unwrap_or_default();

@@ -42,7 +42,7 @@ pub fn design(
         let residual = reference
             .polynomial
             .sub(&bound::output_polynomial(&program, plan, &words.0, &words.1)?.scale(&unit));
-        let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::from_int(1).mul_pow2(-k).to_f64()).collect();
+        let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::pow2(-k).to_f64()).collect();
         if search {
             let correction = quantize::nearest(&residual, &lsb, &from, &to);
             units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
@@ -101,7 +101,7 @@ pub(crate) fn supremum(
     to: &Interval,
 ) -> Interval {
     let difference = polynomial.sub(&reference.polynomial);
-    let rough = difference.at(from).magnitude().hull(&Interval::from_int(1).mul_pow2(-100)).magnitude();
+    let rough = difference.at(from).magnitude().hull(&Interval::pow2(-100)).magnitude();
     difference.supremum(from, to, &rough.mul_pow2(-8))
 }
 

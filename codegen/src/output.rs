@@ -82,12 +82,12 @@ impl Output {
             Ok(Interval::from_int(1).div(&power))
         };
         match self {
-            Output::PowerOfTwo => Ok(Interval::from_int(1).mul_pow2(-bits)),
+            Output::PowerOfTwo => Ok(Interval::pow2(-bits)),
             Output::Nano => decimal(p, 9, "10⁻⁹"),
             Output::Micro => decimal(p, 6, "10⁻⁶"),
             Output::F32 => {
                 let y = p.push(Stage::Output, "angle", Type::F32, Op::ToF32 { a: y }, "");
-                let scale = Operand::Float(Interval::from_int(1).mul_pow2(-bits).to_f64() as f32);
+                let scale = Operand::Float(Interval::pow2(-bits).to_f64() as f32);
                 p.push(Stage::Output, "angle", Type::F32, Op::MulF32 { a: y, b: scale }, "exact");
                 Ok(Interval::from_int(1))
             }

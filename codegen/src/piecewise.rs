@@ -57,7 +57,7 @@ pub fn design(
             row.resize(width, 0);
         }
         let (rough, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
-        let lsb = vec![Interval::from_int(1).mul_pow2(-bits).to_f64(); degree + 1];
+        let lsb = vec![Interval::pow2(-bits).to_f64(); degree + 1];
         for s in &segments {
             // Which correction brings the program, with its biases, nearest on this segment.
             let there = bound::output_polynomial(&rough, plan, &s.from, &s.to)?.scale(&unit);
@@ -161,7 +161,7 @@ impl Segment {
         let function = segment.in_place(&reference.polynomial);
         segment.local = minimax(&function, degree, &a, &b);
         let difference = segment.local.sub(&function);
-        let rough = difference.at(&a).magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).magnitude();
+        let rough = difference.at(&a).magnitude().hull(&Interval::pow2(-60)).magnitude();
         segment.distance = difference.supremum(&a, &b, &rough.mul_pow2(-6)).upper();
         let c = segment.local.coefficients();
         segment.reach = (0..c.len())

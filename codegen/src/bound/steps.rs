@@ -14,10 +14,7 @@ pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> 
             before_variable(step, &values)
         } else if index == program.variable {
             fits(index, step, &before_variable(step, &values).range)?;
-            let identity = Polynomial::linear(
-                Interval::zero(),
-                Interval::from_int(1).mul_pow2(program.variable_exponent),
-            );
+            let identity = Polynomial::linear(Interval::zero(), Interval::pow2(program.variable_exponent));
             Value { sum: Inexact::exact(identity), range: piece.words.clone() }
         } else {
             after_variable(program, step, &values, piece)
@@ -52,7 +49,7 @@ fn before_variable(step: &Step, values: &[Value]) -> Value {
     };
     let range = match &step.op {
         Op::Input { .. } => of_type(step.ty),
-        Op::Clamp { lo, hi, .. } => Interval::from_int(*lo).hull(&Interval::from_int(*hi)),
+        Op::Clamp { lo, hi, .. } => Interval::between(*lo, *hi),
         Op::ClampF32 { lo, hi, .. } => {
             Interval::from_f64((*lo).into()).hull(&Interval::from_f64((*hi).into()))
         }
@@ -113,13 +110,13 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
         }
         Op::Word { index } => {
             let range = program.page.get(*index).map_or((i64::MAX, i64::MAX), |word| (word.from, word.to));
-            exactly(Interval::from_int(range.0).hull(&Interval::from_int(range.1)))
+            exactly(Interval::between(range.0, range.1))
         }
         Op::MulF32 { a, b } => {
             let product = value(a).times(&value(b));
             let power_of_two = matches!(b, Operand::Float(f) if f.to_bits() << 9 == 0);
             let rounding = if power_of_two {
-                Interval::from_int(1).mul_pow2(-150)
+                Interval::pow2(-150)
             } else {
                 half_ulp(&product.range(&Interval::zero(), piece))
             };

@@ -70,7 +70,7 @@ pub(super) fn plan(
         }
     };
     p.name_variable();
-    let slope = Interval::from_int(1).mul_pow2(exponent);
+    let slope = Interval::pow2(exponent);
     let words = |end: f32| {
         let v = &(&Interval::from_f64(end.into()) - &Interval::from_f64(centre.into())).mul_pow2(-exponent);
         v.mul_pow2(p.variable_exponent)

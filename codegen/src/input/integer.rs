@@ -54,7 +54,7 @@ pub(super) fn plan(
     let exponent = variable(&mut p, reading, widest, arithmetic);
     p.name_variable();
     // word = centre + v·2^exponent, so reading = (centre − offset + v·2^exponent)·lsb.
-    let slope = Interval::from_int(1).mul_pow2(exponent);
+    let slope = Interval::pow2(exponent);
     let map = ReadingMap {
         offset: &(&Interval::from_int(centre) - &word.offset) * &word.lsb,
         slope: &slope * &word.lsb,

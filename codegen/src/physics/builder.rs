@@ -175,7 +175,7 @@ impl Builder {
         mismatch: &Interval,
         note: &str,
     ) -> Result<Tracked> {
-        let range = Interval::from_int(lo).hull(&Interval::from_int(hi));
+        let range = Interval::between(lo, hi);
         let error = a.error.hull(mismatch).magnitude();
         self.push(name, Op::Clamp { a: a.operand, lo, hi }, range, error, note)
     }

@@ -44,7 +44,7 @@ impl Physics {
         }
         let at = design.program.steps.iter().position(|s| s.stage == Stage::Output);
         let at = at.unwrap_or(design.program.steps.len());
-        let unit = Interval::from_int(1).mul_pow2(-design.sum_bits);
+        let unit = Interval::pow2(-design.sum_bits);
         let range = Interval::from_f64(design.bound.output_range.0)
             .hull(&Interval::from_f64(design.bound.output_range.1));
         // The result's words as words of the sum, wider for the roundings in between.
@@ -53,7 +53,7 @@ impl Physics {
         let wider = &(&range.magnitude().mul_pow2(-20) + &one) + &Interval::from_int(8);
         let range = &range + &wider.symmetric();
         let word = Tracked { operand: Operand::Step(at - 1), range, error: Interval::zero() };
-        let quarter = Interval::from_int(1).mul_pow2(-2);
+        let quarter = Interval::pow2(-2);
         let wanted = Interval::from_f64(target).mul_pow2(design.sum_bits - 5);
         let sum = Sum {
             word,
@@ -83,7 +83,7 @@ impl Physics {
         if output == Output::F32 {
             // A larger result has larger roundings.
             let largest = (&sum.word.range.magnitude() * &unit).log2_floor().unwrap_or(-100);
-            bound.output = bound.output.max(Interval::from_int(1).mul_pow2(largest - 24).to_f64_up());
+            bound.output = bound.output.max(Interval::pow2(largest - 24).to_f64_up());
         }
         let further = &Interval::from_f64(bound.output - design.bound.output) + &(&sum.word.error * &unit);
         bound.rounding =

@@ -123,7 +123,7 @@ impl Further {
         Ok(Given {
             word,
             offset: &(&Interval::from_int(middle) - &zero) * &lsb,
-            slope: &Interval::from_int(1).mul_pow2(32 - i64::from(left)) * &lsb,
+            slope: &Interval::pow2(32 - i64::from(left)) * &lsb,
         })
     }
 }

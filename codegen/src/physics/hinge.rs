@@ -17,7 +17,7 @@ pub(super) fn subtract(b: &mut Builder, hinge: &Hinge, weight: &Interval, observ
         return Ok(());
     }
     let bits = beyond.bits();
-    let size = weight.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
+    let size = weight.magnitude().hull(&Interval::pow2(-60)).upper();
     let tolerance = b.sum.tolerance.mul_pow2(bits - b.sum.bits).div(&size).lower();
     let name = format!("beyond_{}", b.program.steps.len());
     let v = beyond.word(b, &name, bits, &tolerance)?;

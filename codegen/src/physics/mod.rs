@@ -29,6 +29,7 @@ mod words;
 
 use fitter::error_model::Sensor;
 use fitter::terms::{Operator, Term};
+use fitter::units::ARCSEC_PER_RAD;
 
 use crate::extent::LeftOut;
 
@@ -54,10 +55,25 @@ pub struct Physics {
     pub left_out: Vec<LeftOut>,
 }
 
+/// The observable of this name for a reading in its unit, where it is a function of that.
+pub(crate) fn of_reading(sensor: &Sensor, name: &str, reading: f64) -> Option<f64> {
+    match name {
+        "s_mm" | "measured" => Some(reading),
+        "angle_deg" => Some(sensor.calculated(reading).to_degrees()),
+        "angle_arcsec" => Some(sensor.calculated(reading) * ARCSEC_PER_RAD),
+        _ => None,
+    }
+}
+
 impl Physics {
     /// Whether nothing is added to the function of the reading.
     pub fn is_empty(&self) -> bool {
         self.terms.is_empty()
+    }
+
+    /// An observable of the reading, in its unit, where it is one.
+    pub(crate) fn of_reading(&self, name: &str, reading: f64) -> Option<f64> {
+        self.sensor.as_ref().and_then(|sensor| of_reading(sensor, name, reading))
     }
 
     /// Whether a term is one of harmonics, which have a table of their own.

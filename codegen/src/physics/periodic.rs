@@ -79,7 +79,7 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     }
     // Turns of one word of the sum, and the phase as a product by an integer.
     let turn = &Interval::from_f64(period) * statistic;
-    let rate = Interval::from_int(1).mul_pow2(-b.sum.bits).div(&turn);
+    let rate = Interval::pow2(-b.sum.bits).div(&turn);
     let largest = Interval::from_int(i32::MAX.into());
     let fits = |by: &i64| rate.mul_pow2(32 + by).certainly_le(&largest);
     let by = (0..=32).rev().find(fits).ok_or_else(|| refuse(": its period is shorter than two words"))?;
@@ -184,7 +184,7 @@ impl Harmonics {
     /// A(centre + δ(w)) as a polynomial of w, |w| ≤ ½, with what it is off: the Taylor series of A about the centre,
     /// whose powers of δ all harmonics share. What is left out of it is at most ΣrateⁿR·|δ|ⁿ/n!, R = √(a² + b²).
     fn around(&self, centre: &Interval, delta: &Polynomial, tolerance: &Interval) -> (Polynomial, Interval) {
-        let half = Interval::from_int(1).mul_pow2(-1);
+        let half = Interval::pow2(-1);
         let reach = delta.range_around_zero(&half).magnitude();
         // Of every harmonic: its rate, and rateⁿ/n! times its value and its derivative over the rate at the centre.
         let mut harmonics: Vec<_> = (self.parts.iter())
@@ -312,8 +312,8 @@ impl Segments<'_> {
 
     /// A bound of the distance from the solution, in words.
     fn distance(&self, rows: &[Vec<i64>]) -> Interval {
-        let half = Interval::from_int(1).mul_pow2(-1);
-        let fine = Interval::from_int(1).mul_pow2(FINE_LOG2).div(self.words_per_turn).lower();
+        let half = Interval::pow2(-1);
+        let fine = Interval::pow2(FINE_LOG2).div(self.words_per_turn).lower();
         let tolerance = fine.mul_pow2(-5);
         // In turns, and before the slope enlarges it.
         let mut largest = Interval::zero();

@@ -52,7 +52,7 @@ fn follow(
     let r = Interval::from_f64(element.half_width);
     let number = b.program.state.len() + 1;
     // The observable in words of which r is 2^n: not more than half of v's.
-    let scale = |n: i64| Interval::from_int(1).mul_pow2(n - bits).div(&r);
+    let scale = |n: i64| Interval::pow2(n - bits).div(&r);
     let largest = Interval::from_int(i32::MAX.into()).mul_pow2(-32);
     let n = (1..=FINEST).rev().find(|n| scale(*n).certainly_le(&largest)).ok_or_else(narrow)?;
     let (v_name, p_name, d_name) = (format!("v{number}"), format!("play_{number}"), format!("d{number}"));

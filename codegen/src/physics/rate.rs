@@ -13,7 +13,7 @@ pub(super) fn subtract(b: &mut Builder, weight: &Interval, observed: Observed, p
     let number = b.program.state.len() + 1;
     let per_call = weight.div(&Interval::from_f64(period_s));
     let bits = observed.bits();
-    let size = per_call.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
+    let size = per_call.magnitude().hull(&Interval::pow2(-60)).upper();
     let tolerance = b.sum.tolerance.mul_pow2(bits - b.sum.bits - 1).div(&size).lower();
     let v = observed.word(b, &format!("now_{number}"), bits, &tolerance)?;
     if matches!(v.operand, Operand::Int(_)) {

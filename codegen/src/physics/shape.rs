@@ -68,7 +68,7 @@ impl Variable<'_> {
         let sup = |shape: &Shape| shape.polynomial.range_around_zero(&self.radius()).magnitude();
         let remainder = &(&sup(a) * &b.remainder) + &(&(&sup(b) + &b.remainder) * &a.remainder);
         let mut polynomial = a.polynomial.mul(&b.polynomial);
-        let dropped = polynomial.truncate(&self.radius(), &Interval::from_int(1).mul_pow2(-120));
+        let dropped = polynomial.truncate(&self.radius(), &Interval::pow2(-120));
         Shape { polynomial, remainder: (&remainder + &dropped).upper() }
     }
 

@@ -12,7 +12,7 @@ use crate::exact::Interval;
 pub(super) fn subtract(b: &mut Builder, step: &Step, weight: &Interval, given: &Given) -> Result {
     let in_words = (&Interval::from_f64(step.at) - &given.offset).div(&given.slope).mul_pow2(32);
     // A threshold less than 2⁻²⁰⁰ above a word is that word.
-    let first = (&in_words.midpoint() - &Interval::from_int(1).mul_pow2(-200)).ceil_to_i64();
+    let first = (&in_words.midpoint() - &Interval::pow2(-200)).ceil_to_i64();
     let (least, most) = whole(&given.word.range);
     let whole = (-weight.clone()).mul_pow2(b.sum.bits);
     match first {

@@ -78,7 +78,7 @@ impl FastReference {
 /// Rounding errors of Horner's scheme in `f64` for |v| ≤ `radius`, from magnitudes alone.
 fn horner_rounding(coefficients: &[f64], radius: &Interval) -> Interval {
     let u = |x: &Interval| {
-        let subnormal = Interval::from_int(1).mul_pow2(-310);
+        let subnormal = Interval::pow2(-310);
         (&x.mul_pow2(UNIT_ROUNDOFF_LOG2) + &subnormal).upper()
     };
     let magnitude = |c: f64| Interval::from_f64(c).magnitude();

@@ -114,7 +114,7 @@ impl<'a> Model<'a> {
 
     fn observe(&self, name: &str, measured: f64, further: &[f64]) -> f64 {
         let given = || self.inputs.iter().position(|input| input.name == name).map(|i| further[i]);
-        of_reading(self.routine, name, measured).or_else(given).unwrap_or(f64::NAN)
+        self.routine.physics.of_reading(name, measured).or_else(given).unwrap_or(f64::NAN)
     }
 }
 
@@ -123,17 +123,6 @@ pub(super) fn measured_by_word(routine: &Routine) -> (f64, f64) {
     let plan = &routine.plan;
     let per_word = plan.map.slope.to_f64() / plan.reading_word.1.to_f64();
     (plan.map.offset.to_f64() - per_word * plan.reading_word.0.to_f64(), per_word)
-}
-
-/// The observable of this name for a reading in its unit, where it is a function of that.
-pub(super) fn of_reading(routine: &Routine, name: &str, measured: f64) -> Option<f64> {
-    let angle = || routine.physics.sensor.as_ref().map(|sensor| sensor.calculated(measured));
-    match name {
-        "s_mm" | "measured" => Some(measured),
-        "angle_deg" => angle().map(f64::to_degrees),
-        "angle_arcsec" => angle().map(|rad| rad * fitter::units::ARCSEC_PER_RAD),
-        _ => None,
-    }
 }
 
 impl Input {

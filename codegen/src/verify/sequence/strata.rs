@@ -9,7 +9,7 @@
 
 use fitter::terms::Operator;
 
-use super::model::{measured_by_word, of_reading};
+use super::model::measured_by_word;
 use crate::program::{Op, Type};
 use crate::routine::Routine;
 use crate::verify::calls::Calls;
@@ -207,7 +207,7 @@ fn breaks(routine: &Routine) -> Vec<f64> {
     let (offset, per_word) = measured_by_word(routine);
     for (name, value) in wanted {
         // What is observed of the reading rises with it.
-        let observe = |reading: f64| of_reading(routine, &name, offset + per_word * reading);
+        let observe = |reading: f64| routine.physics.of_reading(&name, offset + per_word * reading);
         let (Some(a), Some(b)) = (observe(from), observe(to)) else { continue };
         if !(a < value && value < b) {
             continue;
