@@ -125,10 +125,9 @@ struct Segment {
     /// First and last word of the variable.
     from: Interval,
     to: Interval,
-    /// v of the segment's middle, and its width as a power of two.
+    /// v of the segment's middle.
     middle: Interval,
-    segments_log2: u32,
-    exponent: i64,
+    layout: Layout,
     /// The best polynomial, of the place w = (v − middle)/width, |w| ≤ ½.
     local: Polynomial,
     /// The largest value on the way of evaluating it.
@@ -145,14 +144,12 @@ impl Segment {
         from: Interval,
         to: Interval,
     ) -> Self {
-        let (middle, segments_log2) = (layout.middle(row), layout.segments_log2);
         let mut segment = Segment {
             row,
             from,
             to,
-            middle,
-            segments_log2,
-            exponent: layout.exponent,
+            middle: layout.middle(row),
+            layout: *layout,
             local: Polynomial::constant(Interval::zero()),
             reach: Interval::zero(),
             distance: Interval::zero(),
@@ -179,12 +176,12 @@ impl Segment {
 
     /// A word of the variable as a place in the segment.
     fn place(&self, word: &Interval) -> Interval {
-        (&word.mul_pow2(-self.exponent) - &self.middle).mul_pow2(self.segments_log2.into())
+        (&word.mul_pow2(-self.layout.exponent) - &self.middle).mul_pow2(self.layout.segments_log2.into())
     }
 
     /// A function of v as one of the place.
     fn in_place(&self, function: &Polynomial) -> Polynomial {
-        function.shift(&self.middle).stretch_pow2(-i64::from(self.segments_log2))
+        function.shift(&self.middle).stretch_pow2(-i64::from(self.layout.segments_log2))
     }
 }
 

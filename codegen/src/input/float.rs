@@ -1,36 +1,20 @@
 //! Float inputs.
 
-use super::{Arithmetic, Arity, InputError, InputPlan, Names, exponent_above, power_of_two, push_arguments};
+use super::{Arithmetic, Asked, InputError, InputPlan, exponent_above, power_of_two};
 use crate::exact::Interval;
-use crate::program::{Op, Operand, Program, Stage, Type};
+use crate::program::{Op, Operand, Stage, Type};
 use crate::reference::ReadingMap;
 
 /// A float variable of magnitude 2^±UNSCALED_BITS or closer to 1 is used as it is.
 const UNSCALED_BITS: i64 = 6;
 
 /// The plan for a float.
-pub(super) fn plan(
-    arity: Arity,
-    names: &Names,
-    from: f64,
-    to: f64,
-    arithmetic: Arithmetic,
-    clamped: bool,
-) -> Result<InputPlan, InputError> {
+pub(super) fn plan(asked: &Asked<'_>) -> Result<InputPlan, InputError> {
+    let Asked { unit, from, to, arithmetic, clamped, .. } = *asked;
     let (first, last) = ends(from, to)?;
-    let mut p = Program::default();
-    let meaning = format!("in {}", names.unit);
-    push_arguments(
-        &mut p,
-        arity,
-        names,
-        &format!("_{}", names.unit.to_lowercase()),
-        Type::F32,
-        &meaning,
-        Type::F32,
-    );
+    let suffix = format!("_{}", unit.to_lowercase());
+    let mut p = asked.program(&suffix, Type::F32, &format!("in {unit}"), Type::F32);
     let mut x = Operand::Step(p.reading);
-    p.clamped = p.reading;
     p.valid = (first.into(), last.into());
     if clamped {
         let clamp = Op::ClampF32 { a: x, lo: first, hi: last };

@@ -1,6 +1,6 @@
 //! Integer inputs: Q31 words and counts. Everything up to the variable is exact.
 
-use super::{Arithmetic, Arity, InputError, InputPlan, Names, power_of_two, push_arguments};
+use super::{Arithmetic, Arity, Asked, InputError, InputPlan, power_of_two};
 use crate::exact::Interval;
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::reference::ReadingMap;
@@ -18,24 +18,15 @@ pub(super) struct Word {
 }
 
 /// The plan for an integer encoding.
-pub(super) fn plan(
-    arity: Arity,
-    names: &Names,
-    word: Word,
-    from: f64,
-    to: f64,
-    arithmetic: Arithmetic,
-    clamped: bool,
-) -> Result<InputPlan, InputError> {
-    let (first, last) = word.ends(arity, from, to)?;
-    let mut p = Program::default();
+pub(super) fn plan(asked: &Asked<'_>, word: &Word) -> Result<InputPlan, InputError> {
+    let Asked { arity, arithmetic, clamped, .. } = *asked;
+    let (first, last) = word.ends(asked)?;
     let suffix = match word.ty {
         Type::U16 | Type::U32 => "_counts",
         _ => "_q31",
     };
     let difference = if word.ty == Type::U16 { Type::I32 } else { Type::I64 };
-    push_arguments(&mut p, arity, names, suffix, word.ty, &word.meaning, difference);
-    p.clamped = p.reading;
+    let mut p = asked.program(suffix, word.ty, &word.meaning, difference);
     p.valid = (first as f64, last as f64);
     let mut reading = Operand::Step(p.reading);
     let (least, most) = word.arriving(&mut p, &mut reading, arity, (first, last), clamped)?;
@@ -82,8 +73,9 @@ impl Word {
     }
 
     /// The first and last word of the range.
-    fn ends(&self, arity: Arity, from: f64, to: f64) -> Result<(i64, i64), InputError> {
-        let (lo, hi) = self.reach(arity);
+    fn ends(&self, asked: &Asked<'_>) -> Result<(i64, i64), InputError> {
+        let (from, to) = (asked.from, asked.to);
+        let (lo, hi) = self.reach(asked.arity);
         let in_words = |reading: f64| &Interval::from_f64(reading).div(&self.lsb) + &self.offset;
         let first = in_words(from).ceil_to_i64().unwrap_or(i64::MIN);
         let last = in_words(to).floor_to_i64().unwrap_or(i64::MAX);

@@ -178,9 +178,13 @@ impl Input {
         if self.arity == Arity::Probes && matches!(sensor, Sensor::Direct { .. }) {
             return Err(InputError::OneReading);
         }
-        let names = Names::of(sensor);
+        let (unit, pair) = match sensor {
+            Sensor::EddyCurrentPair { .. } => ("mm", true),
+            Sensor::Direct { unit, .. } => (unit.as_str(), false),
+        };
+        let asked = Asked { arity: self.arity, unit, pair, from, to, arithmetic, clamped };
         match self.encoding {
-            Encoding::F32 => float::plan(self.arity, &names, from, to, arithmetic, clamped),
+            Encoding::F32 => float::plan(&asked),
             Encoding::Q31 { full_scale } => {
                 let largest = from.abs().max(to.abs());
                 let full_scale = full_scale.unwrap_or_else(|| power_of_two(exponent_above(largest)));
@@ -188,7 +192,7 @@ impl Input {
                     return Err(InputError::FullScale(full_scale));
                 }
                 let lsb = Interval::from_f64(full_scale).mul_pow2(-31);
-                let meaning = format!("2⁻³¹ of {full_scale} {}", names.unit);
+                let meaning = format!("2⁻³¹ of {full_scale} {unit}");
                 let word = integer::Word {
                     ty: Type::I32,
                     lsb,
@@ -198,7 +202,7 @@ impl Input {
                     meaning,
                     what: "the full scale",
                 };
-                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped)
+                integer::plan(&asked, &word)
             }
             Encoding::Counts { bits, gain, offset } => {
                 if !(gain.is_finite() && gain > 0.0) {
@@ -210,9 +214,9 @@ impl Input {
                 let ty = if bits <= 16 { Type::U16 } else { Type::U32 };
                 let both = self.arity == Arity::Probes;
                 let meaning = if both {
-                    format!("counts of a {bits}-bit converter, {gain} {} each", names.unit)
+                    format!("counts of a {bits}-bit converter, {gain} {unit} each")
                 } else {
-                    format!("counts of a {bits}-bit converter, {gain} {} each, zero at {offset}", names.unit)
+                    format!("counts of a {bits}-bit converter, {gain} {unit} each, zero at {offset}")
                 };
                 let word = integer::Word {
                     ty,
@@ -223,25 +227,22 @@ impl Input {
                     meaning,
                     what: "the converter's bits, gain or offset",
                 };
-                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped)
+                integer::plan(&asked, &word)
             }
         }
     }
 }
 
-/// How the reading and its unit are called in the generated source.
-struct Names {
-    reading: &'static str,
-    unit: String,
-}
-
-impl Names {
-    fn of(sensor: &Sensor) -> Self {
-        match sensor {
-            Sensor::EddyCurrentPair { .. } => Names { reading: "s", unit: "mm".into() },
-            Sensor::Direct { unit, .. } => Names { reading: "measured", unit: unit.clone() },
-        }
-    }
+/// What a plan is for.
+struct Asked<'a> {
+    arity: Arity,
+    /// The unit of the reading; `pair` where that is the difference of two probes.
+    unit: &'a str,
+    pair: bool,
+    from: f64,
+    to: f64,
+    arithmetic: Arithmetic,
+    clamped: bool,
 }
 
 /// The smallest e with 2^e ≥ x, for 0 < x < ∞.
@@ -261,31 +262,29 @@ pub(crate) fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
-/// Pushes the arguments and, for two probes, their difference; the reading is the last step.
-fn push_arguments(
-    p: &mut Program,
-    arity: Arity,
-    names: &Names,
-    suffix: &str,
-    ty: Type,
-    meaning: &str,
-    difference: Type,
-) {
-    let argument = |p: &mut Program, name: String, what: &str| {
-        let index = p.arguments.len();
-        p.arguments.push(Argument { name: name.clone(), ty, meaning: format!("{what}, {meaning}") });
-        p.push(Stage::Input, &name, ty, Op::Input { index }, "")
-    };
-    match arity {
-        Arity::Reading => {
-            let what = if names.reading == "s" { "s = x₂ − x₁" } else { "the reading" };
-            argument(p, format!("{}{suffix}", names.reading), what);
+impl Asked<'_> {
+    /// A program of the arguments and, for two probes, their difference; the reading is the last step.
+    fn program(&self, suffix: &str, ty: Type, meaning: &str, difference: Type) -> Program {
+        let mut p = Program::default();
+        let argument = |p: &mut Program, name: String, what: &str| {
+            let index = p.arguments.len();
+            p.arguments.push(Argument { name: name.clone(), ty, meaning: format!("{what}, {meaning}") });
+            p.push(Stage::Input, &name, ty, Op::Input { index }, "")
+        };
+        match self.arity {
+            Arity::Reading => {
+                let (name, what) =
+                    if self.pair { ("s", "s = x₂ − x₁") } else { ("measured", "the reading") };
+                argument(&mut p, format!("{name}{suffix}"), what);
+            }
+            Arity::Probes => {
+                let x1 = argument(&mut p, format!("x1{suffix}"), "x₁, Eq. 2");
+                let x2 = argument(&mut p, format!("x2{suffix}"), "x₂, Eq. 3");
+                p.push(Stage::Input, "s", difference, Op::Sub { a: x2, b: x1 }, "s = x₂ − x₁");
+            }
         }
-        Arity::Probes => {
-            let x1 = argument(p, format!("x1{suffix}"), "x₁, Eq. 2");
-            let x2 = argument(p, format!("x2{suffix}"), "x₂, Eq. 3");
-            p.push(Stage::Input, "s", difference, Op::Sub { a: x2, b: x1 }, "s = x₂ − x₁");
-        }
+        p.reading = p.output();
+        p.clamped = p.reading;
+        p
     }
-    p.reading = p.output();
 }

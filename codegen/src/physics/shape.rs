@@ -8,17 +8,13 @@ use super::builder::{Builder, Tracked};
 use crate::approximate::minimax;
 use crate::exact::{Interval, Polynomial, arcsec_per_rad};
 use crate::input::InputPlan;
-use crate::reference::{Reference, TooSteep};
+use crate::reference::TooSteep;
 
 /// The highest degree that is tried.
 const LARGEST_DEGREE: usize = 12;
 
-/// polynomial(v), |function − polynomial| ≤ remainder for v in the range.
-#[derive(Debug, Clone)]
-pub(super) struct Shape {
-    pub polynomial: Polynomial,
-    pub remainder: Interval,
-}
+/// A function of v, enclosed over the range.
+pub(super) use crate::reference::Reference as Shape;
 
 /// The variable: its range, the reading that it stands for, and the sensor.
 pub(super) struct Variable<'a> {
@@ -53,9 +49,7 @@ impl Variable<'_> {
         };
         let calculated = ErrorModel { coefficients: vec![0.0], ..self.model.clone() };
         let (from, to) = self.plan.reach_in_v();
-        let angle = Reference::new(&calculated, map, &from, &to)?;
-        let angle = Shape { polynomial: angle.polynomial, remainder: angle.remainder };
-        Ok(Some(angle.scaled(&scale)))
+        Ok(Some(Shape::new(&calculated, map, &from, &to)?.scaled(&scale)))
     }
 
     /// All that a shape can be.
@@ -133,21 +127,21 @@ pub(super) fn best_within(
 }
 
 impl Shape {
-    pub fn constant(value: Interval) -> Shape {
+    pub(crate) fn constant(value: Interval) -> Shape {
         Shape { polynomial: Polynomial::constant(value), remainder: Interval::zero() }
     }
 
-    pub fn scaled(&self, factor: &Interval) -> Shape {
+    pub(super) fn scaled(&self, factor: &Interval) -> Shape {
         let remainder = (&self.remainder * &factor.magnitude()).upper();
         Shape { polynomial: self.polynomial.scale(factor), remainder }
     }
 
-    pub fn plus(&self, other: &Shape) -> Shape {
+    pub(super) fn plus(&self, other: &Shape) -> Shape {
         let remainder = (&self.remainder + &other.remainder).upper();
         Shape { polynomial: self.polynomial.add(&other.polynomial), remainder }
     }
 
-    pub fn less(&self, constant: f64) -> Shape {
+    pub(super) fn less(&self, constant: f64) -> Shape {
         let constant = Polynomial::constant(Interval::from_f64(constant));
         Shape { polynomial: self.polynomial.sub(&constant), remainder: self.remainder.clone() }
     }

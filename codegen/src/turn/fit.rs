@@ -45,12 +45,6 @@ impl<'a> Targets<'a> {
         targets
     }
 
-    /// The correction at a place between counts, less the constant, in counts of the result.
-    fn at(&self, count: f64) -> f64 {
-        let reading = (count * (2f64.powi(64) / f64::from(self.words.counts))) as i128 as u64;
-        self.moved(self.truth.at(reading).word, reading)
-    }
-
     /// From a reading to its position, less the constant, in counts of the result.
     fn moved(&self, found: u64, reading: u64) -> f64 {
         let moved = found.wrapping_sub(reading).wrapping_add(self.truth.zero()) as i64;
@@ -59,8 +53,9 @@ impl<'a> Targets<'a> {
 
     /// The rest at a place between counts.
     fn rest_at(&self, count: f64) -> f64 {
+        let reading = (count * (2f64.powi(64) / f64::from(self.words.counts))) as i128 as u64;
         let constant = self.words.in_counts(-(self.truth.zero() as i64 as f64));
-        self.at(count) + (constant - self.zero as f64)
+        self.moved(self.truth.at(reading).word, reading) + (constant - self.zero as f64)
     }
 }
 
@@ -75,14 +70,12 @@ fn ends(values: &[f64]) -> (f64, f64) {
 /// [`TurnError::Large`] where the corrections do not fit the shape's words.
 pub fn fill(shape: Shape, targets: &Targets) -> Result<(Filling, f64), TurnError> {
     match shape {
-        Shape::PerCount => Ok((per_count(targets), 0.0)),
+        Shape::PerCount => {
+            let table = targets.rest.iter().map(|r| vec![r.round() as i64]).collect();
+            Ok((Filling { table, shifts: Vec::new(), fraction: 0, zero: targets.zero }, 0.0))
+        }
         Shape::Segments { degree, arithmetic, .. } => segments(shape, targets, degree, arithmetic),
     }
-}
-
-fn per_count(targets: &Targets) -> Filling {
-    let table = targets.rest.iter().map(|r| vec![r.round() as i64]).collect();
-    Filling { table, shifts: Vec::new(), fraction: 0, zero: targets.zero }
 }
 
 fn segments(

@@ -270,8 +270,7 @@ impl Design {
     /// How far the result is from the page's polynomial, in the result's unit, whatever the ranges hold. Errors are
     /// proved about the truncations' means, and those are what the program makes of coefficients that are all zero.
     pub(super) fn any_rounding(&self) -> Result<f64, DesignError> {
-        let zero =
-            Reference { polynomial: Polynomial::constant(Interval::zero()), remainder: Interval::zero() };
+        let zero = Reference::constant(Interval::zero());
         let means = self.shared.proved(&vec![0; self.degree + 1], self.bits, &zero)?.approximation;
         let words = bound::rounding(&self.program, &self.shared.plan)?;
         Ok((&(&Interval::from_f64(words) * &self.unit) + &Interval::from_f64(means)).to_f64_up())
