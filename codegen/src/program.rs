@@ -1,6 +1,6 @@
 //! The routine as an explicit program of typed operations.
 //!
-//! This one object is interpreted ([`crate::interpret`]), bounded ([`crate::bound`]) and rendered
+//! This one object is interpreted ([`crate::interpret`]), bounded (`bound`) and rendered
 //! ([`crate::render`]): what is proved is what is printed. Every word length, shift and rounding stands
 //! here; the back-ends take no arithmetic decision.
 
@@ -57,7 +57,7 @@ pub enum Operand {
     Float(f32),
 }
 
-/// One operation. Integers never overflow (proved by [`crate::bound`]); floats round to nearest, ties to even.
+/// One operation. Integers never overflow (proved by `bound`); floats round to nearest, ties to even.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Op {
     /// The routine's argument number `index`.

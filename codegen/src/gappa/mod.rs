@@ -1,5 +1,5 @@
 //! The rounding of a routine's operations as a script for Gappa, a prover that shares nothing with
-//! [`crate::bound`]: the same claim, proved again by another program.
+//! `bound`: the same claim, proved again by another program.
 //!
 //! In fixed point an operation's rounding does not depend on the coefficients, only on the place in the segment.
 //! So for a table one goal covers all segments: the coefficients are any integers of their columns' ranges.

@@ -1,6 +1,6 @@
 //! Further physics in the routine: the terms that a diagnosis found and firmware can correct at run time.
 //!
-//! The function of the reading stays as it is designed ([`crate::fused`], [`crate::piecewise`]); between its last
+//! The function of the reading stays as it is designed (`fused`, `piecewise`); between its last
 //! sum and the output's format the terms are subtracted, from further inputs and from a state that is kept from
 //! call to call (`extend`). Every word of that is bounded as it is written (`builder`), over all words of all inputs
 //! and all states that can be reached; what it is off adds to the bound of the function. Which terms are generated,

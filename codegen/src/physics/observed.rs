@@ -18,9 +18,6 @@ pub(super) enum Observed<'a> {
 
 impl<'a> Observed<'a> {
     /// The observable of this name, where the routine has it.
-    ///
-    /// # Errors
-    /// [`PhysicsError::TooSteep`] where the angle leaves what the series can do.
     pub fn of(name: &str, variable: &'a Variable<'a>, given: &[(String, Given)]) -> Result<Option<Self>> {
         if let Some(shape) = variable.observable(name)? {
             return Ok(Some(Observed::Reading(variable, shape)));

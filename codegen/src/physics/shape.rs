@@ -32,9 +32,6 @@ impl Variable<'_> {
     }
 
     /// The observable of this name, where it is a function of the reading.
-    ///
-    /// # Errors
-    /// [`TooSteep`] where the angle leaves what the series can do.
     pub fn observable(&self, name: &str) -> Result<Option<Shape>, TooSteep> {
         let map = &self.plan.map;
         let reading = Polynomial::linear(map.offset.clone(), map.slope.clone());

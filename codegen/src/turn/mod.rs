@@ -1,22 +1,22 @@
 //! Sensors that turn round and round: a routine *counts in → corrected counts out*, exact at the wrap.
 //!
-//! An encoder has so few counts that nothing needs to be estimated: [`truth`] encloses the exact corrected position
-//! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], [`fit`] finds their
-//! coefficients, and [`proof`] runs the program on every count. [`choose`] takes the cheapest that meets the bound,
-//! and [`describe`] says what certificate and heads tell of it.
+//! An encoder has so few counts that nothing needs to be estimated: `truth` encloses the exact corrected position
+//! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], `fit` finds their
+//! coefficients, and `proof` runs the program on every count. [`choose`] takes the cheapest that meets the bound,
+//! and `describe` says what certificate and heads tell of it.
 
 pub mod choose;
-pub mod describe;
-pub mod fit;
+pub(crate) mod describe;
+mod fit;
 #[cfg(test)]
 #[path = "../../tests/turn/encoder.rs"]
 pub(crate) mod fixtures;
 mod phase;
-pub mod proof;
+mod proof;
 pub mod shape;
-pub mod truth;
+mod truth;
 pub mod verify;
-pub mod wraps;
+mod wraps;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;

@@ -6,7 +6,7 @@
 //!
 //! Two things are proved. For *any* coefficients inside the ranges, and any reading, no operation overflows and the
 //! result is within the stated rounding of the polynomial that the page holds: the coefficients go through
-//! [`crate::bound`] as intervals. And for *every page* that `codegen` writes, the result is within the stated bound
+//! `bound` as intervals. And for *every page* that `codegen` writes, the result is within the stated bound
 //! of that unit's own model: each page carries what was proved for it, and the loader holds it against the bound.
 
 mod alike;

@@ -28,9 +28,6 @@ enum Outcome {
 }
 
 /// Runs the analysis.
-///
-/// # Errors
-/// [`VerifyError`] where Frama-C, or for the second way a C compiler, is missing.
 pub fn frama_c(language: &dyn Language, of: &Checked<'_>) -> Result<ToolReport, VerifyError> {
     let Checked { subjects, place: Place { generated, base, .. }, .. } = *of;
     let report = |holds, finding: String| Ok(ToolReport::new("frama-c", base, holds, finding));

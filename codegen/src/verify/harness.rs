@@ -93,9 +93,6 @@ impl Found {
 }
 
 /// Builds the harness of `subject`.
-///
-/// # Errors
-/// [`VerifyError`] where there is no compiler, or it refuses the generated files.
 pub fn build(subject: &Subject<'_>, how: How, place: &Place<'_>) -> Result<Harness, VerifyError> {
     let context = context(subject, how, place)?;
     let executable = place.program(how, &format!("sweep_{}", subject.name), "sweep", context)?;

@@ -1,24 +1,24 @@
 //! Checks of the generated files from outside: what is proved in exact arithmetic is held against the
 //! compiled code, against other provers, and against deliberately damaged copies of itself.
 //!
-//! [`belonging`] recomputes the certificate; [`sweep`] runs the compiled Rust and C over inputs that
-//! [`domain`] numbers, through programs that [`harness`] renders and compiles, against a [`fast_reference`] whose
-//! own error is bounded, and compares the outputs by their [`digest`].
+//! `belonging` recomputes the certificate; `sweep` runs the compiled Rust and C over inputs that
+//! `domain` numbers, through programs that `harness` renders and compiles, against a [`fast_reference`] whose
+//! own error is bounded, and compares the outputs by their `digest`.
 //! Routines with terms of further physics are run over sequences of calls instead: [`sequence`].
 
-pub mod belonging;
-pub mod calls;
+pub(crate) mod belonging;
+pub(crate) mod calls;
 pub mod compile;
-pub mod digest;
-pub mod domain;
-pub mod eva;
+mod digest;
+pub(crate) mod domain;
+pub(crate) mod eva;
 pub mod external;
 pub mod fast_reference;
-pub mod harness;
-pub mod mutants;
-pub mod report;
+mod harness;
+mod mutants;
+mod report;
 pub mod sequence;
-pub mod sweep;
+mod sweep;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ use harness::Subject;
 use report::Report;
 use sweep::SweepReport;
 
-/// A check could not be made. (A check that fails is no error: it stands in the [`Report`].)
+/// A check could not be made. (A check that fails is no error: it stands in the `Report`.)
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// The certificate cannot be used.

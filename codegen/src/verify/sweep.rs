@@ -59,9 +59,6 @@ pub fn inputs(coverage: &Coverage) -> u64 {
 }
 
 /// Runs `harness` over `coverage` on all cores.
-///
-/// # Errors
-/// [`VerifyError`] where a harness cannot be run to its end.
 pub fn run(harness: &Harness, coverage: &Coverage, bar: &dyn Progress) -> Result<Found, VerifyError> {
     let parts: Vec<Sweep> = coverage.sweeps.iter().flat_map(|s| cut(*s)).collect();
     let found: Vec<Found> = parts
@@ -87,9 +84,6 @@ fn cut(sweep: Sweep) -> impl Iterator<Item = Sweep> {
 
 /// Sweeps, compares with the interpreter on a subset, and holds the result against `bound` (in the quantity's
 /// bound unit).
-///
-/// # Errors
-/// [`VerifyError`] where a harness cannot be run to its end.
 pub fn sweep(
     subject: &Subject<'_>,
     harness: &Harness,

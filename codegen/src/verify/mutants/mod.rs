@@ -35,9 +35,6 @@ const TOO_SMALL: f64 = 0.98;
 const GAPPA_SECONDS: u64 = 10;
 
 /// Damages the generated files in every way that fits each routine and says what caught it.
-///
-/// # Errors
-/// [`VerifyError`] where a check cannot be made.
 pub fn mutants(
     subjects: &[Subject<'_>],
     generated: &Generated,

@@ -1,10 +1,10 @@
 //! Sweeps of compiled routines with terms of further physics: sequences of calls in place of single inputs.
 //!
-//! [`strata`] makes the sequences, [`calls`] runs the compiled routine over them, [`model`] is the fitted model in `f64`
+//! `strata` makes the sequences, `calls` runs the compiled routine over them, [`model`] is the fitted model in `f64`
 //! with what that may be off; the outputs are held against the bound and against the interpreter's.
 
 pub mod model;
-pub mod strata;
+mod strata;
 
 use super::VerifyError;
 use super::calls::{self, Calls, Given};
