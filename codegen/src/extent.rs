@@ -88,7 +88,8 @@ impl Extent {
 }
 
 /// A term that a routine does not have.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{effect}: {why}")]
 pub struct LeftOut {
     /// The effect.
     pub effect: String,
@@ -107,12 +108,6 @@ impl LeftOut {
             why: format!("{why}; it is {}", extent.in_words(&file.units.statistics)),
             size: extent.value().filter(|_| counts),
         }
-    }
-}
-
-impl std::fmt::Display for LeftOut {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.effect, self.why)
     }
 }
 

@@ -19,9 +19,9 @@ pub(super) fn prepare(
     arguments: &Arguments,
     coefficients: &Coefficients,
     sha256: &str,
-) -> Result<(Generated, Quantity, Options)> {
-    let quantity = Quantity::of(&coefficients.error_model());
-    let options = options::encoder_options(arguments, &quantity.bound_unit)?;
+) -> Result<(Generated, Options)> {
+    let unit = Quantity::of(&coefficients.error_model()).bound_unit;
+    let options = options::encoder_options(arguments, &unit)?;
     if options.encoder.assumes(coefficients)
         && let Some(bits) = assumed_bits(coefficients)
     {
@@ -31,8 +31,7 @@ pub(super) fn prepare(
         );
         warn(&what, arguments.common);
     }
-    let generated = generate(coefficients, sha256, &options)?;
-    Ok((generated, quantity, options))
+    Ok((generate(coefficients, sha256, &options)?, options))
 }
 
 /// Sweeps every word through the compiled files.
@@ -46,7 +45,7 @@ pub(super) fn verify(
     if let Some(option) = checks.beyond(&["--exhaustive"]) {
         return Err(TurnError::Option { option }.into());
     }
-    let (generated, _, options) = prepare(arguments, coefficients, sha256)?;
+    let (generated, options) = prepare(arguments, coefficients, sha256)?;
     let report = verify::verify(&arguments.out, &generated, coefficients, &options)?;
     conclude(arguments, &report, report.holds(), &report.text())
 }

@@ -63,9 +63,9 @@ impl Verify {
         if coefficients.whole_turn() {
             return encoder::verify(arguments, checks, &coefficients, &sha256);
         }
-        let (generated, quantity, options) = arguments.prepare()?;
+        let (generated, options) = arguments.prepare()?;
         let bar = Watched(arguments.progress());
-        let report = verify(&arguments.out, &generated, &quantity, &options, *checks, &bar)?;
+        let report = verify(&arguments.out, &generated, &options, *checks, &bar)?;
         bar.0.finish_and_clear();
         conclude(arguments, &report, report.holds(), &report.text())
     }

@@ -11,6 +11,7 @@ use crate::generate::Generated;
 use crate::interpret::{Word, interpret};
 use crate::options::{Options, OutOfRange};
 use crate::program::{Program, Type};
+use crate::quantity::Quantity;
 use crate::routine::Routine;
 use minijinja::{Value, context, value::Serde};
 
@@ -18,6 +19,8 @@ use minijinja::{Value, context, value::Serde};
 pub struct Subject<'a> {
     /// Name of the function.
     pub name: String,
+    /// Names and units of what it computes.
+    pub quantity: &'a Quantity,
     /// The design, recomputed.
     pub routine: &'a Routine,
     /// How its inputs are numbered.
@@ -36,6 +39,7 @@ impl<'a> Subject<'a> {
         let base = &generated.name;
         let named = |routine: &'a Routine| Subject {
             name: format!("{base}_{}", routine.options.suffix()),
+            quantity: &generated.quantity,
             routine,
             domain: Domain::of(&routine.design.program),
             fast_reference: FastReference::of(routine),

@@ -30,12 +30,12 @@ use crate::certificate::{Certificate, Entry};
 use crate::generate::Generated;
 use crate::interpret::Overflow;
 use crate::options::Options;
-use crate::quantity::Quantity;
 use crate::render::RenderError;
 use crate::turn::TurnError;
 use crate::units::UnitsError;
 
 use compile::{How, Place, temporary};
+use domain::Coverage;
 use external::{Check, Checked};
 use harness::Subject;
 use report::Report;
@@ -121,7 +121,6 @@ pub struct Checks {
 pub fn verify(
     folder: &Path,
     generated: &Generated,
-    quantity: &Quantity,
     options: &Options,
     checks: Checks,
     bar: &dyn Progress,
@@ -139,7 +138,7 @@ pub fn verify(
     for how in runs.iter().filter(|how| !how.sanitized) {
         how.checker.library(*how, &place)?;
     }
-    report.sweeps = sweeps(&subjects, &certificate, quantity, &runs, &place, checks.exhaustive, bar)?;
+    report.sweeps = sweeps(&subjects, &certificate, &runs, &place, checks.exhaustive, bar)?;
     report.compare_digests();
     bar.doing("other tools");
     if checks.gappa {
@@ -154,7 +153,7 @@ pub fn verify(
         }
     }
     if checks.mutants {
-        report.tools.extend(mutants::mutants(&subjects, generated, options, quantity, bar)?);
+        report.tools.extend(mutants::mutants(&subjects, generated, options, bar)?);
     }
     Ok(report)
 }
@@ -163,38 +162,73 @@ pub fn verify(
 fn sweeps(
     subjects: &[Subject<'_>],
     certificate: &Certificate,
-    quantity: &Quantity,
     runs: &[How],
     place: &Place<'_>,
     exhaustive: bool,
     bar: &dyn Progress,
 ) -> Result<Vec<SweepReport>, VerifyError> {
-    let coverage = |s: &Subject<'_>| {
-        if exhaustive { s.domain.all(s.program()) } else { s.domain.quick(s.program()) }
-    };
     let (with_terms, functions): (Vec<_>, Vec<_>) = subjects.iter().partition(|s| s.has_terms());
-    let total: u64 = functions.iter().map(|s| sweep::inputs(&coverage(s))).sum();
+    let prepared: Vec<(&Subject<'_>, Inputs)> = (with_terms.into_iter().chain(functions))
+        .map(|subject| {
+            bar.doing(&format!("{}: what it is swept over", subject.name));
+            Ok((subject, Inputs::of(subject, exhaustive)?))
+        })
+        .collect::<Result<_, VerifyError>>()?;
+    let total: u64 = prepared.iter().map(|(_, inputs)| inputs.steps()).sum();
     bar.steps(total * runs.len() as u64);
     let mut found = Vec::new();
-    for subject in with_terms {
-        bar.doing(&format!("{}: sequences of calls", subject.name));
-        let prepared = sequence::prepare(subject, exhaustive)?;
+    for (subject, inputs) in &prepared {
         for how in runs {
             let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
             bar.doing(&format!("{} in {}", subject.name, how.language.name()));
-            found.push(sequence::sweep(subject, *how, place, &prepared, stated.bound, quantity)?);
-        }
-    }
-    for subject in functions {
-        let coverage = coverage(subject);
-        for how in runs {
-            let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
-            bar.doing(&format!("{} in {}", subject.name, how.language.name()));
-            let harness = harness::build(subject, *how, place)?;
-            found.push(sweep::sweep(subject, &harness, &coverage, stated.bound, quantity, bar)?);
+            found.push(inputs.sweep(subject, *how, place, stated.bound, bar)?);
         }
     }
     Ok(found)
+}
+
+/// What a routine is swept over.
+enum Inputs {
+    /// Sequences of calls, where it has terms of further physics.
+    Calls(Box<sequence::Prepared>),
+    /// Single inputs, of a function.
+    Single(Coverage),
+}
+
+impl Inputs {
+    fn of(subject: &Subject<'_>, exhaustive: bool) -> Result<Inputs, VerifyError> {
+        let (domain, program) = (&subject.domain, subject.program());
+        Ok(match (subject.has_terms(), exhaustive) {
+            (true, _) => Inputs::Calls(Box::new(sequence::prepare(subject, exhaustive)?)),
+            (false, true) => Inputs::Single(domain.all(program)),
+            (false, false) => Inputs::Single(domain.quick(program)),
+        })
+    }
+
+    /// Those of which the progress is told.
+    fn steps(&self) -> u64 {
+        match self {
+            Inputs::Calls(_) => 0,
+            Inputs::Single(coverage) => sweep::inputs(coverage),
+        }
+    }
+
+    /// Compiles the routine, runs it over them and holds it against `bound`.
+    fn sweep(
+        &self,
+        subject: &Subject<'_>,
+        how: How,
+        place: &Place<'_>,
+        bound: f64,
+        bar: &dyn Progress,
+    ) -> Result<SweepReport, VerifyError> {
+        match self {
+            Inputs::Calls(prepared) => sequence::sweep(subject, how, place, prepared, bound),
+            Inputs::Single(coverage) => {
+                sweep::sweep(subject, &harness::build(subject, how, place)?, coverage, bound, bar)
+            }
+        }
+    }
 }
 
 /// What the certificate promises. Without an entry nothing is promised; the certificate's check has said so.

@@ -9,7 +9,6 @@ use super::compile::How;
 use super::domain::{Coverage, Sweep, describe};
 use super::harness::{Found, Harness, Subject, interpreted_digest};
 use crate::exact::Interval;
-use crate::quantity::Quantity;
 
 /// Inputs that one process is given at a time.
 const PART: u64 = 1 << 26;
@@ -89,7 +88,6 @@ pub fn sweep(
     harness: &Harness,
     coverage: &Coverage,
     bound: f64,
-    quantity: &Quantity,
     bar: &dyn Progress,
 ) -> Result<SweepReport, VerifyError> {
     let program = subject.program();
@@ -117,34 +115,34 @@ pub fn sweep(
         astray: found.astray,
         digest: format!("{:016x}", found.digest),
         as_interpreted,
-        ..SweepReport::of(subject, harness.how, bound, quantity)
+        ..SweepReport::of(subject, harness.how, bound)
     };
     let wrongly = "results outside the range are not those at its ends, or flagged wrongly";
-    Ok(report.held(subject, quantity, wrongly))
+    Ok(report.held(subject, wrongly))
 }
 
 impl SweepReport {
     /// What is known before anything is swept.
-    pub(super) fn of(subject: &Subject<'_>, how: How, bound: f64, quantity: &Quantity) -> SweepReport {
+    pub(super) fn of(subject: &Subject<'_>, how: How, bound: f64) -> SweepReport {
         SweepReport {
             routine: subject.name.clone(),
             language: how.language.name(),
             sanitized: how.sanitized,
             bound,
-            unit: quantity.bound_unit.clone(),
+            unit: subject.quantity.bound_unit.clone(),
             ..SweepReport::default()
         }
     }
 
     /// The same held against the bound, its errors, which were in output words, in the bound's unit; `wrongly` says what
     /// those are that are astray.
-    pub(super) fn held(mut self, subject: &Subject<'_>, quantity: &Quantity, wrongly: &str) -> SweepReport {
+    pub(super) fn held(mut self, subject: &Subject<'_>, wrongly: &str) -> SweepReport {
         let in_unit = |words: f64| {
             if !words.is_finite() {
                 return f64::INFINITY;
             }
             let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
-            quantity.in_bound_unit(exact.to_f64_up())
+            subject.quantity.in_bound_unit(exact.to_f64_up())
         };
         self.worst_error = in_unit(self.worst_error);
         self.reference_error = in_unit(self.reference_error);

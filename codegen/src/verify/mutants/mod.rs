@@ -15,18 +15,16 @@ use fitter::progress::Progress;
 
 use changes::{Mutation, mutations};
 
+use super::Inputs;
 use super::VerifyError;
 use super::belonging;
 use super::compile::{Place, temporary, write};
 use super::external::{ToolReport, run_gappa};
-use super::harness::{self, Subject};
-use super::sequence::{self, Prepared};
-use super::sweep;
+use super::harness::Subject;
 use crate::certificate::Certificate;
 use crate::files;
 use crate::generate::{Generated, sha256};
 use crate::options::Options;
-use crate::quantity::Quantity;
 use crate::text;
 
 /// The part by which a bound is made too small.
@@ -39,15 +37,14 @@ pub fn mutants(
     subjects: &[Subject<'_>],
     generated: &Generated,
     options: &Options,
-    quantity: &Quantity,
     bar: &dyn Progress,
 ) -> Result<Vec<ToolReport>, VerifyError> {
     let mut reports = vec![hand_edited(generated)?];
     for subject in subjects {
-        let prepared = subject.has_terms().then(|| sequence::prepare(subject, false)).transpose()?;
+        let inputs = inputs(subject)?;
         for mutation in mutations(subject, generated, options) {
             bar.doing(&format!("{}: {}", subject.name, mutation.what));
-            reports.push(damaged_source(subject, generated, quantity, &mutation, prepared.as_ref())?);
+            reports.push(damaged_source(subject, generated, &mutation, &inputs)?);
         }
         reports.push(bound_too_small(subject, generated)?);
         let script = PathBuf::from(format!("gappa/{}.g", subject.name));
@@ -56,6 +53,14 @@ pub fn mutants(
         }
     }
     Ok(reports)
+}
+
+/// What damaged copies of a routine are run on: of a function fewer inputs than of itself.
+fn inputs(subject: &Subject<'_>) -> Result<Inputs, VerifyError> {
+    match subject.has_terms() {
+        true => Inputs::of(subject, false),
+        false => Ok(Inputs::Single(subject.domain.interpreted(subject.program()))),
+    }
 }
 
 fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
@@ -71,9 +76,8 @@ fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
 fn damaged_source(
     subject: &Subject<'_>,
     generated: &Generated,
-    quantity: &Quantity,
     mutation: &Mutation,
-    prepared: Option<&Prepared>,
+    inputs: &Inputs,
 ) -> Result<ToolReport, VerifyError> {
     let how = mutation.how;
     let file = PathBuf::from(how.language.file_of(&generated.name, &subject.name));
@@ -90,14 +94,8 @@ fn damaged_source(
     let build = temporary()?;
     let place = Place { generated: folder.path(), base: &generated.name, build: build.path() };
     how.checker.library(how, &place)?;
-    let bound = quantity.in_bound_unit(subject.routine.design.bound.total);
-    let found = if let Some(prepared) = prepared {
-        sequence::sweep(subject, how, &place, prepared, bound, quantity)?
-    } else {
-        let built = harness::build(subject, how, &place)?;
-        let coverage = subject.domain.interpreted(subject.program());
-        sweep::sweep(subject, &built, &coverage, bound, quantity, &())?
-    };
+    let bound = subject.quantity.in_bound_unit(subject.routine.design.bound.total);
+    let found = inputs.sweep(subject, how, &place, bound, &())?;
     let mut caught = Vec::new();
     if !found.as_interpreted {
         caught.push("its outputs are not those of the proved program");
@@ -200,11 +198,10 @@ mod tests {
             ..Options::default()
         };
         let anew = generated(&options);
-        let quantity = Quantity::of(&paper_coefficients().error_model());
         let folder = folder_of(&anew.files).unwrap();
         let hidden = ();
         let checks = Checks::default();
-        let report = verify(folder.path(), &anew, &quantity, &options, checks, &hidden).unwrap();
+        let report = verify(folder.path(), &anew, &options, checks, &hidden).unwrap();
         assert!(report.holds(), "{}", report.text());
         assert_eq!(report.sweeps.len(), 8);
         for sweep in &report.sweeps {
@@ -214,7 +211,7 @@ mod tests {
         let subjects = Subject::all(&anew, &options);
         for subject in &subjects {
             for mutation in mutations(subject, &anew, &options) {
-                let found = damaged_source(subject, &anew, &quantity, &mutation, None).unwrap();
+                let found = damaged_source(subject, &anew, &mutation, &inputs(subject).unwrap()).unwrap();
                 assert!(found.holds, "{found:?}");
             }
             assert!(bound_too_small(subject, &anew).unwrap().holds);

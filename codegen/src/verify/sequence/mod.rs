@@ -15,7 +15,6 @@ use super::harness::Subject;
 use super::sweep::SweepReport;
 use crate::interpret::{Word, start, update};
 use crate::program::Type;
-use crate::quantity::Quantity;
 
 use model::{Expected, Model};
 
@@ -93,7 +92,6 @@ pub fn sweep(
     place: &Place<'_>,
     prepared: &Prepared,
     bound: f64,
-    quantity: &Quantity,
 ) -> Result<SweepReport, VerifyError> {
     let program = calls::build((&subject.name, subject.program(), subject.flag), how, place)?;
     let given = calls::run(&program, &prepared.calls)?;
@@ -127,7 +125,7 @@ pub fn sweep(
         astray,
         digest: format!("{sum:016x}"),
         as_interpreted,
-        ..SweepReport::of(subject, how, bound, quantity)
+        ..SweepReport::of(subject, how, bound)
     };
-    Ok(report.held(subject, quantity, "readings are flagged wrongly"))
+    Ok(report.held(subject, "readings are flagged wrongly"))
 }
