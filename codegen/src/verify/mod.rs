@@ -35,7 +35,6 @@ use crate::turn::TurnError;
 use crate::units::UnitsError;
 
 use compile::{How, Place, temporary};
-use domain::Coverage;
 use external::{Check, Checked};
 use harness::Subject;
 use report::Report;
@@ -167,68 +166,32 @@ fn sweeps(
     exhaustive: bool,
     bar: &dyn Progress,
 ) -> Result<Vec<SweepReport>, VerifyError> {
+    let coverage = |s: &Subject<'_>| {
+        if exhaustive { s.domain.all(s.program()) } else { s.domain.quick(s.program()) }
+    };
     let (with_terms, functions): (Vec<_>, Vec<_>) = subjects.iter().partition(|s| s.has_terms());
-    let prepared: Vec<(&Subject<'_>, Inputs)> = (with_terms.into_iter().chain(functions))
-        .map(|subject| {
-            bar.doing(&format!("{}: what it is swept over", subject.name));
-            Ok((subject, Inputs::of(subject, exhaustive)?))
-        })
-        .collect::<Result<_, VerifyError>>()?;
-    let total: u64 = prepared.iter().map(|(_, inputs)| inputs.steps()).sum();
+    let total: u64 = functions.iter().map(|s| sweep::inputs(&coverage(s))).sum();
     bar.steps(total * runs.len() as u64);
     let mut found = Vec::new();
-    for (subject, inputs) in &prepared {
+    for subject in with_terms {
+        bar.doing(&format!("{}: sequences of calls", subject.name));
+        let prepared = sequence::prepare(subject, exhaustive)?;
         for how in runs {
             let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
             bar.doing(&format!("{} in {}", subject.name, how.language.name()));
-            found.push(inputs.sweep(subject, *how, place, stated.bound, bar)?);
+            found.push(sequence::sweep(subject, *how, place, &prepared, stated.bound)?);
+        }
+    }
+    for subject in functions {
+        let coverage = coverage(subject);
+        for how in runs {
+            let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
+            bar.doing(&format!("{} in {}", subject.name, how.language.name()));
+            let harness = harness::build(subject, *how, place)?;
+            found.push(sweep::sweep(subject, &harness, &coverage, stated.bound, bar)?);
         }
     }
     Ok(found)
-}
-
-/// What a routine is swept over.
-enum Inputs {
-    /// Sequences of calls, where it has terms of further physics.
-    Calls(Box<sequence::Prepared>),
-    /// Single inputs, of a function.
-    Single(Coverage),
-}
-
-impl Inputs {
-    fn of(subject: &Subject<'_>, exhaustive: bool) -> Result<Inputs, VerifyError> {
-        let (domain, program) = (&subject.domain, subject.program());
-        Ok(match (subject.has_terms(), exhaustive) {
-            (true, _) => Inputs::Calls(Box::new(sequence::prepare(subject, exhaustive)?)),
-            (false, true) => Inputs::Single(domain.all(program)),
-            (false, false) => Inputs::Single(domain.quick(program)),
-        })
-    }
-
-    /// Those of which the progress is told.
-    fn steps(&self) -> u64 {
-        match self {
-            Inputs::Calls(_) => 0,
-            Inputs::Single(coverage) => sweep::inputs(coverage),
-        }
-    }
-
-    /// Compiles the routine, runs it over them and holds it against `bound`.
-    fn sweep(
-        &self,
-        subject: &Subject<'_>,
-        how: How,
-        place: &Place<'_>,
-        bound: f64,
-        bar: &dyn Progress,
-    ) -> Result<SweepReport, VerifyError> {
-        match self {
-            Inputs::Calls(prepared) => sequence::sweep(subject, how, place, prepared, bound),
-            Inputs::Single(coverage) => {
-                sweep::sweep(subject, &harness::build(subject, how, place)?, coverage, bound, bar)
-            }
-        }
-    }
 }
 
 /// What the certificate promises. Without an entry nothing is promised; the certificate's check has said so.

@@ -15,12 +15,13 @@ use fitter::progress::Progress;
 
 use changes::{Mutation, mutations};
 
-use super::Inputs;
 use super::VerifyError;
 use super::belonging;
 use super::compile::{Place, temporary, write};
 use super::external::{ToolReport, run_gappa};
-use super::harness::Subject;
+use super::harness::{self, Subject};
+use super::sequence::{self, Prepared};
+use super::sweep;
 use crate::certificate::Certificate;
 use crate::files;
 use crate::generate::{Generated, sha256};
@@ -41,10 +42,10 @@ pub fn mutants(
 ) -> Result<Vec<ToolReport>, VerifyError> {
     let mut reports = vec![hand_edited(generated)?];
     for subject in subjects {
-        let inputs = inputs(subject)?;
+        let prepared = subject.has_terms().then(|| sequence::prepare(subject, false)).transpose()?;
         for mutation in mutations(subject, generated, options) {
             bar.doing(&format!("{}: {}", subject.name, mutation.what));
-            reports.push(damaged_source(subject, generated, &mutation, &inputs)?);
+            reports.push(damaged_source(subject, generated, &mutation, prepared.as_ref())?);
         }
         reports.push(bound_too_small(subject, generated)?);
         let script = PathBuf::from(format!("gappa/{}.g", subject.name));
@@ -53,14 +54,6 @@ pub fn mutants(
         }
     }
     Ok(reports)
-}
-
-/// What damaged copies of a routine are run on: of a function fewer inputs than of itself.
-fn inputs(subject: &Subject<'_>) -> Result<Inputs, VerifyError> {
-    match subject.has_terms() {
-        true => Inputs::of(subject, false),
-        false => Ok(Inputs::Single(subject.domain.interpreted(subject.program()))),
-    }
 }
 
 fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
@@ -77,7 +70,7 @@ fn damaged_source(
     subject: &Subject<'_>,
     generated: &Generated,
     mutation: &Mutation,
-    inputs: &Inputs,
+    prepared: Option<&Prepared>,
 ) -> Result<ToolReport, VerifyError> {
     let how = mutation.how;
     let file = PathBuf::from(how.language.file_of(&generated.name, &subject.name));
@@ -95,7 +88,13 @@ fn damaged_source(
     let place = Place { generated: folder.path(), base: &generated.name, build: build.path() };
     how.checker.library(how, &place)?;
     let bound = subject.quantity.in_bound_unit(subject.routine.design.bound.total);
-    let found = inputs.sweep(subject, how, &place, bound, &())?;
+    let found = if let Some(prepared) = prepared {
+        sequence::sweep(subject, how, &place, prepared, bound)?
+    } else {
+        let built = harness::build(subject, how, &place)?;
+        let coverage = subject.domain.interpreted(subject.program());
+        sweep::sweep(subject, &built, &coverage, bound, &())?
+    };
     let mut caught = Vec::new();
     if !found.as_interpreted {
         caught.push("its outputs are not those of the proved program");
@@ -211,7 +210,7 @@ mod tests {
         let subjects = Subject::all(&anew, &options);
         for subject in &subjects {
             for mutation in mutations(subject, &anew, &options) {
-                let found = damaged_source(subject, &anew, &mutation, &inputs(subject).unwrap()).unwrap();
+                let found = damaged_source(subject, &anew, &mutation, None).unwrap();
                 assert!(found.holds, "{found:?}");
             }
             assert!(bound_too_small(subject, &anew).unwrap().holds);
