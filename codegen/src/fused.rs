@@ -191,8 +191,12 @@ impl Grid {
                     let op = Op::MulAddF32 { a: y, b: x, c: coefficient(k) };
                     y = p.push(Stage::Evaluation, "y", Type::F32, op, format!("c{k}"));
                 }
-                let unit = output.from_float()?;
-                Ok((p, unit))
+                // The result is the last step as it is.
+                if output == Output::F32 {
+                    Ok((p, Interval::from_int(1)))
+                } else {
+                    Err(OutputError::FloatOnly)
+                }
             }
         }
     }

@@ -93,12 +93,4 @@ impl Output {
             }
         }
     }
-
-    /// The result of float arithmetic is the last step as it is.
-    ///
-    /// # Errors
-    /// [`OutputError::FloatOnly`] where an integer is wanted.
-    pub fn from_float(self) -> Result<Interval, OutputError> {
-        if self == Output::F32 { Ok(Interval::from_int(1)) } else { Err(OutputError::FloatOnly) }
-    }
 }

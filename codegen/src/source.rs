@@ -72,7 +72,8 @@ impl Source {
             #[cfg(feature = "recordings")]
             Source::Recording { recording, mirror } => {
                 let mirror = Mirror::read(mirror)?;
-                fitted(&Recording::read(recording)?, &mirror, &fit_command(recording))
+                let command = text_safety::command(&format!("fitter fit {}", recording.display()));
+                fitted(&Recording::read(recording)?, &mirror, &command)
             }
             #[cfg(feature = "recordings")]
             Source::Embedded => {
@@ -81,11 +82,6 @@ impl Source {
             }
         }
     }
-}
-
-#[cfg(feature = "recordings")]
-fn fit_command(recording: &Path) -> String {
-    text_safety::command(&format!("fitter fit {}", recording.display()))
 }
 
 #[cfg(feature = "recordings")]

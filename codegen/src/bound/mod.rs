@@ -139,18 +139,12 @@ pub fn bound(
         let approximation = (&supremum + &remainder).upper();
         let evaluation = (&out.sum.evaluation * unit).upper();
         let output = (&out.sum.output * unit).upper();
-        let total = &(&approximation + &input) + &(&evaluation + &output);
-        if worst.as_ref().is_none_or(|(w, _)| w.certainly_le(&total)) {
-            let parts = [&approximation, &input, &evaluation, &output].map(Interval::to_f64_up);
-            let bound = Bound {
-                total: total.to_f64_up(),
-                approximation: parts[0],
-                input: parts[1],
-                evaluation: parts[2],
-                output: parts[3],
-                ..Bound::default()
-            };
-            worst = Some((total, bound));
+        let sum = &(&approximation + &input) + &(&evaluation + &output);
+        if worst.as_ref().is_none_or(|(w, _)| w.certainly_le(&sum)) {
+            let [total, approximation, input, evaluation, output] =
+                [&sum, &approximation, &input, &evaluation, &output].map(Interval::to_f64_up);
+            let bound = Bound { total, approximation, input, evaluation, output, ..Bound::default() };
+            worst = Some((sum, bound));
         }
     }
     if plan.reach != (plan.word_from.clone(), plan.word_to.clone()) {

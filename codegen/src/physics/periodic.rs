@@ -91,9 +91,8 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     let phase = Op::Phase { a: b.sum.word.operand, factor, by: by as u32 };
     let phase = b.push("phase", phase, all.clone(), Interval::zero(), "a turn is 2^32")?;
 
-    let words = Table::new(&harmonics, &turn, &b.sum, &rest, sizes);
-    let (log2, rows) = (words.segments_log2, &words.rows);
-    b.program.table.clone_from(rows);
+    let (log2, rows, distance) = table(&harmonics, &turn, &b.sum, &rest, sizes);
+    b.program.table.clone_from(&rows);
     let index = Op::Index { a: phase.operand, add: 1 << 31, by: 32 - log2 };
     let segment = b.push("segment", index, all.clone(), Interval::zero(), "")?;
     let place = Op::Wrap { a: phase.operand, add: 1 << (31 - log2), by: log2 };
@@ -114,7 +113,7 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     let gain = one.div(&rest.lower()).upper();
     let slope = (&harmonics.steepest * &gain).upper();
     let moved = (&(&off.mul_pow2(-32) * &turn).mul_pow2(b.sum.bits) * &slope).upper();
-    q.error = (&(&q.error + &words.distance) + &moved).upper();
+    q.error = (&(&q.error + &distance) + &moved).upper();
     let word = b.add("y", &b.sum.word.clone(), &q, "less the periodic error")?;
     let error = (&(&b.sum.word.error * &gain) + &q.error).upper();
     b.sum.word = Tracked { error, ..word };
@@ -226,41 +225,32 @@ fn turned(turns: &Interval) -> Interval {
     &(turns - &Interval::from_int(whole)) * &pi().mul_pow2(1)
 }
 
-/// The table of −Q in words of the sum, and how far it is from the solution.
-struct Table {
-    segments_log2: u32,
-    rows: Vec<Vec<i64>>,
-    /// In words.
-    distance: Interval,
-}
-
-impl Table {
-    /// The smallest one that is within the tolerance, or the largest.
-    fn new(
-        harmonics: &Harmonics,
-        turn: &Interval,
-        sum: &Sum,
-        rest: &Interval,
-        sizes: std::ops::RangeInclusive<u32>,
-    ) -> Table {
-        let words_per_turn = turn.mul_pow2(sum.bits);
-        // Rounded coefficients leave a residual of a word, whatever the number of segments.
-        let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
-        let largest = *sizes.end();
-        let mut segments_log2 = *sizes.start();
-        loop {
-            let segments = Segments { harmonics, words_per_turn: &words_per_turn, rest, segments_log2 };
-            let rows: Vec<Vec<i64>> = (0..segments.count()).map(|row| segments.coefficients(row)).collect();
-            let last = segments_log2 >= largest;
-            // Exact arithmetic only where f64 does not show that this size is too coarse.
-            if last || segments.tried(&rows) <= wanted.to_f64_up() {
-                let distance = segments.distance(&rows);
-                if last || distance.certainly_le(&wanted) {
-                    return Table { segments_log2, rows, distance };
-                }
+/// The table of −Q in words of the sum, as its number of segments (a power of two) and its rows, and how far it is from the
+/// solution, in words: the smallest one that is within the tolerance, or the largest.
+fn table(
+    harmonics: &Harmonics,
+    turn: &Interval,
+    sum: &Sum,
+    rest: &Interval,
+    sizes: std::ops::RangeInclusive<u32>,
+) -> (u32, Vec<Vec<i64>>, Interval) {
+    let words_per_turn = turn.mul_pow2(sum.bits);
+    // Rounded coefficients leave a residual of a word, whatever the number of segments.
+    let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
+    let largest = *sizes.end();
+    let mut segments_log2 = *sizes.start();
+    loop {
+        let segments = Segments { harmonics, words_per_turn: &words_per_turn, rest, segments_log2 };
+        let rows: Vec<Vec<i64>> = (0..segments.count()).map(|row| segments.coefficients(row)).collect();
+        let last = segments_log2 >= largest;
+        // Exact arithmetic only where f64 does not show that this size is too coarse.
+        if last || segments.tried(&rows) <= wanted.to_f64_up() {
+            let distance = segments.distance(&rows);
+            if last || distance.certainly_le(&wanted) {
+                return (segments_log2, rows, distance);
             }
-            segments_log2 += 1;
         }
+        segments_log2 += 1;
     }
 }
 

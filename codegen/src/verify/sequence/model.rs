@@ -7,7 +7,7 @@
 //! term's solution is off by the residual over 1 − L, L being the steepest slope.
 
 use fitter::error_model::Sensor;
-use fitter::terms::{Exponential, Hinge, Operator, Periodic, Side, Term};
+use fitter::terms::{Operator, Periodic, Side, Term};
 
 use crate::physics::{Further, FurtherEncoding};
 use crate::program::Op;
@@ -206,7 +206,11 @@ fn one(
         }
         Operator::Hinge(hinge) => {
             let v = observe(&hinge.observable);
-            (w * beyond(hinge, v), w.abs() * (v.abs() + hinge.threshold.abs()))
+            let beyond = match hinge.side {
+                Side::Above => v - hinge.threshold,
+                Side::Below => hinge.threshold - v,
+            };
+            (w * beyond.max(0.0), w.abs() * (v.abs() + hinge.threshold.abs()))
         }
         Operator::Gaussian(gaussian) => {
             let v = observe(&gaussian.observable);
@@ -218,7 +222,8 @@ fn one(
             let v = observe(&e.observable);
             let v = if v.is_nan() { calls as f64 * period_s } else { v };
             let size = 1.0 + (v.abs() + e.start.abs()) / e.scale;
-            (w * risen(e, v), w.abs() * size)
+            let risen = if v < e.start { 0.0 } else { -(-(v - e.start) / e.scale).exp_m1() };
+            (w * risen, w.abs() * size)
         }
         Operator::Step(step) => {
             let v = observe(&step.observable);
@@ -229,17 +234,6 @@ fn one(
         // Of the result itself: solved in the end.
         Operator::Periodic(_) => (0.0, 0.0),
     }
-}
-
-fn beyond(hinge: &Hinge, v: f64) -> f64 {
-    match hinge.side {
-        Side::Above => (v - hinge.threshold).max(0.0),
-        Side::Below => (hinge.threshold - v).max(0.0),
-    }
-}
-
-fn risen(e: &Exponential, v: f64) -> f64 {
-    if v < e.start { 0.0 } else { -(-(v - e.start) / e.scale).exp_m1() }
 }
 
 /// Θ + P(Θ) = observed by Newton's method from inside the bracket that the amplitudes give; what it may be off is
