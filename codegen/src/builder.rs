@@ -62,6 +62,7 @@ pub enum BuildError {
 }
 
 /// What is to be generated; see the [module](self).
+#[must_use]
 #[derive(Debug, Clone)]
 pub struct Builder {
     source: Option<Source>,
@@ -96,14 +97,12 @@ impl Builder {
 
     /// The embedded recording of a simulated mirror, to try it with.
     #[cfg(feature = "recordings")]
-    #[must_use]
     pub fn demo(mut self) -> Self {
         self.source = Some(Source::Embedded);
         self
     }
 
     /// Coefficients as `fit` or `diagnose` wrote them.
-    #[must_use]
     pub fn coefficients(mut self, path: impl Into<PathBuf>) -> Self {
         self.source = Some(Source::Coefficients(path.into()));
         self
@@ -111,56 +110,48 @@ impl Builder {
 
     /// A recording with its nominal mirror, fitted on the way.
     #[cfg(feature = "recordings")]
-    #[must_use]
     pub fn recording(mut self, recording: impl Into<PathBuf>, mirror: impl Into<PathBuf>) -> Self {
         self.source = Some(Source::Recording { recording: recording.into(), mirror: mirror.into() });
         self
     }
 
     /// Take coefficients of which the diagnosis left more than it named: the generated files then say so.
-    #[must_use]
     pub fn accept_unexplained(mut self) -> Self {
         self.options.accept_unexplained = true;
         self
     }
 
     /// Choose format and method: the fewest instructions on this core that meet the bound.
-    #[must_use]
     pub fn target(mut self, core: Core) -> Self {
         self.target = Some(core);
         self
     }
 
     /// Bytes of flash that the chosen routine may take; only with [`Builder::target`].
-    #[must_use]
     pub fn flash_bytes(mut self, bytes: usize) -> Self {
         self.flash_bytes = Some(bytes);
         self
     }
 
     /// The largest acceptable bound: in arcseconds, for a direct sensor in its unit.
-    #[must_use]
     pub fn bound_arcsec(mut self, bound: f64) -> Self {
         self.options.bound = Some(bound);
         self
     }
 
     /// The number formats, one routine each; with a target, those to choose from.
-    #[must_use]
     pub fn formats(mut self, formats: impl IntoIterator<Item = Format>) -> Self {
         self.formats = formats.into_iter().collect();
         self
     }
 
     /// One polynomial or a table; not with a target, which chooses.
-    #[must_use]
     pub fn method(mut self, method: Method) -> Self {
         self.method = method;
         self
     }
 
     /// What the routine is given and returns.
-    #[must_use]
     pub fn ends(mut self, ends: Ends) -> Self {
         self.ends = ends;
         self
@@ -168,28 +159,24 @@ impl Builder {
 
     /// Bits of an encoder's word, and of its corrected word; for coefficients of a whole turn. Bits of `None` are
     /// those of a revolution in counts.
-    #[must_use]
     pub fn encoder(mut self, bits: Option<u32>, output_bits: Option<u32>) -> Self {
         (self.options.encoder.bits, self.options.encoder.output_bits) = (bits, output_bits);
         self
     }
 
     /// What happens outside the range.
-    #[must_use]
     pub fn out_of_range(mut self, rule: OutOfRange) -> Self {
         self.options.out_of_range = rule;
         self
     }
 
     /// How C shifts negative numbers.
-    #[must_use]
     pub fn c_shift(mut self, shift: CShift) -> Self {
         self.options.c_shift = shift;
         self
     }
 
     /// Base name of module, files and functions.
-    #[must_use]
     pub fn name(mut self, name: impl Into<String>) -> Self {
         self.options.name = Some(name.into());
         self

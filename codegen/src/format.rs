@@ -1,6 +1,5 @@
 //! Number formats of the evaluation.
 
-use crate::input::Arithmetic;
 use crate::program::{Op, Operand};
 
 /// The number format of the evaluation.
@@ -43,11 +42,6 @@ impl Format {
             Format::Q15 => 15,
             Format::F32 => 24,
         }
-    }
-
-    /// What the variable must be.
-    pub fn arithmetic(self) -> Arithmetic {
-        if self.is_fixed() { Arithmetic::Word { bits: self.bits() } } else { Arithmetic::Float }
     }
 
     /// How many bits finer the last sum may be than the one before: the product of short words has them.

@@ -1,7 +1,6 @@
 //! What a user can ask for.
 
 use fitter::limits;
-use serde::Serialize;
 
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
@@ -10,8 +9,7 @@ use crate::physics::{Further, FurtherEncoding};
 use crate::turn::Encoder;
 
 /// What happens to a reading outside the valid range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum OutOfRange {
     /// The value at the nearest end of the range.
@@ -24,8 +22,7 @@ pub enum OutOfRange {
 }
 
 /// How C takes the high word of a negative product.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum CShift {
     /// Fully defined by C99.

@@ -1,14 +1,11 @@
 //! What a routine returns: the angle in floats, as a power-of-two fraction of its unit, or as a decimal one.
 
-use serde::Serialize;
-
 use crate::exact::Interval;
 use crate::format::Format;
 use crate::program::{Op, Operand, Program, Stage, Type};
 
 /// The format of the result. The unit is the radian for a pair, the sensor's own for a direct one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum Output {
     /// `i32`, one unit in 2^bits, with as many bits as the range allows.

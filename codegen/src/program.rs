@@ -7,8 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 /// A machine type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
     /// Unsigned, 16 bits.
     U16,
@@ -156,8 +155,7 @@ impl Op {
 }
 
 /// Which part of the routine a step belongs to; its rounding is listed there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// From the arguments to the normalised variable.
     Input,

@@ -153,9 +153,8 @@ impl<'a> Task<'a> {
                 return Err(RoutineError::CoarseOutput { digits, step, wanted: target, unit });
             }
         }
-        let (arithmetic, limited) =
-            (wanted.format.arithmetic(), options.out_of_range != OutOfRange::Continue);
-        let plan = wanted.input.plan(&model.sensor, range.0, range.1, arithmetic, limited)?;
+        let limited = options.out_of_range != OutOfRange::Continue;
+        let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format, limited)?;
         let reference = reference(&model, &plan)?;
         let plan = match wanted.method {
             Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),

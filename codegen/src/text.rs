@@ -41,11 +41,6 @@ pub fn camel_case(name: &str) -> String {
         .collect()
 }
 
-/// The shortest decimal that reads back as the same float.
-pub fn float_decimal(value: f32) -> String {
-    format!("{value:?}")
-}
-
 /// The exact hexadecimal form of C99, without the suffix: `-0x1.8cp-3`.
 pub fn float_hex(value: f32) -> String {
     let bits = value.abs().to_bits();

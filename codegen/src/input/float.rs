@@ -1,6 +1,6 @@
 //! Float inputs.
 
-use super::{Arithmetic, Asked, InputError, InputPlan, exponent_above, power_of_two};
+use super::{Asked, InputError, InputPlan, exponent_above, power_of_two};
 use crate::exact::Interval;
 use crate::program::{Op, Operand, Stage, Type};
 use crate::reference::ReadingMap;
@@ -10,7 +10,7 @@ const UNSCALED_BITS: i64 = 6;
 
 /// The plan for a float.
 pub(super) fn plan(asked: &Asked<'_>) -> Result<InputPlan, InputError> {
-    let Asked { unit, from, to, arithmetic, clamped, .. } = *asked;
+    let Asked { unit, from, to, format, clamped, .. } = *asked;
     let (first, last) = ends(from, to)?;
     let suffix = format!("_{}", unit.to_lowercase());
     let mut p = asked.program(&suffix, Type::F32, &format!("in {unit}"), Type::F32);
@@ -20,7 +20,7 @@ pub(super) fn plan(asked: &Asked<'_>) -> Result<InputPlan, InputError> {
         let clamp = Op::ClampF32 { a: x, lo: first, hi: last };
         x = p.push(Stage::Input, "limited", Type::F32, clamp, "the valid range");
         p.clamped = p.output();
-    } else if arithmetic != Arithmetic::Float {
+    } else if format.is_fixed() {
         return Err(InputError::Unlimited);
     }
     let (a, b) = (f64::from(first), f64::from(last));
@@ -33,26 +33,22 @@ pub(super) fn plan(asked: &Asked<'_>) -> Result<InputPlan, InputError> {
     }
     // |x| < 2^bits, with a margin for the rounding of the difference from the middle.
     let bits = exponent_above(largest(centre.into()) * (1.0 + power_of_two(-20)));
-    let exponent = match arithmetic {
-        Arithmetic::Float => {
-            // Coefficients of x itself, unless its powers would leave the range of a float.
-            if bits.abs() > UNSCALED_BITS {
-                let scale = Operand::Float(power_of_two(-bits) as f32);
-                p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
-                p.variable_exponent = 0;
-            } else {
-                p.variable_exponent = bits;
-            }
-            bits
-        }
-        Arithmetic::Word { bits: word } => {
-            let scale = Operand::Float(power_of_two(word - bits) as f32);
-            let scaled = p.push(Stage::Input, "scaled", Type::F32, Op::MulF32 { a: x, b: scale }, "exact");
-            p.push(Stage::Input, "x", Type::I32, Op::Truncate { a: scaled }, "");
-            p.variable_exponent = word + 1;
-            bits + 1
-        }
-    };
+    let mut exponent = bits;
+    if format.is_fixed() {
+        let word = format.bits();
+        let scale = Operand::Float(power_of_two(word - bits) as f32);
+        let scaled = p.push(Stage::Input, "scaled", Type::F32, Op::MulF32 { a: x, b: scale }, "exact");
+        p.push(Stage::Input, "x", Type::I32, Op::Truncate { a: scaled }, "");
+        p.variable_exponent = word + 1;
+        exponent = bits + 1;
+    } else if bits.abs() > UNSCALED_BITS {
+        let scale = Operand::Float(power_of_two(-bits) as f32);
+        p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
+        p.variable_exponent = 0;
+    } else {
+        // Coefficients of x itself, unless its powers would leave the range of a float.
+        p.variable_exponent = bits;
+    }
     p.name_variable();
     let slope = Interval::pow2(exponent);
     let words = |end: f32| {

@@ -1,7 +1,8 @@
 //! Integer inputs: Q31 words and counts. Everything up to the variable is exact.
 
-use super::{Arithmetic, Arity, Asked, InputError, InputPlan, power_of_two};
+use super::{Arity, Asked, InputError, InputPlan, power_of_two};
 use crate::exact::Interval;
+use crate::format::Format;
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::reference::ReadingMap;
 
@@ -19,7 +20,7 @@ pub(super) struct Word {
 
 /// The plan for an integer encoding.
 pub(super) fn plan(asked: &Asked<'_>, word: &Word) -> Result<InputPlan, InputError> {
-    let Asked { arity, arithmetic, clamped, .. } = *asked;
+    let Asked { arity, format, clamped, .. } = *asked;
     let (first, last) = word.ends(asked)?;
     let suffix = match word.ty {
         Type::U16 | Type::U32 => "_counts",
@@ -42,7 +43,7 @@ pub(super) fn plan(asked: &Asked<'_>, word: &Word) -> Result<InputPlan, InputErr
     }
     // Negative words reach one further: −2^n fits where 2^n − 1 does.
     let widest = (most - centre).max(-1 - (least - centre));
-    let exponent = variable(&mut p, reading, widest, arithmetic);
+    let exponent = variable(&mut p, reading, widest, format);
     p.name_variable();
     // word = centre + v·2^exponent, so reading = (centre − offset + v·2^exponent)·lsb.
     let slope = Interval::pow2(exponent);
@@ -126,15 +127,16 @@ impl Word {
 }
 
 /// Pushes the steps from a word of at most `widest` to the variable: reading = v·2^exponent.
-fn variable(p: &mut Program, reading: Operand, widest: i64, arithmetic: Arithmetic) -> i64 {
-    let Arithmetic::Word { bits } = arithmetic else {
+fn variable(p: &mut Program, reading: Operand, widest: i64, format: Format) -> i64 {
+    if !format.is_fixed() {
         let bits = 64 - i64::from(widest.leading_zeros());
         let x = p.push(Stage::Input, "x", Type::F32, Op::ToF32 { a: reading }, "");
         let scale = Operand::Float(power_of_two(-bits) as f32);
         p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
         p.variable_exponent = 0;
         return bits;
-    };
+    }
+    let bits = format.bits();
     let limit = (1 << bits) - 1;
     let note = format!("v·2^{}", bits + 1);
     p.variable_exponent = bits + 1;

@@ -7,6 +7,7 @@ mod integer;
 use fitter::error_model::Sensor;
 
 use crate::exact::Interval;
+use crate::format::Format;
 use crate::program::{Argument, Op, Operand, Program, Stage, Step, Type};
 use crate::reference::ReadingMap;
 
@@ -47,18 +48,6 @@ pub struct Input {
     pub arity: Arity,
     /// In which form.
     pub encoding: Encoding,
-}
-
-/// Which arithmetic the variable is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Arithmetic {
-    /// A signed word v·2^(bits + 1) with magnitude below 2^bits: 31, or 15 for short words.
-    Word {
-        /// See above.
-        bits: i64,
-    },
-    /// A float.
-    Float,
 }
 
 /// The first steps of a program, up to the normalised variable, and what the variable means.
@@ -158,7 +147,7 @@ impl InputPlan {
 }
 
 impl Input {
-    /// Plans the steps from the arguments to the variable, for readings `from`…`to` of `sensor`.
+    /// Plans the steps from the arguments to the variable of a format, for readings `from`…`to` of `sensor`.
     ///
     /// Without `clamped` nothing limits the reading: the range is where the bound will hold, and every input
     /// reaches the variable.
@@ -172,7 +161,7 @@ impl Input {
         sensor: &Sensor,
         from: f64,
         to: f64,
-        arithmetic: Arithmetic,
+        format: Format,
         clamped: bool,
     ) -> Result<InputPlan, InputError> {
         if self.arity == Arity::Probes && matches!(sensor, Sensor::Direct { .. }) {
@@ -182,7 +171,7 @@ impl Input {
             Sensor::EddyCurrentPair { .. } => ("mm", true),
             Sensor::Direct { unit, .. } => (unit.as_str(), false),
         };
-        let asked = Asked { arity: self.arity, unit, pair, from, to, arithmetic, clamped };
+        let asked = Asked { arity: self.arity, unit, pair, from, to, format, clamped };
         match self.encoding {
             Encoding::F32 => float::plan(&asked),
             Encoding::Q31 { full_scale } => {
@@ -241,7 +230,8 @@ struct Asked<'a> {
     pair: bool,
     from: f64,
     to: f64,
-    arithmetic: Arithmetic,
+    /// Of the evaluation: the variable is a float, or a signed word v·2^(bits + 1) with magnitude below 2^bits.
+    format: Format,
     clamped: bool,
 }
 

@@ -156,7 +156,7 @@ impl Shared {
             return Err(RoutineError::Bound(target).into());
         }
         let sensor = models[0].sensor.clone();
-        let plan = routine_options.input.plan(&sensor, range.0, range.1, format.arithmetic(), true)?;
+        let plan = routine_options.input.plan(&sensor, range.0, range.1, format, true)?;
         let references: Vec<Reference> = (models.iter().zip(units))
             .map(|(model, unit)| {
                 let steep = |cause| UnitsError::TooSteep { unit: unit.name.clone(), cause };

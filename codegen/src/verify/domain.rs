@@ -28,7 +28,7 @@ pub enum Domain {
 }
 
 /// Inputs `first`, `first` + `stride`, …: `count` of them, modulo the number of inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sweep {
     /// Index of the first input.
     pub first: u64,
@@ -39,7 +39,7 @@ pub struct Sweep {
 }
 
 /// A set of inputs.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Coverage {
     /// The sweeps that make it up.
     pub sweeps: Vec<Sweep>,
