@@ -53,10 +53,8 @@ pub enum BuildError {
     /// No routine for the target meets the bound in the flash.
     #[error(transparent)]
     Choose(#[from] ChoiceError),
-    /// The generation.
     #[error(transparent)]
     Generate(#[from] GenerateError),
-    /// The output folder.
     #[error(transparent)]
     Write(#[from] OutputError),
 }

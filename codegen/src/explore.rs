@@ -26,8 +26,6 @@ const SAME_BOUND: f64 = 1.03;
 /// A routine that could be generated.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// What to ask for.
-    pub options: RoutineOptions,
     /// The routine as designed.
     pub routine: Routine,
     /// Its bound, in the bound's unit.
@@ -37,10 +35,11 @@ pub struct Candidate {
 impl Candidate {
     /// `q31, degree 9` or `q31, 3x64`.
     pub fn describe(&self) -> String {
-        match self.options.method {
-            Method::Fused => format!("{}, degree {}", self.options.format.name(), self.routine.design.degree),
+        let RoutineOptions { method, format, .. } = &self.routine.options;
+        match method {
+            Method::Fused => format!("{}, degree {}", format.name(), self.routine.design.degree),
             Method::Piecewise { degree, segments_log2 } => {
-                format!("{}, {degree}x{}", self.options.format.name(), 1 << segments_log2)
+                format!("{}, {degree}x{}", format.name(), 1 << segments_log2)
             }
         }
     }
@@ -101,7 +100,7 @@ pub fn candidates(
             done(through.fetch_add(1, atomic::Ordering::Relaxed) + 1, total);
             let routine = routine?;
             let bound = quantity.in_bound_unit(routine.design.bound.total);
-            Ok(Candidate { options: wanted.clone(), routine, bound })
+            Ok(Candidate { routine, bound })
         })
         .collect();
     let mut found = Vec::new();
@@ -209,7 +208,7 @@ pub fn choose(
     let candidates = candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
     let best = cheapest(&candidates, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?;
     options.degree = Some(best.routine.design.degree);
-    options.routines = vec![best.options.clone()];
+    options.routines = vec![best.routine.options.clone()];
     Ok(())
 }
 

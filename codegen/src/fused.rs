@@ -49,10 +49,8 @@ pub fn design(
         }
         let (program, unit) = grid.program(plan, format, output, &units)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
-        let power_of_two = format.is_fixed() && output == Output::PowerOfTwo;
         let (segments, sum_bits, account) = (1, grid.bits[0], None);
-        let fraction_bits = power_of_two.then_some(sum_bits);
-        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, fraction_bits, account })
+        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, account })
     };
     if let Format::F32 = format {
         return build(Grid::float(&best), true);

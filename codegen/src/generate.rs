@@ -46,7 +46,6 @@ pub struct Generated {
 /// Why nothing was generated.
 #[derive(Debug, thiserror::Error)]
 pub enum GenerateError {
-    /// The coefficients.
     #[error(transparent)]
     NotAccepted(#[from] NotAccepted),
     /// A routine could not be designed.

@@ -70,9 +70,8 @@ pub fn design(
         fill_unreachable(&mut table, &segments);
         let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
-        let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
         let (segments, sum_bits, account) = (rows, bits, None);
-        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, fraction_bits, account })
+        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, account })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
 }

@@ -129,7 +129,6 @@ struct Task<'a> {
     plan: InputPlan,
     reference: Reference,
     physics: Physics,
-    line: bool,
 }
 
 impl<'a> Task<'a> {
@@ -160,21 +159,8 @@ impl<'a> Task<'a> {
             Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
             Method::Fused => plan,
         };
-        let line = beyond(coefficients, options);
-        let physics = Physics::of(coefficients, options, line)?;
-        Ok(Task {
-            coefficients,
-            options,
-            wanted,
-            model,
-            quantity,
-            range,
-            target,
-            plan,
-            reference,
-            physics,
-            line,
-        })
+        let physics = Physics::of(coefficients, options, beyond(coefficients, options))?;
+        Ok(Task { coefficients, options, wanted, model, quantity, range, target, plan, reference, physics })
     }
 
     /// A design with the terms of further physics, which may need room in the last sum.
@@ -194,7 +180,8 @@ impl<'a> Task<'a> {
     }
 
     fn finish(self, design: Design) -> Routine {
-        let Task { plan, reference, range, physics, line, .. } = self;
+        let line = beyond(self.coefficients, self.options);
+        let Task { plan, reference, range, physics, .. } = self;
         Routine { options: self.wanted.clone(), design, plan, reference, range, physics, line }
     }
 

@@ -29,18 +29,14 @@ pub enum Source {
 /// The source cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
-    /// The coefficients file.
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),
-    /// The recording.
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The mirror.
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Mirror(#[from] MirrorError),
-    /// The fit.
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Fit(#[from] FitError),

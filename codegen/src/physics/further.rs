@@ -5,7 +5,7 @@ use super::builder::{Builder, Tracked};
 use super::{PhysicsError, Result};
 use crate::exact::Interval;
 use crate::input::{exponent_above, power_of_two};
-use crate::program::{Argument, Type};
+use crate::program::{Argument, Op, Program, Type};
 
 /// A further input as the user describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,6 +70,15 @@ impl Further {
             return Err(wrong());
         }
         Ok(Further { observable: observable.into(), from, to, encoding })
+    }
+
+    /// The words of the box: those to which the routine promises to limit.
+    pub(crate) fn words(&self, program: &Program) -> Option<(f64, f64)> {
+        let limited = format!("{}_limited", self.observable);
+        program.steps.iter().find_map(|s| match s.op {
+            Op::Clamp { lo, hi, .. } if s.name == limited => Some((lo as f64, hi as f64)),
+            _ => None,
+        })
     }
 
     /// Appends the argument and the steps to its word, centred where the observable is `centre`.

@@ -113,7 +113,6 @@ pub enum UnitsError {
     /// A unit of which the diagnosis left more than it named.
     #[error("unit {unit}: {cause}")]
     NotAccepted { unit: String, cause: NotAccepted },
-    /// A coefficients file.
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),
     /// Units of different kinds.
@@ -158,7 +157,6 @@ pub enum UnitsError {
     /// Options of other routines.
     #[error("{option} does not go with --devices: leave it out")]
     Option { option: &'static str },
-    /// Range, bound or degree.
     #[error(transparent)]
     Routine(#[from] RoutineError),
     /// No program of this format.
@@ -173,12 +171,8 @@ pub enum UnitsError {
     /// A name that no source can carry.
     #[error(transparent)]
     Generate(#[from] GenerateError),
-}
-
-impl From<RenderError> for UnitsError {
-    fn from(error: RenderError) -> Self {
-        UnitsError::Generate(GenerateError::Render(error))
-    }
+    #[error(transparent)]
+    Render(#[from] RenderError),
 }
 
 /// Reads the units' files, in the order of their names.

@@ -186,7 +186,6 @@ fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) ->
             minimax: 0.0,
             unit: design.unit.clone(),
             sum_bits: design.bits,
-            fraction_bits: None,
             account: None,
         },
         plan: design.shared.plan.clone(),

@@ -10,7 +10,6 @@ use fitter::error_model::Sensor;
 use fitter::terms::{Operator, Periodic, Side, Term};
 
 use crate::physics::{Further, FurtherEncoding};
-use crate::program::Op;
 use crate::routine::Routine;
 use crate::verify::fast_reference::FastReference;
 
@@ -135,13 +134,7 @@ impl Input {
             }
             FurtherEncoding::Counts { gain, offset, .. } => (gain, offset),
         };
-        // The words of the box are those to which the routine promises to limit.
-        let limited = format!("{}_limited", further.observable);
-        let words = routine.design.program.steps.iter().find_map(|s| match s.op {
-            Op::Clamp { lo, hi, .. } if s.name == limited => Some((lo as f64, hi as f64)),
-            _ => None,
-        });
-        let words = words.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let words = further.words(&routine.design.program).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         Input { name: further.observable.clone(), lsb, zero, words }
     }
 

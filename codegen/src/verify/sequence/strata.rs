@@ -10,7 +10,7 @@
 use fitter::terms::Operator;
 
 use super::model::measured_by_word;
-use crate::program::{Op, Type};
+use crate::program::Type;
 use crate::routine::Routine;
 use crate::verify::calls::Calls;
 use crate::verify::domain::numbers_of;
@@ -168,13 +168,8 @@ fn axes(routine: &Routine, limits: bool) -> Vec<Axis> {
     let mut axes = vec![Axis { from, to, least, most, breaks: breaks(routine) }];
     for (index, further) in routine.physics.further.iter().enumerate() {
         let argument = &program.arguments[readings + index];
-        let limited = format!("{}_limited", further.observable);
-        let words = program.steps.iter().find_map(|s| match s.op {
-            Op::Clamp { lo, hi, .. } if s.name == limited => Some((lo as f64, hi as f64)),
-            _ => None,
-        });
         let (least, most) = argument.ty.range().map_or((0.0, 0.0), |(lo, hi)| (lo as f64, hi as f64));
-        let (from, to) = words.unwrap_or((least, most));
+        let (from, to) = further.words(program).unwrap_or((least, most));
         axes.push(Axis { from, to, least, most, breaks: Vec::new() });
     }
     axes
