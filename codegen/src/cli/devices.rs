@@ -8,7 +8,6 @@ use super::terminal::{FIGURE, line, summarise, warn};
 use super::verify::conclude;
 use super::{Arguments, Result, options};
 use crate::files;
-use crate::format::Format;
 use crate::options::OutOfRange;
 use crate::quantity::Quantity;
 use crate::refused;
@@ -42,11 +41,6 @@ fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Unit>, Wanted)> 
     if options.routines.len() > 1 {
         return Err(refused!("--devices makes one routine: give one --format, q31 or q31-split"));
     }
-    if let Some(bad) =
-        options.routines.iter().map(|r| r.format).find(|f| !matches!(f, Format::Q31 | Format::Q31Split))
-    {
-        return Err(UnitsError::Format(bad.name()).into());
-    }
     bar.set_message("approximating and bounding");
     let generated = units::generate(&units, &options, &wanted)?;
     bar.finish_and_clear();
@@ -74,21 +68,13 @@ pub(super) fn verify(arguments: &Arguments, checks: &Checks) -> Result<ExitCode>
 
 fn wanted(arguments: &Arguments) -> Result<Wanted> {
     let usual = Wanted::default();
-    let address = match &arguments.page_address {
-        None => usual.address,
-        Some(given) => {
-            let digits = given.trim_start_matches("0x").trim_start_matches("0X");
-            let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
-            match parsed {
-                Ok(address) if address % 16 == 0 => address,
-                _ => {
-                    return Err(refused!(
-                        "--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800"
-                    ));
-                }
-            }
-        }
-    };
+    let address = arguments.page_address.as_deref().map_or(Ok(usual.address), |given| {
+        let digits = given.trim_start_matches("0x").trim_start_matches("0X");
+        let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
+        parsed.ok().filter(|address| address % 16 == 0).ok_or_else(|| {
+            refused!("--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800")
+        })
+    })?;
     let earlier = arguments.pages_for.as_deref().map(units::earlier::read).transpose()?;
     Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address, earlier })
 }

@@ -147,10 +147,10 @@ impl Encoder {
             }
             Some((counts, _)) => f64::from(counts),
             None if in_counts => revolution,
-            None if assumed_bits(coefficients).is_some() => {
-                2f64.powi(assumed_bits(coefficients).unwrap_or_default() as i32)
-            }
-            None => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+            None => match assumed_bits(coefficients) {
+                Some(bits) => 2f64.powi(bits as i32),
+                None => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+            },
         };
         let allowed = f64::from(FEWEST_COUNTS)..=f64::from(MOST_COUNTS);
         if counts.fract() != 0.0 || !allowed.contains(&counts) {
@@ -162,6 +162,12 @@ impl Encoder {
             return Err(TurnError::OutputBits { input, output });
         }
         Ok(Words { finer: output - input, ..words })
+    }
+
+    /// Whether the width of the word is taken from the noise, for want of another.
+    pub fn assumes(&self, coefficients: &Coefficients) -> bool {
+        let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
+        !counts && self.bits.is_none() && self.counts.is_none()
     }
 }
 
@@ -175,12 +181,4 @@ pub fn assumed_bits(coefficients: &Coefficients) -> Option<u32> {
     let noise = coefficients.noise()?;
     let bits = (0.5 * revolution / (OF_THE_NOISE * noise)).log2().ceil();
     Some((bits.max(0.0) as u32).clamp(*BITS.start(), *BITS.end()))
-}
-
-impl Encoder {
-    /// Whether the width of the word is taken from the noise, for want of another.
-    pub fn assumes(&self, coefficients: &Coefficients) -> bool {
-        let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
-        !counts && self.bits.is_none() && self.counts.is_none()
-    }
 }
