@@ -117,12 +117,11 @@ impl Model<'_> {
 
     /// The ends between which an observable lies: each rises with what it is a function of.
     fn ends(&self, name: &str) -> [f64; 2] {
-        let [low, high] = [0, 1].map(|end| {
+        [0, 1].map(|end| {
             let inputs: Vec<f64> =
                 self.physics.further.iter().map(|g| if end == 0 { g.from } else { g.to }).collect();
             self.observed(name, if end == 0 { self.range.0 } else { self.range.1 }, &inputs)
-        });
-        [low, high]
+        })
     }
 
     /// What each coefficient is multiplied by, in the bound's unit.

@@ -76,10 +76,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
     };
     match &step.op {
         Op::MulAddHigh { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], Kept { shift: *shift, scale: 32, floors: 1 }, step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32, 1), step, piece)
         }
         Op::MulAddSplit { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], Kept { shift: *shift, scale: 32, floors: 3 }, step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32, 3), step, piece)
         }
         Op::MulAddShort { a, b, by, c } => {
             let (a, b) = (value(a), value(b));
@@ -87,7 +87,7 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             if !product.inside(&of_type(Type::I32)) {
                 return exactly(product);
             }
-            mul_add([a, b, value(c)], Kept { shift: 0, scale: (*by).into(), floors: 1 }, step, piece)
+            mul_add([a, b, value(c)], (0, (*by).into(), 1), step, piece)
         }
         Op::Index { a, add, by } => {
             let row = |word: Interval| (word.floor_to_i64().unwrap_or(i64::MIN) + add) >> by;
@@ -138,19 +138,17 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
     }
 }
 
-/// What is kept of an integer product, ⌊a·b·2^−scale⌋·2^shift, from so many truncations.
-struct Kept {
-    shift: u32,
-    scale: i64,
-    floors: i64,
-}
-
 /// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a
 /// bias and whose half width is an error. What is added to c must fit the type as well.
-fn mul_add([a, b, c]: [Value; 3], kept: Kept, step: &Step, piece: &Piece) -> Value {
-    let shift = i64::from(kept.shift);
-    let half = Interval::from_int(kept.floors).mul_pow2(shift - 1);
-    let product = a.times(&b).mul_pow2(shift - kept.scale).less(&half);
+fn mul_add(
+    [a, b, c]: [Value; 3],
+    (shift, scale, floors): (u32, i64, i64),
+    step: &Step,
+    piece: &Piece,
+) -> Value {
+    let shift = i64::from(shift);
+    let half = Interval::from_int(floors).mul_pow2(shift - 1);
+    let product = a.times(&b).mul_pow2(shift - scale).less(&half);
     let high = product.range(&half, piece);
     if !high.inside(&of_type(Type::I32)) {
         return exactly(high);
