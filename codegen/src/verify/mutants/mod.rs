@@ -56,7 +56,8 @@ pub fn mutants(
     Ok(reports)
 }
 
-fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
+fn report<'a>(subject: &str, what: &str, caught: impl IntoIterator<Item = &'a str>) -> ToolReport {
+    let caught: Vec<&str> = caught.into_iter().collect();
     let finding = if caught.is_empty() {
         format!("{what}: NOT caught")
     } else {
@@ -111,13 +112,13 @@ fn damaged_source(
 fn hand_edited(generated: &Generated) -> Result<ToolReport, VerifyError> {
     let mut files = generated.files.clone();
     let Some(file) = generated.certificate.routines.first().map(|e| PathBuf::from(&e.file)) else {
-        return Ok(report("files", "no file to edit", Vec::new()));
+        return Ok(report("files", "no file to edit", None));
     };
     files.entry(file.clone()).and_modify(|text| text.push('\n'));
     let folder = folder_of(&files)?;
     let wrong = belonging::edited_files(folder.path(), &generated.certificate);
     let named = wrong.iter().any(|w| w.starts_with(&file.display().to_string()));
-    let caught = if named { vec!["its hash is not the certificate's"] } else { Vec::new() };
+    let caught = named.then_some("its hash is not the certificate's");
     Ok(report(&file.display().to_string(), "a line added by hand", caught))
 }
 
@@ -130,7 +131,7 @@ fn bound_too_small(subject: &Subject<'_>, generated: &Generated) -> Result<ToolR
     let folder = folder_of(&generated.files)?;
     let wrong = belonging::check(folder.path(), &certificate, &generated.certificate, &generated.files);
     let refused = wrong.iter().any(|w| w.contains(&subject.name) && w.contains("the bound is stated as"));
-    let caught = if refused { vec!["the bound computed anew is larger"] } else { Vec::new() };
+    let caught = refused.then_some("the bound computed anew is larger");
     Ok(report(&subject.name, "a bound 2 % too small", caught))
 }
 
@@ -139,7 +140,7 @@ fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, Ver
     let rounding = subject.routine.design.bound.rounding;
     let what = "a Gappa goal 2 % below the certificate's";
     let Some(line) = script.lines().find(|l| l.contains("<= ")) else {
-        return Ok(report(&subject.name, what, Vec::new()));
+        return Ok(report(&subject.name, what, None));
     };
     let head = line.split("<= ").next().unwrap_or_default();
     let tight = format!("{head}<= {} }}", text::double_hex(rounding * TOO_SMALL));
@@ -147,9 +148,9 @@ fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, Ver
     let path = folder.path().join("tight.g");
     write(&path, &script.replace(line, &tight))?;
     let caught = match run_gappa(&path, GAPPA_SECONDS)? {
-        Some(Ok(())) => Vec::new(),
-        Some(Err(_)) => vec!["Gappa refuses it"],
-        None => vec!["Gappa does not prove it in ten seconds"],
+        Some(Ok(())) => None,
+        Some(Err(_)) => Some("Gappa refuses it"),
+        None => Some("Gappa does not prove it in ten seconds"),
     };
     Ok(report(&subject.name, what, caught))
 }
