@@ -212,6 +212,33 @@ fn refine(grid: &[f64], errors: &[f64], i: usize) -> f64 {
     (0.5 * (x0 + x1 - s01 / curvature)).clamp(x0, x2)
 }
 
+/// The polynomial through the values at Chebyshev's nodes of an interval, in the powers of its variable.
+pub(crate) fn interpolate(degree: usize, from: f64, to: f64, value: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let count = degree + 1;
+    let nodes: Vec<f64> = (0..count)
+        .map(|i| {
+            let angle = std::f64::consts::PI * (i as f64 + 0.5) / count as f64;
+            0.5 * (from + to) - 0.5 * (to - from) * angle.cos()
+        })
+        .collect();
+    // Newton's divided differences, then Horner's scheme from the inside out.
+    let mut differences: Vec<f64> = nodes.iter().map(|x| value(*x)).collect();
+    for order in 1..count {
+        for i in (order..count).rev() {
+            let span = nodes[i] - nodes[i - order];
+            differences[i] = if span == 0.0 { 0.0 } else { (differences[i] - differences[i - 1]) / span };
+        }
+    }
+    let mut powers = vec![0.0; count];
+    for i in (0..count).rev() {
+        for k in (0..count).rev() {
+            powers[k] = if k > 0 { powers[k - 1] } else { 0.0 } - nodes[i] * powers[k];
+        }
+        powers[0] += differences[i];
+    }
+    powers
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

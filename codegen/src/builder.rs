@@ -29,8 +29,8 @@ use std::path::{Path, PathBuf};
 use fitter::output::OutputError;
 
 use crate::accepted::{NotAccepted, accepted};
-use crate::choose::{self, ChooseError, Wanted};
 use crate::cost::Core;
+use crate::explore::{self, ChoiceError, Wanted};
 use crate::files;
 use crate::format::Format;
 use crate::generate::{self, GenerateError, Generated};
@@ -52,16 +52,15 @@ pub enum BuildError {
     Source(Box<SourceError>),
     /// No routine for the target meets the bound in the flash.
     #[error(transparent)]
-    Choose(#[from] ChooseError),
-    /// The generation.
+    Choose(#[from] ChoiceError),
     #[error(transparent)]
     Generate(#[from] GenerateError),
-    /// The output folder.
     #[error(transparent)]
     Write(#[from] OutputError),
 }
 
 /// What is to be generated; see the [module](self).
+#[must_use]
 #[derive(Debug, Clone)]
 pub struct Builder {
     source: Option<Source>,
@@ -96,14 +95,12 @@ impl Builder {
 
     /// The embedded recording of a simulated mirror, to try it with.
     #[cfg(feature = "recordings")]
-    #[must_use]
     pub fn demo(mut self) -> Self {
         self.source = Some(Source::Embedded);
         self
     }
 
     /// Coefficients as `fit` or `diagnose` wrote them.
-    #[must_use]
     pub fn coefficients(mut self, path: impl Into<PathBuf>) -> Self {
         self.source = Some(Source::Coefficients(path.into()));
         self
@@ -111,56 +108,48 @@ impl Builder {
 
     /// A recording with its nominal mirror, fitted on the way.
     #[cfg(feature = "recordings")]
-    #[must_use]
     pub fn recording(mut self, recording: impl Into<PathBuf>, mirror: impl Into<PathBuf>) -> Self {
         self.source = Some(Source::Recording { recording: recording.into(), mirror: mirror.into() });
         self
     }
 
     /// Take coefficients of which the diagnosis left more than it named: the generated files then say so.
-    #[must_use]
     pub fn accept_unexplained(mut self) -> Self {
         self.options.accept_unexplained = true;
         self
     }
 
     /// Choose format and method: the fewest instructions on this core that meet the bound.
-    #[must_use]
     pub fn target(mut self, core: Core) -> Self {
         self.target = Some(core);
         self
     }
 
     /// Bytes of flash that the chosen routine may take; only with [`Builder::target`].
-    #[must_use]
     pub fn flash_bytes(mut self, bytes: usize) -> Self {
         self.flash_bytes = Some(bytes);
         self
     }
 
     /// The largest acceptable bound: in arcseconds, for a direct sensor in its unit.
-    #[must_use]
     pub fn bound_arcsec(mut self, bound: f64) -> Self {
         self.options.bound = Some(bound);
         self
     }
 
     /// The number formats, one routine each; with a target, those to choose from.
-    #[must_use]
     pub fn formats(mut self, formats: impl IntoIterator<Item = Format>) -> Self {
         self.formats = formats.into_iter().collect();
         self
     }
 
     /// One polynomial or a table; not with a target, which chooses.
-    #[must_use]
     pub fn method(mut self, method: Method) -> Self {
         self.method = method;
         self
     }
 
     /// What the routine is given and returns.
-    #[must_use]
     pub fn ends(mut self, ends: Ends) -> Self {
         self.ends = ends;
         self
@@ -168,28 +157,24 @@ impl Builder {
 
     /// Bits of an encoder's word, and of its corrected word; for coefficients of a whole turn. Bits of `None` are
     /// those of a revolution in counts.
-    #[must_use]
     pub fn encoder(mut self, bits: Option<u32>, output_bits: Option<u32>) -> Self {
         (self.options.encoder.bits, self.options.encoder.output_bits) = (bits, output_bits);
         self
     }
 
     /// What happens outside the range.
-    #[must_use]
     pub fn out_of_range(mut self, rule: OutOfRange) -> Self {
         self.options.out_of_range = rule;
         self
     }
 
     /// How C shifts negative numbers.
-    #[must_use]
     pub fn c_shift(mut self, shift: CShift) -> Self {
         self.options.c_shift = shift;
         self
     }
 
     /// Base name of module, files and functions.
-    #[must_use]
     pub fn name(mut self, name: impl Into<String>) -> Self {
         self.options.name = Some(name.into());
         self
@@ -213,7 +198,7 @@ impl Builder {
             Some(core) => {
                 let (formats, flash_bytes) = (&self.formats[..], self.flash_bytes);
                 let wanted = Wanted { core, formats, ends: self.ends, flash_bytes };
-                choose::choose(&coefficients, &mut options, &wanted, &|_, _| {})?;
+                explore::choose(&coefficients, &mut options, &wanted, &|_, _| {})?;
             }
             None => {
                 let usual = options.routines.iter().map(|routine| routine.format).collect();
@@ -270,7 +255,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let builder = Builder::new().demo().target(Core::CortexM0).bound_arcsec(1e-9);
         let error = builder.write_to(folder.path()).unwrap_err();
-        assert!(matches!(error, BuildError::Choose(ChooseError::Choice(_))), "{error}");
+        assert!(
+            matches!(error, BuildError::Choose(ChoiceError::Flash { .. } | ChoiceError::Bound { .. })),
+            "{error}"
+        );
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 

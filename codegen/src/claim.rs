@@ -4,7 +4,7 @@
 //! It is the root of the sum of the squares of
 //! - what the fit left beyond the noise: the largest mean error at a point of the recording, of a diagnosed file
 //!   1.96·√(after² − noise²);
-//! - the 95 % interval of what was fitted ([`crate::estimate`]);
+//! - the 95 % interval of what was fitted (`estimate`);
 //! - 95 % of the scatter of one reading, in which are the repeatability of the sensor and the noise of the reference;
 //! - what the routine leaves out of the model, at most.
 //!

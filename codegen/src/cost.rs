@@ -42,7 +42,6 @@ struct Weights {
     product_high: f64,
     product_split: f64,
     product_short: f64,
-    extra_shift: f64,
     /// Of a row of the table.
     address: f64,
     entry: f64,
@@ -83,7 +82,6 @@ impl Core {
             product_high: 2.0,
             product_split: 8.4,
             product_short: 1.7,
-            extra_shift: 0.0,
             address: 3.0,
             entry: 0.8,
             bits: 1.0,
@@ -107,7 +105,6 @@ impl Core {
                 product_split: 13.0,
                 product_short: 3.5,
                 saturate: 8.0,
-                address: 3.0,
                 entry: 1.2,
                 bits: 2.0,
                 float_operation: 100.0,
@@ -141,7 +138,7 @@ impl Core {
             };
             let loads = operands.iter().map(|o| constant(o)).sum::<f64>();
             constants += operands.iter().filter(|o| !matches!(o, Operand::Step(_))).count();
-            let extra = |shift: u32| if shift > 0 { w.extra_shift } else { 0.0 };
+            let if_any = |added: i64, cost: f64| if added == 0 { 0.0 } else { cost };
             let operation = match &step.op {
                 Op::Input { .. } => 0.0,
                 // Loaded, and stored in the end.
@@ -158,42 +155,21 @@ impl Core {
                 Op::Sub { .. } if step.ty == Type::I64 => 3.0 * w.subtract,
                 Op::Sub { .. } => w.subtract,
                 Op::ShiftLeft { .. } => w.shift,
-                Op::ShiftRight { add, .. } => {
-                    if *add == 0 {
-                        w.shift
-                    } else {
-                        w.shift + w.constant + w.subtract
-                    }
-                }
+                Op::ShiftRight { add, .. } => w.shift + if_any(*add, w.constant + w.subtract),
                 // The constant is one that an instruction holds.
                 Op::Index { .. } => w.shift + w.subtract + w.address,
-                Op::Wrap { add, .. } => {
-                    if *add == 0 {
-                        w.shift
-                    } else {
-                        w.shift + w.subtract
-                    }
-                }
+                Op::Wrap { add, .. } => w.shift + if_any(*add, w.subtract),
                 Op::Bits { .. } => w.bits,
                 // A constant, and twice a comparison and a conditional sum.
                 Op::Around { .. } => w.constant + w.clamp,
-                Op::Shifted { add, .. } => {
-                    let constant = if *add == 0 { 0.0 } else { w.constant + w.subtract };
-                    w.shift + w.subtract + constant
-                }
+                Op::Shifted { add, .. } => w.shift + w.subtract + if_any(*add, w.constant + w.subtract),
                 Op::Entry { .. } | Op::Word { .. } => w.entry,
                 Op::Truncate { .. } | Op::ToF32 { .. } => w.float_conversion,
                 Op::MulF32 { .. } => w.float_operation,
-                Op::MulAddHigh { shift, .. } => w.product_high + extra(*shift),
-                Op::MulAddSplit { shift, .. } => w.product_split + extra(*shift),
+                Op::MulAddHigh { .. } => w.product_high,
+                Op::MulAddSplit { .. } => w.product_split,
                 Op::MulAddShort { .. } => w.product_short,
-                Op::MulAddF32 { fused, .. } => {
-                    if *fused {
-                        w.float_operation
-                    } else {
-                        2.0 * w.float_operation
-                    }
-                }
+                Op::MulAddF32 { .. } => 2.0 * w.float_operation,
             };
             instructions += loads + operation;
             inline += loads + if operation > 2.0 * CALL { CALL } else { operation };

@@ -7,7 +7,8 @@ use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
 use crate::claim::Claim;
 use crate::emit::Described;
 use crate::estimate;
-use crate::options::Options;
+use crate::options::{Options, RoutineOptions};
+use crate::output::Output;
 use crate::program::Type;
 use crate::quantity::Quantity;
 use crate::routine::Routine;
@@ -89,14 +90,16 @@ fn entry(
         parts
             .push(part("terms of further physics, over the box of their inputs and all states", bound.terms));
     }
+    let RoutineOptions { format, output, .. } = &routine.options;
+    let power_of_two = format.is_fixed() && *output == Output::PowerOfTwo;
     let of_program = Entry::of(name, &design.program, design.unit.to_f64());
     Entry {
-        format: routine.options.format.name().into(),
+        format: format.name().into(),
         degree: design.degree,
         segments: design.segments,
         unit: quantity.bound_unit.clone(),
         output: OutputEntry {
-            fraction_bits: design.fraction_bits,
+            fraction_bits: power_of_two.then_some(design.sum_bits),
             unit: quantity.unit.clone(),
             ..of_program.output
         },

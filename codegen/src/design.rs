@@ -23,8 +23,6 @@ pub struct Design {
     pub unit: Interval,
     /// The last sum before the output's format is a word of 2^−`sum_bits` of the reference's unit (fixed point).
     pub sum_bits: i64,
-    /// Fractional bits of the output, where it is a power-of-two fraction.
-    pub fraction_bits: Option<i64>,
     /// What is known of the steps of further physics, where there are any.
     pub account: Option<ErrorAccount>,
 }

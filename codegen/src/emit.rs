@@ -40,17 +40,11 @@ pub struct Printer<'a> {
 
 impl<'a> Printer<'a> {
     /// Of these languages.
-    ///
-    /// # Errors
-    /// [`RenderError`] where a template is not well-formed.
     pub fn new(languages: &'a [&'a dyn Language], options: &'a Options) -> Result<Self, RenderError> {
         Ok(Printer { renderer: Renderer::of(languages)?, languages, options })
     }
 
     /// What every file says at its top of where it comes from.
-    ///
-    /// # Errors
-    /// [`RenderError`] of the template.
     pub fn provenance(&self, of: Value) -> Result<String, RenderError> {
         let command = &*self.options.command;
         let context = context! { ..of, ..context! { tool => TOOL, command, units => (), open => () } };
@@ -58,9 +52,6 @@ impl<'a> Printer<'a> {
     }
 
     /// The sources in every language, of a crate and of files called `name`.
-    ///
-    /// # Errors
-    /// [`RenderError`] of a template.
     pub fn sources(
         &self,
         (name, description): (&str, &str),

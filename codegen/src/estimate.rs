@@ -9,7 +9,7 @@
 use fitter::coefficients::Coefficients;
 use fitter::terms::{Operator, Side, Term};
 
-use crate::physics::{Physics, by_time};
+use crate::physics::{Physics, by_time, of_reading};
 use crate::quantity::Quantity;
 
 /// Two-sided 95 % of a normal distribution.
@@ -52,46 +52,35 @@ pub fn band(
     Some(NORMAL_95 * model.gain_of_harmonics() * largest)
 }
 
-/// What a coefficient is multiplied by.
-#[derive(Clone, Copy)]
-enum Column {
-    /// A number that reading and inputs give.
-    Known(f64),
-    /// Anything between two ends, by what came before.
-    Between(f64, f64),
+/// What a coefficient is multiplied by: a number that reading and inputs give, twice, or anything between two ends, by
+/// what came before.
+type Column = [f64; 2];
+
+fn known(value: f64) -> Column {
+    [value, value]
 }
 
 /// The largest standard deviation, whatever the memories hold: it is convex in them, so the ends are enough.
 fn worst(covariance: &[Vec<f64>], columns: &[Column]) -> f64 {
-    let open: Vec<usize> =
-        (0..columns.len()).filter(|k| matches!(columns[*k], Column::Between(..))).collect();
-    let value = |k: usize, upper: bool| match columns[k] {
-        Column::Known(v) => v,
-        Column::Between(low, high) => {
-            if upper {
-                high
-            } else {
-                low
-            }
-        }
-    };
+    let open: Vec<usize> = (0..columns.len()).filter(|k| columns[*k][0] != columns[*k][1]).collect();
     let combinations = 1u32.checked_shl(open.len() as u32).filter(|n| (1..=MOST_COMBINATIONS).contains(n));
     if let Some(n) = combinations {
         let combined = |bits: u32| {
             let upper = |k: usize| open.iter().position(|o| *o == k).is_some_and(|i| bits >> i & 1 == 1);
-            let v: Vec<f64> = (0..columns.len()).map(|k| value(k, upper(k))).collect();
+            let v: Vec<f64> = columns.iter().enumerate().map(|(k, c)| c[usize::from(upper(k))]).collect();
             quadratic(covariance, &v).sqrt()
         };
         return (0..n).map(combined).fold(0.0, f64::max);
     }
     // A sum's deviation is at most the sum of its parts' deviations.
-    let known: Vec<f64> = columns.iter().map(|c| if let Column::Known(v) = c { *v } else { 0.0 }).collect();
+    let known: Vec<f64> = columns.iter().map(|[low, high]| if low == high { *low } else { 0.0 }).collect();
     let of_one =
-        |k: &usize| value(*k, true).abs().max(value(*k, false).abs()) * covariance[*k][*k].max(0.0).sqrt();
+        |k: &usize| columns[*k][1].abs().max(columns[*k][0].abs()) * covariance[*k][*k].max(0.0).sqrt();
     quadratic(covariance, &known).sqrt() + open.iter().map(of_one).sum::<f64>()
 }
 
-fn quadratic(covariance: &[Vec<f64>], v: &[f64]) -> f64 {
+/// vᵀCv.
+pub(crate) fn quadratic(covariance: &[Vec<f64>], v: &[f64]) -> f64 {
     let row = |row: &Vec<f64>| row.iter().zip(v).map(|(c, x)| c * x).sum::<f64>();
     covariance.iter().zip(v).map(|(r, x)| x * row(r)).sum::<f64>().max(0.0)
 }
@@ -122,25 +111,17 @@ impl Model<'_> {
     /// An observable where the reading is this and the further inputs are these.
     fn observed(&self, name: &str, reading: f64, inputs: &[f64]) -> f64 {
         let further = self.physics.further.iter().zip(inputs).find(|(g, _)| g.observable == name);
-        if let Some((_, value)) = further {
-            return *value;
-        }
-        let angle = self.coefficients.sensor.calculated(reading);
-        match name {
-            "angle_deg" => angle.to_degrees(),
-            "angle_arcsec" => angle * fitter::units::ARCSEC_PER_RAD,
-            _ => reading,
-        }
+        let of_reading = || of_reading(&self.coefficients.sensor, name, reading).unwrap_or(reading);
+        further.map_or_else(of_reading, |(_, value)| *value)
     }
 
     /// The ends between which an observable lies: each rises with what it is a function of.
     fn ends(&self, name: &str) -> [f64; 2] {
-        let [low, high] = [0, 1].map(|end| {
+        [0, 1].map(|end| {
             let inputs: Vec<f64> =
                 self.physics.further.iter().map(|g| if end == 0 { g.from } else { g.to }).collect();
             self.observed(name, if end == 0 { self.range.0 } else { self.range.1 }, &inputs)
-        });
-        [low, high]
+        })
     }
 
     /// What each coefficient is multiplied by, in the bound's unit.
@@ -150,7 +131,7 @@ impl Model<'_> {
         let mut power = sensor.gain(reading) * self.per_unit;
         let mut columns = Vec::new();
         for _ in &self.coefficients.base.coefficients {
-            columns.push(Column::Known(power));
+            columns.push(known(power));
             power *= x;
         }
         // Coefficients of terms are in the unit of statistics, as the bound is.
@@ -162,48 +143,40 @@ impl Model<'_> {
 
     fn of_term(&self, term: &Term, reading: f64, inputs: &[f64], into: &mut Vec<Column>) {
         let observed = |name: &str| self.observed(name, reading, inputs);
-        match &term.operator {
+        into.push(match &term.operator {
             Operator::Product(product) => {
                 let factors = product.factors.iter();
-                let value = factors.map(|f| (observed(&f.observable) - f.mean).powi(i32::from(f.power)));
-                into.push(Column::Known(value.product()));
+                known(factors.map(|f| (observed(&f.observable) - f.mean).powi(i32::from(f.power))).product())
             }
             Operator::Play(play) => {
-                into.extend(play.elements.iter().map(|e| Column::Between(-e.half_width, e.half_width)));
+                return into.extend(play.elements.iter().map(|e| [-e.half_width, e.half_width]));
             }
-            Operator::Lag(lag) => {
-                let [low, high] = self.ends(&lag.observable).map(|v| v - lag.mean);
-                into.push(Column::Between(low, high));
-            }
+            Operator::Lag(lag) => self.ends(&lag.observable).map(|v| v - lag.mean),
             // Across the whole range from one call to the next.
             Operator::Rate(rate) => {
                 let [low, high] = self.ends(&rate.observable);
                 let most = (high - low).abs() / self.physics.period_s;
-                into.push(Column::Between(-most, most));
+                [-most, most]
             }
             Operator::Hinge(hinge) => {
                 let beyond = observed(&hinge.observable) - hinge.threshold;
-                into.push(Column::Known(if hinge.side == Side::Above { beyond } else { -beyond }.max(0.0)));
+                known(if hinge.side == Side::Above { beyond } else { -beyond }.max(0.0))
             }
             Operator::Gaussian(gaussian) => {
                 let z = (observed(&gaussian.observable) - gaussian.centre) / gaussian.width;
-                into.push(Column::Known((-0.5 * z * z).exp()));
+                known((-0.5 * z * z).exp())
             }
-            Operator::Exponential(e) if by_time(e, &self.physics.further) => {
-                into.push(Column::Between(0.0, 1.0));
-            }
+            Operator::Exponential(e) if by_time(e, &self.physics.further) => [0.0, 1.0],
             Operator::Exponential(e) => {
                 let since = (observed(&e.observable) - e.start).max(0.0);
-                into.push(Column::Known(-(-since / e.scale).exp_m1()));
+                known(-(-since / e.scale).exp_m1())
             }
-            Operator::Step(step) => {
-                into.push(Column::Known(f64::from(u8::from(observed(&step.observable) >= step.at))));
-            }
+            Operator::Step(step) => known(f64::from(u8::from(observed(&step.observable) >= step.at))),
             Operator::Periodic(periodic) => {
                 let truth = self.coefficients.error_model().corrected(reading) * self.per_unit;
-                into.extend(periodic.columns_at(truth).into_iter().map(Column::Known));
+                return into.extend(periodic.columns_at(truth).into_iter().map(known));
             }
-        }
+        });
     }
 
     /// How much an error of the model is enlarged where the result is a solution with harmonics of itself.
@@ -224,16 +197,16 @@ mod tests {
     #[test]
     fn what_is_fitted_jointly_is_known_jointly() {
         let covariance = vec![vec![4.0, -3.9], vec![-3.9, 4.0]];
-        let sum = worst(&covariance, &[Column::Known(1.0), Column::Known(1.0)]);
+        let sum = worst(&covariance, &[known(1.0), known(1.0)]);
         assert!((sum - 0.2f64.sqrt()).abs() < 1e-12, "{sum}");
         // A memory that can take either sign takes the worse.
-        let free = worst(&covariance, &[Column::Known(1.0), Column::Between(-1.0, 1.0)]);
+        let free = worst(&covariance, &[known(1.0), [-1.0, 1.0]]);
         assert!((free - 15.8f64.sqrt()).abs() < 1e-12, "{free}");
         // Too many to be combined: the sum of the deviations, which is more than any combination's.
         let n = 12;
         let unit: Vec<Vec<f64>> =
             (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-        let many = worst(&unit, &vec![Column::Between(-1.0, 1.0); n]);
+        let many = worst(&unit, &vec![[-1.0, 1.0]; n]);
         assert!((many - n as f64).abs() < 1e-12, "{many}");
     }
 }

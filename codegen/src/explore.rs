@@ -1,6 +1,8 @@
-//! Which routines there are to choose from: proven bound against instructions and flash, on every core.
+//! Which routines there are to choose from: proven bound against instructions and flash, on every core; and the choice
+//! of the cheapest that is proven within the bound and fits the flash.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::cmp::Ordering;
+use std::sync::atomic::{self, AtomicUsize};
 
 use fitter::coefficients::Coefficients;
 use rayon::prelude::*;
@@ -24,8 +26,6 @@ const SAME_BOUND: f64 = 1.03;
 /// A routine that could be generated.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// What to ask for.
-    pub options: RoutineOptions,
     /// The routine as designed.
     pub routine: Routine,
     /// Its bound, in the bound's unit.
@@ -35,10 +35,11 @@ pub struct Candidate {
 impl Candidate {
     /// `q31, degree 9` or `q31, 3x64`.
     pub fn describe(&self) -> String {
-        match self.options.method {
-            Method::Fused => format!("{}, degree {}", self.options.format.name(), self.routine.design.degree),
+        let RoutineOptions { method, format, .. } = &self.routine.options;
+        match method {
+            Method::Fused => format!("{}, degree {}", format.name(), self.routine.design.degree),
             Method::Piecewise { degree, segments_log2 } => {
-                format!("{}, {degree}x{}", self.options.format.name(), 1 << segments_log2)
+                format!("{}, {degree}x{}", format.name(), 1 << segments_log2)
             }
         }
     }
@@ -96,10 +97,10 @@ pub fn candidates(
         .map(|(wanted, degree)| {
             let options = Options { degree: *degree, bound: Some(bound), ..options.clone() };
             let routine = routine::design(coefficients, &options, wanted);
-            done(through.fetch_add(1, Ordering::Relaxed) + 1, total);
+            done(through.fetch_add(1, atomic::Ordering::Relaxed) + 1, total);
             let routine = routine?;
             let bound = quantity.in_bound_unit(routine.design.bound.total);
-            Ok(Candidate { options: wanted.clone(), routine, bound })
+            Ok(Candidate { routine, bound })
         })
         .collect();
     let mut found = Vec::new();
@@ -157,10 +158,26 @@ pub fn rows(candidates: &[Candidate], cores: &[Core], unit: &str) -> Vec<Row> {
         .collect()
 }
 
-/// No candidate meets what is wanted.
+/// What a routine is chosen for.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted<'a> {
+    /// Core whose instructions count.
+    pub core: Core,
+    /// Formats to choose from; empty: [`Format::ALL`].
+    pub formats: &'a [Format],
+    /// Input and output as far as the user named them.
+    pub ends: Ends,
+    /// Bytes of flash, code and table together.
+    pub flash_bytes: Option<usize>,
+}
+
+/// Why nothing was chosen.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum ChoiceError {
+    /// No candidate could be designed at all.
+    #[error(transparent)]
+    Routine(#[from] RoutineError),
     /// None meets the bound.
     #[error(
         "no routine for {core} is proven within {wanted:e} {unit}: the nearest that can be had is {nearest}"
@@ -171,6 +188,29 @@ pub enum ChoiceError {
         "no routine for {core} within {wanted:e} {unit} fits {flash} bytes of flash: the nearest that can be had is {nearest}"
     )]
     Flash { core: &'static str, wanted: f64, unit: String, flash: usize, nearest: String },
+}
+
+/// Puts the chosen routine and its degree into `options`; `done` is told how many candidates of how many are
+/// through.
+///
+/// # Errors
+/// [`ChoiceError`], which names the nearest that can be had.
+pub fn choose(
+    coefficients: &Coefficients,
+    options: &mut Options,
+    wanted: &Wanted,
+    done: &(dyn Fn(usize, usize) + Sync),
+) -> Result<(), ChoiceError> {
+    let quantity = Quantity::of(&coefficients.error_model());
+    let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
+    let bound =
+        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
+    let formats = if wanted.formats.is_empty() { &Format::ALL } else { wanted.formats };
+    let candidates = candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
+    let best = cheapest(&candidates, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?;
+    options.degree = Some(best.routine.design.degree);
+    options.routines = vec![best.routine.options.clone()];
+    Ok(())
 }
 
 /// The candidate with the fewest instructions that is proven within `bound` and fits `flash_bytes`; of equal
@@ -205,12 +245,9 @@ pub fn cheapest<'a>(
     let small = exact.iter().filter(|c| flash_bytes.is_none_or(|f| c.cost(core).flash_bytes <= f));
     let key = |c: &Candidate| {
         let cost = c.cost(core);
-        (cost.instructions, cost.flash_bytes as f64, c.bound)
+        (cost.instructions, cost.flash_bytes, c.bound)
     };
-    let order = |a: &&&Candidate, b: &&&Candidate| {
-        let ((a0, a1, a2), (b0, b1, b2)) = (key(a), key(b));
-        a0.total_cmp(&b0).then(a1.total_cmp(&b1)).then(a2.total_cmp(&b2))
-    };
+    let order = |a: &&&Candidate, b: &&&Candidate| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal);
     small.min_by(order).copied().ok_or_else(|| {
         let smallest =
             exact.iter().min_by_key(|c| c.cost(core).flash_bytes).map(|c| told(c)).unwrap_or_default();

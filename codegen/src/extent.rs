@@ -4,6 +4,8 @@
 use fitter::coefficients::Coefficients;
 use fitter::terms::{Operator, Side, Term};
 
+use crate::physics::of_reading;
+
 /// How large a term gets.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Extent {
@@ -38,7 +40,7 @@ impl Extent {
                 ends(&lag.observable)
                     .map(|[low, high]| weight * (low - lag.mean).abs().max((high - lag.mean).abs())),
             ),
-            Operator::Rate(rate) if is_reading(&rate.observable) => {
+            Operator::Rate(rate) if of_reading(&file.sensor, &rate.observable, 0.0).is_some() => {
                 let speeds = file.turn.as_ref().and_then(|turn| turn.directions.speed_per_s);
                 match speeds {
                     Some([_, fast]) => Extent::AtSpeed(weight * fast.abs(), fast.abs()),
@@ -86,7 +88,8 @@ impl Extent {
 }
 
 /// A term that a routine does not have.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{effect}: {why}")]
 pub struct LeftOut {
     /// The effect.
     pub effect: String,
@@ -108,25 +111,12 @@ impl LeftOut {
     }
 }
 
-impl std::fmt::Display for LeftOut {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.effect, self.why)
-    }
-}
-
-fn is_reading(name: &str) -> bool {
-    matches!(name, "measured" | "s_mm" | "angle_deg" | "angle_arcsec")
-}
-
 /// The ends between which an observable lies.
 fn ends(name: &str, file: &Coefficients, range: (f64, f64)) -> Option<[f64; 2]> {
-    let angle = |per_rad: f64| [range.0, range.1].map(|reading| file.sensor.calculated(reading) * per_rad);
-    match name {
-        "measured" | "s_mm" => Some([range.0, range.1]),
-        "angle_deg" => Some(angle(1f64.to_degrees())),
-        "angle_arcsec" => Some(angle(fitter::units::ARCSEC_PER_RAD)),
-        "direction" => Some([-1.0, 1.0]),
-        other => file.observed.get(other).copied(),
+    match [range.0, range.1].map(|reading| of_reading(&file.sensor, name, reading)) {
+        [Some(low), Some(high)] => Some([low, high]),
+        _ if name == "direction" => Some([-1.0, 1.0]),
+        _ => file.observed.get(name).copied(),
     }
 }
 

@@ -30,13 +30,18 @@ pub fn write<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> Res
 const LONGEST_LINE: usize = 400;
 
 /// How a file on disk differs from what would be generated.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Difference {
     /// It is not there.
+    #[error("is missing")]
     Missing,
     /// A program was interrupted here while it replaced the files: the folder that it left, with the rest of them.
+    #[error("holds files that an interrupted run had yet to put in their places")]
     Interrupted,
     /// It has other lines: the first one's number and text, found and expected, and how many differ.
+    #[error(
+        "differs in {count} lines, first in line {first}:\n    found    {found}\n    expected {expected}"
+    )]
     Lines {
         /// Number of the first line that differs, from 1.
         first: usize,
@@ -81,21 +86,4 @@ pub fn compare<T: AsRef<[u8]>>(folder: &Path, files: &BTreeMap<PathBuf, T>) -> B
     let left = interrupted(folder).map(|left| (left.file_name().map(PathBuf::from), Difference::Interrupted));
     let left = left.map(|(name, difference)| (name.unwrap_or_default(), difference));
     files.iter().filter_map(difference).chain(left).collect()
-}
-
-impl std::fmt::Display for Difference {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Difference::Missing => write!(f, "is missing"),
-            Difference::Interrupted => {
-                write!(f, "holds files that an interrupted run had yet to put in their places")
-            }
-            Difference::Lines { first, found, expected, count } => {
-                write!(
-                    f,
-                    "differs in {count} lines, first in line {first}:\n    found    {found}\n    expected {expected}"
-                )
-            }
-        }
-    }
 }

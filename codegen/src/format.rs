@@ -1,33 +1,24 @@
 //! Number formats of the evaluation.
 
-use crate::input::Arithmetic;
 use crate::program::{Op, Operand};
 
 /// The number format of the evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum Format {
-    /// 32-bit integers, 64-bit products of which the high word is kept.
+    /// 32-bit integers, high words of products.
     Q31,
-    /// The same words, products from 16-bit halves: for cores without a long multiplication.
+    /// The same from 16-bit halves, for cores without a long multiplication.
     Q31Split,
-    /// 16-bit numbers, 32-bit products.
+    /// 16-bit integers, 32-bit products.
     Q15,
     /// IEEE binary32.
-    F32 {
-        /// Fused multiply–add on purpose, instead of a product and a sum that are rounded each.
-        fused: bool,
-    },
+    F32,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Format; 5] = [
-        Format::Q31,
-        Format::Q31Split,
-        Format::Q15,
-        Format::F32 { fused: false },
-        Format::F32 { fused: true },
-    ];
+    pub const ALL: [Format; 4] = [Format::Q31, Format::Q31Split, Format::Q15, Format::F32];
 
     /// The name by which users ask for it.
     pub fn name(self) -> &'static str {
@@ -35,14 +26,13 @@ impl Format {
             Format::Q31 => "q31",
             Format::Q31Split => "q31-split",
             Format::Q15 => "q15",
-            Format::F32 { fused: false } => "f32",
-            Format::F32 { fused: true } => "f32-fma",
+            Format::F32 => "f32",
         }
     }
 
     /// Whether it is a fixed-point format.
     pub fn is_fixed(self) -> bool {
-        !matches!(self, Format::F32 { .. })
+        !matches!(self, Format::F32)
     }
 
     /// Bits of a word's magnitude; 24 for floats.
@@ -50,13 +40,8 @@ impl Format {
         match self {
             Format::Q31 | Format::Q31Split => 31,
             Format::Q15 => 15,
-            Format::F32 { .. } => 24,
+            Format::F32 => 24,
         }
-    }
-
-    /// What the variable must be.
-    pub fn arithmetic(self) -> Arithmetic {
-        if self.is_fixed() { Arithmetic::Word { bits: self.bits() } } else { Arithmetic::Float }
     }
 
     /// How many bits finer the last sum may be than the one before: the product of short words has them.
@@ -70,7 +55,7 @@ impl Format {
             Format::Q31 => Op::MulAddHigh { a, b, shift, c },
             Format::Q31Split => Op::MulAddSplit { a, b, shift, c },
             Format::Q15 => Op::MulAddShort { a, b, by: 16 - shift.min(15), c },
-            Format::F32 { fused } => Op::MulAddF32 { a, b, c, fused },
+            Format::F32 => Op::MulAddF32 { a, b, c },
         }
     }
 
@@ -83,7 +68,7 @@ impl Format {
     pub fn scale_high(self, a: Operand, b: Operand, shift: u32) -> Op {
         let c = Operand::Int(0);
         match self {
-            Format::Q31 | Format::F32 { .. } => Op::MulAddHigh { a, b, shift, c },
+            Format::Q31 | Format::F32 => Op::MulAddHigh { a, b, shift, c },
             Format::Q31Split | Format::Q15 => Op::MulAddSplit { a, b, shift, c },
         }
     }

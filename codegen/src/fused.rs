@@ -26,7 +26,7 @@ pub fn design(
     degree: usize,
     headroom: i64,
 ) -> Result<Design, DesignError> {
-    let (from, to) = range_in_v(plan);
+    let (from, to) = plan.range_in_v();
     let best = minimax(&reference.polynomial, degree, &from, &to);
     let minimax = distance(&best, reference, &from, &to).to_f64_up();
     let build = |grid: Grid, search: bool| -> Result<Design, DesignError> {
@@ -42,32 +42,20 @@ pub fn design(
         let residual = reference
             .polynomial
             .sub(&bound::output_polynomial(&program, plan, &words.0, &words.1)?.scale(&unit));
-        let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::from_int(1).mul_pow2(-k).to_f64()).collect();
+        let lsb: Vec<f64> = grid.bits.iter().map(|&k| Interval::pow2(-k).to_f64()).collect();
         if search {
             let correction = quantize::nearest(&residual, &lsb, &from, &to);
             units.iter_mut().zip(&correction).for_each(|(u, d)| *u += d);
         }
         let (program, unit) = grid.program(plan, format, output, &units)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
-        let fraction_bits = grid.fraction_bits(format, output);
-        let sum_bits = grid.bits[0];
-        Ok(Design {
-            program,
-            bound,
-            degree,
-            segments: 1,
-            minimax,
-            unit,
-            sum_bits,
-            fraction_bits,
-            account: None,
-        })
+        let (segments, sum_bits, account) = (1, grid.bits[0], None);
+        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, account })
     };
-    if let Format::F32 { .. } = format {
+    if let Format::F32 = format {
         return build(Grid::float(&best), true);
     }
-    let in_v = |word: &Interval| word.mul_pow2(-plan.program.variable_exponent);
-    let reach = (in_v(&plan.reach.0), in_v(&plan.reach.1));
+    let reach = plan.reach_in_v();
     let least = headroom;
     // A sum may leave its type at its end by a few units: then one bit less, and again. On a short range the
     // search may move high coefficients so far, for next to nothing, that no headroom is enough: then each
@@ -95,19 +83,24 @@ pub fn design(
 
 /// Enclosure of the supremum error of the best polynomial of `degree`, in the reference's unit.
 pub fn best_error(plan: &InputPlan, reference: &Reference, degree: usize) -> Interval {
-    let (from, to) = range_in_v(plan);
+    let (from, to) = plan.range_in_v();
     distance(&minimax(&reference.polynomial, degree, &from, &to), reference, &from, &to)
 }
 
-fn range_in_v(plan: &InputPlan) -> (Interval, Interval) {
-    let exponent = plan.program.variable_exponent;
-    (plan.word_from.mul_pow2(-exponent), plan.word_to.mul_pow2(-exponent))
+fn distance(polynomial: &Polynomial, reference: &Reference, from: &Interval, to: &Interval) -> Interval {
+    &supremum(polynomial, reference, from, to) + &reference.remainder.symmetric()
 }
 
-fn distance(polynomial: &Polynomial, reference: &Reference, from: &Interval, to: &Interval) -> Interval {
+/// The largest distance of a polynomial from the reference's, enclosed, for v from `from` to `to` (points).
+pub(crate) fn supremum(
+    polynomial: &Polynomial,
+    reference: &Reference,
+    from: &Interval,
+    to: &Interval,
+) -> Interval {
     let difference = polynomial.sub(&reference.polynomial);
-    let rough = difference.at(from).magnitude().hull(&Interval::from_int(1).mul_pow2(-100)).magnitude();
-    &difference.supremum(from, to, &rough.mul_pow2(-8)) + &reference.remainder.symmetric()
+    let rough = difference.at(from).magnitude().hull(&Interval::pow2(-100)).magnitude();
+    difference.supremum(from, to, &rough.mul_pow2(-8))
 }
 
 /// A common binary point is kept while its bound is at most so much larger.
@@ -161,10 +154,6 @@ impl Grid {
         }
     }
 
-    fn fraction_bits(&self, format: Format, output: Output) -> Option<i64> {
-        (format.is_fixed() && output == Output::PowerOfTwo).then(|| self.bits[0])
-    }
-
     /// The program with coefficients `units[k]·2^−bits[k]`, and what its output word stands for.
     fn program(
         &self,
@@ -189,7 +178,7 @@ impl Grid {
                 let unit = output.from_fixed(&mut p, format, y, self.bits[0])?;
                 Ok((p, unit))
             }
-            Format::F32 { fused } => {
+            Format::F32 => {
                 let e = p.variable_exponent;
                 let coefficient = |k: usize| {
                     let exact = Interval::from_int(units[k]).mul_pow2(-self.bits[k] - e * k as i64);
@@ -197,11 +186,15 @@ impl Grid {
                 };
                 let mut y = coefficient(n);
                 for k in (0..n).rev() {
-                    let op = Op::MulAddF32 { a: y, b: x, c: coefficient(k), fused };
+                    let op = Op::MulAddF32 { a: y, b: x, c: coefficient(k) };
                     y = p.push(Stage::Evaluation, "y", Type::F32, op, format!("c{k}"));
                 }
-                let unit = output.from_float()?;
-                Ok((p, unit))
+                // The result is the last step as it is.
+                if output == Output::F32 {
+                    Ok((p, Interval::from_int(1)))
+                } else {
+                    Err(OutputError::FloatOnly)
+                }
             }
         }
     }
@@ -222,7 +215,6 @@ mod tests {
         let reading = |encoding| Input { arity: Arity::Reading, encoding };
         let q31 = reading(Encoding::Q31 { full_scale: Some(0.4) });
         let counts = reading(Encoding::Counts { bits: 16, gain: 0.8 / 65536.0, offset: 32768.0 });
-        let (f32, fused) = (Format::F32 { fused: false }, Format::F32 { fused: true });
         let coefficients = paper_coefficients();
         let quantity = Quantity::of(&coefficients.error_model());
         for (format, input, output, arcsec) in [
@@ -231,8 +223,7 @@ mod tests {
             (Format::Q31, counts, Output::PowerOfTwo, 1.0e-4),
             (Format::Q31, reading(Encoding::F32), Output::PowerOfTwo, 1.0e-4),
             (Format::Q31, reading(Encoding::F32), Output::F32, 3.5e-4),
-            (f32, reading(Encoding::F32), Output::F32, 9e-4),
-            (fused, reading(Encoding::F32), Output::F32, 6.5e-4),
+            (Format::F32, reading(Encoding::F32), Output::F32, 9e-4),
         ] {
             let wanted = RoutineOptions { method: Method::Fused, format, input, output };
             let options = Options { degree: Some(9), ..Options::default() };

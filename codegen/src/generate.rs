@@ -31,6 +31,8 @@ pub const TOOL: &str = concat!("codegen ", env!("CARGO_PKG_VERSION"));
 pub struct Generated {
     /// Base name of crate, files and functions.
     pub name: String,
+    /// Names and units of what the routines compute.
+    pub quantity: Quantity,
     /// Contents by path, relative to the output folder.
     pub files: BTreeMap<PathBuf, String>,
     /// The certificate, which is also among the files.
@@ -45,7 +47,6 @@ pub struct Generated {
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum GenerateError {
-    /// The coefficients.
     #[error(transparent)]
     NotAccepted(#[from] NotAccepted),
     /// A routine could not be designed.
@@ -65,9 +66,6 @@ pub enum GenerateError {
     /// Two routines would have one name.
     #[error("{0} is asked for twice: each format and table gives one routine")]
     Twice(String),
-    /// Fused multiply–add has no portable name in `no_std` Rust.
-    #[error("f32-fma cannot be generated: `core` has no fused multiply-add; use f32")]
-    NoFusedInRust,
     /// A defect of a template.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -119,6 +117,7 @@ pub fn generate_in(
         let recording = Value::from(Serde(recording));
         printer.provenance(context! { sha256 => coefficients_sha256, recording, open })
     };
+    let quantity = Quantity::of(&routine::model(coefficients, options));
     if coefficients.whole_turn() {
         let routine = turn::choose::choose(coefficients, options)?;
         let name = name::base(options, turn::describe::NAME)?;
@@ -127,9 +126,9 @@ pub fn generate_in(
         let mut files = printer.sources((&name, title), &provenance()?, &described)?;
         let certificate = printer.certificate(&name, origin, &described, &files);
         files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
-        return Ok(Generated { name, files, certificate, routines: Vec::new(), unreachable: Vec::new() });
+        let (routines, unreachable) = (Vec::new(), Vec::new());
+        return Ok(Generated { name, quantity, files, certificate, routines, unreachable });
     }
-    let quantity = Quantity::of(&routine::model(coefficients, options));
     let name = base_name(options, &quantity)?;
     let (routines, unreachable) = designed(coefficients, options)?;
     let provenance = provenance()?;
@@ -147,7 +146,7 @@ pub fn generate_in(
         }
     }
     files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
-    Ok(Generated { name, files, certificate, routines, unreachable })
+    Ok(Generated { name, quantity, files, certificate, routines, unreachable })
 }
 
 /// The base name, where unit, formats and tables can stand in generated source.
@@ -159,9 +158,6 @@ fn base_name(options: &Options, quantity: &Quantity) -> Result<String, GenerateE
     for (i, r) in options.routines.iter().enumerate() {
         if options.routines[..i].iter().any(|other| other.suffix() == r.suffix()) {
             return Err(GenerateError::Twice(r.suffix()));
-        }
-        if r.format == (crate::format::Format::F32 { fused: true }) {
-            return Err(GenerateError::NoFusedInRust);
         }
     }
     Ok(name)

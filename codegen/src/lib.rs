@@ -1,46 +1,45 @@
 //! Generates the firmware correction of a scanning mirror with a proven error bound.
 //!
-//! Coefficients ([`fitter`]) and [`options`] become a [`routine`]: the function ([`mod@reference`]) is
-//! approximated ([`approximate`]), its coefficients rounded to a format ([`quantize`]), written as a
-//! [`program`] of typed operations, and bounded ([`bound`]). The program is printed ([`emit`]) in every [`language`],
+//! Coefficients ([`fitter`]) and [`options`] become a [`routine`]: the function (`reference`) is
+//! approximated (`approximate`), its coefficients rounded to a format (`quantize`), written as a
+//! [`program`] of typed operations, and bounded (`bound`). The program is printed (`emit`) in every [`language`],
 //! with a [`certificate`].
 
 pub mod accepted;
-pub mod approximate;
-pub mod bound;
+mod approximate;
+mod bound;
 pub mod builder;
 pub mod certificate;
-pub mod choose;
 pub mod claim;
 #[cfg(feature = "program")]
 pub mod cli;
 pub mod cost;
 pub mod describe;
 pub mod design;
-pub mod emit;
-pub mod estimate;
-pub mod exact;
+mod emit;
+mod estimate;
+mod exact;
 pub mod explore;
-pub mod extent;
+mod extent;
 pub mod files;
 #[cfg(test)]
 mod fixtures;
 pub mod format;
-pub mod fused;
+mod fused;
 pub mod gappa;
 pub mod generate;
 pub mod input;
 pub mod interpret;
 pub mod language;
-pub mod name;
+mod name;
 pub mod options;
 pub mod output;
 pub mod physics;
-pub mod piecewise;
+mod piecewise;
 pub mod program;
 pub mod quantity;
-pub mod quantize;
-pub mod reference;
+mod quantize;
+mod reference;
 pub mod render;
 pub mod routine;
 pub mod source;

@@ -1,7 +1,6 @@
 //! What a user can ask for.
 
 use fitter::limits;
-use serde::Serialize;
 
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
@@ -10,8 +9,7 @@ use crate::physics::{Further, FurtherEncoding};
 use crate::turn::Encoder;
 
 /// What happens to a reading outside the valid range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum OutOfRange {
     /// The value at the nearest end of the range.
@@ -24,8 +22,7 @@ pub enum OutOfRange {
 }
 
 /// How C takes the high word of a negative product.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum CShift {
     /// Fully defined by C99.
@@ -77,7 +74,7 @@ impl RoutineOptions {
     /// The usual input and output of a format: the reading as a word of the same kind.
     pub fn of(format: Format) -> Self {
         let (encoding, output) = match format {
-            Format::F32 { .. } => (Encoding::F32, Output::F32),
+            Format::F32 => (Encoding::F32, Output::F32),
             _ => (Encoding::Q31 { full_scale: None }, Output::PowerOfTwo),
         };
         RoutineOptions {
@@ -212,7 +209,7 @@ fn ends(from: f64, to: f64) -> Result<(), String> {
 impl Default for Options {
     fn default() -> Self {
         Options {
-            routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32 { fused: false })],
+            routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32)],
             leave_out_unreachable: false,
             bound: None,
             degree: None,

@@ -1,14 +1,11 @@
 //! What a routine returns: the angle in floats, as a power-of-two fraction of its unit, or as a decimal one.
 
-use serde::Serialize;
-
 use crate::exact::Interval;
 use crate::format::Format;
 use crate::program::{Op, Operand, Program, Stage, Type};
 
 /// The format of the result. The unit is the radian for a pair, the sensor's own for a direct one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "program", derive(clap::ValueEnum))]
 pub enum Output {
     /// `i32`, one unit in 2^bits, with as many bits as the range allows.
@@ -82,23 +79,15 @@ impl Output {
             Ok(Interval::from_int(1).div(&power))
         };
         match self {
-            Output::PowerOfTwo => Ok(Interval::from_int(1).mul_pow2(-bits)),
+            Output::PowerOfTwo => Ok(Interval::pow2(-bits)),
             Output::Nano => decimal(p, 9, "10⁻⁹"),
             Output::Micro => decimal(p, 6, "10⁻⁶"),
             Output::F32 => {
                 let y = p.push(Stage::Output, "angle", Type::F32, Op::ToF32 { a: y }, "");
-                let scale = Operand::Float(Interval::from_int(1).mul_pow2(-bits).to_f64() as f32);
+                let scale = Operand::Float(Interval::pow2(-bits).to_f64() as f32);
                 p.push(Stage::Output, "angle", Type::F32, Op::MulF32 { a: y, b: scale }, "exact");
                 Ok(Interval::from_int(1))
             }
         }
-    }
-
-    /// The result of float arithmetic is the last step as it is.
-    ///
-    /// # Errors
-    /// [`OutputError::FloatOnly`] where an integer is wanted.
-    pub fn from_float(self) -> Result<Interval, OutputError> {
-        if self == Output::F32 { Ok(Interval::from_int(1)) } else { Err(OutputError::FloatOnly) }
     }
 }

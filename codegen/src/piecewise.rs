@@ -57,7 +57,7 @@ pub fn design(
             row.resize(width, 0);
         }
         let (rough, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
-        let lsb = vec![Interval::from_int(1).mul_pow2(-bits).to_f64(); degree + 1];
+        let lsb = vec![Interval::pow2(-bits).to_f64(); degree + 1];
         for s in &segments {
             // Which correction brings the program, with its biases, nearest on this segment.
             let there = bound::output_polynomial(&rough, plan, &s.from, &s.to)?.scale(&unit);
@@ -70,18 +70,8 @@ pub fn design(
         fill_unreachable(&mut table, &segments);
         let (program, unit) = program(plan, format, output, degree, &layout, &table, bits)?;
         let bound = bound::bound(&program, plan, reference, &unit)?;
-        let fraction_bits = (output == Output::PowerOfTwo).then_some(bits);
-        Ok(Design {
-            program,
-            bound,
-            degree,
-            segments: rows,
-            minimax,
-            unit,
-            sum_bits: bits,
-            fraction_bits,
-            account: None,
-        })
+        let (segments, sum_bits, account) = (rows, bits, None);
+        Ok(Design { program, bound, degree, segments, minimax, unit, sum_bits, account })
     };
     build(0).or_else(|e| if matches!(e, DesignError::Overflows(_)) { build(1) } else { Err(e) })
 }
@@ -134,10 +124,9 @@ struct Segment {
     /// First and last word of the variable.
     from: Interval,
     to: Interval,
-    /// v of the segment's middle, and its width as a power of two.
+    /// v of the segment's middle.
     middle: Interval,
-    segments_log2: u32,
-    exponent: i64,
+    layout: Layout,
     /// The best polynomial, of the place w = (v − middle)/width, |w| ≤ ½.
     local: Polynomial,
     /// The largest value on the way of evaluating it.
@@ -154,14 +143,12 @@ impl Segment {
         from: Interval,
         to: Interval,
     ) -> Self {
-        let (middle, segments_log2) = (layout.middle(row), layout.segments_log2);
         let mut segment = Segment {
             row,
             from,
             to,
-            middle,
-            segments_log2,
-            exponent: layout.exponent,
+            middle: layout.middle(row),
+            layout: *layout,
             local: Polynomial::constant(Interval::zero()),
             reach: Interval::zero(),
             distance: Interval::zero(),
@@ -170,7 +157,7 @@ impl Segment {
         let function = segment.in_place(&reference.polynomial);
         segment.local = minimax(&function, degree, &a, &b);
         let difference = segment.local.sub(&function);
-        let rough = difference.at(&a).magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).magnitude();
+        let rough = difference.at(&a).magnitude().hull(&Interval::pow2(-60)).magnitude();
         segment.distance = difference.supremum(&a, &b, &rough.mul_pow2(-6)).upper();
         let c = segment.local.coefficients();
         segment.reach = (0..c.len())
@@ -188,12 +175,12 @@ impl Segment {
 
     /// A word of the variable as a place in the segment.
     fn place(&self, word: &Interval) -> Interval {
-        (&word.mul_pow2(-self.exponent) - &self.middle).mul_pow2(self.segments_log2.into())
+        (&word.mul_pow2(-self.layout.exponent) - &self.middle).mul_pow2(self.layout.segments_log2.into())
     }
 
     /// A function of v as one of the place.
     fn in_place(&self, function: &Polynomial) -> Polynomial {
-        function.shift(&self.middle).stretch_pow2(-i64::from(self.segments_log2))
+        function.shift(&self.middle).stretch_pow2(-i64::from(self.layout.segments_log2))
     }
 }
 

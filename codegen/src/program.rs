@@ -1,14 +1,13 @@
 //! The routine as an explicit program of typed operations.
 //!
-//! This one object is interpreted ([`crate::interpret`]), bounded ([`crate::bound`]) and rendered
+//! This one object is interpreted ([`crate::interpret`]), bounded (`bound`) and rendered
 //! ([`crate::render`]): what is proved is what is printed. Every word length, shift and rounding stands
 //! here; the back-ends take no arithmetic decision.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A machine type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Type {
     /// Unsigned, 16 bits.
     U16,
@@ -57,7 +56,7 @@ pub enum Operand {
     Float(f32),
 }
 
-/// One operation. Integers never overflow (proved by [`crate::bound`]); floats round to nearest, ties to even.
+/// One operation. Integers never overflow (proved by `bound`); floats round to nearest, ties to even.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)] // what the variants say of them
 pub enum Op {
@@ -110,8 +109,8 @@ pub enum Op {
     MulAddSplit { a: Operand, b: Operand, shift: u32, c: Operand },
     /// c + ⌊a·b·2^−by⌋ of two 16-bit numbers, 0 < by: the product fits 32 bits.
     MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },
-    /// c + a·b of floats: rounded once where `fused`, otherwise after the product and after the sum.
-    MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
+    /// c + a·b of floats, rounded after the product and after the sum.
+    MulAddF32 { a: Operand, b: Operand, c: Operand },
 }
 
 impl Op {
@@ -151,14 +150,13 @@ impl Op {
             | Op::MulAddSplit { a, b, c, .. }
             | Op::MulAddShort { a, b, c, .. }
             | Op::MulAddWide { a, b, c }
-            | Op::MulAddF32 { a, b, c, .. } => vec![a, b, c],
+            | Op::MulAddF32 { a, b, c } => vec![a, b, c],
         }
     }
 }
 
 /// Which part of the routine a step belongs to; its rounding is listed there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
     /// From the arguments to the normalised variable.
     Input,
@@ -212,7 +210,7 @@ pub struct StateWord {
 }
 
 /// A coefficient that a routine is given, and the range that the proof holds for.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PageWord {
     /// Its name, an identifier.
     pub name: String,

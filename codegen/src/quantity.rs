@@ -2,7 +2,6 @@
 
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::units::ARCSEC_PER_RAD;
-use serde::Serialize;
 
 /// The bound of a mirror's angle unless another is named, far below what any autocollimator tells.
 const MIRROR_ARCSEC: f64 = 0.01;
@@ -14,7 +13,7 @@ const STILL_TAKEN: f64 = 10.0;
 const OF_THE_RANGE: f64 = 1e-6;
 
 /// Names and units of what is computed.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
     /// For headings.
     pub title: String,
@@ -31,7 +30,6 @@ pub struct Quantity {
     /// Unit in which bounds are stated.
     pub bound_unit: String,
     /// Bound units in one unit of the result.
-    #[serde(skip)]
     pub bound_units_per_unit: f64,
     /// The name that a routine gets unless told otherwise.
     pub default_name: String,

@@ -104,7 +104,7 @@ fn pair(
     d: &Interval,
     v_max: Interval,
 ) -> Reference {
-    let tolerance = Interval::from_int(1).mul_pow2(SERIES_TOLERANCE_LOG2);
+    let tolerance = Interval::pow2(SERIES_TOLERANCE_LOG2);
     let square = u.mul(u);
     let error_max = error_polynomial.range_around_zero(&v_max).magnitude().div(d).upper();
     let scale = error_max.hull(&Interval::from_int(1)).magnitude();

@@ -130,7 +130,6 @@ struct Task<'a> {
     plan: InputPlan,
     reference: Reference,
     physics: Physics,
-    line: bool,
 }
 
 impl<'a> Task<'a> {
@@ -154,29 +153,15 @@ impl<'a> Task<'a> {
                 return Err(RoutineError::CoarseOutput { digits, step, wanted: target, unit });
             }
         }
-        let (arithmetic, limited) =
-            (wanted.format.arithmetic(), options.out_of_range != OutOfRange::Continue);
-        let plan = wanted.input.plan(&model.sensor, range.0, range.1, arithmetic, limited)?;
+        let limited = options.out_of_range != OutOfRange::Continue;
+        let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format, limited)?;
         let reference = reference(&model, &plan)?;
         let plan = match wanted.method {
             Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
             Method::Fused => plan,
         };
-        let line = beyond(coefficients, options);
-        let physics = Physics::of(coefficients, options, line)?;
-        Ok(Task {
-            coefficients,
-            options,
-            wanted,
-            model,
-            quantity,
-            range,
-            target,
-            plan,
-            reference,
-            physics,
-            line,
-        })
+        let physics = Physics::of(coefficients, options, beyond(coefficients, options))?;
+        Ok(Task { coefficients, options, wanted, model, quantity, range, target, plan, reference, physics })
     }
 
     /// A design with the terms of further physics, which may need room in the last sum.
@@ -196,7 +181,8 @@ impl<'a> Task<'a> {
     }
 
     fn finish(self, design: Design) -> Routine {
-        let Task { plan, reference, range, physics, line, .. } = self;
+        let line = beyond(self.coefficients, self.options);
+        let Task { plan, reference, range, physics, .. } = self;
         Routine { options: self.wanted.clone(), design, plan, reference, range, physics, line }
     }
 
@@ -282,14 +268,10 @@ impl<'a> Task<'a> {
 pub(crate) fn reference(model: &ErrorModel, plan: &InputPlan) -> Result<Reference, TooSteep> {
     let one = Interval::from_int(1);
     let reach = &one + &one.mul_pow2(-20);
-    let exponent = plan.program.variable_exponent;
-    let ends = plan.word_from.hull(&plan.word_to).mul_pow2(-exponent);
-    Reference::new(
-        model,
-        &plan.map,
-        &(&ends.lower() * &reach).hull(&(&ends.lower() - &one.mul_pow2(-20))).lower(),
-        &(&ends.upper() * &reach).hull(&(&ends.upper() + &one.mul_pow2(-20))).upper(),
-    )
+    let (from, to) = plan.range_in_v();
+    let from = (&from * &reach).hull(&(&from - &one.mul_pow2(-20))).lower();
+    let to = (&to * &reach).hull(&(&to + &one.mul_pow2(-20))).upper();
+    Reference::new(model, &plan.map, &from, &to)
 }
 
 /// The error model for the range that is wanted: beyond the recording, where nothing of the range was recorded, the
@@ -335,10 +317,9 @@ fn range(
 impl Routine {
     /// An upper estimate of the result's change by one unit of the reading, for telling the input's resolution.
     pub fn slope(&self) -> f64 {
-        let exponent = self.plan.program.variable_exponent;
         let slope = self.reference.polynomial.derivative();
-        let ends = [&self.plan.word_from, &self.plan.word_to].map(|w| w.mul_pow2(-exponent));
-        let largest = slope.range(&ends[0], &ends[1]).magnitude();
+        let (from, to) = self.plan.range_in_v();
+        let largest = slope.range(&from, &to).magnitude();
         largest.div(&self.plan.map.slope.magnitude()).to_f64_up()
     }
 

@@ -29,18 +29,14 @@ pub enum Source {
 /// The source cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
-    /// The coefficients file.
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),
-    /// The recording.
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// The mirror.
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Mirror(#[from] MirrorError),
-    /// The fit.
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Fit(#[from] FitError),
@@ -72,7 +68,8 @@ impl Source {
             #[cfg(feature = "recordings")]
             Source::Recording { recording, mirror } => {
                 let mirror = Mirror::read(mirror)?;
-                fitted(&Recording::read(recording)?, &mirror, &fit_command(recording))
+                let command = text_safety::command(&format!("arcsmith fit {}", recording.display()));
+                fitted(&Recording::read(recording)?, &mirror, &command)
             }
             #[cfg(feature = "recordings")]
             Source::Embedded => {
@@ -81,11 +78,6 @@ impl Source {
             }
         }
     }
-}
-
-#[cfg(feature = "recordings")]
-fn fit_command(recording: &Path) -> String {
-    text_safety::command(&format!("arcsmith fit {}", recording.display()))
 }
 
 #[cfg(feature = "recordings")]

@@ -41,39 +41,30 @@ pub fn camel_case(name: &str) -> String {
         .collect()
 }
 
-/// The shortest decimal that reads back as the same float.
-pub fn float_decimal(value: f32) -> String {
-    format!("{value:?}")
-}
-
 /// The exact hexadecimal form of C99, without the suffix: `-0x1.8cp-3`.
 pub fn float_hex(value: f32) -> String {
-    let sign = if value.is_sign_negative() { "-" } else { "" };
     let bits = value.abs().to_bits();
-    let (exponent, fraction) = ((bits >> 23) as i32, bits & 0x7f_ffff);
-    if exponent == 0 && fraction == 0 {
-        return format!("{sign}0.0");
-    }
-    let (lead, exponent) = if exponent == 0 { (0, -126) } else { (1, exponent - 127) };
-    let digits = format!("{:06x}", fraction << 1);
-    let digits = digits.trim_end_matches('0');
-    let point = if digits.is_empty() { "" } else { "." };
-    format!("{sign}0x{lead}{point}{digits}p{exponent}")
+    let fraction = format!("{:06x}", (bits & 0x7f_ffff) << 1);
+    hex(value.is_sign_negative(), (bits >> 23) as i32, 127, &fraction)
 }
 
 /// The exact hexadecimal form of C99 of a double.
 pub fn double_hex(value: f64) -> String {
-    let bits = value.to_bits();
-    let (exponent, fraction) = (((bits >> 52) & 0x7ff) as i32, bits & ((1 << 52) - 1));
-    let sign = if value.is_sign_negative() { "-" } else { "" };
-    if exponent == 0 && fraction == 0 {
-        return format!("{sign}0.0");
-    }
-    let (lead, exponent) = if exponent == 0 { (0, -1022) } else { (1, exponent - 1023) };
-    let digits = format!("{fraction:013x}");
-    let digits = digits.trim_end_matches('0');
+    let bits = value.abs().to_bits();
+    let fraction = format!("{:013x}", bits & ((1 << 52) - 1));
+    hex(value.is_sign_negative(), (bits >> 52) as i32, 1023, &fraction)
+}
+
+/// A float of this biased exponent, and digits of its fraction.
+fn hex(negative: bool, exponent: i32, bias: i32, fraction: &str) -> String {
+    let sign = if negative { "-" } else { "" };
+    let digits = fraction.trim_end_matches('0');
     let point = if digits.is_empty() { "" } else { "." };
-    format!("{sign}0x{lead}{point}{digits}p{exponent}")
+    match exponent {
+        0 if digits.is_empty() => format!("{sign}0.0"),
+        0 => format!("{sign}0x0.{digits}p{}", 1 - bias),
+        _ => format!("{sign}0x1{point}{digits}p{}", exponent - bias),
+    }
 }
 
 /// Text as comment lines, each with `mark` in front and no space at the end.

@@ -25,7 +25,7 @@ fn estimates_are_as_close_to_the_counts_as_they_claim() {
     let text = std::fs::read_to_string("../tests/firmware/instructions.json").unwrap();
     let counted: serde_json::Value = serde_json::from_str(&text).unwrap();
     let table = |degree, segments_log2| Method::Piecewise { degree, segments_log2 };
-    let f32 = Format::F32 { fused: false };
+    let f32 = Format::F32;
     let mut seen = Vec::new();
     for (name, method, format, full_scale, out_of_range) in [
         ("q31-degree-9", Method::Fused, Format::Q31, Some(0.4), Clamp),

@@ -148,7 +148,7 @@ fn every_unit_is_within_its_bound_and_the_loader_refuses_damage() {
         (vec![0xff; good.len()], 2),
         (sealed(good.clone(), 1, 2), 3),
         (sealed(good.clone(), 2, good.len() as u32 + 4), 4),
-        (sealed(good.clone(), 3, design.structure ^ 1), 6),
+        (sealed(good.clone(), 3, design.structure() ^ 1), 6),
         (sealed(good.clone(), 4, most), 0),
         (sealed(good.clone(), 4, most + 1), 7),
         (sealed(good.clone(), 6 + design.degree, (beyond - 1) as u32), 0),
@@ -180,7 +180,7 @@ proptest! {
                 let coefficients = (design.program.page.iter().zip(at))
                     .map(|(w, at)| (w.from + ((w.to - w.from) as f64 * at) as i64).clamp(w.from, w.to) as i32)
                     .collect();
-                let page = Page { structure: design.structure, proved: 0, origin: 0, coefficients };
+                let page = Page { structure: design.structure(), proved: 0, origin: 0, coefficients };
                 (page.bytes(), words())
             })
             .collect();
@@ -193,7 +193,7 @@ proptest! {
                 let from = (-HALF_RANGE_MM / FULL_SCALE_MM * 2f64.powi(31)).ceil();
                 let s = f64::from(*s).clamp(from, -from);
                 // v, of which 2³¹ are a half.
-                let v = (s * FULL_SCALE_MM / 2f64.powi(31) - design.plan.map.offset.to_f64()) / design.plan.map.slope.to_f64();
+                let v = (s * FULL_SCALE_MM / 2f64.powi(31) - design.shared.plan.map.offset.to_f64()) / design.shared.plan.map.slope.to_f64();
                 let exact = c.iter().rev().fold(0.0, |sum, c| sum * v + f64::from(*c)) * 2f64.powi(-(design.bits as i32));
                 let off = (f64::from(result) * lsb - exact).abs();
                 prop_assert!(off <= design.rounding + 1e-14, "{off:e} {:e}", design.rounding);
@@ -256,7 +256,7 @@ fn a_later_unit_may_be_a_little_worse() {
     assert!(later.design.fitted[0].total > worst, "{:e} {worst:e}", later.design.fitted[0].total);
     files::write(folder.path(), &later.files).unwrap();
     let units = [unit("c", &[1.1, 1.0, 1.1, 1.1])];
-    let report = verify::verify(folder.path(), &later, &units, &options, &wanted, true).unwrap();
+    let report = verify::verify(folder.path(), &later, &units, &wanted, true).unwrap();
     assert!(report.holds() && report.sweeps.len() == 2, "{}", report.text());
     // One beyond the bound that was asked for is refused: here, one of which the degree is too low.
     let low = Options { degree: Some(5), bound: Some(1.3 * LOW_DEGREE_ARCSEC), ..options };
@@ -280,7 +280,7 @@ fn what_was_damaged_is_found() {
         let folder = tempfile::tempdir().unwrap();
         files::write(folder.path(), &generated.files).unwrap();
         damage(folder.path());
-        verify::verify(folder.path(), &generated, &units, &options(), &Wanted::default(), false).unwrap()
+        verify::verify(folder.path(), &generated, &units, &Wanted::default(), false).unwrap()
     };
     let good = check(&|_| {});
     assert!(good.holds() && good.sweeps.len() == 6 && good.damaged > 500, "{}", good.text());

@@ -37,12 +37,11 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Kind; 11] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Fused(Format::Q31),
         Kind::Fused(Format::Q31Split),
         Kind::Fused(Format::Q15),
-        Kind::Fused(Format::F32 { fused: false }),
-        Kind::Fused(Format::F32 { fused: true }),
+        Kind::Fused(Format::F32),
         Kind::Table(Format::Q31, 1),
         Kind::Table(Format::Q31, 2),
         Kind::Table(Format::Q31, 3),

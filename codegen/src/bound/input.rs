@@ -10,7 +10,7 @@ use crate::program::{Op, Operand, Program, Type};
 pub(super) fn input_error(program: &Program, plan: &InputPlan, words: &Interval) -> Interval {
     // Magnitudes are taken a little wider, so that the binade of the exact value is never missed.
     let v = words.mul_pow2(-program.variable_exponent);
-    let v = &v + &Interval::from_int(1).mul_pow2(-16).symmetric();
+    let v = &v + &Interval::pow2(-16).symmetric();
     let affine = |word: &(Interval, Interval)| &word.0 + &(&word.1 * &v);
     let mut exact = plan.reading_word.clone();
     let mut error = Interval::zero();
@@ -33,7 +33,7 @@ pub(super) fn input_error(program: &Program, plan: &InputPlan, words: &Interval)
                 exact = (&exact.0 * &c, &exact.1 * &c);
                 error = (&error * &c.magnitude()).upper();
                 // By a power of two: exact but for what falls below the smallest float.
-                error = (&error + &Interval::from_int(1).mul_pow2(-150)).upper();
+                error = (&error + &Interval::pow2(-150)).upper();
             }
             Op::Truncate { .. } => error = (&error + &Interval::from_int(1)).upper(),
             Op::ShiftRight { add, by, .. } => {
@@ -41,8 +41,7 @@ pub(super) fn input_error(program: &Program, plan: &InputPlan, words: &Interval)
                 let to_nearest = *add == 1 << (by - 1);
                 let by = -i64::from(*by);
                 exact = (exact.0.mul_pow2(by), exact.1.mul_pow2(by));
-                error =
-                    (&error.mul_pow2(by) + &Interval::from_int(1).mul_pow2(-i64::from(to_nearest))).upper();
+                error = (&error.mul_pow2(by) + &Interval::pow2(-i64::from(to_nearest))).upper();
             }
             Op::ToF32 { .. } => {
                 let value = affine(&exact);

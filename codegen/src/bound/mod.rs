@@ -22,6 +22,7 @@ use crate::reference::Reference;
 use piece::{Piece, pieces};
 pub use piece::{reach, segments, variable_error, words};
 use steps::run;
+pub(crate) use value::of_type;
 
 /// The certified supremum may exceed the true one by this part of itself or of an output unit, 2⁻⁷.
 const SUPREMUM_SLACK_LOG2: i64 = -7;
@@ -62,6 +63,22 @@ pub struct Overflows {
     pub to: f64,
     /// The type.
     pub ty: Type,
+}
+
+impl Overflows {
+    /// Whether a range lies within the integers of a type; otherwise what is wrong with the step of this number, name and
+    /// stage.
+    pub(crate) fn unless_inside(
+        range: &Interval,
+        ty: Type,
+        (step, name, stage): (usize, &str, Stage),
+    ) -> Result<(), Overflows> {
+        if ty.range().is_none() || range.inside(&of_type(ty)) {
+            return Ok(());
+        }
+        let (from, to) = (range.to_f64_down(), range.to_f64_up());
+        Err(Overflows { step, name: name.into(), stage, from, to, ty })
+    }
 }
 
 /// The output as a polynomial of v, with every bias, where the variable's word lies in `from`…`to`: what the
@@ -122,18 +139,12 @@ pub fn bound(
         let approximation = (&supremum + &remainder).upper();
         let evaluation = (&out.sum.evaluation * unit).upper();
         let output = (&out.sum.output * unit).upper();
-        let total = &(&approximation + &input) + &(&evaluation + &output);
-        if worst.as_ref().is_none_or(|(w, _)| w.certainly_le(&total)) {
-            let parts = [&approximation, &input, &evaluation, &output].map(Interval::to_f64_up);
-            let bound = Bound {
-                total: total.to_f64_up(),
-                approximation: parts[0],
-                input: parts[1],
-                evaluation: parts[2],
-                output: parts[3],
-                ..Bound::default()
-            };
-            worst = Some((total, bound));
+        let sum = &(&approximation + &input) + &(&evaluation + &output);
+        if worst.as_ref().is_none_or(|(w, _)| w.certainly_le(&sum)) {
+            let [total, approximation, input, evaluation, output] =
+                [&sum, &approximation, &input, &evaluation, &output].map(Interval::to_f64_up);
+            let bound = Bound { total, approximation, input, evaluation, output, ..Bound::default() };
+            worst = Some((sum, bound));
         }
     }
     if plan.reach != (plan.word_from.clone(), plan.word_to.clone()) {

@@ -14,10 +14,7 @@ pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> 
             before_variable(step, &values)
         } else if index == program.variable {
             fits(index, step, &before_variable(step, &values).range)?;
-            let identity = Polynomial::linear(
-                Interval::zero(),
-                Interval::from_int(1).mul_pow2(program.variable_exponent),
-            );
+            let identity = Polynomial::linear(Interval::zero(), Interval::pow2(program.variable_exponent));
             Value { sum: Inexact::exact(identity), range: piece.words.clone() }
         } else {
             after_variable(program, step, &values, piece)
@@ -31,11 +28,7 @@ pub(super) fn run(program: &Program, piece: &Piece) -> Result<Value, Overflows> 
 
 /// Whether a step's range lies within its type.
 fn fits(index: usize, step: &Step, range: &Interval) -> Result<(), Overflows> {
-    if step.ty.range().is_none() || range.inside(&of_type(step.ty)) {
-        return Ok(());
-    }
-    let (from, to) = (range.to_f64_down(), range.to_f64_up());
-    Err(Overflows { step: index, name: step.name.clone(), stage: step.stage, from, to, ty: step.ty })
+    Overflows::unless_inside(range, step.ty, (index, &step.name, step.stage))
 }
 
 /// Whether the constants of a step of signed words are such words, as the source writes them.
@@ -56,7 +49,7 @@ fn before_variable(step: &Step, values: &[Value]) -> Value {
     };
     let range = match &step.op {
         Op::Input { .. } => of_type(step.ty),
-        Op::Clamp { lo, hi, .. } => Interval::from_int(*lo).hull(&Interval::from_int(*hi)),
+        Op::Clamp { lo, hi, .. } => Interval::between(*lo, *hi),
         Op::ClampF32 { lo, hi, .. } => {
             Interval::from_f64((*lo).into()).hull(&Interval::from_f64((*hi).into()))
         }
@@ -83,10 +76,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
     };
     match &step.op {
         Op::MulAddHigh { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], Kept { shift: *shift, scale: 32, floors: 1 }, step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32, 1), step, piece)
         }
         Op::MulAddSplit { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], Kept { shift: *shift, scale: 32, floors: 3 }, step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32, 3), step, piece)
         }
         Op::MulAddShort { a, b, by, c } => {
             let (a, b) = (value(a), value(b));
@@ -94,7 +87,7 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             if !product.inside(&of_type(Type::I32)) {
                 return exactly(product);
             }
-            mul_add([a, b, value(c)], Kept { shift: 0, scale: (*by).into(), floors: 1 }, step, piece)
+            mul_add([a, b, value(c)], (0, (*by).into(), 1), step, piece)
         }
         Op::Index { a, add, by } => {
             let row = |word: Interval| (word.floor_to_i64().unwrap_or(i64::MIN) + add) >> by;
@@ -117,22 +110,21 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
         }
         Op::Word { index } => {
             let range = program.page.get(*index).map_or((i64::MAX, i64::MAX), |word| (word.from, word.to));
-            exactly(Interval::from_int(range.0).hull(&Interval::from_int(range.1)))
+            exactly(Interval::between(range.0, range.1))
         }
         Op::MulF32 { a, b } => {
             let product = value(a).times(&value(b));
             let power_of_two = matches!(b, Operand::Float(f) if f.to_bits() << 9 == 0);
             let rounding = if power_of_two {
-                Interval::from_int(1).mul_pow2(-150)
+                Interval::pow2(-150)
             } else {
                 half_ulp(&product.range(&Interval::zero(), piece))
             };
             product.rounded(step, &rounding, piece)
         }
-        Op::MulAddF32 { a, b, c, fused } => {
+        Op::MulAddF32 { a, b, c } => {
             let product = value(a).times(&value(b));
-            let none = Interval::zero();
-            let first = if *fused { none } else { half_ulp(&product.range(&none, piece)) };
+            let first = half_ulp(&product.range(&Interval::zero(), piece));
             let sum = product.plus(&value(c).sum);
             let rounding = (&first + &half_ulp(&sum.range(&first, piece))).upper();
             sum.rounded(step, &rounding, piece)
@@ -146,19 +138,17 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
     }
 }
 
-/// What is kept of an integer product, ⌊a·b·2^−scale⌋·2^shift, from so many truncations.
-struct Kept {
-    shift: u32,
-    scale: i64,
-    floors: i64,
-}
-
 /// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a
 /// bias and whose half width is an error. What is added to c must fit the type as well.
-fn mul_add([a, b, c]: [Value; 3], kept: Kept, step: &Step, piece: &Piece) -> Value {
-    let shift = i64::from(kept.shift);
-    let half = Interval::from_int(kept.floors).mul_pow2(shift - 1);
-    let product = a.times(&b).mul_pow2(shift - kept.scale).less(&half);
+fn mul_add(
+    [a, b, c]: [Value; 3],
+    (shift, scale, floors): (u32, i64, i64),
+    step: &Step,
+    piece: &Piece,
+) -> Value {
+    let shift = i64::from(shift);
+    let half = Interval::from_int(floors).mul_pow2(shift - 1);
+    let product = a.times(&b).mul_pow2(shift - scale).less(&half);
     let high = product.range(&half, piece);
     if !high.inside(&of_type(Type::I32)) {
         return exactly(high);

@@ -87,10 +87,10 @@ impl Inexact {
 /// Half a unit in the last place of a float whose exact value lies in `value`.
 pub(super) fn half_ulp(value: &Interval) -> Interval {
     let exponent = value.log2_floor().map_or(-150, |e| (e - 24).max(-150));
-    Interval::from_int(1).mul_pow2(exponent)
+    Interval::pow2(exponent)
 }
 
 /// All values of an integer type.
-pub(super) fn of_type(ty: Type) -> Interval {
-    ty.range().map_or_else(Interval::zero, |(lo, hi)| Interval::from_int(lo).hull(&Interval::from_int(hi)))
+pub(crate) fn of_type(ty: Type) -> Interval {
+    ty.range().map_or_else(Interval::zero, |(lo, hi)| Interval::between(lo, hi))
 }

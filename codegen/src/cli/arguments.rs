@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use super::Common;
-use super::names::{FormatName, InputName};
+use super::options::InputName;
 use crate::cost::Core;
+use crate::format::Format;
 use crate::options::{CShift, OutOfRange};
 use crate::output::Output;
 use clap::Args;
@@ -71,7 +72,7 @@ pub struct Arguments {
     pub extrapolate: bool,
     /// Number formats of the evaluation, one routine each [default: q31,f32; with --target: any].
     #[arg(long, value_enum, value_delimiter = ',')]
-    pub format: Vec<FormatName>,
+    pub format: Vec<Format>,
     /// Choose method and format: the fewest instructions on this core that meet the bound.
     #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
     pub target: Option<Core>,

@@ -5,30 +5,18 @@ use std::process::ExitCode;
 use serde_json::json;
 
 use super::terminal::{FIGURE, line, summarise, warn};
-use super::verify::{CheckArguments, conclude};
+use super::verify::conclude;
 use super::{Arguments, Result, options};
 use crate::files;
-use crate::format::Format;
-use crate::options::{Options, OutOfRange};
+use crate::options::OutOfRange;
 use crate::quantity::Quantity;
 use crate::refused;
 use crate::text;
 use crate::units::{self, Generated, Unit, UnitsError, Wanted, verify};
+use crate::verify::Checks;
 
-/// What was generated, of what.
-struct Prepared {
-    generated: Generated,
-    units: Vec<Unit>,
-    options: Options,
-    wanted: Wanted,
-}
-
-/// Generates the files.
-pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
-    Ok(prepare_all(arguments)?.generated)
-}
-
-fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
+/// Generates the files of the units that are named.
+fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Unit>, Wanted)> {
     let a = arguments;
     let beside = [
         ("--target", a.target.is_some()),
@@ -53,48 +41,40 @@ fn prepare_all(arguments: &Arguments) -> Result<Prepared> {
     if options.routines.len() > 1 {
         return Err(refused!("--devices makes one routine: give one --format, q31 or q31-split"));
     }
-    if let Some(bad) =
-        options.routines.iter().map(|r| r.format).find(|f| !matches!(f, Format::Q31 | Format::Q31Split))
-    {
-        return Err(UnitsError::Format(bad.name()).into());
-    }
     bar.set_message("approximating and bounding");
     let generated = units::generate(&units, &options, &wanted)?;
     bar.finish_and_clear();
-    Ok(Prepared { generated, units, options, wanted })
+    Ok((generated, units, wanted))
+}
+
+/// Generates the files.
+pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
+    Ok(prepare_all(arguments)?.0)
 }
 
 /// Sweeps every unit's page through the compiled files.
-pub(super) fn verify(arguments: &Arguments, checks: &CheckArguments) -> Result<ExitCode> {
+pub(super) fn verify(arguments: &Arguments, checks: &Checks) -> Result<ExitCode> {
     // `--exhaustive` would take minutes for every unit; what it asks for is proved.
     if let Some(option) = checks.beyond(&["--sanitize"]) {
         return Err(UnitsError::Option { option }.into());
     }
-    let Prepared { generated, units, options, wanted } = prepare_all(arguments)?;
+    let (generated, units, wanted) = prepare_all(arguments)?;
     let bar = arguments.progress();
     bar.set_message("sweeping every unit");
-    let report = verify::verify(&arguments.out, &generated, &units, &options, &wanted, checks.sanitize)?;
+    let report = verify::verify(&arguments.out, &generated, &units, &wanted, checks.sanitize)?;
     bar.finish_and_clear();
     conclude(arguments, &report, report.holds(), &report.text())
 }
 
 fn wanted(arguments: &Arguments) -> Result<Wanted> {
     let usual = Wanted::default();
-    let address = match &arguments.page_address {
-        None => usual.address,
-        Some(given) => {
-            let digits = given.trim_start_matches("0x").trim_start_matches("0X");
-            let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
-            match parsed {
-                Ok(address) if address % 16 == 0 => address,
-                _ => {
-                    return Err(refused!(
-                        "--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800"
-                    ));
-                }
-            }
-        }
-    };
+    let address = arguments.page_address.as_deref().map_or(Ok(usual.address), |given| {
+        let digits = given.trim_start_matches("0x").trim_start_matches("0X");
+        let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
+        parsed.ok().filter(|address| address % 16 == 0).ok_or_else(|| {
+            refused!("--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800")
+        })
+    })?;
     let earlier = arguments.pages_for.as_deref().map(units::earlier::read).transpose()?;
     Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address, earlier })
 }
@@ -108,8 +88,8 @@ pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
     }
     let design = &generated.design;
     let stated = |value: f64| {
-        let unit = &design.quantity.bound_unit;
-        format!("{} {unit}", text::rounded_up(design.quantity.in_bound_unit(value)))
+        let unit = &design.shared.quantity.bound_unit;
+        format!("{} {unit}", text::rounded_up(design.shared.quantity.in_bound_unit(value)))
     };
     let (out, count) = (arguments.out.display().to_string(), generated.files.len());
     summarise(

@@ -5,22 +5,23 @@ use std::process::ExitCode;
 use fitter::coefficients::Coefficients;
 
 use super::terminal::warn;
-use super::verify::{CheckArguments, conclude};
+use super::verify::conclude;
 use super::{Arguments, Result, options};
 use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
 use crate::turn::{TurnError, assumed_bits, verify};
+use crate::verify::Checks;
 
 /// Generates the files.
 pub(super) fn prepare(
     arguments: &Arguments,
     coefficients: &Coefficients,
     sha256: &str,
-) -> Result<(Generated, Quantity, Options)> {
-    let quantity = Quantity::of(&coefficients.error_model());
-    let options = options::encoder_options(arguments, &quantity.bound_unit)?;
+) -> Result<(Generated, Options)> {
+    let unit = Quantity::of(&coefficients.error_model()).bound_unit;
+    let options = options::encoder_options(arguments, &unit)?;
     if options.encoder.assumes(coefficients)
         && let Some(bits) = assumed_bits(coefficients)
     {
@@ -30,14 +31,13 @@ pub(super) fn prepare(
         );
         warn(&what, arguments.common);
     }
-    let generated = generate(coefficients, sha256, &options)?;
-    Ok((generated, quantity, options))
+    Ok((generate(coefficients, sha256, &options)?, options))
 }
 
 /// Sweeps every word through the compiled files.
 pub(super) fn verify(
     arguments: &Arguments,
-    checks: &CheckArguments,
+    checks: &Checks,
     coefficients: &Coefficients,
     sha256: &str,
 ) -> Result<ExitCode> {
@@ -45,7 +45,7 @@ pub(super) fn verify(
     if let Some(option) = checks.beyond(&["--exhaustive"]) {
         return Err(TurnError::Option { option }.into());
     }
-    let (generated, _, options) = prepare(arguments, coefficients, sha256)?;
+    let (generated, options) = prepare(arguments, coefficients, sha256)?;
     let report = verify::verify(&arguments.out, &generated, coefficients, &options)?;
     conclude(arguments, &report, report.holds(), &report.text())
 }

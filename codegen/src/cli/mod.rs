@@ -6,7 +6,6 @@ mod check;
 mod devices;
 mod encoder;
 mod generate;
-pub mod names;
 pub mod options;
 pub mod source;
 pub mod terminal;
@@ -16,8 +15,7 @@ use fitter::coefficients::Coefficients;
 use indicatif::ProgressBar;
 
 use crate::accepted::accepted;
-use crate::choose::{self, Wanted};
-use crate::cost::Core;
+use crate::explore::{self, Wanted};
 use crate::format::Format;
 use crate::generate::{Generated, generate};
 use crate::options::Options;
@@ -45,8 +43,8 @@ impl Arguments {
     /// The formats that the user named, or all that both languages have.
     pub fn formats(&self) -> Vec<Format> {
         match &self.format[..] {
-            [] => choose::FORMATS.to_vec(),
-            named => named.iter().map(|name| name.format()).collect(),
+            [] => Format::ALL.to_vec(),
+            named => named.to_vec(),
         }
     }
 
@@ -58,35 +56,24 @@ impl Arguments {
     }
 
     /// Designs, bounds and renders; writes nothing.
-    fn prepare(&self) -> Result<(Generated, Quantity, Options)> {
+    fn prepare(&self) -> Result<(Generated, Options)> {
         let bar = self.progress();
         let (coefficients, sha256) = self.load()?;
         if coefficients.whole_turn() {
             return encoder::prepare(self, &coefficients, &sha256);
         }
         options::no_encoder(self)?;
-        let quantity = Quantity::of(&coefficients.error_model());
-        let mut options = options::options(self, &quantity.bound_unit, !coefficients.terms.is_empty())?;
+        let unit = Quantity::of(&coefficients.error_model()).bound_unit;
+        let mut options = options::options(self, &unit, !coefficients.terms.is_empty())?;
         if let Some(target) = self.target {
-            self.choose(target, &coefficients, &mut options, &bar)?;
+            let (formats, ends) = (&self.formats()[..], options::ends(self)?);
+            let wanted = Wanted { core: target, formats, ends, flash_bytes: self.flash_bytes };
+            explore::choose(&coefficients, &mut options, &wanted, &designing(&bar))?;
         }
         bar.set_message("approximating and bounding");
         let generated = generate(&coefficients, &sha256, &options)?;
         bar.finish_and_clear();
-        Ok((generated, quantity, options))
-    }
-
-    /// Puts the routine that `--target` asks for into the options.
-    fn choose(
-        &self,
-        core: Core,
-        coefficients: &Coefficients,
-        options: &mut Options,
-        bar: &ProgressBar,
-    ) -> Result<()> {
-        let (formats, ends) = (self.formats(), options::ends(self)?);
-        let wanted = Wanted { core, formats: &formats, ends, flash_bytes: self.flash_bytes };
-        Ok(choose::choose(coefficients, options, &wanted, &designing(bar))?)
+        Ok((generated, options))
     }
 }
 

@@ -1,8 +1,8 @@
 //! From arguments to options.
 
+use clap::ValueEnum;
 use fitter::text_safety;
 
-use super::names::InputName;
 use super::{Arguments, Result, source};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
@@ -13,6 +13,23 @@ use crate::turn::{Encoder, TurnError};
 
 /// The width of a converter unless one is given.
 const USUAL_BITS: u32 = 16;
+
+/// What the routines are given.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum InputName {
+    /// The reading (s = x₂ − x₁ of a pair) as a float.
+    F32,
+    /// The reading as a Q31 word.
+    Q31,
+    /// The reading in counts.
+    Counts,
+    /// x₁ and x₂ as floats in millimetres.
+    X1x2F32,
+    /// x₁ and x₂ as Q31 words.
+    X1x2Q31,
+    /// x₁ and x₂ in counts.
+    X1x2Counts,
+}
 
 /// What the arguments ask for; `unit` is that of the sensor's bounds.
 pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options> {
@@ -33,7 +50,7 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
         // Terms of further physics need long products.
         [] if terms => vec![Format::Q31],
         [] => Options::default().routines.iter().map(|r| r.format).collect(),
-        named => named.iter().map(|name| name.format()).collect::<Vec<_>>(),
+        named => named.to_vec(),
     };
     let options = Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
@@ -111,39 +128,34 @@ pub fn no_encoder(arguments: &Arguments) -> Result<()> {
 
 /// The input and output that the user named.
 pub fn ends(arguments: &Arguments) -> Result<Ends> {
-    let encoding = |probes: bool, name: InputName| -> Result<Encoding> {
+    let Arguments { gain, offset, full_scale, output, .. } = *arguments;
+    let encoding = |name, arity| -> Result<Encoding> {
         Ok(match name {
             InputName::F32 | InputName::X1x2F32 => Encoding::F32,
-            InputName::Q31 | InputName::X1x2Q31 => Encoding::Q31 { full_scale: arguments.full_scale },
+            InputName::Q31 | InputName::X1x2Q31 => Encoding::Q31 { full_scale },
             InputName::Counts | InputName::X1x2Counts => {
-                let Some(gain) = arguments.gain else {
-                    return Err(refused!(
-                        "counts need --gain, the change of the {} by one count",
-                        if probes { "displacement" } else { "reading" }
-                    ));
-                };
+                let of = if arity == Arity::Probes { "displacement" } else { "reading" };
+                let gain =
+                    gain.ok_or_else(|| refused!("counts need --gain, the change of the {of} by one count"))?;
                 let bits = arguments.bits.unwrap_or(USUAL_BITS);
                 let middle = f64::from(1u32 << bits.clamp(1, 31).saturating_sub(1));
-                Encoding::Counts { bits, gain, offset: arguments.offset.unwrap_or(middle) }
+                Encoding::Counts { bits, gain, offset: offset.unwrap_or(middle) }
             }
         })
     };
-    let input = match arguments.input {
-        None => None,
-        Some(name) => {
-            let probes = matches!(name, InputName::X1x2F32 | InputName::X1x2Q31 | InputName::X1x2Counts);
-            let arity = if probes { Arity::Probes } else { Arity::Reading };
-            Some(Input { arity, encoding: encoding(probes, name)? })
-        }
+    let input = |name| -> Result<Input> {
+        let probes = matches!(name, InputName::X1x2F32 | InputName::X1x2Q31 | InputName::X1x2Counts);
+        let arity = if probes { Arity::Probes } else { Arity::Reading };
+        Ok(Input { arity, encoding: encoding(name, arity)? })
     };
-    let output = arguments.output;
+    let input = arguments.input.map(input).transpose()?;
     let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
-    if !counts && (arguments.gain.is_some() || arguments.offset.is_some()) {
+    if !counts && (gain.is_some() || offset.is_some()) {
         return Err(refused!(
             "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
         ));
     }
-    Ok(Ends { input, output, full_scale: arguments.full_scale })
+    Ok(Ends { input, output, full_scale })
 }
 
 /// `2x32`: the degree and the number of segments, a power of two.

@@ -23,38 +23,12 @@ pub struct Verify {
     #[command(flatten)]
     pub(super) arguments: Arguments,
     #[command(flatten)]
-    pub(super) checks: CheckArguments,
+    pub(super) checks: Checks,
 }
 
-/// What is checked beside the certificate and a sweep.
-#[derive(Debug, Default, Args)]
-pub(super) struct CheckArguments {
-    /// Sweep every representable input, not only a part of them.
-    #[arg(long)]
-    pub exhaustive: bool,
-    /// Sweep the C once more with undefined behaviour watched for.
-    #[arg(long)]
-    pub sanitize: bool,
-    /// Let Gappa prove the rounding of the operations from the scripts beside the code.
-    #[arg(long)]
-    pub gappa: bool,
-    /// Let Frama-C look for undefined behaviour in the C over every input word.
-    #[arg(long)]
-    pub frama_c: bool,
-    /// Check the C with cppcheck's MISRA rules and all warnings of gcc and clang.
-    #[arg(long)]
-    pub misra: bool,
-    /// Look for panics in the Rust object, overflow checks on; and let rustdoc check the documentation.
-    #[arg(long)]
-    pub objects: bool,
-    /// Damage copies of the files on purpose, and see that every damage is caught.
-    #[arg(long)]
-    pub mutants: bool,
-}
-
-impl CheckArguments {
+impl Checks {
     /// The first option of a check that this kind of routine has not; `has` are those that it has.
-    pub fn beyond(&self, has: &[&str]) -> Option<&'static str> {
+    pub(super) fn beyond(&self, has: &[&str]) -> Option<&'static str> {
         let given = [
             ("--exhaustive", self.exhaustive),
             ("--gappa", self.gappa),
@@ -71,7 +45,7 @@ impl CheckArguments {
 impl Verify {
     /// With the checks that need nothing but compilers.
     pub(super) fn of(arguments: Arguments) -> Verify {
-        Verify { arguments, checks: CheckArguments::default() }
+        Verify { arguments, checks: Checks::default() }
     }
 
     /// Verifies; the exit code is 1 where something does not hold.
@@ -89,18 +63,9 @@ impl Verify {
         if coefficients.whole_turn() {
             return encoder::verify(arguments, checks, &coefficients, &sha256);
         }
-        let (generated, quantity, options) = arguments.prepare()?;
-        let wanted = Checks {
-            exhaustive: checks.exhaustive,
-            sanitize: checks.sanitize,
-            gappa: checks.gappa,
-            frama_c: checks.frama_c,
-            misra: checks.misra,
-            objects: checks.objects,
-            mutants: checks.mutants,
-        };
+        let (generated, options) = arguments.prepare()?;
         let bar = Watched(arguments.progress());
-        let report = verify(&arguments.out, &generated, &quantity, &options, wanted, &bar)?;
+        let report = verify(&arguments.out, &generated, &options, *checks, &bar)?;
         bar.0.finish_and_clear();
         conclude(arguments, &report, report.holds(), &report.text())
     }

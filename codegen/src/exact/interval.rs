@@ -6,7 +6,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use dashu_base::{Approximation, BitTest, Sign, Signed};
+use dashu_base::{Approximation, BitTest, DivEuclid, FloatEncoding, Sign, Signed};
 use dashu_int::IBig;
 
 /// The common exponent: an end is `mantissa · 2^-SCALE`.
@@ -31,16 +31,22 @@ impl Interval {
         Interval { lo: mantissa.clone(), hi: mantissa }
     }
 
+    /// 2^`exponent`, exactly for exponents from −320 on.
+    pub fn pow2(exponent: i64) -> Self {
+        Self::from_int(1).mul_pow2(exponent)
+    }
+
+    /// From one integer to another, whichever is less.
+    pub fn between(a: i64, b: i64) -> Self {
+        Self::from_int(a).hull(&Self::from_int(b))
+    }
+
     /// A finite `f64`, exactly (bits below 2⁻³²⁰ are rounded outward).
     pub fn from_f64(value: f64) -> Self {
-        debug_assert!(value.is_finite());
-        let bits = value.to_bits();
-        let biased = ((bits >> 52) & 0x7ff) as i64;
-        let fraction = (bits & ((1 << 52) - 1)) as i64;
-        let (mantissa, exponent) =
-            if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
-        let mantissa = if value.is_sign_negative() { -mantissa } else { mantissa };
-        Interval::from_int(mantissa).mul_pow2(exponent)
+        let decoded = value.decode();
+        debug_assert!(decoded.is_ok());
+        let (mantissa, exponent) = decoded.unwrap_or_default();
+        Interval::from_int(mantissa).mul_pow2(exponent.into())
     }
 
     /// The quotient of two integers, `denominator` > 0.
@@ -104,10 +110,9 @@ impl Interval {
         }
         let ends = [&self.lo, &self.hi];
         let by = [&divisor.lo, &divisor.hi];
-        let pairs =
-            || ends.iter().flat_map(|n| by.iter().map(move |d| ((*n).clone() << SCALE, (*d).clone())));
-        let floor = pairs().map(|(n, d)| div_floor(&n, &d)).min();
-        let ceil = pairs().map(|(n, d)| -div_floor(&-n, &d)).max();
+        let pairs = || ends.iter().flat_map(|n| by.iter().map(move |d| ((*n).clone() << SCALE, *d)));
+        let floor = pairs().map(|(n, d)| n.div_euclid(d)).min();
+        let ceil = pairs().map(|(n, d)| -(-n).div_euclid(d)).max();
         Interval { lo: floor.unwrap_or_default(), hi: ceil.unwrap_or_default() }
     }
 
@@ -161,11 +166,6 @@ impl Interval {
 
 fn shr_ceil(value: &IBig, k: usize) -> IBig {
     -((-value) >> k)
-}
-
-fn div_floor(n: &IBig, d: &IBig) -> IBig {
-    let q = n / d;
-    if (n - &q * d).is_negative() { q - IBig::ONE } else { q }
 }
 
 /// Nearest `f64` of `mantissa · 2^-SCALE`, stepped once by `step` where result − exact has the sign `mend`.
@@ -227,7 +227,7 @@ mod tests {
     fn shifts_round_toward_minus_infinity() {
         assert_eq!(IBig::from(-3) >> 1, IBig::from(-2));
         assert_eq!(shr_ceil(&IBig::from(-3), 1), IBig::from(-1));
-        assert_eq!(div_floor(&IBig::from(-7), &IBig::from(2)), IBig::from(-4));
+        assert_eq!(IBig::from(-7).div_euclid(IBig::from(2)), IBig::from(-4));
     }
 
     #[test]

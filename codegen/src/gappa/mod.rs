@@ -1,5 +1,5 @@
 //! The rounding of a routine's operations as a script for Gappa, a prover that shares nothing with
-//! [`crate::bound`]: the same claim, proved again by another program.
+//! `bound`: the same claim, proved again by another program.
 //!
 //! In fixed point an operation's rounding does not depend on the coefficients, only on the place in the segment.
 //! So for a table one goal covers all segments: the coefficients are any integers of their columns' ranges.
@@ -42,7 +42,9 @@ pub fn script(
     let program = &routine.design.program;
     let fixed = program.steps[program.variable].ty != Type::F32;
     let words = bound::words(program, &routine.plan);
-    let table = base_table(program);
+    // Whether the function of the reading is a table: a segment is chosen by the variable itself.
+    let of_variable = Operand::Step(program.variable);
+    let table = program.steps.iter().any(|s| matches!(s.op, Op::Index { a, .. } if a == of_variable));
     let mut variables = Vec::new();
     if !table || routine.design.account.is_some() {
         let (from, to) = &words;
@@ -75,12 +77,6 @@ pub fn script(
         pieces => PIECES,
     };
     renderer.render("gappa/routine.g", context).map(Some)
-}
-
-/// Whether the function of the reading is a table: a segment is chosen by the variable itself.
-fn base_table(program: &Program) -> bool {
-    let of_variable = Operand::Step(program.variable);
-    program.steps.iter().any(|s| matches!(s.op, Op::Index { a, .. } if a == of_variable))
 }
 
 /// The place in a segment, and a coefficient of each column: the hull of what any segment that words between

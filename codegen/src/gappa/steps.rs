@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use minijinja::{Value, context};
 
 use crate::exact::Interval;
-use crate::physics::{ErrorAccount, Taken};
+use crate::physics::{ErrorAccount, Tracked};
 use crate::program::{Op, Operand, Program};
 use crate::text;
 
 /// The parts of a script.
+#[derive(Default)]
 pub(super) struct Steps {
     /// Words and distances of which only the range is known.
     pub variables: Vec<Value>,
@@ -45,14 +46,7 @@ pub(super) fn of_segment(program: &Program, i: usize) -> String {
 
 /// The steps that lead to the result; `None` where one has no counterpart.
 pub(super) fn of(program: &Program, account: Option<&ErrorAccount>) -> Option<Steps> {
-    let nothing = Steps {
-        variables: Vec::new(),
-        computed: Vec::new(),
-        bridges: Vec::new(),
-        narrower: Vec::new(),
-        result: Value::UNDEFINED,
-    };
-    let mut writer = Writer { program, account, numbers: BTreeMap::new(), steps: nothing };
+    let mut writer = Writer { program, account, numbers: BTreeMap::new(), steps: Steps::default() };
     let result = Operand::Step(program.output());
     let first = program.variable + 1;
     for i in needed(program, account, result).into_iter().filter(|i| *i >= first) {
@@ -85,35 +79,26 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     /// What the error account says of operand `k` of a step: of the result's own steps only what the whole sum is off.
-    fn taken(&self, i: usize, k: usize, operand: Operand) -> Option<Taken> {
+    fn taken(&self, i: usize, k: usize, operand: Operand) -> Option<Tracked> {
         let account = self.account?;
         match account.steps.get(&i) {
             Some(known) => known.reads.get(k).cloned(),
-            None if operand == account.sum => {
-                let range = account.range_of_sum()?;
-                Some(Taken { range, error: account.error.clone() })
-            }
+            // Only where a term was added to it.
+            None if operand == account.sum.operand => match operand {
+                Operand::Step(sum) if account.steps.contains_key(&sum) => Some(account.sum.clone()),
+                _ => None,
+            },
             None => None,
         }
     }
 
     /// Operand `k` of step `i`.
     fn read(&mut self, i: usize, k: usize, operand: Operand) -> Option<Value> {
-        let fresh;
         let number = match operand {
-            Operand::Step(s) if s == self.program.variable => {
-                fresh = Number::exactly("x_".into());
-                &fresh
-            }
+            Operand::Step(s) if s == self.program.variable => &Number::exactly("x_".into()),
             Operand::Step(s) => self.numbers.get(&s)?,
-            Operand::Int(v) => {
-                fresh = Number::exactly(v.to_string());
-                &fresh
-            }
-            Operand::Float(v) => {
-                fresh = Number::exactly(text::float_hex(v));
-                &fresh
-            }
+            Operand::Int(v) => &Number::exactly(v.to_string()),
+            Operand::Float(v) => &Number::exactly(text::float_hex(v)),
         };
         let (r, mut e) = (number.r.clone(), number.e.clone());
         if let Some(taken) = self.taken(i, k, operand) {
@@ -173,43 +158,28 @@ impl Writer<'_> {
 
     /// The operation for the template, and whether its result is off.
     fn one(&mut self, i: usize, op: &Op, mean: f64) -> Option<(Value, bool)> {
-        let operands = op.operands();
         let mut read = Vec::new();
-        for (k, operand) in operands.into_iter().enumerate() {
+        for (k, operand) in op.operands().into_iter().enumerate() {
             read.push(self.read(i, k, operand)?);
         }
         let exact = read.iter().all(|o| o.get_attr("exact").is_ok_and(|v| v.is_true()));
-        let mut read = read.into_iter();
-        let none = || Value::from(());
-        let (a, b, c) = (
-            read.next().unwrap_or_else(none),
-            read.next().unwrap_or_else(none),
-            read.next().unwrap_or_else(none),
-        );
-        let split = 3.0 * mean;
-        // Strict templates want every name: what an operation has not is nothing.
-        let of = |kind: &str, exact: bool, factor: u64, by: u32, scale: String, more: &str| {
-            let fused = more == "fused";
-            (
-                context! { i, kind, a => a.clone(), b => b.clone(), c => c.clone(), mean, split, exact, factor, by, scale, fused, sign => more },
-                !exact,
-            )
-        };
-        let high =
-            |kind: &str, shift: u32| of(kind, false, 1 << shift, 32, format!(" * 1b-{}", 32 - shift), "");
-        let plain = |kind: &str, more: &str| of(kind, false, 1, 0, String::new(), more);
-        Some(match op {
-            Op::MulAddHigh { shift, .. } => high("mul_add_high", *shift),
-            Op::MulAddSplit { shift, .. } => high("mul_add_split", *shift),
-            Op::MulAddShort { by, .. } => of("mul_add_high", false, 1, *by, format!(" * 1b-{by}"), ""),
-            Op::MulAddF32 { fused, .. } => plain("mul_add_f32", if *fused { "fused" } else { "" }),
-            Op::MulF32 { .. } => plain("mul_f32", ""),
-            Op::ToF32 { .. } => plain("to_f32", ""),
-            Op::Add { .. } => of("sum", exact, 1, 0, String::new(), "+"),
-            Op::Sub { .. } => of("sum", exact, 1, 0, String::new(), "-"),
-            Op::ShiftLeft { by, .. } => of("shift_left", exact, 1 << by, 0, String::new(), ""),
+        let (kind, exact, factor, by, sign) = match op {
+            Op::MulAddHigh { shift, .. } => ("mul_add_high", false, 1u64 << shift, 32, ""),
+            Op::MulAddSplit { shift, .. } => ("mul_add_split", false, 1 << shift, 32, ""),
+            Op::MulAddShort { by, .. } => ("mul_add_high", false, 1, *by, ""),
+            Op::MulAddF32 { .. } => ("mul_add_f32", false, 1, 0, ""),
+            Op::MulF32 { .. } => ("mul_f32", false, 1, 0, ""),
+            Op::ToF32 { .. } => ("to_f32", false, 1, 0, ""),
+            Op::Add { .. } => ("sum", exact, 1, 0, "+"),
+            Op::Sub { .. } => ("sum", exact, 1, 0, "-"),
+            Op::ShiftLeft { by, .. } => ("shift_left", exact, 1 << by, 0, ""),
             _ => return None,
-        })
+        };
+        let scale = if by > 0 { format!(" * 1b-{}", by - factor.trailing_zeros()) } else { String::new() };
+        // Strict templates want every name: what an operation has not is nothing.
+        let [a, b, c] = [0, 1, 2].map(|k| read.get(k).cloned().unwrap_or(Value::from(())));
+        let split = 3.0 * mean;
+        Some((context! { i, kind, a, b, c, mean, split, exact, factor, by, scale, sign }, !exact))
     }
 }
 

@@ -1,42 +1,26 @@
 //! Float inputs.
 
-use super::{Arithmetic, Arity, InputError, InputPlan, Names, exponent_above, power_of_two, push_arguments};
+use super::{Asked, InputError, InputPlan, exponent_above, power_of_two};
 use crate::exact::Interval;
-use crate::program::{Op, Operand, Program, Stage, Type};
+use crate::program::{Op, Operand, Stage, Type};
 use crate::reference::ReadingMap;
 
 /// A float variable of magnitude 2^±UNSCALED_BITS or closer to 1 is used as it is.
 const UNSCALED_BITS: i64 = 6;
 
 /// The plan for a float.
-pub(super) fn plan(
-    arity: Arity,
-    names: &Names,
-    from: f64,
-    to: f64,
-    arithmetic: Arithmetic,
-    clamped: bool,
-) -> Result<InputPlan, InputError> {
+pub(super) fn plan(asked: &Asked<'_>) -> Result<InputPlan, InputError> {
+    let Asked { unit, from, to, format, clamped, .. } = *asked;
     let (first, last) = ends(from, to)?;
-    let mut p = Program::default();
-    let meaning = format!("in {}", names.unit);
-    push_arguments(
-        &mut p,
-        arity,
-        names,
-        &format!("_{}", names.unit.to_lowercase()),
-        Type::F32,
-        &meaning,
-        Type::F32,
-    );
+    let suffix = format!("_{}", unit.to_lowercase());
+    let mut p = asked.program(&suffix, Type::F32, &format!("in {unit}"), Type::F32);
     let mut x = Operand::Step(p.reading);
-    p.clamped = p.reading;
     p.valid = (first.into(), last.into());
     if clamped {
         let clamp = Op::ClampF32 { a: x, lo: first, hi: last };
         x = p.push(Stage::Input, "limited", Type::F32, clamp, "the valid range");
         p.clamped = p.output();
-    } else if arithmetic != Arithmetic::Float {
+    } else if format.is_fixed() {
         return Err(InputError::Unlimited);
     }
     let (a, b) = (f64::from(first), f64::from(last));
@@ -49,28 +33,24 @@ pub(super) fn plan(
     }
     // |x| < 2^bits, with a margin for the rounding of the difference from the middle.
     let bits = exponent_above(largest(centre.into()) * (1.0 + power_of_two(-20)));
-    let exponent = match arithmetic {
-        Arithmetic::Float => {
-            // Coefficients of x itself, unless its powers would leave the range of a float.
-            if bits.abs() > UNSCALED_BITS {
-                let scale = Operand::Float(power_of_two(-bits) as f32);
-                p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
-                p.variable_exponent = 0;
-            } else {
-                p.variable_exponent = bits;
-            }
-            bits
-        }
-        Arithmetic::Word { bits: word } => {
-            let scale = Operand::Float(power_of_two(word - bits) as f32);
-            let scaled = p.push(Stage::Input, "scaled", Type::F32, Op::MulF32 { a: x, b: scale }, "exact");
-            p.push(Stage::Input, "x", Type::I32, Op::Truncate { a: scaled }, "");
-            p.variable_exponent = word + 1;
-            bits + 1
-        }
-    };
+    let mut exponent = bits;
+    if format.is_fixed() {
+        let word = format.bits();
+        let scale = Operand::Float(power_of_two(word - bits) as f32);
+        let scaled = p.push(Stage::Input, "scaled", Type::F32, Op::MulF32 { a: x, b: scale }, "exact");
+        p.push(Stage::Input, "x", Type::I32, Op::Truncate { a: scaled }, "");
+        p.variable_exponent = word + 1;
+        exponent = bits + 1;
+    } else if bits.abs() > UNSCALED_BITS {
+        let scale = Operand::Float(power_of_two(-bits) as f32);
+        p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
+        p.variable_exponent = 0;
+    } else {
+        // Coefficients of x itself, unless its powers would leave the range of a float.
+        p.variable_exponent = bits;
+    }
     p.name_variable();
-    let slope = Interval::from_int(1).mul_pow2(exponent);
+    let slope = Interval::pow2(exponent);
     let words = |end: f32| {
         let v = &(&Interval::from_f64(end.into()) - &Interval::from_f64(centre.into())).mul_pow2(-exponent);
         v.mul_pow2(p.variable_exponent)

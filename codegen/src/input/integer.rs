@@ -1,7 +1,8 @@
 //! Integer inputs: Q31 words and counts. Everything up to the variable is exact.
 
-use super::{Arithmetic, Arity, InputError, InputPlan, Names, power_of_two, push_arguments};
+use super::{Arity, Asked, InputError, InputPlan, power_of_two};
 use crate::exact::Interval;
+use crate::format::Format;
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::reference::ReadingMap;
 
@@ -18,24 +19,15 @@ pub(super) struct Word {
 }
 
 /// The plan for an integer encoding.
-pub(super) fn plan(
-    arity: Arity,
-    names: &Names,
-    word: Word,
-    from: f64,
-    to: f64,
-    arithmetic: Arithmetic,
-    clamped: bool,
-) -> Result<InputPlan, InputError> {
-    let (first, last) = word.ends(arity, from, to)?;
-    let mut p = Program::default();
+pub(super) fn plan(asked: &Asked<'_>, word: &Word) -> Result<InputPlan, InputError> {
+    let Asked { arity, format, clamped, .. } = *asked;
+    let (first, last) = word.ends(asked)?;
     let suffix = match word.ty {
         Type::U16 | Type::U32 => "_counts",
         _ => "_q31",
     };
     let difference = if word.ty == Type::U16 { Type::I32 } else { Type::I64 };
-    push_arguments(&mut p, arity, names, suffix, word.ty, &word.meaning, difference);
-    p.clamped = p.reading;
+    let mut p = asked.program(suffix, word.ty, &word.meaning, difference);
     p.valid = (first as f64, last as f64);
     let mut reading = Operand::Step(p.reading);
     let (least, most) = word.arriving(&mut p, &mut reading, arity, (first, last), clamped)?;
@@ -51,10 +43,10 @@ pub(super) fn plan(
     }
     // Negative words reach one further: −2^n fits where 2^n − 1 does.
     let widest = (most - centre).max(-1 - (least - centre));
-    let exponent = variable(&mut p, reading, widest, arithmetic);
+    let exponent = variable(&mut p, reading, widest, format);
     p.name_variable();
     // word = centre + v·2^exponent, so reading = (centre − offset + v·2^exponent)·lsb.
-    let slope = Interval::from_int(1).mul_pow2(exponent);
+    let slope = Interval::pow2(exponent);
     let map = ReadingMap {
         offset: &(&Interval::from_int(centre) - &word.offset) * &word.lsb,
         slope: &slope * &word.lsb,
@@ -82,8 +74,9 @@ impl Word {
     }
 
     /// The first and last word of the range.
-    fn ends(&self, arity: Arity, from: f64, to: f64) -> Result<(i64, i64), InputError> {
-        let (lo, hi) = self.reach(arity);
+    fn ends(&self, asked: &Asked<'_>) -> Result<(i64, i64), InputError> {
+        let (from, to) = (asked.from, asked.to);
+        let (lo, hi) = self.reach(asked.arity);
         let in_words = |reading: f64| &Interval::from_f64(reading).div(&self.lsb) + &self.offset;
         let first = in_words(from).ceil_to_i64().unwrap_or(i64::MIN);
         let last = in_words(to).floor_to_i64().unwrap_or(i64::MAX);
@@ -134,15 +127,16 @@ impl Word {
 }
 
 /// Pushes the steps from a word of at most `widest` to the variable: reading = v·2^exponent.
-fn variable(p: &mut Program, reading: Operand, widest: i64, arithmetic: Arithmetic) -> i64 {
-    let Arithmetic::Word { bits } = arithmetic else {
+fn variable(p: &mut Program, reading: Operand, widest: i64, format: Format) -> i64 {
+    if !format.is_fixed() {
         let bits = 64 - i64::from(widest.leading_zeros());
         let x = p.push(Stage::Input, "x", Type::F32, Op::ToF32 { a: reading }, "");
         let scale = Operand::Float(power_of_two(-bits) as f32);
         p.push(Stage::Input, "x", Type::F32, Op::MulF32 { a: x, b: scale }, "|x| ≤ 1, exact");
         p.variable_exponent = 0;
         return bits;
-    };
+    }
+    let bits = format.bits();
     let limit = (1 << bits) - 1;
     let note = format!("v·2^{}", bits + 1);
     p.variable_exponent = bits + 1;

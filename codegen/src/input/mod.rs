@@ -7,6 +7,7 @@ mod integer;
 use fitter::error_model::Sensor;
 
 use crate::exact::Interval;
+use crate::format::Format;
 use crate::program::{Argument, Op, Operand, Program, Stage, Step, Type};
 use crate::reference::ReadingMap;
 
@@ -47,18 +48,6 @@ pub struct Input {
     pub arity: Arity,
     /// In which form.
     pub encoding: Encoding,
-}
-
-/// Which arithmetic the variable is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Arithmetic {
-    /// A signed word v·2^(bits + 1) with magnitude below 2^bits: 31, or 15 for short words.
-    Word {
-        /// See above.
-        bits: i64,
-    },
-    /// A float.
-    Float,
 }
 
 /// The first steps of a program, up to the normalised variable, and what the variable means.
@@ -116,6 +105,21 @@ pub enum InputError {
 }
 
 impl InputPlan {
+    /// Smallest and largest v of the range, as points.
+    pub fn range_in_v(&self) -> (Interval, Interval) {
+        self.in_v((&self.word_from, &self.word_to))
+    }
+
+    /// Smallest and largest v of any argument, valid or not, as points.
+    pub fn reach_in_v(&self) -> (Interval, Interval) {
+        self.in_v((&self.reach.0, &self.reach.1))
+    }
+
+    fn in_v(&self, (from, to): (&Interval, &Interval)) -> (Interval, Interval) {
+        let exponent = -self.program.variable_exponent;
+        (from.mul_pow2(exponent), to.mul_pow2(exponent))
+    }
+
     /// The same without a last shift to the left: for a table, whose index and place are shifted anyway. As it
     /// is where there is no such shift, or where the words before it have fewer than `bits` bits.
     #[must_use]
@@ -144,7 +148,7 @@ impl InputPlan {
 }
 
 impl Input {
-    /// Plans the steps from the arguments to the variable, for readings `from`…`to` of `sensor`.
+    /// Plans the steps from the arguments to the variable of a format, for readings `from`…`to` of `sensor`.
     ///
     /// Without `clamped` nothing limits the reading: the range is where the bound will hold, and every input
     /// reaches the variable.
@@ -158,15 +162,19 @@ impl Input {
         sensor: &Sensor,
         from: f64,
         to: f64,
-        arithmetic: Arithmetic,
+        format: Format,
         clamped: bool,
     ) -> Result<InputPlan, InputError> {
         if self.arity == Arity::Probes && matches!(sensor, Sensor::Direct { .. }) {
             return Err(InputError::OneReading);
         }
-        let names = Names::of(sensor);
+        let (unit, pair) = match sensor {
+            Sensor::EddyCurrentPair { .. } => ("mm", true),
+            Sensor::Direct { unit, .. } => (unit.as_str(), false),
+        };
+        let asked = Asked { arity: self.arity, unit, pair, from, to, format, clamped };
         match self.encoding {
-            Encoding::F32 => float::plan(self.arity, &names, from, to, arithmetic, clamped),
+            Encoding::F32 => float::plan(&asked),
             Encoding::Q31 { full_scale } => {
                 let largest = from.abs().max(to.abs());
                 let full_scale = full_scale.unwrap_or_else(|| power_of_two(exponent_above(largest)));
@@ -174,7 +182,7 @@ impl Input {
                     return Err(InputError::FullScale(full_scale));
                 }
                 let lsb = Interval::from_f64(full_scale).mul_pow2(-31);
-                let meaning = format!("2⁻³¹ of {full_scale} {}", names.unit);
+                let meaning = format!("2⁻³¹ of {full_scale} {unit}");
                 let word = integer::Word {
                     ty: Type::I32,
                     lsb,
@@ -184,7 +192,7 @@ impl Input {
                     meaning,
                     what: "the full scale",
                 };
-                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped)
+                integer::plan(&asked, &word)
             }
             Encoding::Counts { bits, gain, offset } => {
                 if !(gain.is_finite() && gain > 0.0) {
@@ -196,9 +204,9 @@ impl Input {
                 let ty = if bits <= 16 { Type::U16 } else { Type::U32 };
                 let both = self.arity == Arity::Probes;
                 let meaning = if both {
-                    format!("counts of a {bits}-bit converter, {gain} {} each", names.unit)
+                    format!("counts of a {bits}-bit converter, {gain} {unit} each")
                 } else {
-                    format!("counts of a {bits}-bit converter, {gain} {} each, zero at {offset}", names.unit)
+                    format!("counts of a {bits}-bit converter, {gain} {unit} each, zero at {offset}")
                 };
                 let word = integer::Word {
                     ty,
@@ -209,25 +217,23 @@ impl Input {
                     meaning,
                     what: "the converter's bits, gain or offset",
                 };
-                integer::plan(self.arity, &names, word, from, to, arithmetic, clamped)
+                integer::plan(&asked, &word)
             }
         }
     }
 }
 
-/// How the reading and its unit are called in the generated source.
-struct Names {
-    reading: &'static str,
-    unit: String,
-}
-
-impl Names {
-    fn of(sensor: &Sensor) -> Self {
-        match sensor {
-            Sensor::EddyCurrentPair { .. } => Names { reading: "s", unit: "mm".into() },
-            Sensor::Direct { unit, .. } => Names { reading: "measured", unit: unit.clone() },
-        }
-    }
+/// What a plan is for.
+struct Asked<'a> {
+    arity: Arity,
+    /// The unit of the reading; `pair` where that is the difference of two probes.
+    unit: &'a str,
+    pair: bool,
+    from: f64,
+    to: f64,
+    /// Of the evaluation: the variable is a float, or a signed word v·2^(bits + 1) with magnitude below 2^bits.
+    format: Format,
+    clamped: bool,
 }
 
 /// The smallest e with 2^e ≥ x, for 0 < x < ∞.
@@ -247,31 +253,29 @@ pub(crate) fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits(((exponent + 1023) as u64) << 52)
 }
 
-/// Pushes the arguments and, for two probes, their difference; the reading is the last step.
-fn push_arguments(
-    p: &mut Program,
-    arity: Arity,
-    names: &Names,
-    suffix: &str,
-    ty: Type,
-    meaning: &str,
-    difference: Type,
-) {
-    let argument = |p: &mut Program, name: String, what: &str| {
-        let index = p.arguments.len();
-        p.arguments.push(Argument { name: name.clone(), ty, meaning: format!("{what}, {meaning}") });
-        p.push(Stage::Input, &name, ty, Op::Input { index }, "")
-    };
-    match arity {
-        Arity::Reading => {
-            let what = if names.reading == "s" { "s = x₂ − x₁" } else { "the reading" };
-            argument(p, format!("{}{suffix}", names.reading), what);
+impl Asked<'_> {
+    /// A program of the arguments and, for two probes, their difference; the reading is the last step.
+    fn program(&self, suffix: &str, ty: Type, meaning: &str, difference: Type) -> Program {
+        let mut p = Program::default();
+        let argument = |p: &mut Program, name: String, what: &str| {
+            let index = p.arguments.len();
+            p.arguments.push(Argument { name: name.clone(), ty, meaning: format!("{what}, {meaning}") });
+            p.push(Stage::Input, &name, ty, Op::Input { index }, "")
+        };
+        match self.arity {
+            Arity::Reading => {
+                let (name, what) =
+                    if self.pair { ("s", "s = x₂ − x₁") } else { ("measured", "the reading") };
+                argument(&mut p, format!("{name}{suffix}"), what);
+            }
+            Arity::Probes => {
+                let x1 = argument(&mut p, format!("x1{suffix}"), "x₁, Eq. 2");
+                let x2 = argument(&mut p, format!("x2{suffix}"), "x₂, Eq. 3");
+                p.push(Stage::Input, "s", difference, Op::Sub { a: x2, b: x1 }, "s = x₂ − x₁");
+            }
         }
-        Arity::Probes => {
-            let x1 = argument(p, format!("x1{suffix}"), "x₁, Eq. 2");
-            let x2 = argument(p, format!("x2{suffix}"), "x₂, Eq. 3");
-            p.push(Stage::Input, "s", difference, Op::Sub { a: x2, b: x1 }, "s = x₂ − x₁");
-        }
+        p.reading = p.output();
+        p.clamped = p.reading;
+        p
     }
-    p.reading = p.output();
 }

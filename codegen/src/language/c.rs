@@ -149,8 +149,7 @@ impl Language for C {
                     CShift::Strict => format!("shift_right({product}, {by}u){}", plus(c)),
                 }
             }
-            Op::MulAddF32 { a, b, c, fused: true } => format!("fmaf({}, {}, {})", text(a), text(b), text(c)),
-            Op::MulAddF32 { a, b, c, fused: false } => {
+            Op::MulAddF32 { a, b, c } => {
                 let sum = match c {
                     Operand::Float(v) if v.is_sign_negative() => format!(" - {}", self.float(v.abs())),
                     other => format!(" + {}", text(other)),

@@ -8,7 +8,7 @@ use minijinja::{Value, context};
 use super::{Body, Checker, File, Language, limit};
 use crate::program::{Op, Operand, Program, Step, Type};
 use crate::render::{RenderError, Renderer};
-use crate::text::{float_decimal, grouped};
+use crate::text::grouped;
 use crate::verify::VerifyError;
 use crate::verify::compile::{How, Place, Tool};
 use crate::verify::external::{self, Check, Checked, ToolReport};
@@ -111,8 +111,9 @@ impl Language for Rust {
         grouped(value)
     }
 
+    /// The shortest decimal that reads back as the same float.
     fn float(&self, value: f32) -> String {
-        float_decimal(value)
+        format!("{value:?}")
     }
 
     fn expression(&self, body: &Body<'_>, step: &Step) -> String {
@@ -181,7 +182,7 @@ impl Language for Rust {
             Op::MulAddShort { a, b, by, c } => {
                 format!("mul_short({}, {}, {by}){}", text(a), text(b), plus(c))
             }
-            Op::MulAddF32 { a, b, c, .. } => {
+            Op::MulAddF32 { a, b, c } => {
                 let sum = match c {
                     Operand::Float(v) if v.is_sign_negative() => format!(" - {}", self.float(v.abs())),
                     other => format!(" + {}", text(other)),

@@ -3,15 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use super::error_account::{Known, Taken};
-use crate::bound::Overflows;
+use super::Result;
+use super::sum::Sum;
+use crate::bound::{Overflows, of_type};
 use crate::exact::Interval;
 use crate::format::Format;
 use crate::program::{Argument, Op, Operand, Program, Stage, StateWord, Type};
 
 /// A word of the program.
-#[derive(Debug, Clone)]
-pub(super) struct Tracked {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracked {
     /// Where it is.
     pub operand: Operand,
     /// All words that it can be, whatever the arguments and the state.
@@ -22,12 +23,37 @@ pub(super) struct Tracked {
 
 impl Tracked {
     /// The nearest word to an exact constant.
-    pub fn constant(exact: &Interval) -> Tracked {
+    pub(super) fn constant(exact: &Interval) -> Tracked {
         let word = exact.round_to_i64().unwrap_or(i64::MAX);
         let range = Interval::from_int(word);
         let error = (&range - exact).magnitude();
         Tracked { operand: Operand::Int(word), range, error }
     }
+
+    /// The same word, taken as exact.
+    pub(super) fn exactly(&self) -> Tracked {
+        Tracked { error: Interval::zero(), ..self.clone() }
+    }
+}
+
+/// What the bound rests on in one step. A step may read more of an error than the step that it comes from has: what an
+/// approximation is off comes between.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Known {
+    /// Its result.
+    pub result: Tracked,
+    /// What it reads, in the order of its operands; empty where its result is known otherwise: a word of the state,
+    /// or one that is limited.
+    pub reads: Vec<Tracked>,
+}
+
+/// What the bound of the terms rests on: [`crate::gappa`] makes another prover's script of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorAccount {
+    /// The steps that the terms add, by number in the program.
+    pub steps: BTreeMap<usize, Known>,
+    /// The sum, all terms subtracted.
+    pub sum: Tracked,
 }
 
 /// A word of 64 bits: all that it can be.
@@ -45,39 +71,23 @@ pub(super) struct Builder {
     pub format: Format,
     /// What is known of every step that was appended.
     pub known: BTreeMap<usize, Known>,
+    /// The result so far.
+    pub sum: Sum,
 }
 
 impl Builder {
-    /// Continues a program whose products are of this format.
-    pub fn new(program: Program, format: Format) -> Builder {
-        Builder { program, format, known: BTreeMap::new() }
-    }
-
     /// Appends an argument; it can be any word of its type.
     pub fn argument(&mut self, argument: Argument) -> Tracked {
         let index = self.program.arguments.len();
         let (name, ty) = (argument.name.clone(), argument.ty);
         self.program.arguments.push(argument);
         let operand = self.program.push(Stage::Input, &name, ty, Op::Input { index }, "");
-        let (lo, hi) = ty.range().unwrap_or((0, 0));
-        let range = Interval::from_int(lo).hull(&Interval::from_int(hi));
-        Tracked { operand, range, error: Interval::zero() }
+        Tracked { operand, range: of_type(ty), error: Interval::zero() }
     }
 
-    /// Whether words of 32 bits hold a range: constants are not steps, and must fit as well.
-    fn fits(&self, name: &str, range: &Interval) -> Result<(), Overflows> {
-        let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
-        if range.inside(&word) {
-            return Ok(());
-        }
-        Err(Overflows {
-            step: self.program.steps.len(),
-            name: name.into(),
-            stage: Stage::Evaluation,
-            from: range.to_f64_down(),
-            to: range.to_f64_up(),
-            ty: Type::I32,
-        })
+    /// Whether words of a type hold a range: constants are not steps, and must fit as well.
+    fn fits(&self, name: &str, range: &Interval, ty: Type) -> Result {
+        Ok(Overflows::unless_inside(range, ty, (self.program.steps.len(), name, Stage::Evaluation))?)
     }
 
     /// Appends a step whose words and error are known.
@@ -88,12 +98,8 @@ impl Builder {
         range: Interval,
         error: Interval,
         note: &str,
-    ) -> Result<Tracked, Overflows> {
-        self.fits(name, &range)?;
-        let operand = self.program.push(Stage::Evaluation, name, Type::I32, op, note);
-        let word = Tracked { operand, range, error: error.upper() };
-        self.known.insert(self.program.output(), Known { result: (&word).into(), reads: Vec::new() });
-        Ok(word)
+    ) -> Result<Tracked> {
+        self.computed(name, op, (range, error), &[], note)
     }
 
     /// Appends a step whose words and error follow from what it reads.
@@ -104,12 +110,13 @@ impl Builder {
         (range, error): (Interval, Interval),
         reads: &[&Tracked],
         note: &str,
-    ) -> Result<Tracked, Overflows> {
-        let word = self.push(name, op, range, error, note)?;
-        if let Some(known) = self.known.get_mut(&self.program.output()) {
-            known.reads = reads.iter().map(|read| Taken::from(*read)).collect();
-        }
-        Ok(word)
+    ) -> Result<Tracked> {
+        self.fits(name, &range, Type::I32)?;
+        let operand = self.program.push(Stage::Evaluation, name, Type::I32, op, note);
+        let result = Tracked { operand, range, error: error.upper() };
+        let reads = reads.iter().copied().cloned().collect();
+        self.known.insert(self.program.output(), Known { result: result.clone(), reads });
+        Ok(result)
     }
 
     /// Takes what is known of the last step as given, not as following from what it reads.
@@ -127,7 +134,7 @@ impl Builder {
         shift: u32,
         c: &Tracked,
         note: &str,
-    ) -> Result<Tracked, Overflows> {
+    ) -> Result<Tracked> {
         let by = i64::from(shift);
         let lost = Interval::from_int(self.format.floors()).mul_pow2(by);
         let product = &(&a.range * &b.range).mul_pow2(by - 32) + &(-lost.clone()).hull(&Interval::zero());
@@ -135,26 +142,25 @@ impl Builder {
         let spread = &(&a.range.magnitude() * &b.error) + &(&(&b.range.magnitude() + &b.error) * &a.error);
         let error = &(&spread.mul_pow2(by - 32) + &lost) + &c.error;
         for factor in [a, b, c] {
-            self.fits(name, &factor.range)?;
+            self.fits(name, &factor.range, Type::I32)?;
         }
         // What is added must fit the word as well.
         let op = self.format.mul_add(a.operand, b.operand, shift, c.operand);
-        let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
-        let range = if product.inside(&word) { &product + &c.range } else { product };
+        let range = if product.inside(&of_type(Type::I32)) { &product + &c.range } else { product };
         self.computed(name, op, (range, error), &[a, b, c], note)
     }
 
-    pub fn add(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
+    pub fn add(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked> {
         let op = Op::Add { a: a.operand, b: b.operand };
         self.computed(name, op, (&a.range + &b.range, &a.error + &b.error), &[a, b], note)
     }
 
-    pub fn sub(&mut self, name: &str, a: &Tracked, b: &Tracked, note: &str) -> Result<Tracked, Overflows> {
+    pub fn sub(&mut self, name: &str, a: &Tracked, b: &Tracked) -> Result<Tracked> {
         let op = Op::Sub { a: a.operand, b: b.operand };
-        self.computed(name, op, (&a.range - &b.range, &a.error + &b.error), &[a, b], note)
+        self.computed(name, op, (&a.range - &b.range, &a.error + &b.error), &[a, b], "")
     }
 
-    pub fn shift_left(&mut self, name: &str, a: &Tracked, by: u32, note: &str) -> Result<Tracked, Overflows> {
+    pub fn shift_left(&mut self, name: &str, a: &Tracked, by: u32, note: &str) -> Result<Tracked> {
         let up = i64::from(by);
         let op = Op::ShiftLeft { a: a.operand, by };
         self.computed(name, op, (a.range.mul_pow2(up), a.error.mul_pow2(up)), &[a], note)
@@ -168,23 +174,22 @@ impl Builder {
         (lo, hi): (i64, i64),
         mismatch: &Interval,
         note: &str,
-    ) -> Result<Tracked, Overflows> {
-        let range = Interval::from_int(lo).hull(&Interval::from_int(hi));
+    ) -> Result<Tracked> {
+        let range = Interval::between(lo, hi);
         let error = a.error.hull(mismatch).magnitude();
         self.push(name, Op::Clamp { a: a.operand, lo, hi }, range, error, note)
     }
 
-    /// A further word of the state, as the call before left it: within `range`, `error` from exact.
+    /// A further word of the state, as the call before left it: what `word` is where it began, within its range and error.
     pub fn state(
         &mut self,
         name: &str,
         meaning: String,
         start: &Tracked,
-        range: Interval,
-        error: Interval,
-    ) -> Result<(usize, Tracked), Overflows> {
-        let index = self.word_kept(name, Type::I32, meaning, start.operand, &range);
-        let word = self.push(name, Op::State { index }, range, error, "")?;
+        word: &Tracked,
+    ) -> Result<(usize, Tracked)> {
+        let index = self.word_kept(name, Type::I32, meaning, start.operand, &word.range);
+        let word = self.push(name, Op::State { index }, word.range.clone(), word.error.clone(), "")?;
         Ok((index, word))
     }
 
@@ -209,39 +214,22 @@ impl Builder {
         meaning: String,
         start: Operand,
         range: Interval,
-    ) -> Result<(usize, Wide), Overflows> {
+    ) -> Result<(usize, Wide)> {
         let index = self.word_kept(name, Type::I64, meaning, start, &range);
-        let word = self.push_wide(name, Op::State { index }, range)?;
-        Ok((index, word))
+        Ok((index, self.push_wide(name, Op::State { index }, range)?))
     }
 
-    fn push_wide(&mut self, name: &str, op: Op, range: Interval) -> Result<Wide, Overflows> {
-        let word = Interval::from_int(i64::MIN).hull(&Interval::from_int(i64::MAX));
-        if !range.inside(&word) {
-            return Err(Overflows {
-                step: self.program.steps.len(),
-                name: name.into(),
-                stage: Stage::Evaluation,
-                from: range.to_f64_down(),
-                to: range.to_f64_up(),
-                ty: Type::I64,
-            });
-        }
+    fn push_wide(&mut self, name: &str, op: Op, range: Interval) -> Result<Wide> {
+        self.fits(name, &range, Type::I64)?;
         Ok(Wide { operand: self.program.push(Stage::Evaluation, name, Type::I64, op, ""), range })
     }
 
     /// c + a·b, exactly, in 64 bits.
-    pub fn mul_add_wide(
-        &mut self,
-        name: &str,
-        (a, b): (&Tracked, i64),
-        c: Option<&Wide>,
-    ) -> Result<Wide, Overflows> {
+    pub fn mul_add_wide(&mut self, name: &str, (a, b): (&Tracked, i64), c: Option<&Wide>) -> Result<Wide> {
         let product = &a.range * &Interval::from_int(b);
         let range = c.map_or(product.clone(), |c| &product + &c.range);
         let c = c.map_or(Operand::Int(0), |c| c.operand);
-        let op = Op::MulAddWide { a: a.operand, b: Operand::Int(b), c };
-        self.push_wide(name, op, range)
+        self.push_wide(name, Op::MulAddWide { a: a.operand, b: Operand::Int(b), c }, range)
     }
 
     /// ⌊a·2^−by⌋ of a wide word, which is known to be within `range` and `error`.
@@ -252,7 +240,7 @@ impl Builder {
         by: u32,
         range: Interval,
         error: &Interval,
-    ) -> Result<Tracked, Overflows> {
+    ) -> Result<Tracked> {
         let error = error + &Interval::from_int(1);
         self.push(name, Op::High { a: a.operand, by }, range, error, "")
     }

@@ -88,7 +88,6 @@ pub enum PhysicsError {
     /// The range is too wide.
     #[error(transparent)]
     TooSteep(#[from] TooSteep),
-    /// Some word could overflow.
     #[error(transparent)]
     Overflows(#[from] Overflows),
 }

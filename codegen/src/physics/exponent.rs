@@ -1,7 +1,7 @@
 //! e^−x of a word x, by which bumps and saturating terms are made: e^−x = (e^(−x/2^k))^(2^k), a polynomial on the
 //! first unit of x/2^k and k squarings. What the squarings enlarge is counted where each is appended.
 
-use super::PhysicsError;
+use super::Result;
 use super::builder::{Builder, Tracked};
 use super::shape::{Shape, best_within, horner};
 use crate::exact::{Interval, Polynomial, exp_minus};
@@ -21,7 +21,7 @@ pub(super) fn exp_minus_of(
     q: &Tracked,
     x: &Interval,
     tolerance: &Interval,
-) -> Result<Tracked, PhysicsError> {
+) -> Result<Tracked> {
     let one = Interval::from_int(1);
     let squarings = x.upper().log2_floor().map_or(0, |e| (e + 1).max(0));
     let y = x.mul_pow2(-squarings);

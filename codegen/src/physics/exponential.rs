@@ -3,28 +3,25 @@
 
 use fitter::terms::Exponential;
 
-use super::PhysicsError;
-use super::builder::{Builder, Tracked};
+use super::Result;
+use super::builder::Builder;
 use super::exponent::{self, BITS};
 use super::gaussian::limited;
 use super::observed::Observed;
-use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Subtracts the term from the result.
 pub(super) fn subtract(
     b: &mut Builder,
-    sum: &mut Sum,
     exponential: &Exponential,
     weight: &Interval,
     observed: &Observed,
-) -> Result<(), PhysicsError> {
-    let height = weight.magnitude().mul_pow2(sum.bits);
-    if height.certainly_le(&sum.negligible) {
-        sum.add_error(&height);
+) -> Result {
+    if b.leaves_out(weight) {
         return Ok(());
     }
-    let quarter = sum.tolerance.mul_pow2(-2);
+    let height = weight.magnitude().mul_pow2(b.sum.bits);
+    let quarter = b.sum.tolerance.mul_pow2(-2);
     let limit = exponent::worth(&height, &quarter);
     let tail = exponent::tail(&limit, &height);
     let one = Interval::from_int(1);
@@ -36,16 +33,15 @@ pub(super) fn subtract(
     let name = format!("since_{}", b.program.steps.len());
     let Some(word) = limited(b, &name, &zeta, 0, &quarter.div(&slope))? else {
         if one.certainly_le(&zeta.range().lower()) {
-            sum.add_constant(b, &(-weight.clone()).mul_pow2(sum.bits))?;
-            sum.add_error(&tail);
+            b.add_constant(&(-weight.clone()).mul_pow2(b.sum.bits))?;
+            b.add_error(&tail);
         }
         return Ok(());
     };
-    let (exact, off) = (Tracked { error: Interval::zero(), ..word.clone() }, word.error);
     let wanted = quarter.div(&height).mul_pow2(BITS);
-    let left = exponent::exp_minus_of(b, &format!("{name}_left"), &exact, &limit, &wanted)?;
-    sum.add_scaled(b, &weight.mul_pow2(sum.bits + 32 - BITS), &left, "what is left of the way")?;
-    sum.add_constant(b, &(-weight.clone()).mul_pow2(sum.bits))?;
-    sum.add_error(&(&(&slope * &off.mul_pow2(-BITS)) + &tail));
+    let left = exponent::exp_minus_of(b, &format!("{name}_left"), &word.exactly(), &limit, &wanted)?;
+    b.add_scaled(&weight.mul_pow2(b.sum.bits + 32 - BITS), &left, "what is left of the way")?;
+    b.add_constant(&(-weight.clone()).mul_pow2(b.sum.bits))?;
+    b.add_error(&(&(&slope * &word.error.mul_pow2(-BITS)) + &tail));
     Ok(())
 }

@@ -1,17 +1,19 @@
 //! Appends the terms to a routine that is designed, and adds what they are off to its bound.
 
+use std::collections::BTreeMap;
+
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::Operator;
 
-use super::builder::{Builder, Tracked};
-use super::error_account::ErrorAccount;
+use super::builder::{Builder, ErrorAccount, Tracked};
 use super::further::Given;
 use super::observed::Observed;
 use super::selection::by_time;
 use super::shape::Variable;
 use super::sum::Sum;
 use super::{
-    Physics, PhysicsError, exponential, gaussian, hinge, lag, periodic, play, product, rate, step, warm_up,
+    Physics, PhysicsError, Result, exponential, gaussian, hinge, lag, periodic, play, product, rate, step,
+    warm_up,
 };
 use crate::bound::{self, Overflows};
 use crate::design::{Design, DesignError};
@@ -19,7 +21,7 @@ use crate::exact::{Interval, arcsec_per_rad};
 use crate::format::Format;
 use crate::input::InputPlan;
 use crate::output::Output;
-use crate::program::{Op, Operand, Program, Stage, Type};
+use crate::program::{Op, Operand, Program, Stage, Step, Type};
 
 impl Physics {
     /// `design` with the terms; `target` is the bound that is wanted, in the result's unit.
@@ -42,7 +44,7 @@ impl Physics {
         }
         let at = design.program.steps.iter().position(|s| s.stage == Stage::Output);
         let at = at.unwrap_or(design.program.steps.len());
-        let unit = Interval::from_int(1).mul_pow2(-design.sum_bits);
+        let unit = Interval::pow2(-design.sum_bits);
         let range = Interval::from_f64(design.bound.output_range.0)
             .hull(&Interval::from_f64(design.bound.output_range.1));
         // The result's words as words of the sum, wider for the roundings in between.
@@ -51,30 +53,29 @@ impl Physics {
         let wider = &(&range.magnitude().mul_pow2(-20) + &one) + &Interval::from_int(8);
         let range = &range + &wider.symmetric();
         let word = Tracked { operand: Operand::Step(at - 1), range, error: Interval::zero() };
-        let quarter = Interval::from_int(1).mul_pow2(-2);
+        let quarter = Interval::pow2(-2);
         let wanted = Interval::from_f64(target).mul_pow2(design.sum_bits - 5);
-        let mut sum = Sum {
+        let sum = Sum {
             word,
             bits: design.sum_bits,
             tolerance: quarter.hull(&wanted).upper(),
             negligible: quarter,
             gain: Interval::from_int(1),
         };
-        let mut b = Builder::new(design.program.clone(), format);
+        let mut b = Builder { program: design.program.clone(), format, known: BTreeMap::new(), sum };
         b.program.steps.truncate(at);
-        self.subtract(&mut b, &mut sum, model, plan)?;
+        self.subtract(&mut b, model, plan)?;
         wide_first(&mut b.program);
         let last = Operand::Step(b.program.output());
-        if design.program.steps.len() == at && sum.word.operand != last {
+        if design.program.steps.len() == at && b.sum.word.operand != last {
             // The result is the last step, also where the last term was too small to be evaluated.
             let nothing = Tracked::constant(&Interval::zero());
-            sum.word = b.add("angle", &sum.word, &nothing, "").map_err(PhysicsError::from)?;
+            b.sum.word = b.add("angle", &b.sum.word.clone(), &nothing, "")?;
         }
+        let Builder { mut program, known, sum, .. } = b;
         let gain = sum.gain.to_f64_up();
-
-        let mut program = b.program;
-        let account = ErrorAccount { steps: b.known, sum: sum.word.operand, error: sum.word.error.clone() };
-        let rest = finish(&mut program, &design.program, at, &sum.word)?;
+        let account = ErrorAccount { steps: known, sum: sum.word.clone() };
+        finish(&mut program, &design.program, at, &sum.word)?;
         let mut bound = design.bound.clone();
         // Where the terms enlarge what the function is off, that is listed with them.
         let before = bound.approximation + bound.input + bound.evaluation;
@@ -82,7 +83,7 @@ impl Physics {
         if output == Output::F32 {
             // A larger result has larger roundings.
             let largest = (&sum.word.range.magnitude() * &unit).log2_floor().unwrap_or(-100);
-            bound.output = bound.output.max(Interval::from_int(1).mul_pow2(largest - 24).to_f64_up());
+            bound.output = bound.output.max(Interval::pow2(largest - 24).to_f64_up());
         }
         let further = &Interval::from_f64(bound.output - design.bound.output) + &(&sum.word.error * &unit);
         bound.rounding =
@@ -91,18 +92,11 @@ impl Physics {
         bound.total = sum_of.iter().fold(0.0, |sum: f64, part| (sum + part).next_up());
         let words = (&sum.word.range * &unit).div(&design.unit);
         bound.output_range = (words.to_f64_down(), words.to_f64_up());
-        debug_assert!(rest <= program.steps.len());
         Ok(Design { program, bound, account: Some(account), ..design })
     }
 
     /// Appends the steps of all terms.
-    fn subtract(
-        &self,
-        b: &mut Builder,
-        sum: &mut Sum,
-        model: &ErrorModel,
-        plan: &InputPlan,
-    ) -> Result<(), PhysicsError> {
+    fn subtract(&self, b: &mut Builder, model: &ErrorModel, plan: &InputPlan) -> Result {
         // What one unit of the file's statistics is in the result's unit.
         let statistic = match model.sensor {
             Sensor::EddyCurrentPair { .. } => Interval::from_int(1).div(&arcsec_per_rad()),
@@ -120,54 +114,38 @@ impl Physics {
         }
         let mut expanded = product::Expanded::new();
         for term in &self.terms {
+            // Coefficients are in the statistics' unit per unit of the observable.
             let weights: Vec<Interval> =
                 term.coefficients.iter().map(|c| &Interval::from_f64(*c) * &statistic).collect();
+            let weight = &weights[0];
+            let observe = |name: &str| {
+                let (effect, kind) = (term.effect.clone(), term.operator.kind());
+                let needs = || PhysicsError::Needs { effect, kind, observable: name.into() };
+                Observed::of(name, &variable, &given)?.ok_or_else(needs)
+            };
             match &term.operator {
-                Operator::Product(product) => {
-                    product::expand(&mut expanded, product, &weights[0], &variable, &given)?;
-                }
-                Operator::Periodic(_) => {}
+                Operator::Product(p) => product::expand(&mut expanded, p, weight, &variable, &given)?,
+                Operator::Play(p) => play::subtract(b, p, &weights, observe(&p.observable)?)?,
+                Operator::Lag(l) => lag::subtract(b, l, weight, &observe(&l.observable)?, self.period_s)?,
+                Operator::Rate(r) => rate::subtract(b, weight, observe(&r.observable)?, self.period_s)?,
+                Operator::Hinge(h) => hinge::subtract(b, h, weight, &observe(&h.observable)?)?,
+                Operator::Gaussian(g) => gaussian::subtract(b, g, weight, &observe(&g.observable)?)?,
                 Operator::Exponential(e) if by_time(e, &self.further) => {
-                    warm_up::subtract(b, sum, e, &weights[0], self.period_s)?;
+                    warm_up::subtract(b, e, weight, self.period_s)?;
                 }
-                other => {
-                    let name = other.observables()[0];
-                    let needs = || PhysicsError::Needs {
-                        effect: term.effect.clone(),
-                        kind: other.kind(),
-                        observable: name.into(),
-                    };
-                    // Coefficients are in the statistics' unit per unit of the observable.
-                    let observed = Observed::of(name, &variable, &given)?.ok_or_else(needs)?;
-                    self.subtract_one(b, sum, other, &weights, observed)?;
+                Operator::Exponential(e) => exponential::subtract(b, e, weight, &observe(&e.observable)?)?,
+                Operator::Step(s) => {
+                    // Of the reading it was refused where terms are selected.
+                    if let Observed::Given(given) = observe(&s.observable)? {
+                        step::subtract(b, s, weight, &given)?;
+                    }
                 }
+                // Of the result itself: solved in the end.
+                Operator::Periodic(_) => {}
             }
         }
-        product::subtract(b, sum, &expanded, &variable, &given)?;
-        periodic::solve(b, sum, &self.terms, &statistic)
-    }
-
-    /// Appends the steps of one term of something observed.
-    fn subtract_one(
-        &self,
-        b: &mut Builder,
-        sum: &mut Sum,
-        operator: &Operator,
-        weights: &[Interval],
-        observed: Observed,
-    ) -> Result<(), PhysicsError> {
-        let weight = &weights[0];
-        match (operator, &observed) {
-            (Operator::Play(play), _) => play::subtract(b, sum, play, weights, observed),
-            (Operator::Lag(lag), _) => lag::subtract(b, sum, lag, weight, &observed, self.period_s),
-            (Operator::Rate(_), _) => rate::subtract(b, sum, weight, observed, self.period_s),
-            (Operator::Hinge(hinge), _) => hinge::subtract(b, sum, hinge, weight, &observed),
-            (Operator::Gaussian(gaussian), _) => gaussian::subtract(b, sum, gaussian, weight, &observed),
-            (Operator::Exponential(e), _) => exponential::subtract(b, sum, e, weight, &observed),
-            (Operator::Step(step), Observed::Given(given)) => step::subtract(b, sum, step, weight, given),
-            // Refused where terms are selected, or not of one observable.
-            (Operator::Step(_) | Operator::Product(_) | Operator::Periodic(_), _) => Ok(()),
-        }
+        product::subtract(b, &expanded, &variable, &given)?;
+        periodic::solve(b, &self.terms, &statistic)
     }
 }
 
@@ -183,37 +161,24 @@ fn wide_first(program: &mut Program) {
     program.state = order.into_iter().map(|i| program.state[i].clone()).collect();
 }
 
-/// Appends the steps of `before` from `at` on, which make the output of the sum, so that they read `sum` instead;
-/// gives where they begin.
-fn finish(program: &mut Program, before: &Program, at: usize, sum: &Tracked) -> Result<usize, DesignError> {
+/// Appends the steps of `before` from `at` on, which make the output of the sum, so that they read `sum` instead.
+fn finish(program: &mut Program, before: &Program, at: usize, sum: &Tracked) -> Result<(), Overflows> {
     let begin = program.steps.len();
     let moved = |operand: Operand| match operand {
         Operand::Step(i) if i + 1 == at => sum.operand,
         Operand::Step(i) if i >= at => Operand::Step(i - at + begin),
         other => other,
     };
-    let word = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
     for step in &before.steps[at..] {
-        let mut step = step.clone();
         // An integer output is the sum times a constant.
         if let Op::MulAddHigh { b: Operand::Int(m), shift, .. }
         | Op::MulAddSplit { b: Operand::Int(m), shift, .. } = &step.op
         {
             let scaled = (&sum.range * &Interval::from_int(*m)).mul_pow2(i64::from(*shift) - 32);
             let range = &scaled + &Interval::from_int(4).mul_pow2((*shift).into()).symmetric();
-            if !range.inside(&word) {
-                return Err(DesignError::Overflows(Overflows {
-                    step: program.steps.len(),
-                    name: step.name.clone(),
-                    stage: Stage::Output,
-                    from: range.to_f64_down(),
-                    to: range.to_f64_up(),
-                    ty: Type::I32,
-                }));
-            }
+            Overflows::unless_inside(&range, Type::I32, (program.steps.len(), &step.name, Stage::Output))?;
         }
-        step.op = step.op.on(moved);
-        program.steps.push(step);
+        program.steps.push(Step { op: step.op.on(moved), ..step.clone() });
     }
-    Ok(begin)
+    Ok(())
 }

@@ -1,11 +1,11 @@
 //! Further inputs of a routine, a temperature for example: the form in which they arrive, the box in which they
 //! are valid, and the words that they become.
 
-use super::PhysicsError;
 use super::builder::{Builder, Tracked};
+use super::{PhysicsError, Result};
 use crate::exact::Interval;
 use crate::input::{exponent_above, power_of_two};
-use crate::program::{Argument, Type};
+use crate::program::{Argument, Op, Program, Type};
 
 /// A further input as the user describes it.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,7 +49,7 @@ impl Further {
     ///
     /// # Errors
     /// [`PhysicsError::Further`], which says what is expected.
-    pub fn parse(text: &str) -> Result<Further, PhysicsError> {
+    pub fn parse(text: &str) -> Result<Further> {
         let wrong = || PhysicsError::Further(text.into());
         let (observable, rest) = text.split_once('=').ok_or_else(wrong)?;
         let mut parts = rest.split(':');
@@ -72,8 +72,17 @@ impl Further {
         Ok(Further { observable: observable.into(), from, to, encoding })
     }
 
+    /// The words of the box: those to which the routine promises to limit.
+    pub(crate) fn words(&self, program: &Program) -> Option<(f64, f64)> {
+        let limited = format!("{}_limited", self.observable);
+        program.steps.iter().find_map(|s| match s.op {
+            Op::Clamp { lo, hi, .. } if s.name == limited => Some((lo as f64, hi as f64)),
+            _ => None,
+        })
+    }
+
     /// Appends the argument and the steps to its word, centred where the observable is `centre`.
-    pub(super) fn push(&self, b: &mut Builder, centre: f64) -> Result<Given, PhysicsError> {
+    pub(super) fn push(&self, b: &mut Builder, centre: f64) -> Result<Given> {
         let largest = self.from.abs().max(self.to.abs());
         let (lsb, zero, ty, words, suffix, meaning) = match self.encoding {
             FurtherEncoding::Q31 => {
@@ -112,7 +121,7 @@ impl Further {
         word = b.clamp(&format!("{name}_limited"), &word, (first, last), &Interval::zero(), "its box")?;
         if middle != 0 {
             let centre = Tracked::constant(&Interval::from_int(middle));
-            word = b.sub(&format!("{name}_offset"), &word, &centre, "")?;
+            word = b.sub(&format!("{name}_offset"), &word, &centre)?;
         }
         let widest = (last - middle).max(middle - first);
         let left = (0..31).take_while(|by| widest << by <= i64::from(i32::MAX)).last().unwrap_or(0);
@@ -123,7 +132,7 @@ impl Further {
         Ok(Given {
             word,
             offset: &(&Interval::from_int(middle) - &zero) * &lsb,
-            slope: &Interval::from_int(1).mul_pow2(32 - i64::from(left)) * &lsb,
+            slope: &Interval::pow2(32 - i64::from(left)) * &lsb,
         })
     }
 }

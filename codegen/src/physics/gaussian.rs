@@ -3,27 +3,24 @@
 
 use fitter::terms::Gaussian;
 
-use super::PhysicsError;
+use super::Result;
 use super::builder::{Builder, Tracked};
 use super::exponent::{self, BITS};
 use super::observed::Observed;
-use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Subtracts the term from the result.
 pub(super) fn subtract(
     b: &mut Builder,
-    sum: &mut Sum,
     gaussian: &Gaussian,
     weight: &Interval,
     observed: &Observed,
-) -> Result<(), PhysicsError> {
-    let height = weight.magnitude().mul_pow2(sum.bits);
-    if height.certainly_le(&sum.negligible) {
-        sum.add_error(&height);
+) -> Result {
+    if b.leaves_out(weight) {
         return Ok(());
     }
-    let quarter = sum.tolerance.mul_pow2(-2);
+    let height = weight.magnitude().mul_pow2(b.sum.bits);
+    let quarter = b.sum.tolerance.mul_pow2(-2);
     // Z itself is any number; what lies beyond it is counted.
     let limit = (2.0 * exponent::worth(&height, &quarter).to_f64()).sqrt();
     let limit = Interval::from_f64(limit);
@@ -37,10 +34,10 @@ pub(super) fn subtract(
     let slope = (&(&limit * &Interval::from_ratio(607, 1000)) * &height).upper();
     let number = b.program.steps.len();
     let Some(word) = limited(b, &format!("off_{number}"), &zeta, -1, &quarter.div(&slope))? else {
-        sum.add_error(&tail);
+        b.add_error(&tail);
         return Ok(());
     };
-    let (exact, off) = (Tracked { error: Interval::zero(), ..word.clone() }, word.error);
+    let exact = word.exactly();
     let none = Tracked::constant(&Interval::zero());
     let name = format!("square_{number}");
     let square = b.mul_add(&name, (&exact, &exact), (32 - BITS) as u32, &none, "")?;
@@ -49,8 +46,8 @@ pub(super) fn subtract(
     let square = b.clamp(&name, &square, (0, (1 << BITS) - 1), &one, "")?;
     let wanted = quarter.div(&height).mul_pow2(BITS);
     let bump = exponent::exp_minus_of(b, &format!("bump_{number}"), &square, &x, &wanted)?;
-    sum.add_scaled(b, &(-weight.clone()).mul_pow2(sum.bits + 32 - BITS), &bump, "a local bump")?;
-    sum.add_error(&(&(&slope * &off.mul_pow2(-BITS)) + &tail));
+    b.add_scaled(&(-weight.clone()).mul_pow2(b.sum.bits + 32 - BITS), &bump, "a local bump")?;
+    b.add_error(&(&(&slope * &word.error.mul_pow2(-BITS)) + &tail));
     Ok(())
 }
 
@@ -62,7 +59,7 @@ pub(super) fn limited(
     zeta: &Observed,
     lowest: i64,
     tolerance: &Interval,
-) -> Result<Option<Tracked>, PhysicsError> {
+) -> Result<Option<Tracked>> {
     let range = zeta.range();
     let one = Interval::from_int(1);
     let above = one.certainly_le(&range.lower());

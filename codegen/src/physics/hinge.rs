@@ -2,20 +2,13 @@
 
 use fitter::terms::{Hinge, Side};
 
-use super::PhysicsError;
+use super::Result;
 use super::builder::Builder;
 use super::observed::Observed;
-use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Subtracts the term from the result.
-pub(super) fn subtract(
-    b: &mut Builder,
-    sum: &mut Sum,
-    hinge: &Hinge,
-    weight: &Interval,
-    observed: &Observed,
-) -> Result<(), PhysicsError> {
+pub(super) fn subtract(b: &mut Builder, hinge: &Hinge, weight: &Interval, observed: &Observed) -> Result {
     let side = if hinge.side == Side::Above { 1 } else { -1 };
     let beyond = observed.affine(&Interval::from_f64(hinge.threshold), &Interval::from_int(side));
     let range = beyond.range();
@@ -24,10 +17,10 @@ pub(super) fn subtract(
         return Ok(());
     }
     let bits = beyond.bits();
-    let size = weight.magnitude().hull(&Interval::from_int(1).mul_pow2(-60)).upper();
-    let tolerance = sum.tolerance.mul_pow2(bits - sum.bits).div(&size).lower();
+    let size = weight.magnitude().hull(&Interval::pow2(-60)).upper();
+    let tolerance = b.sum.tolerance.mul_pow2(bits - b.sum.bits).div(&size).lower();
     let name = format!("beyond_{}", b.program.steps.len());
     let v = beyond.word(b, &name, bits, &tolerance)?;
     let v = b.clamp(&name, &v, (0, i32::MAX.into()), &Interval::zero(), "0 on the other side")?;
-    sum.add_scaled(b, &(-weight.clone()).mul_pow2(sum.bits - bits + 32), &v, "the slope beyond a threshold")
+    b.add_scaled(&(-weight.clone()).mul_pow2(b.sum.bits - bits + 32), &v, "the slope beyond a threshold")
 }

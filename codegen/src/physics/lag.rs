@@ -8,10 +8,9 @@
 
 use fitter::terms::Lag;
 
-use super::PhysicsError;
+use super::Result;
 use super::builder::{Builder, Tracked};
 use super::observed::Observed;
-use super::sum::Sum;
 use crate::exact::{Interval, exp_minus};
 
 /// The input, less the middle of its range, is taken to words of at most 2^FRACTION.
@@ -22,12 +21,11 @@ const MOST: i64 = 7;
 /// Subtracts the term from the result; calls come every `period_s`.
 pub(super) fn subtract(
     b: &mut Builder,
-    sum: &mut Sum,
     lag: &Lag,
     weight: &Interval,
     observed: &Observed,
     period_s: f64,
-) -> Result<(), PhysicsError> {
+) -> Result {
     let one = Interval::from_int(1);
     let ratio = Interval::from_f64(period_s).div(&Interval::from_f64(lag.time_constant_s));
     let gone = &one - &exp_minus(&ratio);
@@ -48,7 +46,7 @@ pub(super) fn subtract(
         Some(at) => Tracked::constant(&(&Interval::from_f64(at) - &middle).mul_pow2(scale)),
     };
     let meaning = format!("`{}` at the call before", lag.observable);
-    let was = b.state(&format!("before_{number}"), meaning, &now, now.range.clone(), now.error.clone())?;
+    let was = b.state(&format!("before_{number}"), meaning, &now, &now)?;
     b.keep(was.0, now.operand);
     // Two words wider than what the input can be: the lag's own floor.
     let range = &now.range.hull(&start.range) + &Interval::from_int(2).symmetric();
@@ -60,8 +58,8 @@ pub(super) fn subtract(
     let meaning = format!("the lagged `{}`, of which 2^-{} is a word", lag.observable, bits);
     let (index, state) = b.wide_state(&name, meaning, begin.operand, range.mul_pow2(bits))?;
     let held = b.high(&format!("held_{number}"), &state, bits as u32, range.clone(), &error)?;
-    let e0 = b.sub(&format!("e0_{number}"), &was.1, &held, "")?;
-    let e1 = b.sub(&format!("e1_{number}"), &now, &held, "")?;
+    let e0 = b.sub(&format!("e0_{number}"), &was.1, &held)?;
+    let e1 = b.sub(&format!("e1_{number}"), &now, &held)?;
     let word = |k: &Tracked| k.range.round_to_i64().unwrap_or(0);
     let half = b.mul_add_wide(&format!("{name}_half"), (&e0, word(&k0)), Some(&state))?;
     let next = b.mul_add_wide(&format!("{name}_next"), (&e1, word(&k1)), Some(&half))?;
@@ -69,8 +67,8 @@ pub(super) fn subtract(
     let lagged = b.high(&format!("lagged_{number}"), &next, bits as u32, range, &error)?;
 
     // −w·(middle + v_L − mean).
-    let factor = (-(weight * &unit)).mul_pow2(sum.bits + 32);
-    sum.add_scaled(b, &factor, &lagged, "the lag")?;
-    let constant = (weight * &(&Interval::from_f64(lag.mean) - &middle)).mul_pow2(sum.bits);
-    sum.add_constant(b, &constant)
+    let factor = (-(weight * &unit)).mul_pow2(b.sum.bits + 32);
+    b.add_scaled(&factor, &lagged, "the lag")?;
+    let constant = (weight * &(&Interval::from_f64(lag.mean) - &middle)).mul_pow2(b.sum.bits);
+    b.add_constant(&constant)
 }

@@ -1,6 +1,6 @@
 //! Further physics in the routine: the terms that a diagnosis found and firmware can correct at run time.
 //!
-//! The function of the reading stays as it is designed ([`crate::fused`], [`crate::piecewise`]); between its last
+//! The function of the reading stays as it is designed (`fused`, `piecewise`); between its last
 //! sum and the output's format the terms are subtracted, from further inputs and from a state that is kept from
 //! call to call (`extend`). Every word of that is bounded as it is written (`builder`), over all words of all inputs
 //! and all states that can be reached; what it is off adds to the bound of the function. Which terms are generated,
@@ -8,7 +8,6 @@
 
 mod builder;
 mod error;
-mod error_account;
 mod exponent;
 mod exponential;
 mod extend;
@@ -30,13 +29,16 @@ mod words;
 
 use fitter::error_model::Sensor;
 use fitter::terms::{Operator, Term};
+use fitter::units::ARCSEC_PER_RAD;
 
 use crate::extent::LeftOut;
 
+pub use builder::{ErrorAccount, Known, Tracked};
 pub use error::PhysicsError;
-pub use error_account::{ErrorAccount, Known, Taken};
 pub use further::{Further, FurtherEncoding};
 pub(crate) use selection::by_time;
+
+type Result<T = (), E = PhysicsError> = std::result::Result<T, E>;
 
 /// The terms of a coefficients file as a routine has them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -53,10 +55,25 @@ pub struct Physics {
     pub left_out: Vec<LeftOut>,
 }
 
+/// The observable of this name for a reading in its unit, where it is a function of that.
+pub(crate) fn of_reading(sensor: &Sensor, name: &str, reading: f64) -> Option<f64> {
+    match name {
+        "s_mm" | "measured" => Some(reading),
+        "angle_deg" => Some(sensor.calculated(reading).to_degrees()),
+        "angle_arcsec" => Some(sensor.calculated(reading) * ARCSEC_PER_RAD),
+        _ => None,
+    }
+}
+
 impl Physics {
     /// Whether nothing is added to the function of the reading.
     pub fn is_empty(&self) -> bool {
         self.terms.is_empty()
+    }
+
+    /// An observable of the reading, in its unit, where it is one.
+    pub(crate) fn of_reading(&self, name: &str, reading: f64) -> Option<f64> {
+        self.sensor.as_ref().and_then(|sensor| of_reading(sensor, name, reading))
     }
 
     /// Whether a term is one of harmonics, which have a table of their own.

@@ -1,7 +1,7 @@
 //! What a term observes: a function of the reading, or a further input; either way a number that lies within a
 //! known range and becomes a word of a wanted scale.
 
-use super::PhysicsError;
+use super::Result;
 use super::builder::{Builder, Tracked};
 use super::further::Given;
 use super::shape::{Shape, Variable};
@@ -18,14 +18,7 @@ pub(super) enum Observed<'a> {
 
 impl<'a> Observed<'a> {
     /// The observable of this name, where the routine has it.
-    ///
-    /// # Errors
-    /// [`PhysicsError::TooSteep`] where the angle leaves what the series can do.
-    pub fn of(
-        name: &str,
-        variable: &'a Variable<'a>,
-        given: &[(String, Given)],
-    ) -> Result<Option<Self>, PhysicsError> {
+    pub fn of(name: &str, variable: &'a Variable<'a>, given: &[(String, Given)]) -> Result<Option<Self>> {
         if let Some(shape) = variable.observable(name)? {
             return Ok(Some(Observed::Reading(variable, shape)));
         }
@@ -76,19 +69,13 @@ impl<'a> Observed<'a> {
     }
 
     /// Appends the steps to the word of observable·2^bits, within `tolerance` words where the format allows.
-    pub fn word(
-        &self,
-        b: &mut Builder,
-        name: &str,
-        bits: i64,
-        tolerance: &Interval,
-    ) -> Result<Tracked, PhysicsError> {
+    pub fn word(&self, b: &mut Builder, name: &str, bits: i64, tolerance: &Interval) -> Result<Tracked> {
         match self {
-            Observed::Reading(variable, shape) => Ok(variable.evaluate(b, name, shape, bits, tolerance, "")?),
+            Observed::Reading(variable, shape) => variable.evaluate(b, name, shape, bits, tolerance, ""),
             Observed::Given(given) => {
                 let (slope, shift) = fitted(&given.slope.mul_pow2(bits), 8)?;
                 let offset = Tracked::constant(&given.offset.mul_pow2(bits));
-                Ok(b.mul_add(name, (&slope, &given.word), shift, &offset, "")?)
+                b.mul_add(name, (&slope, &given.word), shift, &offset, "")
             }
         }
     }

@@ -11,11 +11,13 @@
 
 use fitter::terms::{Operator, Periodic, Term};
 
-use super::PhysicsError;
 use super::builder::{Builder, Tracked};
 use super::sum::Sum;
+use super::{PhysicsError, Result};
+use crate::approximate::interpolate;
+use crate::bound::of_type;
 use crate::exact::{Interval, Polynomial, cos_sin, pi};
-use crate::program::Op;
+use crate::program::{Op, Type};
 
 /// Degree of the table's polynomials.
 const DEGREE: usize = 3;
@@ -45,12 +47,7 @@ struct Harmonics {
 }
 
 /// Solves the periodic terms, where there are any; `statistic` is one unit of the file in the result's unit.
-pub(super) fn solve(
-    b: &mut Builder,
-    sum: &mut Sum,
-    terms: &[Term],
-    statistic: &Interval,
-) -> Result<(), PhysicsError> {
+pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Result {
     let periodic: Vec<(&Term, &Periodic)> = (terms.iter())
         .filter_map(|term| match &term.operator {
             Operator::Periodic(periodic) => Some((term, periodic)),
@@ -60,7 +57,7 @@ pub(super) fn solve(
     let Some((first, Periodic { period: common, .. })) = periodic.first() else { return Ok(()) };
     let effect = first.effect.clone();
     // All that u can be, in the file's unit.
-    let all = sum.word.range.mul_pow2(-sum.bits).div(statistic);
+    let all = b.sum.word.range.mul_pow2(-b.sum.bits).div(statistic);
     let one_period = periodic.iter().all(|(_, p)| p.period == *common);
     let (period, middle) = match one_period {
         true => (*common, 0.0),
@@ -82,21 +79,20 @@ pub(super) fn solve(
     }
     // Turns of one word of the sum, and the phase as a product by an integer.
     let turn = &Interval::from_f64(period) * statistic;
-    let rate = Interval::from_int(1).mul_pow2(-sum.bits).div(&turn);
+    let rate = Interval::pow2(-b.sum.bits).div(&turn);
     let largest = Interval::from_int(i32::MAX.into());
     let fits = |by: &i64| rate.mul_pow2(32 + by).certainly_le(&largest);
     let by = (0..=32).rev().find(fits).ok_or_else(|| refuse(": its period is shorter than two words"))?;
     let factor = rate.mul_pow2(32 + by).round_to_i64().unwrap_or(0);
     let mismatch = (&Interval::from_int(factor).mul_pow2(-by) - &rate.mul_pow2(32)).magnitude();
     // In words of 2⁻³² turns.
-    let off = &(&mismatch * &sum.word.range.magnitude()) + &one;
-    let all = Interval::from_int(i32::MIN.into()).hull(&Interval::from_int(i32::MAX.into()));
-    let phase = Op::Phase { a: sum.word.operand, factor, by: by as u32 };
+    let off = &(&mismatch * &b.sum.word.range.magnitude()) + &one;
+    let all = of_type(Type::I32);
+    let phase = Op::Phase { a: b.sum.word.operand, factor, by: by as u32 };
     let phase = b.push("phase", phase, all.clone(), Interval::zero(), "a turn is 2^32")?;
 
-    let words = Table::new(&harmonics, &turn, sum, &rest, sizes);
-    let (log2, rows) = (words.segments_log2, &words.rows);
-    b.program.table.clone_from(rows);
+    let (log2, rows, distance) = table(&harmonics, &turn, &b.sum, &rest, sizes);
+    b.program.table.clone_from(&rows);
     let index = Op::Index { a: phase.operand, add: 1 << 31, by: 32 - log2 };
     let segment = b.push("segment", index, all.clone(), Interval::zero(), "")?;
     let place = Op::Wrap { a: phase.operand, add: 1 << (31 - log2), by: log2 };
@@ -116,12 +112,12 @@ pub(super) fn solve(
     // What the phase is off moves Q by its slope, at most L/(1 − L).
     let gain = one.div(&rest.lower()).upper();
     let slope = (&harmonics.steepest * &gain).upper();
-    let moved = (&(&off.mul_pow2(-32) * &turn).mul_pow2(sum.bits) * &slope).upper();
-    q.error = (&(&q.error + &words.distance) + &moved).upper();
-    let word = b.add("y", &sum.word, &q, "less the periodic error")?;
-    let error = (&(&sum.word.error * &gain) + &q.error).upper();
-    sum.word = Tracked { error, ..word };
-    sum.gain = (&sum.gain * &gain).upper();
+    let moved = (&(&off.mul_pow2(-32) * &turn).mul_pow2(b.sum.bits) * &slope).upper();
+    q.error = (&(&q.error + &distance) + &moved).upper();
+    let word = b.add("y", &b.sum.word.clone(), &q, "less the periodic error")?;
+    let error = (&(&b.sum.word.error * &gain) + &q.error).upper();
+    b.sum.word = Tracked { error, ..word };
+    b.sum.gain = (&b.sum.gain * &gain).upper();
     Ok(())
 }
 
@@ -187,7 +183,7 @@ impl Harmonics {
     /// A(centre + δ(w)) as a polynomial of w, |w| ≤ ½, with what it is off: the Taylor series of A about the centre,
     /// whose powers of δ all harmonics share. What is left out of it is at most ΣrateⁿR·|δ|ⁿ/n!, R = √(a² + b²).
     fn around(&self, centre: &Interval, delta: &Polynomial, tolerance: &Interval) -> (Polynomial, Interval) {
-        let half = Interval::from_int(1).mul_pow2(-1);
+        let half = Interval::pow2(-1);
         let reach = delta.range_around_zero(&half).magnitude();
         // Of every harmonic: its rate, and rateⁿ/n! times its value and its derivative over the rate at the centre.
         let mut harmonics: Vec<_> = (self.parts.iter())
@@ -229,41 +225,32 @@ fn turned(turns: &Interval) -> Interval {
     &(turns - &Interval::from_int(whole)) * &pi().mul_pow2(1)
 }
 
-/// The table of −Q in words of the sum, and how far it is from the solution.
-struct Table {
-    segments_log2: u32,
-    rows: Vec<Vec<i64>>,
-    /// In words.
-    distance: Interval,
-}
-
-impl Table {
-    /// The smallest one that is within the tolerance, or the largest.
-    fn new(
-        harmonics: &Harmonics,
-        turn: &Interval,
-        sum: &Sum,
-        rest: &Interval,
-        sizes: std::ops::RangeInclusive<u32>,
-    ) -> Table {
-        let words_per_turn = turn.mul_pow2(sum.bits);
-        // Rounded coefficients leave a residual of a word, whatever the number of segments.
-        let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
-        let largest = *sizes.end();
-        let mut segments_log2 = *sizes.start();
-        loop {
-            let segments = Segments { harmonics, words_per_turn: &words_per_turn, rest, segments_log2 };
-            let rows: Vec<Vec<i64>> = (0..segments.count()).map(|row| segments.coefficients(row)).collect();
-            let last = segments_log2 >= largest;
-            // Exact arithmetic only where f64 does not show that this size is too coarse.
-            if last || segments.tried(&rows) <= wanted.to_f64_up() {
-                let distance = segments.distance(&rows);
-                if last || distance.certainly_le(&wanted) {
-                    return Table { segments_log2, rows, distance };
-                }
+/// The table of −Q in words of the sum, as its number of segments (a power of two) and its rows, and how far it is from the
+/// solution, in words: the smallest one that is within the tolerance, or the largest.
+fn table(
+    harmonics: &Harmonics,
+    turn: &Interval,
+    sum: &Sum,
+    rest: &Interval,
+    sizes: std::ops::RangeInclusive<u32>,
+) -> (u32, Vec<Vec<i64>>, Interval) {
+    let words_per_turn = turn.mul_pow2(sum.bits);
+    // Rounded coefficients leave a residual of a word, whatever the number of segments.
+    let wanted = &sum.tolerance + &Interval::from_ratio(5, 4).div(&rest.lower());
+    let largest = *sizes.end();
+    let mut segments_log2 = *sizes.start();
+    loop {
+        let segments = Segments { harmonics, words_per_turn: &words_per_turn, rest, segments_log2 };
+        let rows: Vec<Vec<i64>> = (0..segments.count()).map(|row| segments.coefficients(row)).collect();
+        let last = segments_log2 >= largest;
+        // Exact arithmetic only where f64 does not show that this size is too coarse.
+        if last || segments.tried(&rows) <= wanted.to_f64_up() {
+            let distance = segments.distance(&rows);
+            if last || distance.certainly_le(&wanted) {
+                return (segments_log2, rows, distance);
             }
-            segments_log2 += 1;
         }
+        segments_log2 += 1;
     }
 }
 
@@ -292,7 +279,7 @@ impl Segments<'_> {
     fn coefficients(&self, row: i64) -> Vec<i64> {
         let (middle, scale) = (self.middle(row).to_f64(), self.words_per_turn.to_f64());
         let value = |w: f64| -scale * self.harmonics.solution(middle + w / self.count() as f64);
-        interpolated(&value).iter().map(|c| c.round() as i64).collect()
+        interpolate(DEGREE, 0.5, -0.5, &value).iter().map(|c| c.round() as i64).collect()
     }
 
     /// The largest distance from the solution that f64 finds at some points, in words: no bound, but the bound is not
@@ -315,8 +302,8 @@ impl Segments<'_> {
 
     /// A bound of the distance from the solution, in words.
     fn distance(&self, rows: &[Vec<i64>]) -> Interval {
-        let half = Interval::from_int(1).mul_pow2(-1);
-        let fine = Interval::from_int(1).mul_pow2(FINE_LOG2).div(self.words_per_turn).lower();
+        let half = Interval::pow2(-1);
+        let fine = Interval::pow2(FINE_LOG2).div(self.words_per_turn).lower();
         let tolerance = fine.mul_pow2(-5);
         // In turns, and before the slope enlarges it.
         let mut largest = Interval::zero();
@@ -338,27 +325,4 @@ impl Segments<'_> {
         }
         (&largest.div(&self.rest.lower()) * self.words_per_turn).upper()
     }
-}
-
-/// The cubic through four Chebyshev points of −½…½, as coefficients of w.
-fn interpolated(value: &dyn Fn(f64) -> f64) -> Vec<f64> {
-    let n = DEGREE + 1;
-    let points: Vec<f64> =
-        (0..n).map(|i| 0.5 * (std::f64::consts::PI * (2 * i + 1) as f64 / (2 * n) as f64).cos()).collect();
-    // Newton's divided differences, then multiplied out.
-    let mut differences: Vec<f64> = points.iter().map(|w| value(*w)).collect();
-    for order in 1..n {
-        for i in (order..n).rev() {
-            differences[i] = (differences[i] - differences[i - 1]) / (points[i] - points[i - order]);
-        }
-    }
-    let mut c = vec![0.0; n];
-    for i in (0..n).rev() {
-        // c ← c·(w − point) + difference.
-        for k in (1..n).rev() {
-            c[k] = c[k - 1] - points[i] * c[k];
-        }
-        c[0] = differences[i] - points[i] * c[0];
-    }
-    c
 }

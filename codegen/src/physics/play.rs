@@ -7,10 +7,9 @@
 
 use fitter::terms::{Element, Play};
 
-use super::PhysicsError;
 use super::builder::{Builder, Tracked};
 use super::observed::Observed;
-use super::sum::Sum;
+use super::{PhysicsError, Result};
 use crate::exact::Interval;
 use crate::program::Operand;
 
@@ -19,31 +18,25 @@ use crate::program::Operand;
 const FINEST: i64 = 28;
 
 /// Subtracts the term from the result.
-pub(super) fn subtract(
-    b: &mut Builder,
-    sum: &mut Sum,
-    play: &Play,
-    weights: &[Interval],
-    observed: Observed,
-) -> Result<(), PhysicsError> {
+pub(super) fn subtract(b: &mut Builder, play: &Play, weights: &[Interval], observed: Observed) -> Result {
     let (observed, middle) = observed.centred();
     // v as a word of 2²⁹…2³⁰ at most; what it is off counts twice for every element.
     let bits = observed.bits();
     let all = weights.iter().fold(Interval::from_f64(1e-6), |sum, w| &sum + &w.magnitude()).upper();
-    let tolerance = sum.tolerance.mul_pow2(bits - sum.bits - 1).div(&all);
+    let tolerance = b.sum.tolerance.mul_pow2(bits - b.sum.bits - 1).div(&all);
     let name = format!("follow_{}", b.program.state.len() + 1);
     let v = observed.word(b, &name, bits, &tolerance.lower())?;
     for (element, weight) in play.elements.iter().zip(weights) {
         let largest = weight * &Interval::from_f64(element.half_width);
         // Where any observable is near enough, the play has nothing to follow.
         if matches!(v.operand, Operand::Int(_)) {
-            sum.add_error(&largest.magnitude().mul_pow2(sum.bits));
+            b.add_error(&largest.magnitude().mul_pow2(b.sum.bits));
             continue;
         }
-        if sum.leaves_out(&largest) {
+        if b.leaves_out(&largest) {
             continue;
         }
-        follow(b, sum, (&v, bits, &middle), element, weight)?;
+        follow(b, (&v, bits, &middle), element, weight)?;
     }
     Ok(())
 }
@@ -51,16 +44,15 @@ pub(super) fn subtract(
 /// One element of it; the observable less `middle` is a word v·2^bits.
 fn follow(
     b: &mut Builder,
-    sum: &mut Sum,
     (v, bits, middle): (&Tracked, i64, &Interval),
     element: &Element,
     weight: &Interval,
-) -> Result<(), PhysicsError> {
+) -> Result {
     let narrow = || PhysicsError::NarrowPlay(element.half_width);
     let r = Interval::from_f64(element.half_width);
     let number = b.program.state.len() + 1;
     // The observable in words of which r is 2^n: not more than half of v's.
-    let scale = |n: i64| Interval::from_int(1).mul_pow2(n - bits).div(&r);
+    let scale = |n: i64| Interval::pow2(n - bits).div(&r);
     let largest = Interval::from_int(i32::MAX.into()).mul_pow2(-32);
     let n = (1..=FINEST).rev().find(|n| scale(*n).certainly_le(&largest)).ok_or_else(narrow)?;
     let (v_name, p_name, d_name) = (format!("v{number}"), format!("play_{number}"), format!("d{number}"));
@@ -74,14 +66,14 @@ fn follow(
     let one = Interval::from_int(1);
     let error = (&v.error + &one).hull(&start.error).magnitude();
     let meaning = format!("a play of half-width {}, in 2^-{n} of that", element.half_width);
-    let held = v.range.hull(&start.range);
-    let (index, p) = b.state(&p_name, meaning, &start, held, error)?;
-    let distance = b.sub(&d_name, &v, &p, "")?;
+    let held = Tracked { range: v.range.hull(&start.range), error, ..start.clone() };
+    let (index, p) = b.state(&p_name, meaning, &start, &held)?;
+    let distance = b.sub(&d_name, &v, &p)?;
     let limit = 1i64 << n;
     let d = b.clamp(&d_name, &distance, (-limit, limit - 1), &one, "")?;
-    let next = b.sub(&format!("{p_name}_next"), &v, &d, "")?;
+    let next = b.sub(&format!("{p_name}_next"), &v, &d)?;
     b.keep(index, next.operand);
     // −w·(v − p) in words of the sum: d·r·2^−n·2^bits.
-    let factor = (-(weight * &r)).mul_pow2(sum.bits - n + 32);
-    sum.add_scaled(b, &factor, &d, "")
+    let factor = (-(weight * &r)).mul_pow2(b.sum.bits - n + 32);
+    b.add_scaled(&factor, &d, "")
 }

@@ -6,11 +6,10 @@ use std::collections::BTreeMap;
 
 use fitter::terms::Product;
 
-use super::PhysicsError;
+use super::Result;
 use super::builder::{Builder, Tracked};
 use super::further::Given;
 use super::shape::{Shape, Variable};
-use super::sum::Sum;
 use crate::exact::Interval;
 
 /// Powers of the further inputs, and what they are multiplied by.
@@ -23,7 +22,7 @@ pub(super) fn expand(
     coefficient: &Interval,
     variable: &Variable,
     given: &[(String, Given)],
-) -> Result<(), PhysicsError> {
+) -> Result {
     let mut terms: Expanded = [(vec![0; given.len()], Shape::constant(coefficient.clone()))].into();
     for factor in &product.factors {
         let shape = variable.observable(&factor.observable)?.map(|shape| shape.less(factor.mean));
@@ -59,43 +58,38 @@ fn put(into: &mut Expanded, powers: Vec<u8>, shape: Shape) {
 /// Subtracts the sum of all of it from the result.
 pub(super) fn subtract(
     b: &mut Builder,
-    sum: &mut Sum,
     expanded: &Expanded,
     variable: &Variable,
     given: &[(String, Given)],
-) -> Result<(), PhysicsError> {
+) -> Result {
     let mut words: BTreeMap<Vec<u8>, Tracked> = BTreeMap::new();
     for (powers, shape) in expanded {
         let shape = shape.scaled(&Interval::from_int(-1));
         // |vᵢ| ≤ ½.
         let total: i64 = powers.iter().map(|p| i64::from(*p)).sum();
-        let largest = variable.range(&shape).magnitude().mul_pow2(sum.bits - total);
-        if largest.certainly_le(&sum.negligible) {
-            sum.word.error = (&sum.word.error + &largest).upper();
+        let largest = variable.range(&shape).magnitude().mul_pow2(b.sum.bits - total);
+        if largest.certainly_le(&b.sum.negligible) {
+            b.add_error(&largest);
             continue;
         }
         let names: Vec<&str> =
             given.iter().zip(powers).filter(|(_, p)| **p > 0).map(|((name, _), _)| name.as_str()).collect();
         if total == 0 {
-            let word = variable.evaluate(
-                b,
-                "by_reading",
-                &shape,
-                sum.bits,
-                &sum.tolerance,
-                "terms of the reading",
-            )?;
-            sum.word = b.add("y", &sum.word, &word, "")?;
+            let note = "terms of the reading";
+            let word =
+                variable.evaluate(b, "by_reading", &shape, b.sum.bits, &b.sum.tolerance.clone(), note)?;
+            b.sum.word = b.add("y", &b.sum.word.clone(), &word, "")?;
             continue;
         }
         let monomial = monomial(b, &mut words, powers, given)?;
         // As fine as the word allows, and never finer than the sum.
         let reach = variable.range(&shape).magnitude().log2_floor().unwrap_or(-120).max(-120);
-        let bits = sum.bits.min(29 - reach);
+        let bits = b.sum.bits.min(29 - reach);
         let name = format!("by_{}", names.join("_"));
-        let factor = variable.evaluate(b, &name, &shape, bits, &sum.tolerance, "")?;
-        let shift = (sum.bits - bits) as u32;
-        sum.word = b.mul_add("y", (&factor, &monomial), shift, &sum.word, &names.join(" and "))?;
+        let factor = variable.evaluate(b, &name, &shape, bits, &b.sum.tolerance.clone(), "")?;
+        let shift = (b.sum.bits - bits) as u32;
+        b.sum.word =
+            b.mul_add("y", (&factor, &monomial), shift, &b.sum.word.clone(), &names.join(" and "))?;
     }
     Ok(())
 }
@@ -106,7 +100,7 @@ fn monomial(
     words: &mut BTreeMap<Vec<u8>, Tracked>,
     powers: &[u8],
     given: &[(String, Given)],
-) -> Result<Tracked, PhysicsError> {
+) -> Result<Tracked> {
     if let Some(word) = words.get(powers) {
         return Ok(word.clone());
     }

@@ -3,22 +3,18 @@
 
 use fitter::error_model::{ErrorModel, Sensor};
 
+use super::Result;
 use super::builder::{Builder, Tracked};
 use crate::approximate::minimax;
-use crate::bound::Overflows;
 use crate::exact::{Interval, Polynomial, arcsec_per_rad};
 use crate::input::InputPlan;
-use crate::reference::{Reference, TooSteep};
+use crate::reference::TooSteep;
 
 /// The highest degree that is tried.
 const LARGEST_DEGREE: usize = 12;
 
-/// polynomial(v), |function − polynomial| ≤ remainder for v in the range.
-#[derive(Debug, Clone)]
-pub(super) struct Shape {
-    pub polynomial: Polynomial,
-    pub remainder: Interval,
-}
+/// A function of v, enclosed over the range.
+pub(super) use crate::reference::Reference as Shape;
 
 /// The variable: its range, the reading that it stands for, and the sensor.
 pub(super) struct Variable<'a> {
@@ -30,21 +26,12 @@ pub(super) struct Variable<'a> {
 }
 
 impl Variable<'_> {
-    /// Smallest and largest v of any argument, as points.
-    pub fn ends(&self) -> (Interval, Interval) {
-        let exponent = self.plan.program.variable_exponent;
-        (self.plan.reach.0.mul_pow2(-exponent), self.plan.reach.1.mul_pow2(-exponent))
-    }
-
     fn radius(&self) -> Interval {
-        let (from, to) = self.ends();
+        let (from, to) = self.plan.reach_in_v();
         from.hull(&to).magnitude()
     }
 
     /// The observable of this name, where it is a function of the reading.
-    ///
-    /// # Errors
-    /// [`TooSteep`] where the angle leaves what the series can do.
     pub fn observable(&self, name: &str) -> Result<Option<Shape>, TooSteep> {
         let map = &self.plan.map;
         let reading = Polynomial::linear(map.offset.clone(), map.slope.clone());
@@ -58,15 +45,13 @@ impl Variable<'_> {
             _ => return Ok(None),
         };
         let calculated = ErrorModel { coefficients: vec![0.0], ..self.model.clone() };
-        let (from, to) = self.ends();
-        let angle = Reference::new(&calculated, map, &from, &to)?;
-        let angle = Shape { polynomial: angle.polynomial, remainder: angle.remainder };
-        Ok(Some(angle.scaled(&scale)))
+        let (from, to) = self.plan.reach_in_v();
+        Ok(Some(Shape::new(&calculated, map, &from, &to)?.scaled(&scale)))
     }
 
     /// All that a shape can be.
     pub fn range(&self, shape: &Shape) -> Interval {
-        let (from, to) = self.ends();
+        let (from, to) = self.plan.reach_in_v();
         &shape.polynomial.range(&from, &to) + &shape.remainder.symmetric()
     }
 
@@ -74,7 +59,7 @@ impl Variable<'_> {
         let sup = |shape: &Shape| shape.polynomial.range_around_zero(&self.radius()).magnitude();
         let remainder = &(&sup(a) * &b.remainder) + &(&(&sup(b) + &b.remainder) * &a.remainder);
         let mut polynomial = a.polynomial.mul(&b.polynomial);
-        let dropped = polynomial.truncate(&self.radius(), &Interval::from_int(1).mul_pow2(-120));
+        let dropped = polynomial.truncate(&self.radius(), &Interval::pow2(-120));
         Shape { polynomial, remainder: (&remainder + &dropped).upper() }
     }
 
@@ -88,8 +73,8 @@ impl Variable<'_> {
         bits: i64,
         tolerance: &Interval,
         note: &str,
-    ) -> Result<Tracked, Overflows> {
-        let (best, distance) = best_within(shape, &self.ends(), &tolerance.mul_pow2(-bits));
+    ) -> Result<Tracked> {
+        let (best, distance) = best_within(shape, &self.plan.reach_in_v(), &tolerance.mul_pow2(-bits));
         let mut sum = horner(b, name, &best, bits, (&self.word, self.exponent), note)?;
         sum.error = (&sum.error + &distance.mul_pow2(bits)).upper();
         Ok(sum)
@@ -104,7 +89,7 @@ pub(super) fn horner(
     bits: i64,
     (word, exponent): (&Tracked, i64),
     note: &str,
-) -> Result<Tracked, Overflows> {
+) -> Result<Tracked> {
     let c: Vec<Tracked> =
         polynomial.coefficients().iter().map(|c| Tracked::constant(&c.mul_pow2(bits))).collect();
     let mut sum = c[c.len() - 1].clone();
@@ -139,21 +124,21 @@ pub(super) fn best_within(
 }
 
 impl Shape {
-    pub fn constant(value: Interval) -> Shape {
+    pub(crate) fn constant(value: Interval) -> Shape {
         Shape { polynomial: Polynomial::constant(value), remainder: Interval::zero() }
     }
 
-    pub fn scaled(&self, factor: &Interval) -> Shape {
+    pub(super) fn scaled(&self, factor: &Interval) -> Shape {
         let remainder = (&self.remainder * &factor.magnitude()).upper();
         Shape { polynomial: self.polynomial.scale(factor), remainder }
     }
 
-    pub fn plus(&self, other: &Shape) -> Shape {
+    pub(super) fn plus(&self, other: &Shape) -> Shape {
         let remainder = (&self.remainder + &other.remainder).upper();
         Shape { polynomial: self.polynomial.add(&other.polynomial), remainder }
     }
 
-    pub fn less(&self, constant: f64) -> Shape {
+    pub(super) fn less(&self, constant: f64) -> Shape {
         let constant = Polynomial::constant(Interval::from_f64(constant));
         Shape { polynomial: self.polynomial.sub(&constant), remainder: self.remainder.clone() }
     }

@@ -7,9 +7,8 @@
 
 use fitter::terms::Exponential;
 
-use super::PhysicsError;
 use super::builder::{Builder, Tracked};
-use super::sum::Sum;
+use super::{PhysicsError, Result};
 use crate::exact::{Interval, exp_minus};
 
 /// The state's bits.
@@ -18,11 +17,10 @@ const WORD: i64 = 62;
 /// Subtracts the term from the result; calls come every `period_s`, the first at the time 0.
 pub(super) fn subtract(
     b: &mut Builder,
-    sum: &mut Sum,
     exponential: &Exponential,
     weight: &Interval,
     period_s: f64,
-) -> Result<(), PhysicsError> {
+) -> Result {
     let one = Interval::from_int(1);
     let scale = Interval::from_f64(exponential.scale);
     let gone = &one - &exp_minus(&Interval::from_f64(period_s).div(&scale));
@@ -57,6 +55,6 @@ pub(super) fn subtract(
     let next = b.mul_add_wide(&format!("{name}_next"), (&held, by), Some(&state))?;
     b.keep(index, next.operand);
 
-    sum.add_scaled(b, &weight.mul_pow2(sum.bits - fraction + 32), &held, "the warm-up")?;
-    sum.add_constant(b, &(-weight.clone()).mul_pow2(sum.bits))
+    b.add_scaled(&weight.mul_pow2(b.sum.bits - fraction + 32), &held, "the warm-up")?;
+    b.add_constant(&(-weight.clone()).mul_pow2(b.sum.bits))
 }

@@ -61,10 +61,8 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
     let targets = Targets::new(&truth, words);
     let mut candidates: Vec<(Shape, Cost)> =
         Shape::all(words).into_iter().map(|shape| (shape, rough_cost(shape, words, core))).collect();
-    let key = |cost: &Cost| (cost.instructions, cost.flash_bytes as f64);
     candidates.sort_by(|(_, a), (_, b)| {
-        let ((a0, a1), (b0, b1)) = (key(a), key(b));
-        a0.total_cmp(&b0).then(a1.total_cmp(&b1))
+        a.instructions.total_cmp(&b.instructions).then(a.flash_bytes.cmp(&b.flash_bytes))
     });
     // Where the user set no limit, what does not fit the usual one may take as much as a table of anything else.
     let limits = match wanted.flash_bytes {

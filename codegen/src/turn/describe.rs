@@ -11,7 +11,7 @@ use super::wraps::Wraps;
 use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
 use crate::claim::Claim;
 use crate::emit::{Described, OF_SEGMENTS};
-use crate::estimate::NORMAL_95;
+use crate::estimate::{NORMAL_95, quadratic};
 use crate::options::Options;
 use crate::text;
 
@@ -140,8 +140,7 @@ fn band(coefficients: &Coefficients, wraps: &Wraps) -> Option<f64> {
                 _ => columns.extend(std::iter::repeat_n(0.0, term.coefficients.len())),
             }
         }
-        let row = |row: &Vec<f64>| row.iter().zip(&columns).map(|(v, b)| v * b).sum::<f64>();
-        largest = largest.max(all.iter().zip(&columns).map(|(r, a)| a * row(r)).sum::<f64>());
+        largest = largest.max(quadratic(&all, &columns));
     }
     Some(NORMAL_95 * largest.sqrt())
 }

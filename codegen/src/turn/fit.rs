@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::TurnError;
 use super::shape::{Arithmetic, Filling, Shape, Words};
 use super::truth::{Enclosed, Truth};
+use crate::approximate::interpolate;
 
 /// The corrections that are wanted: of every count, and of any place between.
 pub struct Targets<'a> {
@@ -44,12 +45,6 @@ impl<'a> Targets<'a> {
         targets
     }
 
-    /// The correction at a place between counts, less the constant, in counts of the result.
-    fn at(&self, count: f64) -> f64 {
-        let reading = (count * (2f64.powi(64) / f64::from(self.words.counts))) as i128 as u64;
-        self.moved(self.truth.at(reading).word, reading)
-    }
-
     /// From a reading to its position, less the constant, in counts of the result.
     fn moved(&self, found: u64, reading: u64) -> f64 {
         let moved = found.wrapping_sub(reading).wrapping_add(self.truth.zero()) as i64;
@@ -58,8 +53,9 @@ impl<'a> Targets<'a> {
 
     /// The rest at a place between counts.
     fn rest_at(&self, count: f64) -> f64 {
+        let reading = (count * (2f64.powi(64) / f64::from(self.words.counts))) as i128 as u64;
         let constant = self.words.in_counts(-(self.truth.zero() as i64 as f64));
-        self.at(count) + (constant - self.zero as f64)
+        self.moved(self.truth.at(reading).word, reading) + (constant - self.zero as f64)
     }
 }
 
@@ -74,14 +70,12 @@ fn ends(values: &[f64]) -> (f64, f64) {
 /// [`TurnError::Large`] where the corrections do not fit the shape's words.
 pub fn fill(shape: Shape, targets: &Targets) -> Result<(Filling, f64), TurnError> {
     match shape {
-        Shape::PerCount => Ok((per_count(targets), 0.0)),
+        Shape::PerCount => {
+            let table = targets.rest.iter().map(|r| vec![r.round() as i64]).collect();
+            Ok((Filling { table, shifts: Vec::new(), fraction: 0, zero: targets.zero }, 0.0))
+        }
         Shape::Segments { degree, arithmetic, .. } => segments(shape, targets, degree, arithmetic),
     }
-}
-
-fn per_count(targets: &Targets) -> Filling {
-    let table = targets.rest.iter().map(|r| vec![r.round() as i64]).collect();
-    Filling { table, shifts: Vec::new(), fraction: 0, zero: targets.zero }
 }
 
 fn segments(
@@ -190,33 +184,6 @@ fn short_formats(raw: &[Vec<f64>], words: Words, degree: usize, size: usize) -> 
         scale += by;
     }
     Some((fraction as u32, shifts))
-}
-
-/// The polynomial through the values at Chebyshev's nodes of an interval, in the powers of its variable.
-fn interpolate(degree: usize, from: f64, to: f64, value: &dyn Fn(f64) -> f64) -> Vec<f64> {
-    let count = degree + 1;
-    let nodes: Vec<f64> = (0..count)
-        .map(|i| {
-            let angle = std::f64::consts::PI * (i as f64 + 0.5) / count as f64;
-            0.5 * (from + to) - 0.5 * (to - from) * angle.cos()
-        })
-        .collect();
-    // Newton's divided differences, then Horner's scheme from the inside out.
-    let mut differences: Vec<f64> = nodes.iter().map(|x| value(*x)).collect();
-    for order in 1..count {
-        for i in (order..count).rev() {
-            let span = nodes[i] - nodes[i - order];
-            differences[i] = if span == 0.0 { 0.0 } else { (differences[i] - differences[i - 1]) / span };
-        }
-    }
-    let mut powers = vec![0.0; count];
-    for i in (0..count).rev() {
-        for k in (0..count).rev() {
-            powers[k] = if k > 0 { powers[k - 1] } else { 0.0 } - nodes[i] * powers[k];
-        }
-        powers[0] += differences[i];
-    }
-    powers
 }
 
 #[cfg(test)]

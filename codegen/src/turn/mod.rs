@@ -1,22 +1,22 @@
 //! Sensors that turn round and round: a routine *counts in → corrected counts out*, exact at the wrap.
 //!
-//! An encoder has so few counts that nothing needs to be estimated: [`truth`] encloses the exact corrected position
-//! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], [`fit`] finds their
-//! coefficients, and [`proof`] runs the program on every count. [`choose`] takes the cheapest that meets the bound,
-//! and [`describe`] says what certificate and heads tell of it.
+//! An encoder has so few counts that nothing needs to be estimated: `truth` encloses the exact corrected position
+//! of every count, [`shape`] lists the ways to write the correction as a [`crate::program`], `fit` finds their
+//! coefficients, and `proof` runs the program on every count. [`choose`] takes the cheapest that meets the bound,
+//! and `describe` says what certificate and heads tell of it.
 
 pub mod choose;
-pub mod describe;
-pub mod fit;
+pub(crate) mod describe;
+mod fit;
 #[cfg(test)]
 #[path = "../../tests/turn/encoder.rs"]
 pub(crate) mod fixtures;
 mod phase;
-pub mod proof;
+mod proof;
 pub mod shape;
-pub mod truth;
+mod truth;
 pub mod verify;
-pub mod wraps;
+mod wraps;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
@@ -148,10 +148,10 @@ impl Encoder {
             }
             Some((counts, _)) => f64::from(counts),
             None if in_counts => revolution,
-            None if assumed_bits(coefficients).is_some() => {
-                2f64.powi(assumed_bits(coefficients).unwrap_or_default() as i32)
-            }
-            None => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+            None => match assumed_bits(coefficients) {
+                Some(bits) => 2f64.powi(bits as i32),
+                None => return Err(TurnError::UnknownBits { unit: unit.clone() }),
+            },
         };
         let allowed = f64::from(FEWEST_COUNTS)..=f64::from(MOST_COUNTS);
         if counts.fract() != 0.0 || !allowed.contains(&counts) {
@@ -163,6 +163,12 @@ impl Encoder {
             return Err(TurnError::OutputBits { input, output });
         }
         Ok(Words { finer: output - input, ..words })
+    }
+
+    /// Whether the width of the word is taken from the noise, for want of another.
+    pub fn assumes(&self, coefficients: &Coefficients) -> bool {
+        let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
+        !counts && self.bits.is_none() && self.counts.is_none()
     }
 }
 
@@ -176,12 +182,4 @@ pub fn assumed_bits(coefficients: &Coefficients) -> Option<u32> {
     let noise = coefficients.noise()?;
     let bits = (0.5 * revolution / (OF_THE_NOISE * noise)).log2().ceil();
     Some((bits.max(0.0) as u32).clamp(*BITS.start(), *BITS.end()))
-}
-
-impl Encoder {
-    /// Whether the width of the word is taken from the noise, for want of another.
-    pub fn assumes(&self, coefficients: &Coefficients) -> bool {
-        let counts = matches!(&coefficients.sensor, Sensor::Direct { unit, .. } if unit == "counts" || unit == "count");
-        !counts && self.bits.is_none() && self.counts.is_none()
-    }
 }

@@ -130,7 +130,7 @@ const STEEPEST: f64 = 0.999;
 
 /// A part of a turn, less than half in magnitude, as a word.
 fn word(turns: &Interval) -> Option<i64> {
-    let half = Interval::from_int(1).mul_pow2(-1);
+    let half = Interval::pow2(-1);
     // Exactly half a turn either way is the same place.
     if !turns.magnitude().certainly_le(&half) {
         return None;

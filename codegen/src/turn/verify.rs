@@ -6,7 +6,7 @@ use std::path::Path;
 use fitter::coefficients::Coefficients;
 use serde::Serialize;
 
-use super::choose::{self, TurnRoutine};
+use super::choose;
 use super::fit::Targets;
 use super::proof::distance;
 use super::truth::Truth;
@@ -84,10 +84,14 @@ pub fn verify(
     let exact = Targets::new(&truth, routine.words).exact;
     let (folder, build) = (absolute(folder)?, temporary()?);
     let place = Place { generated: &folder, base: &generated.name, build: build.path() };
-    let last = last(&routine);
+    // Of 16 bits all there are, otherwise a turn beyond the encoder's.
+    let last = if routine.words.input() <= 16 { u16::MAX.into() } else { 2 * routine.words.counts - 1 };
     let calls =
         Calls { words: (0..=last).flat_map(|word| [1, word]).collect(), stride: 2, ..Calls::default() };
-    let expected: Vec<u32> = (0..=last).map(|word| by_program(&routine, word)).collect();
+    let by_program = |word: u32| {
+        interpret(&routine.program, &[Word::Int(word.into())]).map_or(u32::MAX, |out| out.word.bits() as u32)
+    };
+    let expected: Vec<u32> = (0..=last).map(by_program).collect();
     for how in How::all(false).into_iter().map(How::strictly) {
         let Some(stated) = stated(&certificate, &generated.name, how) else { continue };
         how.checker.library(how, &place)?;
@@ -106,13 +110,4 @@ pub fn verify(
         });
     }
     Ok(report)
-}
-
-/// The last word that is swept: of 16 bits all there are, otherwise a turn beyond the encoder's.
-fn last(routine: &TurnRoutine) -> u32 {
-    if routine.words.input() <= 16 { u16::MAX.into() } else { 2 * routine.words.counts - 1 }
-}
-
-fn by_program(routine: &TurnRoutine, word: u32) -> u32 {
-    interpret(&routine.program, &[Word::Int(word.into())]).map_or(u32::MAX, |out| out.word.bits() as u32)
 }

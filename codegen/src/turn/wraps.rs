@@ -45,23 +45,16 @@ impl Wraps {
         };
         let unit = &file.units.statistics;
         if let Some(slope) = file.base.coefficients.get(1).copied().filter(|slope| *slope != 0.0) {
-            wraps.leave_slope(
-                "slope of the error over the turn",
-                slope,
-                file.base.centre,
-                (middle, range),
-                unit,
-            );
+            let what = "slope of the error over the turn";
+            wraps.leave_slope(what, slope, file.base.centre, (middle, range), unit);
         }
         for (index, term) in file.terms.iter().enumerate() {
             match &term.operator {
                 Operator::Periodic(periodic) => match whole(turn.revolution / periodic.period) {
                     Some(periods) => {
-                        let pairs = term.coefficients.chunks_exact(2);
-                        let waves = periodic.harmonics.iter().zip(pairs);
-                        wraps
-                            .waves
-                            .extend(waves.map(|(k, pair)| (periods * u32::from(*k), pair[0], pair[1])));
+                        let waves = periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2));
+                        let wave = |(k, pair): (&u16, &[f64])| (periods * u32::from(*k), pair[0], pair[1]);
+                        wraps.waves.extend(waves.map(wave));
                         wraps.terms.push(index);
                     }
                     None => wraps.leave(term, file, range, "its period is no part of the turn"),

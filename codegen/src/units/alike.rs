@@ -61,16 +61,10 @@ pub(super) fn range(
     };
     let reading_unit = quantity.reading_unit.clone();
     let Some((from, to)) = options.range else {
-        let mut low = &units[0];
-        let mut high = &units[0];
-        for unit in units {
-            if covered(unit).0 > covered(low).0 {
-                low = unit;
-            }
-            if covered(unit).1 < covered(high).1 {
-                high = unit;
-            }
-        }
+        let later = |a, b| if covered(b).0 > covered(a).0 { b } else { a };
+        let sooner = |a, b| if covered(b).1 < covered(a).1 { b } else { a };
+        let low = units.iter().fold(&units[0], later);
+        let high = units.iter().fold(&units[0], sooner);
         let (from, to) = (covered(low).0, covered(high).1);
         if from < to {
             return Ok((from, to));

@@ -4,14 +4,13 @@
 use std::path::Path;
 
 use fitter::text_safety;
-use serde::Deserialize;
 
-use super::structure::{Design, Fitted, Prepared, Shared, overflow, prepare, rounded, structure};
+use super::render::Summary;
+use super::structure::{Design, Fitted, Shared, rounded};
 use super::{Unit, UnitsError, Wanted};
 use crate::bound;
 use crate::design::DesignError;
 use crate::options::Options;
-use crate::routine::RoutineError;
 
 /// What is read of `units.json`.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,24 +18,6 @@ pub struct Earlier {
     /// The file, for messages.
     pub file: String,
     summary: Summary,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct Summary {
-    schema: String,
-    version: u32,
-    structure: u32,
-    degree: usize,
-    fraction_bits: i64,
-    range: [f64; 2],
-    total: f64,
-    coefficients: Vec<RangeOfWords>,
-}
-
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-struct RangeOfWords {
-    from: i64,
-    to: i64,
 }
 
 /// Reads the summary of an earlier routine.
@@ -79,58 +60,35 @@ pub fn design(
     wanted: &Wanted,
     earlier: &Earlier,
 ) -> Result<Design, UnitsError> {
-    let summary = &earlier.summary;
-    let at = (summary.range[0], summary.range[1]);
-    let Prepared { plan, routine_options, references, quantity, range, sensor, .. } =
-        prepare(units, options, Some(at))?;
-    let shared =
-        Shared { plan: &plan, options: &routine_options, references: &references, margin: wanted.margin };
-    let (degree, bits) = (summary.degree, summary.fraction_bits);
-    let ranges: Vec<(i64, i64)> = summary.coefficients.iter().map(|c| (c.from, c.to)).collect();
-    let made = shared.program(&ranges, bits);
-    let (program, unit) = made.map_err(|error| RoutineError::Design(DesignError::Output(error)))?;
-    bound::rounding(&program, &plan).map_err(overflow)?;
-    let mut design = Design {
-        rounding: shared.rounding(&program, degree, bits)?,
-        program,
-        plan: plan.clone(),
-        options: routine_options.clone(),
-        degree,
-        bits,
-        unit,
-        range,
-        total: summary.total,
-        fitted: Vec::new(),
-        quantity,
-        structure: 0,
-    };
-    design.structure = structure(&design, &sensor);
-    if design.structure != summary.structure {
-        let (found, expected) = (design.structure, summary.structure);
+    let Summary { degree, fraction_bits: bits, range: [from, to], total, .. } = earlier.summary;
+    let shared = Shared::new(units, options, wanted, Some((from, to)))?;
+    let (program, unit) = shared.program(earlier.summary.coefficients.clone(), bits)?;
+    bound::rounding(&program, &shared.plan).map_err(DesignError::from)?;
+    let words: Vec<Vec<i64>> = shared.best(degree).iter().map(|p| rounded(p, degree, bits)).collect();
+    let mut design = Design { shared, program, degree, bits, unit, total, rounding: 0.0, fitted: Vec::new() };
+    design.rounding = design.any_rounding()?;
+    let (found, expected) = (design.structure(), earlier.summary.structure);
+    if found != expected {
         return Err(UnitsError::OtherStructure { file: earlier.file.clone(), found, expected });
     }
-    let words: Vec<Vec<i64>> = shared.best(degree).iter().map(|p| rounded(p, degree, bits)).collect();
     for (unit, words) in units.iter().zip(&words) {
         for (word, range) in words.iter().zip(&design.program.page) {
             if !(range.from..=range.to).contains(word) {
-                return Err(UnitsError::Outside {
-                    unit: unit.name.clone(),
-                    coefficient: range.name.clone(),
-                    value: *word,
-                    from: range.from,
-                    to: range.to,
-                });
+                let (unit, coefficient) = (unit.name.clone(), range.name.clone());
+                let (value, from, to) = (*word, range.from, range.to);
+                return Err(UnitsError::Outside { unit, coefficient, value, from, to });
             }
         }
     }
-    design.fitted = shared.bounds(&words, bits)?;
+    design.fitted = design.shared.bounds(&words, bits)?;
     let far = |fitted: &Fitted| fitted.total > design.total;
     if let Some((unit, fitted)) = units.iter().zip(&design.fitted).find(|(_, fitted)| far(fitted)) {
+        let quantity = &design.shared.quantity;
         return Err(UnitsError::Coarse {
             unit: unit.name.clone(),
-            found: design.quantity.in_bound_unit(fitted.total),
-            bound: design.quantity.in_bound_unit(design.total),
-            bound_unit: design.quantity.bound_unit,
+            found: quantity.in_bound_unit(fitted.total),
+            bound: quantity.in_bound_unit(design.total),
+            bound_unit: quantity.bound_unit.clone(),
         });
     }
     Ok(design)

@@ -6,7 +6,7 @@
 //!
 //! Two things are proved. For *any* coefficients inside the ranges, and any reading, no operation overflows and the
 //! result is within the stated rounding of the polynomial that the page holds: the coefficients go through
-//! [`crate::bound`] as intervals. And for *every page* that `codegen` writes, the result is within the stated bound
+//! `bound` as intervals. And for *every page* that `codegen` writes, the result is within the stated bound
 //! of that unit's own model: each page carries what was proved for it, and the loader holds it against the bound.
 
 mod alike;
@@ -23,6 +23,7 @@ use fitter::coefficients::{Coefficients, CoefficientsError};
 
 use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::Certificate;
+use crate::design::DesignError;
 use crate::generate::{GenerateError, sha256};
 use crate::input::InputError;
 use crate::options::Options;
@@ -113,7 +114,6 @@ pub enum UnitsError {
     /// A unit of which the diagnosis left more than it named.
     #[error("unit {unit}: {cause}")]
     NotAccepted { unit: String, cause: NotAccepted },
-    /// A coefficients file.
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),
     /// Units of different kinds.
@@ -158,9 +158,11 @@ pub enum UnitsError {
     /// Options of other routines.
     #[error("{option} does not go with --devices: leave it out")]
     Option { option: &'static str },
-    /// Range, bound or degree.
     #[error(transparent)]
     Routine(#[from] RoutineError),
+    /// No program of this format.
+    #[error(transparent)]
+    Design(#[from] DesignError),
     /// The input does not fit.
     #[error(transparent)]
     Input(#[from] InputError),
@@ -170,12 +172,8 @@ pub enum UnitsError {
     /// A name that no source can carry.
     #[error(transparent)]
     Generate(#[from] GenerateError),
-}
-
-impl From<RenderError> for UnitsError {
-    fn from(error: RenderError) -> Self {
-        UnitsError::Generate(GenerateError::Render(error))
-    }
+    #[error(transparent)]
+    Render(#[from] RenderError),
 }
 
 /// Reads the units' files, in the order of their names.

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use minijinja::value::Serde;
 use minijinja::{Value, context};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
-use super::structure::{Design, Fitted};
+use super::structure::{Design, Fitted, Shared};
 use super::{Generated, Unit, UnitsError, Wanted};
 use crate::accepted::accepted;
 use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry};
@@ -17,6 +18,7 @@ use crate::language;
 use crate::name;
 use crate::options::Options;
 use crate::output::Output;
+use crate::program::PageWord;
 use crate::render::HEAD_COLUMNS;
 use crate::text;
 
@@ -24,42 +26,35 @@ use crate::text;
 const PARTS_OF_A_UNIT: f64 = 256.0;
 
 /// The shared structure and the units for machines to read, `units.json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct Summary<'a> {
-    schema: &'static str,
-    version: u32,
-    tool: &'static str,
-    structure: u32,
-    degree: usize,
-    fraction_bits: i64,
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Summary {
+    pub schema: String,
+    pub version: u32,
+    tool: String,
+    pub structure: u32,
+    pub degree: usize,
+    pub fraction_bits: i64,
     /// Smallest and largest reading.
-    range: [f64; 2],
+    pub range: [f64; 2],
     /// The bound in the result's unit.
-    total: f64,
+    pub total: f64,
     /// Unit of bounds and rounding.
-    unit: &'a str,
+    unit: String,
     bound: f64,
     /// For any coefficients inside their ranges.
     rounding: f64,
-    coefficients: Vec<RangeOfWords<'a>>,
-    units: Vec<OfUnit<'a>>,
+    pub coefficients: Vec<PageWord>,
+    units: Vec<OfUnit>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct RangeOfWords<'a> {
-    name: &'a str,
-    from: i64,
-    to: i64,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct OfUnit<'a> {
-    unit: &'a str,
-    coefficients_sha256: &'a str,
-    recording: &'a str,
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct OfUnit {
+    unit: String,
+    coefficients_sha256: String,
+    recording: String,
     page: String,
     bound: f64,
-    words: &'a [i64],
+    words: Vec<i64>,
 }
 
 /// What is proved of a unit, as it stands in its page: rounded up.
@@ -70,7 +65,7 @@ fn proved(design: &Design, total: f64) -> u32 {
 /// The page of a unit.
 pub fn page(design: &Design, unit: &Unit, fitted: &Fitted) -> Page {
     Page {
-        structure: design.structure,
+        structure: design.structure(),
         proved: proved(design, fitted.total),
         origin: unit.sha256.get(..8).and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or(0),
         coefficients: fitted.words.iter().map(|word| *word as i32).collect(),
@@ -99,7 +94,7 @@ pub fn pages(
     options: &Options,
     wanted: &Wanted,
 ) -> Result<Generated, UnitsError> {
-    let name = options.name.clone().unwrap_or_else(|| design.quantity.default_name.clone());
+    let name = options.name.clone().unwrap_or_else(|| design.shared.quantity.default_name.clone());
     let files = of_pages(&design, units, wanted);
     let described = [described(&design, &name, Vec::new())];
     let printer = Printer::new(&language::ALL, options)?;
@@ -117,7 +112,7 @@ pub fn files(
     options: &Options,
     wanted: &Wanted,
 ) -> Result<Generated, UnitsError> {
-    let name = name::base(options, &design.quantity.default_name)?;
+    let name = name::base(options, &design.shared.quantity.default_name)?;
     let printer = Printer::new(&language::ALL, options)?;
     let listed: Vec<Value> = (units.iter().zip(&design.fitted))
         .map(|(unit, fitted)| {
@@ -130,7 +125,7 @@ pub fn files(
         .collect();
     let provenance = printer.provenance(context! { units => listed.clone() })?;
     let described = [described(&design, &name, listed)];
-    let sources = printer.sources((&name, &design.quantity.title), &provenance, &described)?;
+    let sources = printer.sources((&name, &design.shared.quantity.title), &provenance, &described)?;
     let mut files: BTreeMap<PathBuf, Vec<u8>> = of_pages(&design, units, wanted);
     files.extend(sources.into_iter().map(|(path, text)| (path, text.into_bytes())));
     let summary = serde_json::to_string_pretty(&summary(&design, units)).map_err(GenerateError::Json)?;
@@ -147,35 +142,34 @@ fn reserved(unit: &Unit, options: &Options) -> Option<String> {
 }
 
 fn bound_text(design: &Design, value: f64) -> String {
-    let quantity = &design.quantity;
+    let quantity = &design.shared.quantity;
     format!("{} {}", text::rounded_up(quantity.in_bound_unit(value)), quantity.bound_unit)
 }
 
-fn summary<'a>(design: &'a Design, units: &'a [Unit]) -> Summary<'a> {
-    let in_bound_unit = |value| design.quantity.in_bound_unit(value);
+fn summary(design: &Design, units: &[Unit]) -> Summary {
+    let Shared { quantity, range, .. } = &design.shared;
+    let in_bound_unit = |value| quantity.in_bound_unit(value);
     Summary {
-        schema: "arcsmith-units",
+        schema: "arcsmith-units".into(),
         version: 1,
-        tool: TOOL,
-        structure: design.structure,
+        tool: TOOL.into(),
+        structure: design.structure(),
         degree: design.degree,
         fraction_bits: design.bits,
-        range: [design.range.0, design.range.1],
+        range: [range.0, range.1],
         total: design.total,
-        unit: &design.quantity.bound_unit,
+        unit: quantity.bound_unit.clone(),
         bound: in_bound_unit(design.total),
         rounding: in_bound_unit(design.rounding),
-        coefficients: (design.program.page.iter())
-            .map(|word| RangeOfWords { name: &word.name, from: word.from, to: word.to })
-            .collect(),
+        coefficients: design.program.page.clone(),
         units: (units.iter().zip(&design.fitted))
             .map(|(unit, fitted)| OfUnit {
-                unit: &unit.name,
-                coefficients_sha256: &unit.sha256,
-                recording: &unit.coefficients.recording.file,
+                unit: unit.name.clone(),
+                coefficients_sha256: unit.sha256.clone(),
+                recording: unit.coefficients.recording.file.clone(),
                 page: format!("pages/{}.bin", unit.name),
                 bound: in_bound_unit(fitted.total),
-                words: &fitted.words,
+                words: fitted.words.clone(),
             })
             .collect(),
     }
@@ -183,18 +177,16 @@ fn summary<'a>(design: &'a Design, units: &'a [Unit]) -> Summary<'a> {
 
 /// The routine with what is said of it; `units` are the units as the heads list them.
 fn described<'a>(design: &'a Design, name: &str, units: Vec<Value>) -> Described<'a> {
-    let (program, quantity) = (&design.program, &design.quantity);
+    let (program, quantity) = (&design.program, &design.shared.quantity);
     let entry = entry(design, name);
-    let ranges: Vec<Value> = (program.page.iter())
-        .map(|word| context! { name => &*word.name, from => word.from, to => word.to })
-        .collect();
     let page = context! {
-        units, ranges,
+        units,
+        ranges => Value::from(Serde(&program.page)),
         length => Page::length(program.page.len()),
         head_words => HEAD_WORDS,
         magic => MAGIC,
         version => VERSION,
-        structure => design.structure,
+        structure => design.structure(),
         most_proved => proved(design, design.total),
         rounding_text => bound_text(design, design.rounding),
     };
@@ -205,7 +197,7 @@ fn described<'a>(design: &'a Design, name: &str, units: Vec<Value>) -> Described
     let words = context! {
         page, method,
         title => &*quantity.title,
-        result_meaning => entry.result_meaning(design.options.output),
+        result_meaning => entry.result_meaning(design.shared.options.output),
         range_text => entry.range_in_words(program),
         bound_text => bound_text(design, design.total),
         float_input => false,
@@ -215,7 +207,7 @@ fn described<'a>(design: &'a Design, name: &str, units: Vec<Value>) -> Described
 
 /// What the certificate says of the routine: the bound of the unit that is furthest, and the margin of later ones.
 fn entry(design: &Design, name: &str) -> Entry {
-    let quantity = &design.quantity;
+    let quantity = &design.shared.quantity;
     let lsb = design.unit.to_f64();
     let part = |what: &str, value: f64| Part {
         what: what.into(),
@@ -236,9 +228,9 @@ fn entry(design: &Design, name: &str) -> Entry {
         parts.push(part("margin for later units", left / quantity.bound_units_per_unit));
     }
     let of_program = Entry::of(name, &design.program, lsb);
-    let power_of_two = design.options.output == Output::PowerOfTwo;
+    let power_of_two = design.shared.options.output == Output::PowerOfTwo;
     Entry {
-        format: design.options.format.name().into(),
+        format: design.shared.options.format.name().into(),
         degree: design.degree,
         unit: quantity.bound_unit.clone(),
         output: OutputEntry {
@@ -249,8 +241,8 @@ fn entry(design: &Design, name: &str) -> Entry {
         range: RangeEntry {
             variable: quantity.reading.clone(),
             unit: quantity.reading_unit.clone(),
-            from: design.range.0,
-            to: design.range.1,
+            from: design.shared.range.0,
+            to: design.shared.range.1,
             recorded: None,
         },
         out_of_range: "clamp".into(),

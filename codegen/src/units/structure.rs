@@ -7,14 +7,13 @@ use super::alike::{model, range};
 use super::page::crc32;
 use super::{Unit, UnitsError, Wanted};
 use crate::approximate::minimax;
-use crate::bound;
+use crate::bound::{self, Bound};
 use crate::design::DesignError;
 use crate::exact::{Interval, Polynomial};
 use crate::format::Format;
-use crate::fused::LARGEST_DEGREE;
+use crate::fused::{LARGEST_DEGREE, supremum};
 use crate::input::InputPlan;
 use crate::options::{Options, RoutineOptions};
-use crate::output::OutputError;
 use crate::program::{Op, Operand, PageWord, Program, Stage, Type};
 use crate::quantity::Quantity;
 use crate::reference::Reference;
@@ -33,33 +32,25 @@ pub struct Fitted {
     pub input: f64,
 }
 
-/// The shared structure.
+/// A routine that is shared, and the units' coefficients.
 #[derive(Debug, Clone)]
 pub struct Design {
+    /// What was known before a degree was chosen.
+    pub shared: Shared,
     /// The routine; its page holds the ranges.
     pub program: Program,
-    /// The input's steps and range.
-    pub plan: InputPlan,
-    /// What was asked for.
-    pub options: RoutineOptions,
     /// Degree of the polynomials.
     pub degree: usize,
     /// A coefficient is a word of 2^−`bits` of the unit.
     pub bits: i64,
     /// What one word of the result stands for, in its unit.
     pub unit: Interval,
-    /// Smallest and largest reading.
-    pub range: (f64, f64),
     /// The bound of all units and of later ones, in the result's unit: the one that was asked for.
     pub total: f64,
     /// Rounding for any coefficients inside their ranges, in the result's unit.
     pub rounding: f64,
     /// The units' coefficients, in their order.
     pub fitted: Vec<Fitted>,
-    /// Names and units of what is computed, by the first unit's model.
-    pub quantity: Quantity,
-    /// Tells pages of this routine from others.
-    pub structure: u32,
 }
 
 /// Finds the lowest degree that serves all units.
@@ -70,10 +61,8 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
     if !(0.0..=10.0).contains(&wanted.margin) {
         return Err(UnitsError::Margin(wanted.margin));
     }
-    let Prepared { plan, routine_options, references, quantity, range, sensor, target } =
-        prepare(units, options, None)?;
-    let shared =
-        Shared { plan: &plan, options: &routine_options, references: &references, margin: wanted.margin };
+    let shared = Shared::new(units, options, wanted, None)?;
+    let (quantity, target) = (&shared.quantity, shared.target);
     let degrees = match options.degree {
         Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => {
             return Err(RoutineError::Degree(degree).into());
@@ -81,157 +70,121 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
         Some(degree) => degree..=degree,
         None => 1..=LARGEST_DEGREE,
     };
-    let mut best: Option<(f64, usize, usize)> = None;
+    let largest = *degrees.end();
+    let mut best: Option<(f64, usize)> = None;
     let mut without_margin: Option<Design> = None;
-    let mut largest = 1;
     for degree in degrees {
-        largest = degree;
         let far = quantity.in_bound_unit(shared.furthest(degree));
         if far > target && degree < LARGEST_DEGREE && options.degree.is_none() {
             continue;
         }
-        let (program, unit, bits, fitted) = shared.design(degree)?;
-        let (worst, total) = (fitted.iter().map(|f| f.total).enumerate())
+        let design = shared.design(degree)?;
+        let (worst, total) = (design.fitted.iter().map(|f| f.total).enumerate())
             .fold((0, 0.0), |(i, most), (j, total)| if total > most { (j, total) } else { (i, most) });
         let reached = quantity.in_bound_unit(total);
-        if best.is_none_or(|(b, ..)| reached < b) {
-            best = Some((reached, degree, worst));
+        if best.is_none_or(|(b, _)| reached < b) {
+            best = Some((reached, worst));
         }
-        if reached > target {
+        // A degree more, where that leaves later units their margin within the bound that is asked for.
+        let roomy = reached * (1.0 + wanted.margin) <= target;
+        if reached > target || (without_margin.is_some() && !roomy) {
             continue;
         }
-        if without_margin.is_some() && reached * (1.0 + wanted.margin) > target {
-            continue;
-        }
-        let rounding = shared.rounding(&program, degree, bits)?;
         // So little less that no rounding of a unit's conversion shows.
         let most = target * (1.0 - 1e-12) / quantity.bound_units_per_unit;
-        let mut design = Design {
-            program,
-            plan: plan.clone(),
-            options: routine_options.clone(),
-            degree,
-            bits,
-            unit,
-            range,
-            total: most.max(total),
-            rounding,
-            fitted,
-            quantity: quantity.clone(),
-            structure: 0,
-        };
-        design.structure = structure(&design, &sensor);
-        // A degree more, where that leaves later units their margin within the bound that is asked for.
-        if reached * (1.0 + wanted.margin) <= target || options.degree.is_some() {
+        let design = Design { total: most.max(total), rounding: design.any_rounding()?, ..design };
+        if roomy || options.degree.is_some() {
             return Ok(design);
         }
         without_margin.get_or_insert(design);
     }
-    if let Some(design) = without_margin {
-        return Ok(design);
-    }
-    let (reachable, _, worst) = best.unwrap_or((f64::INFINITY, 0, 0));
-    Err(UnitsError::Unreachable {
-        degree: largest,
-        wanted: target,
-        reachable,
-        worst: units[worst].name.clone(),
-        unit: quantity.bound_unit,
+    without_margin.ok_or_else(|| {
+        let (reachable, worst) = best.unwrap_or((f64::INFINITY, 0));
+        let (worst, unit) = (units[worst].name.clone(), quantity.bound_unit.clone());
+        UnitsError::Unreachable { degree: largest, wanted: target, reachable, worst, unit }
     })
 }
 
 /// What all units share before a degree is chosen.
-pub(super) struct Prepared {
+#[derive(Debug, Clone)]
+pub struct Shared {
+    /// The input's steps and range.
     pub plan: InputPlan,
-    pub routine_options: RoutineOptions,
+    /// What was asked for.
+    pub options: RoutineOptions,
+    /// The units' functions over the range, in their order.
     pub references: Vec<Reference>,
+    /// Names and units of what is computed, by the first unit's model.
     pub quantity: Quantity,
+    /// Smallest and largest reading.
     pub range: (f64, f64),
+    /// The first unit's.
     pub sensor: Sensor,
+    /// The bound that is asked for, in its unit.
     pub target: f64,
-}
-
-/// Holds the units against each other, and encloses their functions over the range; `at` is that of an earlier routine.
-pub(super) fn prepare(
-    units: &[Unit],
-    options: &Options,
-    at: Option<(f64, f64)>,
-) -> Result<Prepared, UnitsError> {
-    let first = units.first().ok_or_else(|| UnitsError::None { pattern: "--units".into() })?;
-    let routine_options = options.routines.first().cloned().unwrap_or(RoutineOptions::of(Format::Q31));
-    let format = routine_options.format;
-    if !matches!(format, Format::Q31 | Format::Q31Split) {
-        return Err(UnitsError::Format(format.name()));
-    }
-    let models: Vec<ErrorModel> =
-        units.iter().map(|unit| model(unit, first, options)).collect::<Result<_, _>>()?;
-    let quantity = Quantity::of(&models[0]);
-    let range = match at {
-        Some(at) => range(units, &Options { range: Some(at), ..options.clone() }, &quantity)?,
-        None => range(units, options, &quantity)?,
-    };
-    // What serves the unit with the least noise serves all.
-    let noises = units.iter().filter_map(|unit| unit.coefficients.noise());
-    let noise = noises.reduce(f64::min);
-    let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, noise));
-    if !(target.is_finite() && target > 0.0) {
-        return Err(RoutineError::Bound(target).into());
-    }
-    let sensor = models[0].sensor.clone();
-    let plan = routine_options.input.plan(&sensor, range.0, range.1, format.arithmetic(), true)?;
-    let references: Vec<Reference> = (models.iter().zip(units))
-        .map(|(model, unit)| {
-            let steep = |cause| UnitsError::TooSteep { unit: unit.name.clone(), cause };
-            routine::reference(model, &plan).map_err(steep)
-        })
-        .collect::<Result<_, _>>()?;
-    Ok(Prepared { plan, routine_options, references, quantity, range, sensor, target })
-}
-
-pub(super) fn overflow(error: bound::Overflows) -> RoutineError {
-    RoutineError::Design(DesignError::Overflows(error))
-}
-
-/// The units' references on the shared plan.
-pub(super) struct Shared<'a> {
-    pub plan: &'a InputPlan,
-    pub options: &'a RoutineOptions,
-    pub references: &'a [Reference],
+    /// See [`Wanted::margin`].
     pub margin: f64,
 }
 
 /// Fewer fractional bits than this are of no use.
 const FEWEST_BITS: i64 = 8;
 
-impl Shared<'_> {
-    fn ends(&self) -> (Interval, Interval) {
-        let exponent = self.plan.program.variable_exponent;
-        (self.plan.word_from.mul_pow2(-exponent), self.plan.word_to.mul_pow2(-exponent))
+impl Shared {
+    /// Holds the units against each other, and encloses their functions over the range; `at` is that of an earlier
+    /// routine.
+    pub(super) fn new(
+        units: &[Unit],
+        options: &Options,
+        wanted: &Wanted,
+        at: Option<(f64, f64)>,
+    ) -> Result<Shared, UnitsError> {
+        let first = units.first().ok_or_else(|| UnitsError::None { pattern: "--units".into() })?;
+        let routine_options = options.routines.first().cloned().unwrap_or(RoutineOptions::of(Format::Q31));
+        let format = routine_options.format;
+        if !matches!(format, Format::Q31 | Format::Q31Split) {
+            return Err(UnitsError::Format(format.name()));
+        }
+        let models: Vec<ErrorModel> =
+            units.iter().map(|unit| model(unit, first, options)).collect::<Result<_, _>>()?;
+        let quantity = Quantity::of(&models[0]);
+        let asked = Options { range: at.or(options.range), ..options.clone() };
+        let range = range(units, &asked, &quantity)?;
+        // What serves the unit with the least noise serves all.
+        let noise = units.iter().filter_map(|unit| unit.coefficients.noise()).reduce(f64::min);
+        let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, noise));
+        if !(target.is_finite() && target > 0.0) {
+            return Err(RoutineError::Bound(target).into());
+        }
+        let sensor = models[0].sensor.clone();
+        let plan = routine_options.input.plan(&sensor, range.0, range.1, format, true)?;
+        let references: Vec<Reference> = (models.iter().zip(units))
+            .map(|(model, unit)| {
+                let steep = |cause| UnitsError::TooSteep { unit: unit.name.clone(), cause };
+                routine::reference(model, &plan).map_err(steep)
+            })
+            .collect::<Result<_, _>>()?;
+        let (options, margin) = (routine_options, wanted.margin);
+        Ok(Shared { plan, options, references, quantity, range, sensor, target, margin })
     }
 
     /// The best polynomials of a degree.
-    pub fn best(&self, degree: usize) -> Vec<Polynomial> {
-        let (from, to) = self.ends();
+    pub(super) fn best(&self, degree: usize) -> Vec<Polynomial> {
+        let (from, to) = self.plan.range_in_v();
         self.references.par_iter().map(|r| minimax(&r.polynomial, degree, &from, &to)).collect()
     }
 
     /// The largest distance of the best polynomials from their models, in the result's unit.
     fn furthest(&self, degree: usize) -> f64 {
-        let (from, to) = self.ends();
-        let distances: Vec<f64> = (self.best(degree).par_iter().zip(self.references))
-            .map(|(best, reference)| {
-                let difference = best.sub(&reference.polynomial);
-                let rough = difference.at(&from).magnitude().hull(&Interval::from_int(1).mul_pow2(-100));
-                difference.supremum(&from, &to, &rough.magnitude().mul_pow2(-8)).to_f64_down()
-            })
+        let (from, to) = self.plan.range_in_v();
+        let distances: Vec<f64> = (self.best(degree).par_iter().zip(&self.references))
+            .map(|(best, reference)| supremum(best, reference, &from, &to).to_f64_down())
             .collect();
         distances.into_iter().fold(0.0, f64::max)
     }
 
-    /// The program with the ranges, its unit, its binary point and the units' coefficients: with as many
-    /// fractional bits as leave no step room to overflow, whatever coefficients the ranges hold.
-    #[allow(clippy::type_complexity)]
-    fn design(&self, degree: usize) -> Result<(Program, Interval, i64, Vec<Fitted>), RoutineError> {
+    /// The program with the ranges, and the units' coefficients: with as many fractional bits as leave no step room to
+    /// overflow, whatever coefficients the ranges hold.
+    fn design(&self, degree: usize) -> Result<Design, DesignError> {
         let best = self.best(degree);
         let largest = best
             .iter()
@@ -242,22 +195,20 @@ impl Shared<'_> {
         loop {
             let words: Vec<Vec<i64>> = best.iter().map(|p| rounded(p, degree, bits)).collect();
             let ranges = self.ranges(&words, degree);
-            let fits =
-                ranges.iter().all(|(from, to)| i32::try_from(*from).is_ok() && i32::try_from(*to).is_ok());
-            let made = if fits { Some(self.program(&ranges, bits)) } else { None };
-            match made {
-                Some(Ok((program, unit))) => match bound::rounding(&program, self.plan) {
-                    Ok(_) => {
+            if ranges.iter().all(|w| i32::try_from(w.from).is_ok() && i32::try_from(w.to).is_ok()) {
+                let checked = |made: (Program, Interval)| {
+                    bound::rounding(&made.0, &self.plan)?;
+                    Ok(made)
+                };
+                match self.program(ranges, bits).and_then(checked) {
+                    Ok((program, unit)) => {
                         let fitted = self.bounds(&words, bits)?;
-                        return Ok((program, unit, bits, fitted));
+                        let (shared, total, rounding) = (self.clone(), 0.0, 0.0);
+                        return Ok(Design { shared, program, degree, bits, unit, total, rounding, fitted });
                     }
-                    Err(error) if bits <= FEWEST_BITS => return Err(overflow(error)),
+                    Err(error) if bits <= FEWEST_BITS => return Err(error),
                     Err(_) => {}
-                },
-                Some(Err(error)) if bits <= FEWEST_BITS => {
-                    return Err(RoutineError::Design(DesignError::Output(error)));
                 }
-                _ => {}
             }
             bits -= 1;
         }
@@ -265,7 +216,7 @@ impl Shared<'_> {
 
     /// The smallest and largest word of each coefficient, widened by the margin: of the polynomial's bend by a part of
     /// its largest coefficient, for a unit whose model is of another order has quite different ones.
-    fn ranges(&self, words: &[Vec<i64>], degree: usize) -> Vec<(i64, i64)> {
+    fn ranges(&self, words: &[Vec<i64>], degree: usize) -> Vec<PageWord> {
         let bend = words.iter().flat_map(|w| w.iter().skip(2)).map(|c| c.unsigned_abs()).max().unwrap_or(0);
         (0..=degree)
             .map(|k| {
@@ -274,22 +225,20 @@ impl Shared<'_> {
                 let own = from.unsigned_abs().max(to.unsigned_abs());
                 let reach = if k < 2 { own } else { own.max(bend) } as f64;
                 let more = (self.margin * reach).ceil() as i64;
-                (from - more, to + more)
+                PageWord { name: format!("c{k}"), from: from - more, to: to + more }
             })
             .collect()
     }
 
-    pub fn program(&self, ranges: &[(i64, i64)], bits: i64) -> Result<(Program, Interval), OutputError> {
+    /// The program on a page with these ranges, and what its output word stands for.
+    pub(super) fn program(&self, page: Vec<PageWord>, bits: i64) -> Result<(Program, Interval), DesignError> {
         let (format, output) = (self.options.format, self.options.output);
-        let mut p = self.plan.program.clone();
+        let degree = page.len() - 1;
+        let mut p = Program { page, ..self.plan.program.clone() };
         let x = Operand::Step(p.variable);
-        p.page = (ranges.iter().enumerate())
-            .map(|(k, (from, to))| PageWord { name: format!("c{k}"), from: *from, to: *to })
-            .collect();
         let word = |p: &mut Program, k: usize| {
             p.push(Stage::Evaluation, &format!("c{k}"), Type::I32, Op::Word { index: k }, "")
         };
-        let degree = ranges.len() - 1;
         let mut y = word(&mut p, degree);
         for k in (0..degree).rev() {
             let c = word(&mut p, k);
@@ -299,35 +248,46 @@ impl Shared<'_> {
         Ok((p, unit))
     }
 
-    /// How far the result is from the page's polynomial, in the result's unit, whatever the ranges hold. Errors are
-    /// proved about the truncations' means, and those are what the program makes of coefficients that are all zero.
-    pub fn rounding(&self, program: &Program, degree: usize, bits: i64) -> Result<f64, RoutineError> {
-        let zeros = vec![(0, 0); degree + 1];
-        let made = self.program(&zeros, bits);
-        let (nothing, unit) = made.map_err(|e| RoutineError::Design(DesignError::Output(e)))?;
-        let zero =
-            Reference { polynomial: Polynomial::constant(Interval::zero()), remainder: Interval::zero() };
-        let means = bound::bound(&nothing, self.plan, &zero, &unit).map_err(overflow)?.approximation;
-        let words = bound::rounding(program, self.plan).map_err(overflow)?;
-        Ok((&(&Interval::from_f64(words) * &unit) + &Interval::from_f64(means)).to_f64_up())
+    /// The program on a page of one unit, and what is proved of it against a function.
+    fn proved(&self, words: &[i64], bits: i64, reference: &Reference) -> Result<Bound, DesignError> {
+        let point = |(k, word): (usize, &i64)| PageWord { name: format!("c{k}"), from: *word, to: *word };
+        let (program, unit) = self.program(words.iter().enumerate().map(point).collect(), bits)?;
+        Ok(bound::bound(&program, &self.plan, reference, &unit)?)
     }
 
     /// What is proved of each unit's words.
-    pub fn bounds(&self, words: &[Vec<i64>], bits: i64) -> Result<Vec<Fitted>, RoutineError> {
-        (words.par_iter().zip(self.references))
+    pub(super) fn bounds(&self, words: &[Vec<i64>], bits: i64) -> Result<Vec<Fitted>, DesignError> {
+        (words.par_iter().zip(&self.references))
             .map(|(words, reference)| {
-                let points: Vec<(i64, i64)> = words.iter().map(|w| (*w, *w)).collect();
-                let made = self.program(&points, bits);
-                let (program, unit) = made.map_err(|e| RoutineError::Design(DesignError::Output(e)))?;
-                let bound = bound::bound(&program, self.plan, reference, &unit).map_err(overflow)?;
-                Ok(Fitted {
-                    words: words.clone(),
-                    total: bound.total,
-                    approximation: bound.approximation,
-                    input: bound.input,
-                })
+                let Bound { total, approximation, input, .. } = self.proved(words, bits, reference)?;
+                Ok(Fitted { words: words.clone(), total, approximation, input })
             })
             .collect()
+    }
+}
+
+impl Design {
+    /// How far the result is from the page's polynomial, in the result's unit, whatever the ranges hold. Errors are
+    /// proved about the truncations' means, and those are what the program makes of coefficients that are all zero.
+    pub(super) fn any_rounding(&self) -> Result<f64, DesignError> {
+        let zero = Reference::constant(Interval::zero());
+        let means = self.shared.proved(&vec![0; self.degree + 1], self.bits, &zero)?.approximation;
+        let words = bound::rounding(&self.program, &self.shared.plan)?;
+        Ok((&(&Interval::from_f64(words) * &self.unit) + &Interval::from_f64(means)).to_f64_up())
+    }
+
+    /// Tells pages of this routine from others: the CRC-32 of everything that gives a page's words their meaning.
+    pub fn structure(&self) -> u32 {
+        let Shared { options, range, sensor, .. } = &self.shared;
+        let sensor = match sensor {
+            Sensor::EddyCurrentPair { probe_distance_mm, .. } => format!("pair {probe_distance_mm:?}"),
+            Sensor::Direct { unit, .. } => format!("direct {unit}"),
+        };
+        let text = format!(
+            "{sensor} {options:?} {range:?} {} {} {:?} {:?}",
+            self.degree, self.bits, self.total, self.program.page
+        );
+        crc32(text.as_bytes())
     }
 }
 
@@ -339,17 +299,4 @@ pub(super) fn rounded(polynomial: &Polynomial, degree: usize, bits: i64) -> Vec<
         .collect();
     words.resize(degree + 1, 0);
     words
-}
-
-/// The CRC-32 of everything that gives a page's words their meaning.
-pub(super) fn structure(design: &Design, sensor: &Sensor) -> u32 {
-    let sensor = match sensor {
-        Sensor::EddyCurrentPair { probe_distance_mm, .. } => format!("pair {probe_distance_mm:?}"),
-        Sensor::Direct { unit, .. } => format!("direct {unit}"),
-    };
-    let text = format!(
-        "{sensor} {:?} {:?} {} {} {:?} {:?}",
-        design.options, design.range, design.degree, design.bits, design.total, design.program.page
-    );
-    crc32(text.as_bytes())
 }

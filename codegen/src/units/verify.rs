@@ -8,16 +8,12 @@ use serde::Serialize;
 
 use super::page::{HEAD_WORDS, Page};
 use super::render::page;
-use super::structure::{Design, Fitted, prepare};
+use super::structure::{Design, Fitted};
 use super::{Generated, Unit, Wanted};
-use crate::bound::Bound;
 use crate::files;
 use crate::interpret::{Word, interpret};
-use crate::options::Options;
-use crate::physics::Physics;
 use crate::program::Program;
 use crate::reference::Reference;
-use crate::routine::Routine;
 use crate::text::camel_case;
 use crate::verify::compile::{How, Place, fed, temporary, words};
 use crate::verify::domain::Domain;
@@ -89,7 +85,6 @@ pub fn verify(
     folder: &Path,
     generated: &Generated,
     units: &[Unit],
-    options: &Options,
     wanted: &Wanted,
     sanitize: bool,
 ) -> Result<UnitsReport, VerifyError> {
@@ -107,9 +102,8 @@ pub fn verify(
     let (folder, build) = (absolute(folder)?, temporary()?);
     let place = Place { generated: &folder, base: &generated.name, build: build.path() };
     let programs = compile(&place, design, sanitize)?;
-    let references = prepare(units, options, Some(design.range)).map_err(Box::new)?.references;
     let mut report = UnitsReport { certificate, sweeps: Vec::new(), taken: Vec::new(), damaged: 0 };
-    for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&references) {
+    for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&design.shared.references) {
         let bytes = written(&folder, unit, || page(design, unit, fitted).bytes());
         report.sweeps.extend(sweeps(design, (unit, fitted, reference), &bytes, &programs)?);
     }
@@ -134,9 +128,14 @@ fn sweeps(
     page: &[u8],
     programs: &[(&'static str, PathBuf)],
 ) -> Result<Vec<UnitSweep>, VerifyError> {
-    let routine = of_unit(design, &fitted.words, fitted.total, reference);
-    let program = &routine.design.program;
-    let fast_reference = FastReference::of(&routine);
+    let Design { shared, unit: lsb, .. } = design;
+    // The unit's routine, as if its coefficients were its own.
+    let mut program = design.program.clone();
+    for (range, word) in program.page.iter_mut().zip(&fitted.words) {
+        (range.from, range.to) = (*word, *word);
+    }
+    let program = &program;
+    let fast_reference = FastReference::new(program, &shared.plan, reference, lsb, fitted.total);
     let domain = Domain::of(program);
     let indices: Vec<u64> = domain.interpreted(program).indices().collect();
     let given: Vec<Vec<u32>> = indices.iter().map(|i| domain.words(program, *i)).collect();
@@ -154,14 +153,14 @@ fn sweeps(
             let reading = reading(&domain.arguments(program, *index));
             worst = worst.max((result(program, *bits) - fast_reference.at(reading)).abs());
         }
-        let lsb = design.unit.to_f64();
+        let beyond = (worst - fast_reference.error).max(0.0) * lsb.to_f64();
         sweeps.push(UnitSweep {
             unit: unit.name.clone(),
             language: (*language).into(),
             readings: given.len() as u64,
             different,
-            worst: design.quantity.in_bound_unit((worst - fast_reference.error).max(0.0) * lsb),
-            bound: design.quantity.in_bound_unit(fitted.total),
+            worst: shared.quantity.in_bound_unit(beyond),
+            bound: shared.quantity.in_bound_unit(fitted.total),
         });
     }
     Ok(sweeps)
@@ -170,34 +169,6 @@ fn sweeps(
 /// The page as it lies in the folder; as it would be generated where it is missing, which the comparison has said.
 fn written(folder: &Path, unit: &Unit, otherwise: impl Fn() -> Vec<u8>) -> Vec<u8> {
     std::fs::read(folder.join(format!("pages/{}.bin", unit.name))).unwrap_or_else(|_| otherwise())
-}
-
-/// A unit's routine, as if its coefficients were its own.
-fn of_unit(design: &Design, words: &[i64], total: f64, reference: &Reference) -> Routine {
-    let mut program: Program = design.program.clone();
-    for (range, word) in program.page.iter_mut().zip(words) {
-        (range.from, range.to) = (*word, *word);
-    }
-    let bound = Bound { total, ..Bound::default() };
-    Routine {
-        options: design.options.clone(),
-        design: crate::design::Design {
-            program,
-            bound,
-            degree: design.degree,
-            segments: 1,
-            minimax: 0.0,
-            unit: design.unit.clone(),
-            sum_bits: design.bits,
-            fraction_bits: None,
-            account: None,
-        },
-        plan: design.plan.clone(),
-        reference: reference.clone(),
-        range: design.range,
-        physics: Physics::default(),
-        line: false,
-    }
 }
 
 /// The reading in its own words, as the routine forms it.

@@ -43,9 +43,6 @@ pub struct Given {
 }
 
 /// Makes the program of a routine, with a library made by [`Checker::library`](crate::language::Checker::library).
-///
-/// # Errors
-/// [`VerifyError`] where there is no compiler, or it refuses the generated files.
 pub fn build(
     (name, program, flag): (&str, &Program, bool),
     how: How,

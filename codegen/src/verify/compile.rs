@@ -133,10 +133,7 @@ impl Place<'_> {
 }
 
 /// Runs a program on what it reads from its standard input.
-///
-/// # Errors
-/// [`VerifyError`] where it cannot be started.
-pub fn fed(program: &Path, input: Vec<u8>) -> Result<Output, VerifyError> {
+pub(crate) fn fed(program: &Path, input: Vec<u8>) -> Result<Output, VerifyError> {
     let failed = |cause| VerifyError::Run { program: program.display().to_string(), cause };
     let mut child = Command::new(program)
         .stdin(Stdio::piped())
@@ -158,18 +155,12 @@ pub fn words(bytes: &[u8]) -> impl Iterator<Item = u32> {
 }
 
 /// Writes a file.
-///
-/// # Errors
-/// [`VerifyError::Write`].
-pub fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
+pub(crate) fn write(path: &Path, text: &str) -> Result<(), VerifyError> {
     std::fs::write(path, text).map_err(|cause| VerifyError::Write { path: path.into(), cause })
 }
 
 /// A temporary folder.
-///
-/// # Errors
-/// [`VerifyError::Write`].
-pub fn temporary() -> Result<tempfile::TempDir, VerifyError> {
+pub(crate) fn temporary() -> Result<tempfile::TempDir, VerifyError> {
     tempfile::tempdir().map_err(|cause| VerifyError::Write { path: "temporary folder".into(), cause })
 }
 

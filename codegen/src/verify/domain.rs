@@ -28,7 +28,7 @@ pub enum Domain {
 }
 
 /// Inputs `first`, `first` + `stride`, …: `count` of them, modulo the number of inputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sweep {
     /// Index of the first input.
     pub first: u64,
@@ -39,7 +39,7 @@ pub struct Sweep {
 }
 
 /// A set of inputs.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Coverage {
     /// The sweeps that make it up.
     pub sweeps: Vec<Sweep>,
@@ -104,32 +104,35 @@ impl Domain {
     /// Every 401st index, and all near the ends of the range and of the arguments' types; everything where
     /// there are few.
     pub fn quick(&self, program: &Program) -> Coverage {
-        let size = self.size(program);
-        if size <= 1 << 25 {
-            return self.all(program);
-        }
-        let mut sweeps = vec![Sweep { first: 0, count: size.div_ceil(QUICK_STRIDE), stride: QUICK_STRIDE }];
-        sweeps.extend(self.near_ends(program));
-        let what = format!(
-            "every {QUICK_STRIDE}st of {size} inputs, and all within {NEAR_AN_END} of an end; not all"
-        );
-        Coverage { sweeps, exhaustive: false, what }
+        let near = format!("inputs, and all within {NEAR_AN_END} of an end; not all");
+        self.part(program, 1 << 25, (QUICK_STRIDE, "st"), 2 * NEAR_AN_END, &near)
     }
 
     /// A set small enough for the interpreter, spread over everything.
     pub fn interpreted(&self, program: &Program) -> Coverage {
-        let size = self.size(program);
-        if size <= 1 << 17 {
-            return self.all(program);
-        }
-        let mut sweeps =
-            vec![Sweep { first: 0, count: size.div_ceil(INTERPRETED_STRIDE), stride: INTERPRETED_STRIDE }];
-        sweeps.extend(self.near_ends(program).map(|s| Sweep { count: s.count.min(NEAR_AN_END), ..s }));
-        let what = format!("every {INTERPRETED_STRIDE}th of {size} inputs, and the ends");
-        Coverage { sweeps, exhaustive: false, what }
+        self.part(program, 1 << 17, (INTERPRETED_STRIDE, "th"), NEAR_AN_END, "inputs, and the ends")
     }
 
-    fn near_ends(&self, program: &Program) -> impl Iterator<Item = Sweep> {
+    /// Everything up to `few`; of more every so many, and so many at every end.
+    fn part(
+        &self,
+        program: &Program,
+        few: u64,
+        (stride, th): (u64, &str),
+        near: u64,
+        what: &str,
+    ) -> Coverage {
+        let size = self.size(program);
+        if size <= few {
+            return self.all(program);
+        }
+        let mut sweeps = vec![Sweep { first: 0, count: size.div_ceil(stride), stride }];
+        sweeps.extend(self.near_ends(program).map(|first| Sweep { first, count: near, stride: 1 }));
+        Coverage { sweeps, exhaustive: false, what: format!("every {stride}{th} of {size} {what}") }
+    }
+
+    /// The first index near each end of the range and of the arguments' types.
+    fn near_ends(&self, program: &Program) -> impl Iterator<Item = u64> {
         let size = self.size(program);
         let index = |word: i64| match self {
             Domain::Differences { lo, hi } => (word + (hi - lo)).rem_euclid(size as i64) as u64,
@@ -148,10 +151,7 @@ impl Domain {
         let float = program.arguments[0].ty == Type::F32;
         let ends =
             [lo, hi, 0, i64::from(i32::MIN)].into_iter().chain(floats.into_iter().filter(move |_| float));
-        ends.map(index)
-            .map(move |i| Sweep { first: (i + size - NEAR_AN_END) % size, count: 2 * NEAR_AN_END, stride: 1 })
-            .collect::<Vec<_>>()
-            .into_iter()
+        ends.map(index).map(move |i| (i + size - NEAR_AN_END) % size).collect::<Vec<_>>().into_iter()
     }
 
     /// The argument words of an index, as bit patterns.
@@ -201,6 +201,19 @@ pub fn arguments(program: &Program, words: &[u32]) -> Vec<Word> {
         _ => Word::Int((*bits).into()),
     };
     program.arguments.iter().zip(words).map(word).collect()
+}
+
+/// The arguments of a reading in its own words, as numbers: itself, or some pair of this difference.
+pub(super) fn numbers_of(ty: Type, readings: usize, reading: f64) -> Vec<f64> {
+    match ty.range() {
+        _ if readings == 1 => vec![reading],
+        None => vec![-0.5 * reading, 0.5 * reading],
+        Some((lo, hi)) => {
+            let (lo, hi) = (lo as f64, hi as f64);
+            let first = ((lo + hi - reading) * 0.5).floor().clamp(lo, hi);
+            vec![first, (first + reading).clamp(lo, hi)]
+        }
+    }
 }
 
 /// A fixed scattering of the lower 32 bits of an index.

@@ -28,9 +28,6 @@ enum Outcome {
 }
 
 /// Runs the analysis.
-///
-/// # Errors
-/// [`VerifyError`] where Frama-C, or for the second way a C compiler, is missing.
 pub fn frama_c(language: &dyn Language, of: &Checked<'_>) -> Result<ToolReport, VerifyError> {
     let Checked { subjects, place: Place { generated, base, .. }, .. } = *of;
     let report = |holds, finding: String| Ok(ToolReport::new("frama-c", base, holds, finding));
@@ -218,7 +215,7 @@ mod tests {
             return;
         }
         let input = Input { arity: Arity::Probes, encoding: Encoding::F32 };
-        let routine = RoutineOptions { input, ..RoutineOptions::of(Format::F32 { fused: false }) };
+        let routine = RoutineOptions { input, ..RoutineOptions::of(Format::F32) };
         let options = Options { routines: vec![routine], ..Options::default() };
         let generated = generate(&paper_coefficients(), "0", &options).unwrap();
         let right = analysed(&generated, &options, "", "");

@@ -63,10 +63,7 @@ pub struct Checked<'a> {
 const GAPPA_SECONDS: u64 = 60;
 
 /// Runs the Gappa script of every routine.
-///
-/// # Errors
-/// [`VerifyError`] where Gappa is missing.
-pub fn gappa(subjects: &[Subject<'_>], generated: &Path) -> Result<Vec<ToolReport>, VerifyError> {
+pub(crate) fn gappa(subjects: &[Subject<'_>], generated: &Path) -> Result<Vec<ToolReport>, VerifyError> {
     subjects
         .iter()
         .map(|subject| {
@@ -134,10 +131,7 @@ fn first_of(mut from: impl Read) -> String {
 }
 
 /// Runs cppcheck with the MISRA rules. A deviation holds where the file documents its rule.
-///
-/// # Errors
-/// [`VerifyError`] where cppcheck is missing.
-pub fn misra(place: &Place<'_>) -> Result<ToolReport, VerifyError> {
+pub(crate) fn misra(place: &Place<'_>) -> Result<ToolReport, VerifyError> {
     let Place { generated, base, .. } = *place;
     let tool = Tool::named("cppcheck", "apt-get install cppcheck");
     let file = format!("c/{base}.c");
@@ -191,10 +185,7 @@ const WARNINGS: [&str; 18] = [
 ];
 
 /// Compiles the C with gcc and clang, all warnings on; clang with every one it knows.
-///
-/// # Errors
-/// [`VerifyError`] where a compiler is missing.
-pub fn warnings(place: &Place<'_>) -> Result<Vec<ToolReport>, VerifyError> {
+pub(crate) fn warnings(place: &Place<'_>) -> Result<Vec<ToolReport>, VerifyError> {
     let Place { generated, base, build } = *place;
     let file = generated.join(format!("c/{base}.c")).display().to_string();
     let object = build.join("warnings.o").display().to_string();
@@ -219,10 +210,7 @@ pub fn warnings(place: &Place<'_>) -> Result<Vec<ToolReport>, VerifyError> {
 
 /// Builds the Rust with overflow checks and debug assertions for the host and a Cortex-M4F, and looks for
 /// symbols of panics in the objects; then documents the crate.
-///
-/// # Errors
-/// [`VerifyError`] where the compiler or `nm` is missing.
-pub fn objects(language: &dyn Language, of: &Checked<'_>) -> Result<Vec<ToolReport>, VerifyError> {
+pub(crate) fn objects(language: &dyn Language, of: &Checked<'_>) -> Result<Vec<ToolReport>, VerifyError> {
     let Checked { subjects, place: Place { generated, base, build }, .. } = *of;
     let source = build.join("symbols.rs");
     let routines: Vec<Value> = subjects.iter().map(|s| laid_out(language, s)).collect();

@@ -10,7 +10,9 @@
 //! - the reference's slope times what v itself was rounded.
 
 use crate::exact::{Interval, Polynomial};
-use crate::program::Type;
+use crate::input::InputPlan;
+use crate::program::{Program, Type};
+use crate::reference::Reference;
 use crate::routine::Routine;
 
 /// Terms are dropped while their sum stays below this part of the routine's bound.
@@ -36,10 +38,22 @@ pub struct FastReference {
 impl FastReference {
     /// The fast reference of a designed routine.
     pub fn of(routine: &Routine) -> Self {
+        let Routine { design, plan, reference, .. } = routine;
+        FastReference::new(&design.program, plan, reference, &design.unit, design.bound.total)
+    }
+
+    /// Of a program that is within `bound` of a reference; `unit` is what one output word stands for.
+    pub(crate) fn new(
+        program: &Program,
+        plan: &InputPlan,
+        reference: &Reference,
+        unit: &Interval,
+        bound: f64,
+    ) -> Self {
         let one = Interval::from_int(1);
-        let word = one.div(&routine.design.unit);
-        let (offset, step) = (&routine.plan.reading_word.0, &routine.plan.reading_word.1);
-        let range = routine.design.program.valid;
+        let word = one.div(unit);
+        let (offset, step) = (&plan.reading_word.0, &plan.reading_word.1);
+        let range = program.valid;
         let (centre, scale) = (offset.to_f64(), one.div(step).to_f64());
         let reach = {
             let from = &(&Interval::from_f64(range.0) - offset).div(step);
@@ -49,19 +63,19 @@ impl FastReference {
         };
         let radius = reach.upper();
 
-        let mut exact = routine.reference.polynomial.scale(&word);
-        let tolerance = (&Interval::from_f64(routine.design.bound.total) * &word).mul_pow2(DROPPED_LOG2);
+        let mut exact = reference.polynomial.scale(&word);
+        let tolerance = (&Interval::from_f64(bound) * &word).mul_pow2(DROPPED_LOG2);
         let dropped = exact.truncate(&radius, &tolerance.upper());
         let coefficients: Vec<f64> = exact.coefficients().iter().map(Interval::to_f64).collect();
 
-        let mut error = &dropped + &(&routine.reference.remainder * &word).upper();
+        let mut error = &dropped + &(&reference.remainder * &word).upper();
         let mut power = one.clone();
         for (c, rounded) in exact.coefficients().iter().zip(&coefficients) {
             error = &error + &(&(c - &Interval::from_f64(*rounded)).magnitude() * &power).upper();
             power = (&power * &radius).upper();
         }
         error = &error + &horner_rounding(&coefficients, &radius);
-        error = &error + &variable_rounding(routine, range, &exact, &radius);
+        error = &error + &variable_rounding(program, plan, &exact, &radius);
         FastReference { coefficients, centre, scale, range, error: error.to_f64_up() }
     }
 
@@ -78,7 +92,7 @@ impl FastReference {
 /// Rounding errors of Horner's scheme in `f64` for |v| ≤ `radius`, from magnitudes alone.
 fn horner_rounding(coefficients: &[f64], radius: &Interval) -> Interval {
     let u = |x: &Interval| {
-        let subnormal = Interval::from_int(1).mul_pow2(-310);
+        let subnormal = Interval::pow2(-310);
         (&x.mul_pow2(UNIT_ROUNDOFF_LOG2) + &subnormal).upper()
     };
     let magnitude = |c: f64| Interval::from_f64(c).magnitude();
@@ -96,14 +110,9 @@ fn horner_rounding(coefficients: &[f64], radius: &Interval) -> Interval {
 }
 
 /// What the rounding of v can shift the value: nothing where the readings are integers.
-fn variable_rounding(
-    routine: &Routine,
-    range: (f64, f64),
-    exact: &Polynomial,
-    radius: &Interval,
-) -> Interval {
-    let (offset, step) = (&routine.plan.reading_word.0, &routine.plan.reading_word.1);
-    let program = &routine.design.program;
+fn variable_rounding(program: &Program, plan: &InputPlan, exact: &Polynomial, radius: &Interval) -> Interval {
+    let (offset, step) = (&plan.reading_word.0, &plan.reading_word.1);
+    let range = program.valid;
     let one = Interval::from_int(1);
     let centre_exact = Interval::from_f64(offset.to_f64()) == *offset;
     let scale_exact = &Interval::from_f64(one.div(step).to_f64()) * step == one;
@@ -146,11 +155,9 @@ mod tests {
     /// A bound of the fast reference that is far below every bound it is used for.
     #[test]
     fn the_yardstick_is_finer_than_what_it_measures() {
-        for (format, output) in [
-            (Format::Q31, Output::PowerOfTwo),
-            (Format::Q31, Output::Nano),
-            (Format::F32 { fused: false }, Output::F32),
-        ] {
+        for (format, output) in
+            [(Format::Q31, Output::PowerOfTwo), (Format::Q31, Output::Nano), (Format::F32, Output::F32)]
+        {
             let routine = routine(format, output);
             let fast_reference = FastReference::of(&routine);
             let part = fast_reference.error * routine.design.unit.to_f64() / routine.design.bound.total;
@@ -161,11 +168,9 @@ mod tests {
     /// Readings all over the range, scattered by the golden ratio, and its ends.
     #[test]
     fn its_error_holds() {
-        for (format, output) in [
-            (Format::Q31, Output::PowerOfTwo),
-            (Format::Q31, Output::Nano),
-            (Format::F32 { fused: false }, Output::F32),
-        ] {
+        for (format, output) in
+            [(Format::Q31, Output::PowerOfTwo), (Format::Q31, Output::Nano), (Format::F32, Output::F32)]
+        {
             let routine = routine(format, output);
             let fast_reference = FastReference::of(&routine);
             let (lo, hi) = fast_reference.range;

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 
 use super::VerifyError;
 use super::compile::{How, Place, Tool};
-use super::domain::{Coverage, Domain, Sweep};
+use super::domain::{Coverage, Domain, Sweep, numbers_of};
 use super::fast_reference::FastReference;
 use crate::generate::Generated;
 use crate::interpret::{Word, interpret};
 use crate::options::{Options, OutOfRange};
 use crate::program::{Program, Type};
+use crate::quantity::Quantity;
 use crate::routine::Routine;
 use minijinja::{Value, context, value::Serde};
 
@@ -18,6 +19,8 @@ use minijinja::{Value, context, value::Serde};
 pub struct Subject<'a> {
     /// Name of the function.
     pub name: String,
+    /// Names and units of what it computes.
+    pub quantity: &'a Quantity,
     /// The design, recomputed.
     pub routine: &'a Routine,
     /// How its inputs are numbered.
@@ -36,6 +39,7 @@ impl<'a> Subject<'a> {
         let base = &generated.name;
         let named = |routine: &'a Routine| Subject {
             name: format!("{base}_{}", routine.options.suffix()),
+            quantity: &generated.quantity,
             routine,
             domain: Domain::of(&routine.design.program),
             fast_reference: FastReference::of(routine),
@@ -93,9 +97,6 @@ impl Found {
 }
 
 /// Builds the harness of `subject`.
-///
-/// # Errors
-/// [`VerifyError`] where there is no compiler, or it refuses the generated files.
 pub fn build(subject: &Subject<'_>, how: How, place: &Place<'_>) -> Result<Harness, VerifyError> {
     let context = context(subject, how, place)?;
     let executable = place.program(how, &format!("sweep_{}", subject.name), "sweep", context)?;
@@ -180,19 +181,8 @@ fn results_at_ends(subject: &Subject<'_>) -> Result<(u32, u32), VerifyError> {
             Type::F32 => Word::Float(v as f32),
             _ => Word::Int(v as i64),
         };
-        let arguments = match program.arguments.len() {
-            1 => vec![word(reading)],
-            // Some pair with this difference that the type holds.
-            _ if program.arguments[0].ty == Type::F32 => vec![word(0.0), word(reading)],
-            _ if reading < 0.0 && program.arguments[0].ty == Type::I32 => {
-                vec![word((-reading / 2.0).floor()), word(reading + (-reading / 2.0).floor())]
-            }
-            _ if reading < 0.0 => vec![word(-reading), word(0.0)],
-            _ if program.arguments[0].ty == Type::I32 => {
-                vec![word(-(reading / 2.0).floor()), word(reading - (reading / 2.0).floor())]
-            }
-            _ => vec![word(0.0), word(reading)],
-        };
+        let arguments = numbers_of(program.arguments[0].ty, program.arguments.len(), reading);
+        let arguments: Vec<Word> = arguments.into_iter().map(word).collect();
         Ok(interpret(program, &arguments)?.word.bits() as u32)
     };
     Ok((at(subject.fast_reference.range.0)?, at(subject.fast_reference.range.1)?))

@@ -1,24 +1,24 @@
 //! Checks of the generated files from outside: what is proved in exact arithmetic is held against the
 //! compiled code, against other provers, and against deliberately damaged copies of itself.
 //!
-//! [`belonging`] recomputes the certificate; [`sweep`] runs the compiled Rust and C over inputs that
-//! [`domain`] numbers, through programs that [`harness`] renders and compiles, against a [`fast_reference`] whose
-//! own error is bounded, and compares the outputs by their [`digest`].
+//! `belonging` recomputes the certificate; `sweep` runs the compiled Rust and C over inputs that
+//! `domain` numbers, through programs that `harness` renders and compiles, against a [`fast_reference`] whose
+//! own error is bounded, and compares the outputs by their `digest`.
 //! Routines with terms of further physics are run over sequences of calls instead: [`sequence`].
 
-pub mod belonging;
-pub mod calls;
+pub(crate) mod belonging;
+pub(crate) mod calls;
 pub mod compile;
-pub mod digest;
-pub mod domain;
-pub mod eva;
+mod digest;
+pub(crate) mod domain;
+pub(crate) mod eva;
 pub mod external;
 pub mod fast_reference;
-pub mod harness;
-pub mod mutants;
-pub mod report;
+mod harness;
+mod mutants;
+mod report;
 pub mod sequence;
-pub mod sweep;
+mod sweep;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,6 @@ use crate::certificate::{Certificate, Entry};
 use crate::generate::Generated;
 use crate::interpret::Overflow;
 use crate::options::Options;
-use crate::quantity::Quantity;
 use crate::render::RenderError;
 use crate::turn::TurnError;
 use crate::units::UnitsError;
@@ -41,7 +40,7 @@ use harness::Subject;
 use report::Report;
 use sweep::SweepReport;
 
-/// A check could not be made. (A check that fails is no error: it stands in the [`Report`].)
+/// A check could not be made. (A check that fails is no error: it stands in the `Report`.)
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum VerifyError {
@@ -90,20 +89,28 @@ pub enum VerifyError {
 
 /// Which checks are made; the certificate and a sweep always are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "program", derive(clap::Args))]
 pub struct Checks {
-    /// Sweep every representable input instead of a part.
+    /// Sweep every representable input, not only a part of them.
+    #[cfg_attr(feature = "program", arg(long))]
     pub exhaustive: bool,
-    /// Watch the C for undefined behaviour during the sweep.
+    /// Sweep the C once more with undefined behaviour watched for.
+    #[cfg_attr(feature = "program", arg(long))]
     pub sanitize: bool,
-    /// Let Gappa prove the rounding of the operations.
+    /// Let Gappa prove the rounding of the operations from the scripts beside the code.
+    #[cfg_attr(feature = "program", arg(long))]
     pub gappa: bool,
-    /// Let Frama-C look for undefined behaviour over every input word.
+    /// Let Frama-C look for undefined behaviour in the C over every input word.
+    #[cfg_attr(feature = "program", arg(long))]
     pub frama_c: bool,
     /// Check the C with cppcheck's MISRA rules and all warnings of gcc and clang.
+    #[cfg_attr(feature = "program", arg(long))]
     pub misra: bool,
-    /// Look for panics in the Rust object.
+    /// Look for panics in the Rust object, overflow checks on; and let rustdoc check the documentation.
+    #[cfg_attr(feature = "program", arg(long))]
     pub objects: bool,
-    /// Damage copies of the files on purpose and see every one caught.
+    /// Damage copies of the files on purpose, and see that every damage is caught.
+    #[cfg_attr(feature = "program", arg(long))]
     pub mutants: bool,
 }
 
@@ -114,7 +121,6 @@ pub struct Checks {
 pub fn verify(
     folder: &Path,
     generated: &Generated,
-    quantity: &Quantity,
     options: &Options,
     checks: Checks,
     bar: &dyn Progress,
@@ -132,7 +138,7 @@ pub fn verify(
     for how in runs.iter().filter(|how| !how.sanitized) {
         how.checker.library(*how, &place)?;
     }
-    report.sweeps = sweeps(&subjects, &certificate, quantity, &runs, &place, checks.exhaustive, bar)?;
+    report.sweeps = sweeps(&subjects, &certificate, &runs, &place, checks.exhaustive, bar)?;
     report.compare_digests();
     bar.doing("other tools");
     if checks.gappa {
@@ -147,7 +153,7 @@ pub fn verify(
         }
     }
     if checks.mutants {
-        report.tools.extend(mutants::mutants(&subjects, generated, options, quantity, bar)?);
+        report.tools.extend(mutants::mutants(&subjects, generated, options, bar)?);
     }
     Ok(report)
 }
@@ -156,7 +162,6 @@ pub fn verify(
 fn sweeps(
     subjects: &[Subject<'_>],
     certificate: &Certificate,
-    quantity: &Quantity,
     runs: &[How],
     place: &Place<'_>,
     exhaustive: bool,
@@ -175,7 +180,7 @@ fn sweeps(
         for how in runs {
             let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
             bar.doing(&format!("{} in {}", subject.name, how.language.name()));
-            found.push(sequence::sweep(subject, *how, place, &prepared, stated.bound, quantity)?);
+            found.push(sequence::sweep(subject, *how, place, &prepared, stated.bound)?);
         }
     }
     for subject in functions {
@@ -184,7 +189,7 @@ fn sweeps(
             let Some(stated) = stated(certificate, &subject.name, *how) else { continue };
             bar.doing(&format!("{} in {}", subject.name, how.language.name()));
             let harness = harness::build(subject, *how, place)?;
-            found.push(sweep::sweep(subject, &harness, &coverage, stated.bound, quantity, bar)?);
+            found.push(sweep::sweep(subject, &harness, &coverage, stated.bound, bar)?);
         }
     }
     Ok(found)

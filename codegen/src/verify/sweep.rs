@@ -9,13 +9,12 @@ use super::compile::How;
 use super::domain::{Coverage, Sweep, describe};
 use super::harness::{Found, Harness, Subject, interpreted_digest};
 use crate::exact::Interval;
-use crate::quantity::Quantity;
 
 /// Inputs that one process is given at a time.
 const PART: u64 = 1 << 26;
 
 /// What a sweep of one routine in one language found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct SweepReport {
     /// Name of the function.
     pub routine: String,
@@ -59,9 +58,6 @@ pub fn inputs(coverage: &Coverage) -> u64 {
 }
 
 /// Runs `harness` over `coverage` on all cores.
-///
-/// # Errors
-/// [`VerifyError`] where a harness cannot be run to its end.
 pub fn run(harness: &Harness, coverage: &Coverage, bar: &dyn Progress) -> Result<Found, VerifyError> {
     let parts: Vec<Sweep> = coverage.sweeps.iter().flat_map(|s| cut(*s)).collect();
     let found: Vec<Found> = parts
@@ -87,15 +83,11 @@ fn cut(sweep: Sweep) -> impl Iterator<Item = Sweep> {
 
 /// Sweeps, compares with the interpreter on a subset, and holds the result against `bound` (in the quantity's
 /// bound unit).
-///
-/// # Errors
-/// [`VerifyError`] where a harness cannot be run to its end.
 pub fn sweep(
     subject: &Subject<'_>,
     harness: &Harness,
     coverage: &Coverage,
     bound: f64,
-    quantity: &Quantity,
     bar: &dyn Progress,
 ) -> Result<SweepReport, VerifyError> {
     let program = subject.program();
@@ -112,87 +104,62 @@ pub fn sweep(
     };
     // The difference was rounded once; then what the fast reference may be off.
     let worst = (found.worst.next_up() + subject.fast_reference.error).next_up();
-    let swept = Swept {
+    let report = SweepReport {
         inputs: inputs(coverage),
         exhaustive: coverage.exhaustive,
         covered: coverage.what.clone(),
         worst_input: describe(program, &subject.domain.arguments(program, found.worst_index)),
-        worst,
-        worst_lsb: worst / lsb,
+        worst_error: worst,
+        worst_error_lsb: worst / lsb,
         reference_error: subject.fast_reference.error,
         astray: found.astray,
-        wrongly: "results outside the range are not those at its ends, or flagged wrongly",
-        digest: found.digest,
+        digest: format!("{:016x}", found.digest),
         as_interpreted,
+        ..SweepReport::of(subject, harness.how, bound)
     };
-    Ok(swept.report(subject, harness.how, bound, quantity))
+    let wrongly = "results outside the range are not those at its ends, or flagged wrongly";
+    Ok(report.held(subject, wrongly))
 }
 
-/// What was found, in output words.
-pub(super) struct Swept {
-    pub inputs: u64,
-    pub exhaustive: bool,
-    pub covered: String,
-    pub worst_input: String,
-    pub worst: f64,
-    pub worst_lsb: f64,
-    pub reference_error: f64,
-    pub astray: u64,
-    /// What is said of those that are astray.
-    pub wrongly: &'static str,
-    pub digest: u64,
-    pub as_interpreted: bool,
-}
+impl SweepReport {
+    /// What is known before anything is swept.
+    pub(super) fn of(subject: &Subject<'_>, how: How, bound: f64) -> SweepReport {
+        SweepReport {
+            routine: subject.name.clone(),
+            language: how.language.name(),
+            sanitized: how.sanitized,
+            bound,
+            unit: subject.quantity.bound_unit.clone(),
+            ..SweepReport::default()
+        }
+    }
 
-impl Swept {
-    /// The same held against `bound`, in the quantity's bound unit.
-    pub(super) fn report(
-        self,
-        subject: &Subject<'_>,
-        how: How,
-        bound: f64,
-        quantity: &Quantity,
-    ) -> SweepReport {
-        let unit = quantity.bound_unit.clone();
+    /// The same held against the bound, its errors, which were in output words, in the bound's unit; `wrongly` says what
+    /// those are that are astray.
+    pub(super) fn held(mut self, subject: &Subject<'_>, wrongly: &str) -> SweepReport {
         let in_unit = |words: f64| {
             if !words.is_finite() {
                 return f64::INFINITY;
             }
             let exact = &Interval::from_f64(words) * &subject.routine.design.unit;
-            quantity.in_bound_unit(exact.to_f64_up())
+            subject.quantity.in_bound_unit(exact.to_f64_up())
         };
-        let (worst_error, worst_input) = (in_unit(self.worst), self.worst_input);
-        let mut violations = Vec::new();
+        self.worst_error = in_unit(self.worst_error);
+        self.reference_error = in_unit(self.reference_error);
+        self.margin = self.bound / self.worst_error;
         // An output that is no number counts as infinitely wrong.
-        if worst_error > bound {
-            violations.push(format!(
-                "the error at {worst_input} is {worst_error:.4e} {unit}, more than the bound {bound:.4e}"
+        if self.worst_error > self.bound {
+            self.violations.push(format!(
+                "the error at {} is {:.4e} {}, more than the bound {:.4e}",
+                self.worst_input, self.worst_error, self.unit, self.bound
             ));
         }
         if self.astray > 0 {
-            violations.push(format!("{} {}", self.astray, self.wrongly));
+            self.violations.push(format!("{} {wrongly}", self.astray));
         }
         if !self.as_interpreted {
-            violations.push("the outputs differ from those of the program that was proved".into());
+            self.violations.push("the outputs differ from those of the program that was proved".into());
         }
-        SweepReport {
-            routine: subject.name.clone(),
-            language: how.language.name(),
-            sanitized: how.sanitized,
-            inputs: self.inputs,
-            exhaustive: self.exhaustive,
-            covered: self.covered,
-            worst_input,
-            worst_error,
-            worst_error_lsb: self.worst_lsb,
-            reference_error: in_unit(self.reference_error),
-            bound,
-            margin: bound / worst_error,
-            unit,
-            astray: self.astray,
-            digest: format!("{:016x}", self.digest),
-            as_interpreted: self.as_interpreted,
-            violations,
-        }
+        self
     }
 }

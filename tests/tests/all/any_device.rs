@@ -155,11 +155,10 @@ fn the_bound_holds_for_any_device() {
 }
 
 /// Whether what is compiled gives what the interpreter gives, to the bit, and keeps the bound.
-fn compiled_alike(case: &Case, kind: Kind, compilers: &[&str]) -> Result<(), TestCaseError> {
+fn compiled_alike(case: &Case, compilers: &[&str]) -> Result<(), TestCaseError> {
     let generated = match generate(&case.coefficients, "", &case.options) {
         Ok(generated) => generated,
         Err(GenerateError::Routine(error)) => return Err(refused(case, error)),
-        Err(GenerateError::NoFusedInRust) if kind == FUSED_FLOATS => return Ok(()),
         Err(other) => return Err(TestCaseError::fail(other.to_string())),
     };
     let designed = Designed::new(case, generated.routines[0].clone());
@@ -201,8 +200,8 @@ fn c_compilers() -> Vec<&'static str> {
 fn compiled_rust_and_c_give_what_the_interpreter_gives() {
     let compilers = c_compilers();
     for kind in Kind::ALL {
-        let result = TestRunner::new(config(COMPILED))
-            .run(&any_case(kind), |case| compiled_alike(&case, kind, &compilers));
+        let result =
+            TestRunner::new(config(COMPILED)).run(&any_case(kind), |case| compiled_alike(&case, &compilers));
         if let Err(failure) = result {
             panic!("{kind:?}: {failure}");
         }
@@ -225,7 +224,7 @@ fn a_table_of_two_segments_gives_the_same_compiled() {
             },
             seed: 1,
         };
-        compiled_alike(&case, Kind::Fused(format), &c_compilers()).unwrap();
+        compiled_alike(&case, &c_compilers()).unwrap();
     }
 }
 
@@ -269,11 +268,8 @@ fn a_constant_that_its_word_does_not_hold_is_not_generated() {
         },
         seed: 1,
     };
-    compiled_alike(&case, Kind::Fused(Format::Q31Split), &c_compilers()).unwrap();
+    compiled_alike(&case, &c_compilers()).unwrap();
 }
-
-/// Not generated, for Rust's `core` has no fused multiplication and addition; its bound is tried all the same.
-const FUSED_FLOATS: Kind = Kind::Fused(Format::F32 { fused: true });
 
 /// Two probes in floats, the range ending nearly a whole unit in the last place beyond a float: readings
 /// between that float and the end are limited to it, twice as far as rounding alone would take them.

@@ -46,7 +46,7 @@ fn every_variant_compiles_without_a_warning() {
     let (coefficients, sha256) = Source::Embedded.load().unwrap();
     let counts = Encoding::Counts { bits: 16, gain: 1.0 / 65536.0, offset: 32768.0 };
     let wide = Encoding::Counts { bits: 24, gain: 1.0 / 16_777_216.0, offset: 8_388_608.0 };
-    let (q31, f32) = (Format::Q31, Format::F32 { fused: false });
+    let (q31, f32) = (Format::Q31, Format::F32);
     let fixed = |arity, encoding, output| RoutineOptions {
         input: Input { arity, encoding },
         output,

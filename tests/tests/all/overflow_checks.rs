@@ -62,7 +62,7 @@ fn variants() -> Vec<Options> {
         (RoutineOptions::of(Format::Q31), OutOfRange::Continue),
         (RoutineOptions::of(Format::Q31Split), OutOfRange::Clamp),
         (RoutineOptions::of(Format::Q15), OutOfRange::Flag),
-        (RoutineOptions::of(Format::F32 { fused: false }), OutOfRange::Clamp),
+        (RoutineOptions::of(Format::F32), OutOfRange::Clamp),
         (RoutineOptions { output: Ending::F32, ..RoutineOptions::of(Format::Q31) }, OutOfRange::Clamp),
         (RoutineOptions { input, output: Ending::Nano, ..RoutineOptions::of(Format::Q31) }, OutOfRange::Flag),
         (table(Format::Q31, 1, 8), OutOfRange::Clamp),

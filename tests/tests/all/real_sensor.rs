@@ -110,7 +110,7 @@ fn a_slit_is_fitted_applied_and_generated() {
 
     // Compiled and held against the model.
     let model = coefficients.error_model();
-    for (format, name) in [(Format::Q31, "q31"), (Format::F32 { fused: false }, "f32")] {
+    for (format, name) in [(Format::Q31, "q31"), (Format::F32, "f32")] {
         let entry = certificate.routines.iter().find(|r| r.format == name).unwrap();
         assert_eq!(entry.unit, "mm");
         assert!(entry.bound <= BOUND_MM);

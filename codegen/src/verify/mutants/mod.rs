@@ -26,7 +26,6 @@ use crate::certificate::Certificate;
 use crate::files;
 use crate::generate::{Generated, sha256};
 use crate::options::Options;
-use crate::quantity::Quantity;
 use crate::text;
 
 /// The part by which a bound is made too small.
@@ -35,14 +34,10 @@ const TOO_SMALL: f64 = 0.98;
 const GAPPA_SECONDS: u64 = 10;
 
 /// Damages the generated files in every way that fits each routine and says what caught it.
-///
-/// # Errors
-/// [`VerifyError`] where a check cannot be made.
 pub fn mutants(
     subjects: &[Subject<'_>],
     generated: &Generated,
     options: &Options,
-    quantity: &Quantity,
     bar: &dyn Progress,
 ) -> Result<Vec<ToolReport>, VerifyError> {
     let mut reports = vec![hand_edited(generated)?];
@@ -50,7 +45,7 @@ pub fn mutants(
         let prepared = subject.has_terms().then(|| sequence::prepare(subject, false)).transpose()?;
         for mutation in mutations(subject, generated, options) {
             bar.doing(&format!("{}: {}", subject.name, mutation.what));
-            reports.push(damaged_source(subject, generated, quantity, &mutation, prepared.as_ref())?);
+            reports.push(damaged_source(subject, generated, &mutation, prepared.as_ref())?);
         }
         reports.push(bound_too_small(subject, generated)?);
         let script = PathBuf::from(format!("gappa/{}.g", subject.name));
@@ -61,7 +56,8 @@ pub fn mutants(
     Ok(reports)
 }
 
-fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
+fn report<'a>(subject: &str, what: &str, caught: impl IntoIterator<Item = &'a str>) -> ToolReport {
+    let caught: Vec<&str> = caught.into_iter().collect();
     let finding = if caught.is_empty() {
         format!("{what}: NOT caught")
     } else {
@@ -74,7 +70,6 @@ fn report(subject: &str, what: &str, caught: Vec<&str>) -> ToolReport {
 fn damaged_source(
     subject: &Subject<'_>,
     generated: &Generated,
-    quantity: &Quantity,
     mutation: &Mutation,
     prepared: Option<&Prepared>,
 ) -> Result<ToolReport, VerifyError> {
@@ -93,13 +88,13 @@ fn damaged_source(
     let build = temporary()?;
     let place = Place { generated: folder.path(), base: &generated.name, build: build.path() };
     how.checker.library(how, &place)?;
-    let bound = quantity.in_bound_unit(subject.routine.design.bound.total);
+    let bound = subject.quantity.in_bound_unit(subject.routine.design.bound.total);
     let found = if let Some(prepared) = prepared {
-        sequence::sweep(subject, how, &place, prepared, bound, quantity)?
+        sequence::sweep(subject, how, &place, prepared, bound)?
     } else {
         let built = harness::build(subject, how, &place)?;
         let coverage = subject.domain.interpreted(subject.program());
-        sweep::sweep(subject, &built, &coverage, bound, quantity, &())?
+        sweep::sweep(subject, &built, &coverage, bound, &())?
     };
     let mut caught = Vec::new();
     if !found.as_interpreted {
@@ -117,13 +112,13 @@ fn damaged_source(
 fn hand_edited(generated: &Generated) -> Result<ToolReport, VerifyError> {
     let mut files = generated.files.clone();
     let Some(file) = generated.certificate.routines.first().map(|e| PathBuf::from(&e.file)) else {
-        return Ok(report("files", "no file to edit", Vec::new()));
+        return Ok(report("files", "no file to edit", None));
     };
     files.entry(file.clone()).and_modify(|text| text.push('\n'));
     let folder = folder_of(&files)?;
     let wrong = belonging::edited_files(folder.path(), &generated.certificate);
     let named = wrong.iter().any(|w| w.starts_with(&file.display().to_string()));
-    let caught = if named { vec!["its hash is not the certificate's"] } else { Vec::new() };
+    let caught = named.then_some("its hash is not the certificate's");
     Ok(report(&file.display().to_string(), "a line added by hand", caught))
 }
 
@@ -136,7 +131,7 @@ fn bound_too_small(subject: &Subject<'_>, generated: &Generated) -> Result<ToolR
     let folder = folder_of(&generated.files)?;
     let wrong = belonging::check(folder.path(), &certificate, &generated.certificate, &generated.files);
     let refused = wrong.iter().any(|w| w.contains(&subject.name) && w.contains("the bound is stated as"));
-    let caught = if refused { vec!["the bound computed anew is larger"] } else { Vec::new() };
+    let caught = refused.then_some("the bound computed anew is larger");
     Ok(report(&subject.name, "a bound 2 % too small", caught))
 }
 
@@ -145,7 +140,7 @@ fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, Ver
     let rounding = subject.routine.design.bound.rounding;
     let what = "a Gappa goal 2 % below the certificate's";
     let Some(line) = script.lines().find(|l| l.contains("<= ")) else {
-        return Ok(report(&subject.name, what, Vec::new()));
+        return Ok(report(&subject.name, what, None));
     };
     let head = line.split("<= ").next().unwrap_or_default();
     let tight = format!("{head}<= {} }}", text::double_hex(rounding * TOO_SMALL));
@@ -153,9 +148,9 @@ fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, Ver
     let path = folder.path().join("tight.g");
     write(&path, &script.replace(line, &tight))?;
     let caught = match run_gappa(&path, GAPPA_SECONDS)? {
-        Some(Ok(())) => Vec::new(),
-        Some(Err(_)) => vec!["Gappa refuses it"],
-        None => vec!["Gappa does not prove it in ten seconds"],
+        Some(Ok(())) => None,
+        Some(Err(_)) => Some("Gappa refuses it"),
+        None => Some("Gappa does not prove it in ten seconds"),
     };
     Ok(report(&subject.name, what, caught))
 }
@@ -198,16 +193,15 @@ mod tests {
                 RoutineOptions { output: Output::Nano, ..q31.clone() },
                 RoutineOptions { method: table, ..q31 },
                 RoutineOptions::of(Format::Q31Split),
-                RoutineOptions::of(Format::F32 { fused: false }),
+                RoutineOptions::of(Format::F32),
             ],
             ..Options::default()
         };
         let anew = generated(&options);
-        let quantity = Quantity::of(&paper_coefficients().error_model());
         let folder = folder_of(&anew.files).unwrap();
         let hidden = ();
         let checks = Checks::default();
-        let report = verify(folder.path(), &anew, &quantity, &options, checks, &hidden).unwrap();
+        let report = verify(folder.path(), &anew, &options, checks, &hidden).unwrap();
         assert!(report.holds(), "{}", report.text());
         assert_eq!(report.sweeps.len(), 8);
         for sweep in &report.sweeps {
@@ -217,7 +211,7 @@ mod tests {
         let subjects = Subject::all(&anew, &options);
         for subject in &subjects {
             for mutation in mutations(subject, &anew, &options) {
-                let found = damaged_source(subject, &anew, &quantity, &mutation, None).unwrap();
+                let found = damaged_source(subject, &anew, &mutation, None).unwrap();
                 assert!(found.holds, "{found:?}");
             }
             assert!(bound_too_small(subject, &anew).unwrap().holds);

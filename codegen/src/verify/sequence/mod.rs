@@ -1,10 +1,10 @@
 //! Sweeps of compiled routines with terms of further physics: sequences of calls in place of single inputs.
 //!
-//! [`strata`] makes the sequences, [`calls`] runs the compiled routine over them, [`model`] is the fitted model in `f64`
+//! `strata` makes the sequences, `calls` runs the compiled routine over them, [`model`] is the fitted model in `f64`
 //! with what that may be off; the outputs are held against the bound and against the interpreter's.
 
 pub mod model;
-pub mod strata;
+mod strata;
 
 use super::VerifyError;
 use super::calls::{self, Calls, Given};
@@ -12,10 +12,9 @@ use super::compile::{How, Place};
 use super::digest;
 use super::domain::{arguments, describe};
 use super::harness::Subject;
-use super::sweep::{SweepReport, Swept};
+use super::sweep::SweepReport;
 use crate::interpret::{Word, start, update};
 use crate::program::Type;
-use crate::quantity::Quantity;
 
 use model::{Expected, Model};
 
@@ -93,7 +92,6 @@ pub fn sweep(
     place: &Place<'_>,
     prepared: &Prepared,
     bound: f64,
-    quantity: &Quantity,
 ) -> Result<SweepReport, VerifyError> {
     let program = calls::build((&subject.name, subject.program(), subject.flag), how, place)?;
     let given = calls::run(&program, &prepared.calls)?;
@@ -117,18 +115,17 @@ pub fn sweep(
         describe(subject.program(), &arguments(subject.program(), prepared.calls.call(at).1)),
         (0..=at).rev().take_while(|i| !prepared.calls.call(*i).0).count() + 1
     );
-    let swept = Swept {
+    let report = SweepReport {
         inputs: given.len() as u64,
-        exhaustive: false,
         covered: prepared.calls.what.clone(),
         worst_input,
-        worst: worst.next_up(),
-        worst_lsb: worst,
+        worst_error: worst.next_up(),
+        worst_error_lsb: worst,
         reference_error: own,
         astray,
-        wrongly: "readings are flagged wrongly",
-        digest: sum,
+        digest: format!("{sum:016x}"),
         as_interpreted,
+        ..SweepReport::of(subject, how, bound)
     };
-    Ok(swept.report(subject, how, bound, quantity))
+    Ok(report.held(subject, "readings are flagged wrongly"))
 }

@@ -7,10 +7,9 @@
 //! term's solution is off by the residual over 1 − L, L being the steepest slope.
 
 use fitter::error_model::Sensor;
-use fitter::terms::{Exponential, Hinge, Operator, Periodic, Side, Term};
+use fitter::terms::{Operator, Periodic, Side, Term};
 
 use crate::physics::{Further, FurtherEncoding};
-use crate::program::Op;
 use crate::routine::Routine;
 use crate::verify::fast_reference::FastReference;
 
@@ -114,7 +113,7 @@ impl<'a> Model<'a> {
 
     fn observe(&self, name: &str, measured: f64, further: &[f64]) -> f64 {
         let given = || self.inputs.iter().position(|input| input.name == name).map(|i| further[i]);
-        of_reading(self.routine, name, measured).or_else(given).unwrap_or(f64::NAN)
+        self.routine.physics.of_reading(name, measured).or_else(given).unwrap_or(f64::NAN)
     }
 }
 
@@ -123,17 +122,6 @@ pub(super) fn measured_by_word(routine: &Routine) -> (f64, f64) {
     let plan = &routine.plan;
     let per_word = plan.map.slope.to_f64() / plan.reading_word.1.to_f64();
     (plan.map.offset.to_f64() - per_word * plan.reading_word.0.to_f64(), per_word)
-}
-
-/// The observable of this name for a reading in its unit, where it is a function of that.
-pub(super) fn of_reading(routine: &Routine, name: &str, measured: f64) -> Option<f64> {
-    let angle = || routine.physics.sensor.as_ref().map(|sensor| sensor.calculated(measured));
-    match name {
-        "s_mm" | "measured" => Some(measured),
-        "angle_deg" => angle().map(f64::to_degrees),
-        "angle_arcsec" => angle().map(|rad| rad * fitter::units::ARCSEC_PER_RAD),
-        _ => None,
-    }
 }
 
 impl Input {
@@ -146,13 +134,7 @@ impl Input {
             }
             FurtherEncoding::Counts { gain, offset, .. } => (gain, offset),
         };
-        // The words of the box are those to which the routine promises to limit.
-        let limited = format!("{}_limited", further.observable);
-        let words = routine.design.program.steps.iter().find_map(|s| match s.op {
-            Op::Clamp { lo, hi, .. } if s.name == limited => Some((lo as f64, hi as f64)),
-            _ => None,
-        });
-        let words = words.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let words = further.words(&routine.design.program).unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         Input { name: further.observable.clone(), lsb, zero, words }
     }
 
@@ -217,7 +199,11 @@ fn one(
         }
         Operator::Hinge(hinge) => {
             let v = observe(&hinge.observable);
-            (w * beyond(hinge, v), w.abs() * (v.abs() + hinge.threshold.abs()))
+            let beyond = match hinge.side {
+                Side::Above => v - hinge.threshold,
+                Side::Below => hinge.threshold - v,
+            };
+            (w * beyond.max(0.0), w.abs() * (v.abs() + hinge.threshold.abs()))
         }
         Operator::Gaussian(gaussian) => {
             let v = observe(&gaussian.observable);
@@ -229,7 +215,8 @@ fn one(
             let v = observe(&e.observable);
             let v = if v.is_nan() { calls as f64 * period_s } else { v };
             let size = 1.0 + (v.abs() + e.start.abs()) / e.scale;
-            (w * risen(e, v), w.abs() * size)
+            let risen = if v < e.start { 0.0 } else { -(-(v - e.start) / e.scale).exp_m1() };
+            (w * risen, w.abs() * size)
         }
         Operator::Step(step) => {
             let v = observe(&step.observable);
@@ -240,17 +227,6 @@ fn one(
         // Of the result itself: solved in the end.
         Operator::Periodic(_) => (0.0, 0.0),
     }
-}
-
-fn beyond(hinge: &Hinge, v: f64) -> f64 {
-    match hinge.side {
-        Side::Above => (v - hinge.threshold).max(0.0),
-        Side::Below => (hinge.threshold - v).max(0.0),
-    }
-}
-
-fn risen(e: &Exponential, v: f64) -> f64 {
-    if v < e.start { 0.0 } else { -(-(v - e.start) / e.scale).exp_m1() }
 }
 
 /// Θ + P(Θ) = observed by Newton's method from inside the bracket that the amplitudes give; what it may be off is

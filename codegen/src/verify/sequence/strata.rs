@@ -9,10 +9,11 @@
 
 use fitter::terms::Operator;
 
-use super::model::{measured_by_word, of_reading};
-use crate::program::{Op, Type};
+use super::model::measured_by_word;
+use crate::program::Type;
 use crate::routine::Routine;
 use crate::verify::calls::Calls;
+use crate::verify::domain::numbers_of;
 
 /// A number that is as good as random, by Steele, Lea and Flood's SplitMix64.
 struct Random(u64);
@@ -167,13 +168,8 @@ fn axes(routine: &Routine, limits: bool) -> Vec<Axis> {
     let mut axes = vec![Axis { from, to, least, most, breaks: breaks(routine) }];
     for (index, further) in routine.physics.further.iter().enumerate() {
         let argument = &program.arguments[readings + index];
-        let limited = format!("{}_limited", further.observable);
-        let words = program.steps.iter().find_map(|s| match s.op {
-            Op::Clamp { lo, hi, .. } if s.name == limited => Some((lo as f64, hi as f64)),
-            _ => None,
-        });
         let (least, most) = argument.ty.range().map_or((0.0, 0.0), |(lo, hi)| (lo as f64, hi as f64));
-        let (from, to) = words.unwrap_or((least, most));
+        let (from, to) = further.words(program).unwrap_or((least, most));
         axes.push(Axis { from, to, least, most, breaks: Vec::new() });
     }
     axes
@@ -206,7 +202,7 @@ fn breaks(routine: &Routine) -> Vec<f64> {
     let (offset, per_word) = measured_by_word(routine);
     for (name, value) in wanted {
         // What is observed of the reading rises with it.
-        let observe = |reading: f64| of_reading(routine, &name, offset + per_word * reading);
+        let observe = |reading: f64| routine.physics.of_reading(&name, offset + per_word * reading);
         let (Some(a), Some(b)) = (observe(from), observe(to)) else { continue };
         if !(a < value && value < b) {
             continue;
@@ -239,30 +235,13 @@ impl Writer {
 
     fn call(&mut self, begins: bool, places: &[f64]) {
         self.calls.words.push(u32::from(begins));
-        if self.readings == 2 {
-            let (first, second) = match self.types[0].range() {
-                None => (-0.5 * places[0], 0.5 * places[0]),
-                Some((lo, hi)) => {
-                    let (lo, hi) = (lo as f64, hi as f64);
-                    let first = ((lo + hi - places[0]) * 0.5).floor().clamp(lo, hi);
-                    (first, (first + places[0]).clamp(lo, hi))
-                }
+        let readings = numbers_of(self.types[0], self.readings, places[0]);
+        for (i, place) in readings.iter().chain(&places[1..]).enumerate() {
+            let bits = match self.types[i] {
+                Type::F32 => (*place as f32).to_bits(),
+                _ => *place as i64 as u32,
             };
-            self.push(0, first);
-            self.push(1, second);
-        } else {
-            self.push(0, places[0]);
+            self.calls.words.push(bits);
         }
-        for (i, place) in places[1..].iter().enumerate() {
-            self.push(self.readings + i, *place);
-        }
-    }
-
-    fn push(&mut self, argument: usize, place: f64) {
-        let bits = match self.types[argument] {
-            Type::F32 => (place as f32).to_bits(),
-            _ => place as i64 as u32,
-        };
-        self.calls.words.push(bits);
     }
 }
