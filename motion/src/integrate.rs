@@ -26,6 +26,7 @@ const PAUSES: usize = 2000;
 
 /// Why a simulation ended early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SimulationError {
     #[error(
         "the simulation runs away {t_s:.4} s after its start: the plant is unstable with these numbers; \

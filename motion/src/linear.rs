@@ -20,6 +20,7 @@ pub struct LinearModel {
 
 /// Why a linear plant cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum LinearError {
     #[error(
         "effect `{id}` acts on an inertia, which a `linear` plant has not; expected one of the drive or of the \

@@ -215,6 +215,7 @@ impl Model {
 
 /// Why a run ended early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum RunError {
     #[error(transparent)]
     Effect(#[from] EffectError),

@@ -24,6 +24,7 @@ pub struct Series {
 
 /// Why a recording is refused.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SeriesError {
     #[error(transparent)]
     Recording(#[from] RecordingError),

@@ -32,6 +32,7 @@ fn initial_rows(model: &Model, sample_s: f64, rows: usize) -> usize {
 
 /// Why a plant cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SimulateError {
     #[error(
         "{file}: `{key}` is missing, expected {expected}; identify the plant with `diagnose`, which writes it, \

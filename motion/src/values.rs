@@ -5,6 +5,7 @@ use std::ops::Index;
 
 /// Why an effect cannot be injected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum EffectError {
     #[error(
         "`{text}` is no effect: expected `id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`"
