@@ -13,6 +13,7 @@ use crate::model::{FittedTerm, Model};
 use crate::numerics::{centred, range};
 use crate::rows::Rows;
 use crate::search::Term;
+use crate::thresholds::NORMAL_95;
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::{
     ALTERNATIVE_MARGIN, BLUR, MOST_ALTERNATIVES, MOST_BLURRED, MOST_LOG_ODDS, RANGE_PART,
@@ -75,6 +76,14 @@ pub struct Parameter {
     pub unit: String,
     /// Its 95 % interval.
     pub ci95: [f64; 2],
+}
+
+impl Parameter {
+    /// A parameter whose estimate is normal, with this standard error.
+    pub(crate) fn normal(name: &str, value: f64, error: f64, unit: &str) -> Parameter {
+        let ci95 = [value - NORMAL_95 * error, value + NORMAL_95 * error];
+        Parameter { name: name.into(), value, unit: unit.into(), ci95 }
+    }
 }
 
 /// One named effect.

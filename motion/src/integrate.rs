@@ -26,52 +26,27 @@ const PAUSES: usize = 2000;
 
 /// Why a simulation ended early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SimulationError {
-    /// It ran away.
     #[error(
         "the simulation runs away {t_s:.4} s after its start: the plant is unstable with these numbers; \
          check signs and units"
     )]
-    RunsAway {
-        /// When.
-        t_s: f64,
-    },
-    /// The integrator did not get on.
+    RunsAway { t_s: f64 },
     #[error(
         "the simulation does not get on {t_s:.4} s after its start ({reason}); a time constant may be far \
          shorter than the time between samples"
     )]
-    Stalls {
-        /// When.
-        t_s: f64,
-        /// What the integrator said.
-        reason: String,
-    },
-    /// Far more steps than rows.
+    Stalls { t_s: f64, reason: String },
     #[error(
         "the simulation would take about {steps:.1e} steps of integration for {} s of rows {} s apart, \
          at most {most:.1e} are made: the plant moves far faster than the rows follow each other; check the units of \
          `t_s` and of the plant's numbers, or record with shorter steps",
         short(*duration_s), short(*sample_s)
     )]
-    TooManySteps {
-        /// As many as it would take.
-        steps: f64,
-        /// As many as are made.
-        most: f64,
-        /// How long the recording is.
-        duration_s: f64,
-        /// Time from row to row.
-        sample_s: f64,
-    },
-    /// More states than are provided for.
+    TooManySteps { steps: f64, most: f64, duration_s: f64, sample_s: f64 },
     #[error("the plant has {states} states, at most {most} can be simulated; leave effects out")]
-    TooLarge {
-        /// How many it has.
-        states: usize,
-        /// How many there may be.
-        most: usize,
-    },
+    TooLarge { states: usize, most: usize },
 }
 
 /// A number to six digits, for a message.

@@ -4,7 +4,7 @@
 use fitter::plant::{Hold, Numbers, PlantEffect, StateSpace};
 
 use super::effects::Context;
-use super::linear_loop::{Loops, is_loop};
+use super::linear_loop::{Loops, dot, is_loop};
 use super::model::{Model, RunError, Start};
 
 /// A linear plant.
@@ -20,50 +20,26 @@ pub struct LinearModel {
 
 /// Why a linear plant cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum LinearError {
-    /// An effect that needs an inertia.
     #[error(
         "effect `{id}` acts on an inertia, which a `linear` plant has not; expected one of the drive or of the \
          read-out, or `kind = \"second-order\"`"
     )]
-    Inertia {
-        /// The effect.
-        id: String,
-    },
-    /// The drives are others than those of the matrices.
+    Inertia { id: String },
     #[error("the plant has {expected} drives and the recording {found}; give a recording of the same plant")]
-    Drives {
-        /// As many as the matrices have.
-        expected: usize,
-        /// As many as were given.
-        found: usize,
-    },
-    /// The sampling rate is another one.
+    Drives { expected: usize, found: usize },
     #[error(
         "the plant's matrices hold for a sample every {expected} s, and the recording has one every {found} s; \
          record at that rate, or identify the plant again"
     )]
-    Rate {
-        /// Of the matrices.
-        expected: f64,
-        /// Of the recording.
-        found: f64,
-    },
-    /// The loop inside the matrices does not fit them.
+    Rate { expected: f64, found: f64 },
     #[error("effect `rayleigh_hysteresis`: {reason}; give the plant as `diagnose` wrote it")]
-    Loop {
-        /// What does not fit.
-        reason: String,
-    },
-    /// A path cannot be run.
+    Loop { reason: String },
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The states run away.
     #[error("the simulation runs away at sample {row}: the plant's matrices are unstable")]
-    RunsAway {
-        /// The sample.
-        row: usize,
-    },
+    RunsAway { row: usize },
 }
 
 const ON_DRIVES: [&str; 7] = [
@@ -107,20 +83,17 @@ impl LinearModel {
             .map(|(index, drive)| self.pass(index, drive, sample_s, start, &ON_DRIVES))
             .collect::<Result<Vec<_>, _>>()?;
         let count = drives.first().map_or(0, Vec::len);
-        let mut inside = self
-            .effects
-            .iter()
-            .find(|effect| is_loop(effect))
-            .map(|effect| Loops::new(effect, states, inputs, outputs))
-            .transpose()
+        let mut inside = Loops::of(&self.effects, states, inputs, outputs)
             .map_err(|reason| LinearError::Loop { reason })?;
+        let driven = |row: usize| -> Vec<f64> { passed.iter().map(|u| u[row]).collect() };
         let mut state = vec![0.0; states];
         if let Start::Steady { period } = start {
             for _ in 0..200 {
                 let before = state.clone();
                 for row in 0..period.min(count) {
-                    let w = within(&mut inside, &state, &passed, row);
-                    state = self.next(&state, &passed, row, &inside, &w);
+                    let u = driven(row);
+                    let w = inside.output(&state, &u);
+                    state = self.next(&state, &u, &inside, &w);
                 }
                 let size = state.iter().fold(f64::MIN_POSITIVE, |most, z| z.abs().max(most));
                 let moved = state.iter().zip(&before).fold(0.0, |most: f64, (a, b)| (a - b).abs().max(most));
@@ -131,14 +104,15 @@ impl LinearModel {
         }
         let mut positions = vec![Vec::with_capacity(count); outputs];
         for row in 0..count {
-            let w = within(&mut inside, &state, &passed, row);
+            let u = driven(row);
+            let w = inside.output(&state, &u);
             for (output, column) in positions.iter_mut().enumerate() {
-                let inner: f64 = dot(&self.space.c[output], &state);
-                let through: f64 = self.space.d[output].iter().zip(&passed).map(|(d, u)| d * u[row]).sum();
-                let looped = inside.as_ref().map_or(0.0, |loops| loops.adds_to_position(output, &w));
-                column.push(inner + through + looped);
+                let StateSpace { c, d, .. } = &self.space;
+                column.push(
+                    dot(&c[output], &state) + dot(&d[output], &u) + inside.adds_to_position(output, &w),
+                );
             }
-            state = self.next(&state, &passed, row, &inside, &w);
+            state = self.next(&state, &u, &inside, &w);
             if state.iter().any(|z| !z.is_finite() || z.abs() > 1e30) {
                 return Err(LinearError::RunsAway { row });
             }
@@ -146,24 +120,9 @@ impl LinearModel {
         positions.iter().map(|position| Ok(self.pass(0, position, sample_s, start, &ON_READ_OUT)?)).collect()
     }
 
-    fn next(
-        &self,
-        state: &[f64],
-        drives: &[Vec<f64>],
-        row: usize,
-        inside: &Option<Loops>,
-        w: &[f64],
-    ) -> Vec<f64> {
-        let StateSpace { a, b, .. } = &self.space;
-        let looped = |index: usize| inside.as_ref().map_or(0.0, |loops| loops.adds_to_state(index, w));
-        a.iter()
-            .zip(b)
-            .enumerate()
-            .map(|(index, (a, b))| {
-                let driven: f64 = b.iter().zip(drives).map(|(b, u)| b * u[row]).sum();
-                dot(a, state) + driven + looped(index)
-            })
-            .collect()
+    fn next(&self, state: &[f64], u: &[f64], inside: &Loops, w: &[f64]) -> Vec<f64> {
+        let rows = self.space.a.iter().zip(&self.space.b).enumerate();
+        rows.map(|(k, (a, b))| dot(a, state) + dot(b, u) + inside.adds_to_state(k, w)).collect()
     }
 
     /// What the effects of `among` make of a signal: a mechanism that does not move carries them.
@@ -202,16 +161,6 @@ impl LinearModel {
         };
         carrier.path(signal, sample_s, start)
     }
-}
-
-/// What the loops give at a row; nothing where there are none.
-fn within(inside: &mut Option<Loops>, state: &[f64], drives: &[Vec<f64>], row: usize) -> Vec<f64> {
-    let drive = || drives.iter().map(|u| u[row]).collect::<Vec<f64>>();
-    inside.as_mut().map_or_else(Vec::new, |loops| loops.output(state, &drive()))
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 use fitter::plant::{Numbers, PlantEffect};
 
 /// The loops of a plant: matrices by rows, and the plays, one bank per loop.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Loops {
     into_state: Vec<f64>,
     into_position: Vec<f64>,
@@ -22,15 +22,23 @@ pub fn is_loop(effect: &PlantEffect) -> bool {
     effect.id == "rayleigh_hysteresis" && effect.parameters.contains_key("into_state")
 }
 
+/// Inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 impl Loops {
-    /// The loops that `effect` states for a plant of so many states, drives and positions; the name of the
-    /// parameter that is missing or of another length where it does not fit.
-    pub fn new(
-        effect: &PlantEffect,
+    /// The loops that a plant of so many states, drives and positions has among its effects; the name of the
+    /// parameter that is missing or of another length where they do not fit.
+    pub fn of(
+        effects: &[PlantEffect],
         states: usize,
         drives: usize,
         positions: usize,
     ) -> Result<Loops, String> {
+        let Some(effect) = effects.iter().find(|effect| is_loop(effect)) else {
+            return Ok(Loops::default());
+        };
         let list = |name: &str| match effect.parameters.get(name) {
             Some(Numbers::Each(values)) => Ok(values.clone()),
             _ => Err(format!("`{name}` is missing or no list")),
@@ -59,29 +67,32 @@ impl Loops {
     /// w at the states `z` and the drives `u`; the plays move.
     pub fn output(&mut self, z: &[f64], u: &[f64]) -> Vec<f64> {
         let bank = self.thresholds.len();
-        let sum = |row: &[f64], x: &[f64]| row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>();
         (0..self.count)
             .map(|l| {
-                let signal = sum(&self.from_state[l * z.len()..(l + 1) * z.len()], z)
-                    + sum(&self.from_drive[l * u.len()..(l + 1) * u.len()], u);
+                let signal = dot(&self.from_state[l * z.len()..(l + 1) * z.len()], z)
+                    + dot(&self.from_drive[l * u.len()..(l + 1) * u.len()], u);
                 let plays = &mut self.plays[l * bank..(l + 1) * bank];
                 for (play, half_width) in plays.iter_mut().zip(&self.thresholds) {
                     *play = play.min(signal + half_width).max(signal - half_width);
                 }
-                sum(plays, &self.weights)
+                dot(plays, &self.weights)
             })
             .collect()
     }
 
     /// What w adds to state `index` at the next sample.
     pub fn adds_to_state(&self, index: usize, w: &[f64]) -> f64 {
-        self.into_state[index * self.count..(index + 1) * self.count].iter().zip(w).map(|(e, w)| e * w).sum()
+        self.adds(&self.into_state, index, w)
     }
 
     /// What w adds to position `index`.
     pub fn adds_to_position(&self, index: usize, w: &[f64]) -> f64 {
-        let row = &self.into_position[index * self.count..(index + 1) * self.count];
-        row.iter().zip(w).map(|(f, w)| f * w).sum()
+        self.adds(&self.into_position, index, w)
+    }
+
+    fn adds(&self, into: &[f64], index: usize, w: &[f64]) -> f64 {
+        let row = &into[index * self.count..(index + 1) * self.count];
+        row.iter().zip(w).fold(0.0, |sum, (e, w)| sum + e * w)
     }
 }
 
@@ -107,7 +118,7 @@ mod tests {
 
     #[test]
     fn uniform_plays_follow_rayleighs_law() {
-        let mut loops = Loops::new(&effect(100), 1, 1, 1).unwrap();
+        let mut loops = Loops::of(&[effect(100)], 1, 1, 1).unwrap();
         let top = loops.output(&[0.0], &[0.8])[0];
         assert!((top - 0.32).abs() < 1e-3, "virgin curve u²/2: {top}");
         let down = loops.output(&[0.0], &[-0.2])[0];
@@ -117,7 +128,7 @@ mod tests {
 
     #[test]
     fn matrices_of_another_size_are_refused() {
-        assert!(Loops::new(&effect(99), 1, 1, 1).unwrap_err().contains("weights"));
-        assert!(Loops::new(&effect(100), 2, 1, 1).unwrap_err().contains("into_state"));
+        assert!(Loops::of(&[effect(99)], 1, 1, 1).unwrap_err().contains("weights"));
+        assert!(Loops::of(&[effect(100)], 2, 1, 1).unwrap_err().contains("into_state"));
     }
 }

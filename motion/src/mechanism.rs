@@ -5,16 +5,15 @@ use std::collections::BTreeMap;
 
 use fitter::plant::{Numbers, PlantEffect};
 
-use super::effects::{Action, Context, DriveElement, Force, Motion, ReadOut, Typical, catalogue, find};
+use super::effects::{Action, Context, Element, Force, Motion, Typical, catalogue, find};
 use super::signal::{Flow, Signal};
-use crate::values::{EffectError, Known, Values};
+use crate::values::{EffectError, Values};
 
 /// Position and velocity come first among the states.
 const X: usize = 0;
 const V: usize = 1;
 
 /// A mechanism and everything that acts in it.
-#[derive(Debug)]
 pub struct Mechanism {
     /// Damping per inertia in 1/s.
     pub damping: f64,
@@ -22,14 +21,13 @@ pub struct Mechanism {
     pub stiffness: f64,
     /// Gain of each drive per inertia.
     pub gains: Vec<f64>,
-    paths: Vec<Vec<Placed<dyn DriveElement>>>,
+    paths: Vec<Vec<Placed<dyn Element>>>,
     forces: Vec<Placed<dyn Force>>,
-    read_outs: Vec<Placed<dyn ReadOut>>,
+    read_out: Vec<Placed<dyn Element>>,
     states: usize,
 }
 
 /// Something with its place among the states.
-#[derive(Debug)]
 struct Placed<A: ?Sized> {
     first: usize,
     count: usize,
@@ -37,11 +35,12 @@ struct Placed<A: ?Sized> {
 }
 
 impl<A: ?Sized> Placed<A> {
+    /// Its part of the states or of their rates.
     fn own<'y>(&self, y: &'y [f64]) -> &'y [f64] {
         &y[self.first..self.first + self.count]
     }
 
-    fn rates<'y>(&self, y: &'y mut [f64]) -> &'y mut [f64] {
+    fn own_mut<'y>(&self, y: &'y mut [f64]) -> &'y mut [f64] {
         &mut y[self.first..self.first + self.count]
     }
 }
@@ -70,7 +69,7 @@ impl Mechanism {
     /// A mechanism without effects.
     pub fn new(damping: f64, stiffness: f64, gains: Vec<f64>) -> Self {
         let paths = gains.iter().map(|_| Vec::new()).collect();
-        Self { damping, stiffness, gains, paths, forces: Vec::new(), read_outs: Vec::new(), states: 2 }
+        Self { damping, stiffness, gains, paths, forces: Vec::new(), read_out: Vec::new(), states: 2 }
     }
 
     /// Lets effects act in it.
@@ -84,17 +83,17 @@ impl Mechanism {
             for drive in 0..self.gains.len() {
                 match build(effect, drive, context)? {
                     Action::Drive(acts) => {
-                        let (first, count) = self.place(acts.states());
-                        self.paths[drive].push(Placed { first, count, acts });
+                        let placed = self.placed(acts.states(), acts);
+                        self.paths[drive].push(placed);
                         continue;
                     }
                     Action::Force(acts) => {
-                        let (first, count) = self.place(acts.states());
-                        self.forces.push(Placed { first, count, acts });
+                        let placed = self.placed(acts.states(), acts);
+                        self.forces.push(placed);
                     }
                     Action::ReadOut(acts) => {
-                        let (first, count) = self.place(acts.states());
-                        self.read_outs.push(Placed { first, count, acts });
+                        let placed = self.placed(acts.states(), acts);
+                        self.read_out.push(placed);
                     }
                 }
                 break;
@@ -103,10 +102,10 @@ impl Mechanism {
         Ok(self)
     }
 
-    fn place(&mut self, count: usize) -> (usize, usize) {
+    fn placed<A: ?Sized>(&mut self, count: usize, acts: Box<A>) -> Placed<A> {
         let first = self.states;
         self.states += count;
-        (first, count)
+        Placed { first, count, acts }
     }
 
     /// How many states it has.
@@ -124,10 +123,10 @@ impl Mechanism {
         let mut scales = vec![typical.drive; self.states];
         (scales[X], scales[V]) = (typical.position, typical.velocity);
         for force in &self.forces {
-            force.rates(&mut scales).copy_from_slice(&force.acts.scales(typical));
+            force.own_mut(&mut scales).copy_from_slice(&force.acts.scales(typical));
         }
-        for read_out in &self.read_outs {
-            read_out.rates(&mut scales).fill(typical.position);
+        for element in &self.read_out {
+            element.own_mut(&mut scales).fill(typical.position);
         }
         scales
     }
@@ -137,22 +136,16 @@ impl Mechanism {
     pub fn at(&self, position: f64, velocity: f64, drives: &[f64]) -> Vec<f64> {
         let mut state = vec![0.0; self.states];
         (state[X], state[V]) = (position, velocity);
-        for (path, drive) in self.paths.iter().zip(drives) {
-            let mut flow = Flow { value: *drive, rate: 0.0 };
+        let inputs = self.paths.iter().zip(drives.iter().copied());
+        for (path, value) in inputs.chain(std::iter::once((&self.read_out, position))) {
+            let mut flow = Flow { value, rate: 0.0 };
             for element in path {
-                let mut rates = vec![0.0; element.count];
                 element.own_mut(&mut state).fill(flow.value);
-                flow = element.acts.pass(0.0, flow, element.own(&state), &mut rates);
+                flow = element.acts.pass(0.0, flow, element.own(&state), &mut vec![0.0; element.count]);
             }
         }
         for force in self.forces.iter().filter(|force| force.count == 2) {
             force.own_mut(&mut state).copy_from_slice(&[position, velocity]);
-        }
-        let mut read = position;
-        for read_out in &self.read_outs {
-            let mut rates = vec![0.0; read_out.count];
-            read_out.own_mut(&mut state).fill(read);
-            read = read_out.acts.read(read, read_out.own(&state), &mut rates);
         }
         state
     }
@@ -183,7 +176,7 @@ impl Mechanism {
             let mut flow = signal.at(instant.t_s - delay, instant.within_s - delay);
             for (index, element) in path.iter().enumerate() {
                 input(drive, index, flow);
-                flow = element.acts.pass(instant.t_s, flow, element.own(y), element.rates(rates));
+                flow = element.acts.pass(instant.t_s, flow, element.own(y), element.own_mut(rates));
             }
             force += self.gains[drive] * flow.value;
             if drive == 0 {
@@ -203,23 +196,23 @@ impl Mechanism {
         }
         let mut acceleration = push - self.damping * at.v - self.stiffness * at.x;
         for force in &self.forces {
-            acceleration += force.acts.acceleration(&at, force.own(y), force.rates(rates));
+            acceleration += force.acts.acceleration(&at, force.own(y), force.own_mut(rates));
         }
         (rates[X], rates[V]) = match instant.mode {
             Mode::Free => (at.v, acceleration),
             Mode::Sliding(direction) => (at.v, acceleration - direction * self.friction(&at, direction)),
             Mode::Stuck => (0.0, 0.0),
         };
-        self.read_rates(y, rates);
+        self.read_rates(instant.t_s, y, rates);
         acceleration
     }
 
-    fn read_rates(&self, y: &[f64], rates: &mut [f64]) -> f64 {
-        let mut read = y[X];
-        for read_out in &self.read_outs {
-            read = read_out.acts.read(read, read_out.own(y), read_out.rates(rates));
-        }
-        read
+    fn read_rates(&self, t_s: f64, y: &[f64], rates: &mut [f64]) -> f64 {
+        let position = Flow { value: y[X], rate: y[V] };
+        let passed = |flow, element: &Placed<dyn Element>| {
+            element.acts.pass(t_s, flow, element.own(y), element.own_mut(rates))
+        };
+        self.read_out.iter().fold(position, passed).value
     }
 
     /// What reaches the mechanism of its first drive.
@@ -228,8 +221,8 @@ impl Mechanism {
     }
 
     /// What is read at the state `y`.
-    pub(crate) fn read(&self, y: &[f64]) -> f64 {
-        self.read_rates(y, &mut vec![0.0; self.states])
+    pub(crate) fn read(&self, t_s: f64, y: &[f64]) -> f64 {
+        self.read_rates(t_s, y, &mut vec![0.0; self.states])
     }
 
     /// Dry friction against `direction`.
@@ -271,12 +264,6 @@ impl Mechanism {
     }
 }
 
-impl<A: ?Sized> Placed<A> {
-    fn own_mut<'y>(&self, y: &'y mut [f64]) -> &'y mut [f64] {
-        self.rates(y)
-    }
-}
-
 /// The part of an effect that acts on drive `index` or on the mechanism.
 fn build(effect: &PlantEffect, index: usize, context: &Context) -> Result<Action, EffectError> {
     let id = || effect.id.clone();
@@ -294,14 +281,8 @@ fn build(effect: &PlantEffect, index: usize, context: &Context) -> Result<Action
         })?;
         given.insert(name.clone(), value);
     }
-    let known: Vec<Known> = specification
-        .parameters
-        .iter()
-        .map(|p| Known { name: p.name, unit: p.unit, default: p.default, range: p.range })
-        .collect();
-    let values = Values::check(&effect.id, &known, &given)?;
-    let action = (specification.build)(&values, context)
-        .map_err(|reason| EffectError::Refused { id: id(), reason })?;
+    let values = Values::check(&effect.id, specification.parameters, &given)?;
+    let action = (specification.build)(&values, context);
     if several && !matches!(action, Action::Drive(_)) {
         return Err(EffectError::Refused {
             id: id(),

@@ -81,7 +81,7 @@ impl Model {
     /// # Errors
     /// [`RunError`]: effects that make no sense, or a motion that runs away.
     pub fn simulate(&self, drives: &[Vec<f64>], sample_s: f64, start: Start) -> Result<Vec<f64>, RunError> {
-        self.run(drives, sample_s, start, |mechanism, _, y, _| mechanism.read(y))
+        self.run(drives, sample_s, start, |mechanism, t_s, y, _| mechanism.read(t_s, y))
     }
 
     /// What reaches the mechanism of a drive, at every sample.
@@ -215,11 +215,10 @@ impl Model {
 
 /// Why a run ended early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum RunError {
-    /// An effect makes no sense.
     #[error(transparent)]
     Effect(#[from] EffectError),
-    /// The motion cannot be followed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
 }

@@ -26,19 +26,15 @@ pub struct Series {
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum SeriesError {
-    /// It is no table of numbers with the columns that are needed.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// Too few rows.
     #[error("{file}: run {run} has {found} rows, expected {least} or more; record longer")]
     Short { file: String, run: i64, found: usize, least: usize },
-    /// The rows are not equidistant.
     #[error(
         "{file}, line {line}, column `t_s`: found a step of {found} s, expected {expected} s as between most \
          rows: {what}; record without gaps, or resample it yourself (a resampling is never silent)"
     )]
     Step { file: String, line: u64, found: f64, expected: f64, what: &'static str },
-    /// Time runs backward.
     #[error(
         "{file}, line {line}, column `t_s`: found {found} s after {before} s, expected times that increase \
          within a run; sort the rows, or number the runs in a column `run`"

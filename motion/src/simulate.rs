@@ -32,65 +32,31 @@ fn initial_rows(model: &Model, sample_s: f64, rows: usize) -> usize {
 
 /// Why a plant cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SimulateError {
-    /// A number is missing.
     #[error(
         "{file}: `{key}` is missing, expected {expected}; identify the plant with `diagnose`, which writes it, \
          or add it"
     )]
-    Missing {
-        /// The plant file.
-        file: String,
-        /// The key.
-        key: &'static str,
-        /// What it is.
-        expected: &'static str,
-    },
-    /// The drives are others than those of the plant.
+    Missing { file: String, key: &'static str, expected: &'static str },
     #[error(
         "{file}: `plant.gain` has {expected} numbers and the recording {found} drives; give one for each"
     )]
-    Drives {
-        /// The plant file.
-        file: String,
-        /// As many as the plant has.
-        expected: usize,
-        /// As many as the recording has.
-        found: usize,
-    },
-    /// There is no recorded position.
+    Drives { file: String, expected: usize, found: usize },
     #[error(
         "the recording has {found} positions and the plant {expected}, expected as many to take the initial \
          state from; start at rest instead"
     )]
-    Positions {
-        /// As many as the plant has.
-        expected: usize,
-        /// As many as the recording has.
-        found: usize,
-    },
-    /// An initial state of a linear plant.
+    Positions { expected: usize, found: usize },
     #[error(
         "the initial state of a `linear` plant is not taken from a recording; start at rest, or give a \
          recording in its periodic steady state"
     )]
     LinearState,
-    /// A run of a second-order plant failed.
     #[error("{file}: {reason}")]
-    Run {
-        /// The plant file.
-        file: String,
-        /// Why.
-        reason: RunError,
-    },
-    /// A run of a linear plant failed.
+    Run { file: String, reason: RunError },
     #[error("{file}: {reason}")]
-    Linear {
-        /// The plant file.
-        file: String,
-        /// Why.
-        reason: LinearError,
-    },
+    Linear { file: String, reason: LinearError },
 }
 
 /// Simulates every run of a recording's drives; the answer has its times, runs and periods, no drives, and the

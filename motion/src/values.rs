@@ -5,86 +5,29 @@ use std::ops::Index;
 
 /// Why an effect cannot be injected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum EffectError {
-    /// The text is not of the form `id:parameter=value,…`.
     #[error(
         "`{text}` is no effect: expected `id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`"
     )]
-    Text {
-        /// What was given.
-        text: String,
-    },
-    /// The value of a parameter is no number.
+    Text { text: String },
     #[error("effect `{id}`: `{value}` is no number for `{parameter}`")]
-    Number {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: String,
-        /// What was given.
-        value: String,
-    },
-    /// There is no such effect.
+    Number { id: String, parameter: String, value: String },
     #[error("there is no effect `{id}`; expected one of {expected}")]
-    Id {
-        /// What was given.
-        id: String,
-        /// The ids that there are.
-        expected: String,
-    },
-    /// The effect has no such parameter.
+    Id { id: String, expected: String },
     #[error("effect `{id}` has no parameter `{parameter}`; expected {expected}")]
-    Parameter {
-        /// The effect.
-        id: String,
-        /// What was given.
-        parameter: String,
-        /// The parameters that it has.
-        expected: String,
-    },
-    /// A parameter without a default is missing.
+    Parameter { id: String, parameter: String, expected: String },
     #[error("effect `{id}` needs `{parameter}` in {unit}")]
-    Missing {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: &'static str,
-        /// Its unit.
-        unit: &'static str,
-    },
-    /// A value outside the range that makes sense.
+    Missing { id: String, parameter: &'static str, unit: &'static str },
     #[error("effect `{id}`: `{parameter}` is {value}, expected {least} to {most} {unit}")]
-    Range {
-        /// The effect.
-        id: String,
-        /// The parameter.
-        parameter: &'static str,
-        /// What was given.
-        value: f64,
-        /// The least value.
-        least: f64,
-        /// The largest value.
-        most: f64,
-        /// Its unit.
-        unit: &'static str,
-    },
-    /// The protocol never shows the effect.
+    Range { id: String, parameter: &'static str, value: f64, least: f64, most: f64, unit: &'static str },
     #[error(
         "effect `{id}` shows only where the mirror is read while it moves, and this schedule lets it settle; \
          use the schedule `scan`"
     )]
-    Settled {
-        /// The effect.
-        id: String,
-    },
-    /// The parameters do not go together.
+    Settled { id: String },
     #[error("effect `{id}`: {reason}")]
-    Refused {
-        /// The effect.
-        id: String,
-        /// What is wrong.
-        reason: String,
-    },
+    Refused { id: String, reason: String },
 }
 
 /// The values of an effect's parameters, all present and in their ranges.
@@ -92,6 +35,7 @@ pub enum EffectError {
 pub struct Values(BTreeMap<&'static str, f64>);
 
 /// What is known of a parameter, wherever its effect acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
     /// Its name.
     pub name: &'static str,
@@ -101,6 +45,18 @@ pub struct Known {
     pub default: Option<f64>,
     /// The least and the largest value that make sense.
     pub range: (f64, f64),
+}
+
+impl Known {
+    /// One that has to be given.
+    pub const fn needed(name: &'static str, unit: &'static str, range: (f64, f64)) -> Known {
+        Known { name, unit, default: None, range }
+    }
+
+    /// One that is usually `default`.
+    pub const fn usual(name: &'static str, unit: &'static str, default: f64, range: (f64, f64)) -> Known {
+        Known { name, unit, default: Some(default), range }
+    }
 }
 
 impl Values {

@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::Path;
 
 use diagnosis::dynamic::diagnose::Predicted;
-use diagnosis::dynamic::linear::{self, diagnose_linear};
+use diagnosis::dynamic::linear;
 use diagnosis::dynamic::model::Term;
 
-use diagnosis::dynamic::{self, DynamicRecording, Options, OwnSimulation, Reading};
+use diagnosis::dynamic::{self, Case, DynamicRecording, Options, OwnSimulation, Reading};
 use diagnosis::simulated;
 use fitter::output::FileSet;
 use fitter::plant::{Kind, PlantFile};
@@ -22,7 +22,7 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let file = PlantFile::read(plant)?;
     let given = given(plant, &file)?;
     let stems = stems(&cli.recordings)?;
-    let ids = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).chain([linear::file::ID]);
+    let ids = dynamic::effects::CATALOGUE.iter().map(|e| e.id).chain([linear::file::ID]);
     known(&cli.without, &ids.collect::<Vec<_>>())?;
     one_simulation(cli)?;
     let reading = Reading {
@@ -37,19 +37,16 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
     let options = Options { skip: cli.without.clone(), given };
-    let (own, other) = (simulated.as_ref(), held_out.as_ref());
+    let (simulated, held_out) = (simulated.as_ref(), held_out.as_ref());
     let outcomes = all(cli, common, &recordings, |recording| {
-        Ok(match file.plant.kind {
-            Kind::SecondOrder => dynamic::diagnose(recording, &file.plant, own, other, &options)?,
-            Kind::Linear => diagnose_linear(recording, &file, own, other, &options.skip)?,
-        })
+        Ok(dynamic::diagnose(&Case { recording, plant: &file, simulated, held_out, options: &options })?)
     })?;
     let mut set = FileSet::new();
     set.folder(&cli.out)?;
     for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
         let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
         if !cli.no_report {
-            set.put(&at("html"), dynamic::report::page(recording, outcome))?;
+            set.put(&at("html"), dynamic::page(recording, outcome))?;
         }
         let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
         set.put(&at("simulated.csv"), rows)?;
@@ -68,7 +65,7 @@ fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
     let name = path.display().to_string();
     match file.plant.kind {
         Kind::SecondOrder => {
-            let all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id()).collect();
+            let all: Vec<&str> = dynamic::effects::CATALOGUE.iter().map(|e| e.id).collect();
             file.check_effects(&name, &all)?;
             let names = |id: &str| dynamic::effects::effect(id).map_or(Vec::new(), |e| e.names());
             file.check_parameters(&name, names)?;

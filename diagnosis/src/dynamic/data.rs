@@ -1,6 +1,7 @@
 //! One axis of a recording as an estimate reads it: runs, drive, position, which rows fit, which choose and
 //! which score.
 
+use std::iter::Sum;
 use std::ops::Range;
 
 use fitter::plant::Hold;
@@ -21,8 +22,23 @@ pub const FIT: usize = 0;
 pub const CHOOSE: usize = 1;
 /// Rows that score what was chosen.
 pub const SCORE: usize = 2;
+/// Which kinds of rows are wanted.
+pub type Folds = [bool; FOLDS];
 /// All rows.
-pub const ALL: [bool; FOLDS] = [true; FOLDS];
+pub const ALL: Folds = [true; FOLDS];
+/// Those that fit.
+pub const FIT_ROWS: Folds = [true, false, false];
+/// Those that choose.
+pub const CHOOSE_ROWS: Folds = [false, true, false];
+/// Those that score.
+pub const SCORE_ROWS: Folds = [false, false, true];
+/// All but those that score.
+pub const UNSCORED: Folds = [true, true, false];
+
+/// Sum of what there is of every kind of row over the wanted ones.
+pub fn over<T: Copy + Sum>(folds: Folds, each: &[T; FOLDS]) -> T {
+    each.iter().zip(folds).filter(|(_, wanted)| *wanted).map(|(x, _)| *x).sum()
+}
 
 /// One axis.
 pub struct Data<'a> {
@@ -30,9 +46,7 @@ pub struct Data<'a> {
     pub step_s: f64,
     /// Rows of every run.
     pub runs: Vec<Range<usize>>,
-    /// Drive.
     pub drive: &'a [f64],
-    /// Position.
     pub position: &'a [f64],
     /// Kind of every row.
     pub fold: Vec<u8>,
@@ -44,11 +58,53 @@ pub struct Data<'a> {
     pub starts_s: Vec<f64>,
     /// Duration of the longest run, s.
     pub duration_s: f64,
-    signals: [Vec<Signal>; 3],
-    /// For every run the extremes of the drive before it, in each way of running between the samples.
-    before: [Vec<Vec<f64>>; 3],
-    /// For every run rows in which the drive ran as it did just before it.
-    leads: Vec<Range<usize>>,
+    lanes: Vec<Lane>,
+}
+
+/// What a run is simulated along.
+struct Lane {
+    /// Rows in which the drive ran as it did just before the run.
+    lead: Range<usize>,
+    /// The drive, in each way of running between the samples.
+    signals: [Signal; 3],
+    /// The extremes of the drive before the run, likewise.
+    before: [Vec<f64>; 3],
+}
+
+impl Lane {
+    fn new(recording: &DynamicRecording, run: &Range<usize>) -> Lane {
+        let (drive, step_s) = (&recording.drives[0], recording.step_s);
+        // Rows of the first period, where the excitation is in its steady state: its end comes before the run.
+        let period = run.start..run.start + recording.period_of(run).unwrap_or(0);
+        let lead = period.start.max(period.end.saturating_sub(MOST_LEAD))..period.end;
+        let samples = [&drive[lead.clone()], &drive[run.clone()]].concat();
+        let signals = HOLDS.map(|hold| Signal::new(&samples, lead.len(), step_s, hold));
+        let before = HOLDS.map(|hold| {
+            let whole = Signal::new(&drive[period.clone()], 0, step_s, hold);
+            extremes(&[], &whole, whole.intervals())
+        });
+        Lane { lead, signals, before }
+    }
+
+    /// That of some rows of the run, which begins at row `first`.
+    fn part(&self, first: usize, rows: Range<usize>) -> Lane {
+        let lead = match rows.start {
+            0 => self.lead.clone(),
+            start => first + start.saturating_sub(MOST_LEAD)..first + start,
+        };
+        let signals = self.signals.each_ref().map(|signal| signal.part(rows.clone(), lead.len()));
+        let before =
+            std::array::from_fn(|hold| extremes(&self.before[hold], &self.signals[hold], rows.start));
+        Lane { lead, signals, before }
+    }
+}
+
+/// The extremes that are left of those before a signal and of its first intervals.
+fn extremes(before: &[f64], signal: &Signal, intervals: usize) -> Vec<f64> {
+    let mut turns = Turns::<f64>::new();
+    before.iter().for_each(|u| _ = turns.to(*u));
+    signal.pass(0..intervals, &mut turns);
+    turns.inputs().collect()
 }
 
 /// The ways in which a drive may run between its samples.
@@ -72,20 +128,6 @@ impl<'a> Data<'a> {
         }
         let fold = (0..rows).map(|k| kinds[k / length] as u8).collect();
         let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let leads: Vec<Range<usize>> = recording.runs.iter().map(|run| lead(recording, run)).collect();
-        let signals = HOLDS.map(|hold| {
-            let of = |(run, lead): (&Range<usize>, &Range<usize>)| {
-                let samples = [&drive[lead.clone()], &drive[run.clone()]].concat();
-                Signal::new(&samples, lead.len(), recording.step_s, hold)
-            };
-            recording.runs.iter().zip(&leads).map(of).collect()
-        });
-        let before = HOLDS.map(|hold| {
-            let of = |run: &Range<usize>| {
-                extremes(&Signal::new(&drive[first_period(recording, run)], 0, recording.step_s, hold))
-            };
-            recording.runs.iter().map(of).collect()
-        });
         Data {
             step_s: recording.step_s,
             runs: recording.runs.clone(),
@@ -96,9 +138,7 @@ impl<'a> Data<'a> {
             scale: scale(drive, position, recording.step_s, &recording.runs),
             starts_s: vec![0.0; recording.runs.len()],
             duration_s: recording.runs.iter().map(|r| r.len()).max().unwrap_or(1) as f64 * recording.step_s,
-            signals,
-            before,
-            leads,
+            lanes: recording.runs.iter().map(|run| Lane::new(recording, run)).collect(),
         }
     }
 
@@ -115,55 +155,25 @@ impl<'a> Data<'a> {
         let total: usize = self.runs.iter().map(|r| r.len()).sum();
         let per_run = (WINDOWS / self.runs.len()).max(1);
         let length = (rows / (per_run * self.runs.len())).max(LEAST_WINDOW);
-        let mut data = Data {
-            step_s: self.step_s,
-            runs: Vec::new(),
-            drive: self.drive,
-            position: self.position,
-            fold: self.fold.clone(),
-            bound: self.bound,
-            scale: self.scale,
-            starts_s: Vec::new(),
-            duration_s: self.duration_s,
-            signals: [Vec::new(), Vec::new(), Vec::new()],
-            before: [Vec::new(), Vec::new(), Vec::new()],
-            leads: Vec::new(),
-        };
+        let fold = self.fold.clone();
+        let mut data = Data { runs: Vec::new(), starts_s: Vec::new(), lanes: Vec::new(), fold, ..*self };
         let whole = rows >= total;
-        let mut windows = 0;
         for (k, run) in self.runs.iter().enumerate() {
             let (count, length) =
                 if whole { (1, run.len()) } else { (per_run, length.min(run.len() / per_run)) };
             for i in 0..count {
                 let free = run.len() - count * length;
                 let start = i * length + if count > 1 { free * i / (count - 1) } else { 0 };
-                data.runs.push(run.start + start..run.start + start + length);
-                data.starts_s.push(self.starts_s[k] + start as f64 * self.step_s);
-                for ((own, all), signals) in data.before.iter_mut().zip(&self.before).zip(&self.signals) {
-                    let mut turns = Turns::new();
-                    all[k].iter().for_each(|u| {
-                        turns.to(*u);
-                    });
-                    signals[k].pass(0..start, &mut turns);
-                    own.push(turns.inputs().collect());
-                }
-                let lead = match start {
-                    0 => self.leads[k].clone(),
-                    _ => run.start + start.saturating_sub(MOST_LEAD)..run.start + start,
-                };
-                for (own, all) in data.signals.iter_mut().zip(&self.signals) {
-                    own.push(all[k].part(start..start + length, lead.len()));
-                }
-                data.leads.push(lead);
+                let rows = run.start + start..run.start + start + length;
                 if !whole {
                     let block = length.div_ceil(BLOCKS_OF_WINDOW).max(1);
-                    for (j, fold) in
-                        data.fold[run.start + start..run.start + start + length].iter_mut().enumerate()
-                    {
-                        *fold = [FIT, CHOOSE, FIT, SCORE][(j / block + windows) % 4] as u8;
+                    for (j, fold) in data.fold[rows.clone()].iter_mut().enumerate() {
+                        *fold = [FIT, CHOOSE, FIT, SCORE][(j / block + data.runs.len()) % 4] as u8;
                     }
                 }
-                windows += 1;
+                data.runs.push(rows);
+                data.starts_s.push(self.starts_s[k] + start as f64 * self.step_s);
+                data.lanes.push(self.lanes[k].part(run.start, start..start + length));
             }
         }
         data
@@ -171,22 +181,21 @@ impl<'a> Data<'a> {
 
     /// What a run is simulated along.
     pub fn course(&self, run: usize, hold: Hold) -> Course<'_> {
-        let k = HOLDS.iter().position(|h| *h == hold).unwrap_or(0);
+        let (k, lane) = (HOLDS.iter().position(|h| *h == hold).unwrap_or(0), &self.lanes[run]);
         Course {
-            signal: &self.signals[k][run],
+            signal: &lane.signals[k],
             step_s: self.step_s,
             rows: self.runs[run].len(),
             start_s: self.starts_s[run],
             bound: self.bound,
-            before: &self.before[k][run],
-            lead: &self.position[self.leads[run].clone()],
+            before: &lane.before[k],
+            lead: &self.position[lane.lead.clone()],
         }
     }
 
     /// Number of rows of the wanted kinds.
-    pub fn count(&self, folds: [bool; FOLDS]) -> usize {
-        let of = |run: &Range<usize>| self.fold[run.clone()].iter().filter(|f| folds[**f as usize]).count();
-        self.runs.iter().map(of).sum()
+    pub fn count(&self, folds: Folds) -> usize {
+        self.runs.iter().flat_map(|run| &self.fold[run.clone()]).filter(|f| folds[**f as usize]).count()
     }
 
     /// First guess of position and velocity at the start of every run: a parabola through the first rows.
@@ -200,26 +209,6 @@ impl<'a> Data<'a> {
             })
             .collect()
     }
-}
-
-/// Rows in which the drive ran as just before a run: the end of the period where the excitation is in its
-/// steady state, else none.
-fn lead(recording: &DynamicRecording, run: &Range<usize>) -> Range<usize> {
-    let period = first_period(recording, run);
-    period.start.max(period.end.saturating_sub(MOST_LEAD))..period.end
-}
-
-/// Rows of the first period of a run; none where it is not in a steady state.
-fn first_period(recording: &DynamicRecording, run: &Range<usize>) -> Range<usize> {
-    let same = |period: &Vec<i64>| run.clone().take_while(|k| period[*k] == period[run.start]).count();
-    run.start..run.start + recording.period.as_ref().map_or(0, same)
-}
-
-/// The extremes that are left of a whole signal.
-fn extremes(signal: &Signal) -> Vec<f64> {
-    let mut turns = Turns::<f64>::new();
-    signal.pass(0..signal.intervals(), &mut turns);
-    turns.inputs().collect()
 }
 
 fn scale(drive: &[f64], position: &[f64], step_s: f64, runs: &[Range<usize>]) -> Scale {

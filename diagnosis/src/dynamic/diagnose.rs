@@ -1,33 +1,27 @@
 //! One dynamic recording from rows to everything that is said of it.
 
-use fitter::plant::{Plant, PlantFile};
+use fitter::plant::{Kind, PlantFile};
 use rayon::prelude::*;
 
-use super::data::{ALL, Data};
+use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
 use super::estimate::{Fitted, fit};
 use super::fault::DynamicError;
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
-use super::score::{self, Proof};
-use super::search::{CHOOSE_ROWS, FIT_ROWS, Search, gain};
+use super::score;
+use super::search::{Search, gain};
 use super::structure::{Structure, structure};
-use super::verdict::{self, Left, Units};
-use super::{expected, feedback, floor, plant, remainder};
+use super::verdict::{self, Left};
+use super::{expected, feedback, floor, linear, plant, remainder};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
-use crate::dynamic::data::SCORE;
+use crate::held_out::Fit;
 use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::diagnose::{SEARCH_STEPS, START_ROWS, TOLD};
 use crate::thresholds::dynamic::effects::HARD;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
 use crate::verdict::{Said, Verdict};
-
-/// The rows that fit and choose, without those that score.
-const PROOF: [bool; 3] = [true, true, false];
-/// Those that score.
-const SCORE_ROWS: [bool; 3] = [false, false, true];
 
 /// What a dynamic diagnosis is asked for.
 #[derive(Clone, Default)]
@@ -47,6 +41,17 @@ pub struct Predicted {
     pub before: Vec<Vec<f64>>,
     /// By the augmented plant.
     pub after: Vec<Vec<f64>>,
+}
+
+impl Predicted {
+    /// Those of a recording by the model before and the one after.
+    pub(crate) fn by<M>(
+        recording: &DynamicRecording,
+        [before, after]: [&M; 2],
+        columns: impl Fn(&M) -> Vec<Vec<f64>>,
+    ) -> Predicted {
+        Predicted { t_s: recording.t_s.clone(), before: columns(before), after: columns(after) }
+    }
 }
 
 /// A dynamic diagnosis with what its files are made from.
@@ -84,41 +89,76 @@ impl OwnSimulation {
         }
     }
 
+    /// A recording with the simulated position in the place of the measured one.
+    ///
+    /// # Errors
+    /// As [`OwnSimulation::of_rows`].
+    pub fn in_place(&self, recording: &DynamicRecording) -> Result<DynamicRecording, DynamicError> {
+        self.of_rows(recording.rows())?;
+        Ok(DynamicRecording { positions: vec![self.positions.clone()], ..recording.clone() })
+    }
+
     /// The error of a simulation that is something else than was expected.
     pub fn wrong(&self, found: String, expected: String) -> DynamicError {
         DynamicError::Simulated { file: self.file.clone(), found, expected }
     }
 }
 
-/// Diagnoses one recording of a second-order plant.
+/// One dynamic recording and what it is diagnosed with.
+#[derive(Clone, Copy)]
+pub struct Case<'a> {
+    /// The recording.
+    pub recording: &'a DynamicRecording,
+    /// The nominal plant.
+    pub plant: &'a PlantFile,
+    /// The user's own simulation of the recording.
+    pub simulated: Option<&'a OwnSimulation>,
+    /// Another recording of the same device, for the held-out figures.
+    pub held_out: Option<&'a DynamicRecording>,
+    /// What is asked for.
+    pub options: &'a Options,
+}
+
+impl Case<'_> {
+    /// What is said of the recording before it is held against itself.
+    pub(crate) fn said(&self, said: Said, floor: NoiseFloor, fit: Fit) -> Diagnosis {
+        let bad_rows = self.recording.bad_rows.clone();
+        Diagnosis { bad_rows, ..Diagnosis::of(&self.recording.file, said, floor, fit) }
+    }
+}
+
+/// Diagnoses one recording.
 ///
 /// # Errors
 /// One of [`DynamicError`]: the recording cannot be diagnosed at all.
-pub fn diagnose(
-    recording: &DynamicRecording,
-    nominal: &Plant,
-    simulated: Option<&OwnSimulation>,
-    held_out: Option<&DynamicRecording>,
-    options: &Options,
-) -> Result<DynamicOutcome, DynamicError> {
-    if recording.drives.len() != 1 || recording.positions.len() != 1 {
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+    let Case { recording, plant, .. } = *case;
+    let linear = plant.plant.kind == Kind::Linear;
+    if !linear && (recording.drives.len() != 1 || recording.positions.len() != 1) {
         return Err(DynamicError::Channels {
             file: recording.file.clone(),
             found: recording.drives.len(),
             positions: recording.positions.len(),
         });
     }
-    if let Some(other) = held_out {
+    if let Some(other) = case.held_out {
         recording.comparable(other)?;
     }
-    if nominal.feedback.is_some() {
-        return feedback::diagnose(recording, nominal, simulated, held_out, options);
+    match plant.plant.feedback {
+        _ if linear => linear::diagnose::diagnose(case),
+        Some(_) => feedback::diagnose(case),
+        None => free_run(case),
     }
+}
+
+/// Diagnoses a mechanism of one axis that runs free.
+fn free_run(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+    let Case { recording, simulated, options, .. } = *case;
     let data = Data::new(recording);
-    let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
+    let lost = || recording.lost(100.0);
     let seen = expected::nominal(recording, &data.windows(START_ROWS), simulated, &options.given)?;
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps(data.step_s));
-    let seen = fit(&seen.model, &windows.first_states(), &windows, ALL, PATIENCE).ok_or_else(lost)?;
+    let seen = fit(&seen.model, &windows.first_states(), &windows, ALL).ok_or_else(lost)?;
     let search = Search::new(&windows, &options.skip, seen.model.terms.len());
     let mut chosen = search.with_rare_saturation(search.settled(search.run(&seen)));
     if windows.count(ALL) < data.count(ALL) {
@@ -128,25 +168,12 @@ pub fn diagnose(
     let (before, found) = rayon::join(|| whole(&data, &nominal_model), || whole(&data, &chosen.model));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     let creeps = chosen.model.terms.iter().any(|t| t.effect.creep().is_some_and(|k| t.free[k]));
-    judge::standing(&FreeRun {
-        recording,
-        nominal,
-        simulated,
-        held_out,
-        data: &data,
-        search: &search,
-        units: Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() },
-        seen,
-        before,
-        chosen,
-        found,
-        creeps,
-    })
+    judge::standing(&FreeRun { case, data: &data, search: &search, seen, before, chosen, found, creeps })
 }
 
 /// A model on the whole recording: its initial states follow from the first rows. None where it runs away.
 fn whole(data: &Data, model: &Model) -> Option<Fitted> {
-    fit(model, &data.first_states(), data, ALL, PATIENCE).filter(|fitted| fitted.positions(data).is_ok())
+    fit(model, &data.first_states(), data, ALL).filter(|fitted| fitted.positions(data).is_ok())
 }
 
 /// A model without what the judge withdrew; none where that is nothing.
@@ -165,13 +192,9 @@ fn without(model: &Model, withdrawn: &Withdrawn, data: &Data) -> Option<Model> {
 
 /// A mechanism that runs free, and what was found in it.
 struct FreeRun<'a> {
-    recording: &'a DynamicRecording,
-    nominal: &'a Plant,
-    simulated: Option<&'a OwnSimulation>,
-    held_out: Option<&'a DynamicRecording>,
+    case: &'a Case<'a>,
     data: &'a Data<'a>,
     search: &'a Search<'a>,
-    units: Units,
     /// The nominal plant on the windows of the search, and on the whole recording.
     seen: Fitted,
     before: Fitted,
@@ -182,8 +205,8 @@ struct FreeRun<'a> {
 }
 
 impl Problem for FreeRun<'_> {
-    fn recording(&self) -> &DynamicRecording {
-        self.recording
+    fn case(&self) -> &Case<'_> {
+        self.case
     }
 
     fn creeps(&self) -> bool {
@@ -194,9 +217,8 @@ impl Problem for FreeRun<'_> {
         let Some(model) = without(&self.chosen.model, withdrawn, self.data) else {
             return Ok(self.said(&self.chosen, &self.found));
         };
-        let lost = || DynamicError::NoPlant { file: self.recording.file.clone(), percent: 100.0 };
-        let small =
-            fit(&model, &self.chosen.states, self.search.data, FIT_ROWS, PATIENCE).ok_or_else(lost)?;
+        let lost = || self.case.recording.lost(100.0);
+        let small = self.search.fit(&model, &self.chosen.states).ok_or_else(lost)?;
         let found = whole(self.data, &small.model).ok_or_else(lost)?;
         Ok(self.said(&small, &found))
     }
@@ -214,8 +236,9 @@ impl FreeRun<'_> {
     /// Everything that is said of a model: `small` on the windows of the search, `found` on the whole recording.
     fn said(&self, small: &Fitted, found: &Fitted) -> DynamicOutcome {
         let (data, search, before) = (self.data, self.search, &self.before);
+        let plant = &self.case.plant.plant;
         // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
-        let proof_of = |f: &Fitted| fit(&f.model, &f.states, data, PROOF, PATIENCE);
+        let proof_of = |f: &Fitted| fit(&f.model, &f.states, data, UNSCORED);
         let (proof_before, proof_after) = rayon::join(|| proof_of(before), || proof_of(found));
         let small = search.complete(small);
         let Remains { structures, left, floor } = self.remains(&small, found);
@@ -230,7 +253,7 @@ impl FreeRun<'_> {
             Verdict::Unexplained | Verdict::Consistent => Vec::new(),
             _ => {
                 let imperfect = verdict == Verdict::PartlyExplained;
-                verdict::effects(search, data, &small, found, &covariance, imperfect, &self.units)
+                verdict::effects(search, data, &small, found, &covariance, imperfect, plant)
             }
         };
         // What mimics an effect that is in no catalogue is not handed on.
@@ -241,33 +264,30 @@ impl FreeRun<'_> {
         let locations = match verdict {
             Verdict::Consistent => Vec::new(),
             _ => {
-                let reach = |variable: &str| verdict::reach(data, &self.recording.t_s, variable);
+                let reach = |variable: &str| verdict::reach(data, &self.case.recording.t_s, variable);
                 verdict::locations(reach, &named, explained, &structures)
             }
         };
-        let own = Predicted {
-            t_s: self.recording.t_s.clone(),
-            before: vec![match self.simulated {
-                Some(s) => s.positions.clone(),
-                None => self.positions(before),
-            }],
-            after: vec![self.positions(after)],
-        };
-        let other = self.held_out.map(|r| predict(r, &before.model, &after.model));
+        let mut own = Predicted::by(self.case.recording, [before, after], |f| vec![self.positions(f)]);
+        self.case.simulated.iter().for_each(|s| own.before[0].clone_from(&s.positions));
+        let models = [&before.model, &after.model];
+        let other = self.case.held_out.map(|r| Predicted::by(r, models, |model| predicted(r, model)));
         let idle = proof_after.as_ref().filter(|_| !named.is_empty()).and_then(|f| self.idle(f));
         let predicted = |f: &Option<Fitted>| f.as_ref().and_then(|f| f.positions(data).ok());
         let without = [
             // The user's simulation was fitted to nothing.
-            self.simulated.map_or_else(|| predicted(&proof_before), |s| Some(s.positions.clone())),
+            self.case.simulated.map_or_else(|| predicted(&proof_before), |s| Some(s.positions.clone())),
             predicted(if named.is_empty() { &proof_before } else { &proof_after }),
         ];
-        let proof = Proof {
-            recording: self.recording,
-            held_out: self.held_out,
-            channel: |recording| &recording.positions[0],
-            unit: &self.units.position,
-        };
-        let fit = proof.fit(&own, other.as_ref(), without, &data.fold);
+        let channels: score::Channels = |recording| &recording.positions;
+        let fit = score::fit(
+            self.case,
+            (channels, &plant.position_unit),
+            &own,
+            other.as_ref(),
+            without,
+            &data.fold,
+        );
         let said = Said {
             verdict,
             unidentifiable: verdict::unidentifiable(&named),
@@ -275,24 +295,20 @@ impl FreeRun<'_> {
             locations,
             effects: verdict::listed(named),
         };
-        let diagnosis = Diagnosis {
-            bad_rows: self.recording.bad_rows.clone(),
-            plant: verdict::nominal(after.model.nominal, deviations, &self.units),
-            ..Diagnosis::of(&self.recording.file, said, floor, fit)
-        };
-        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, self.nominal), own, other, idle }
+        let identified = verdict::nominal(after.model.nominal, deviations, plant);
+        let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
+        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, plant), own, other, idle }
     }
 
     /// What a model leaves: as structure, above the noise, and as noise.
     fn remains(&self, small: &Fitted, found: &Fitted) -> Remains {
         let data = self.data;
-        let simulation = self.positions(found);
-        let rest: Vec<f64> = data.position.iter().zip(&simulation).map(|(a, b)| a - b).collect();
+        let rest = residual(found, data);
         let noise = autoregression(&rest, &data.runs);
-        let repeated = repeated(self.recording);
+        let repeated = repeated(self.case.recording);
         let bound = match repeated {
             Some(_) => None,
-            None => floor::bound(found, &simulation, data, &noise),
+            None => floor::bound(found, (&rest, &self.positions(found)), data, &noise),
         };
         let mut structures = self.families(small);
         structures.extend(remainder::tone(&rest, data));
@@ -316,7 +332,7 @@ impl FreeRun<'_> {
             (None, None) => (noise.innovation, "what the residual's own past does not predict"),
         };
         let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
-        let unit = self.units.position.clone();
+        let unit = self.case.plant.plant.position_unit.clone();
         let floor = NoiseFloor { value, unit, from: from.into(), autocorrelation };
         Remains { structures, left: Left { structure, above }, floor }
     }
@@ -330,9 +346,7 @@ impl FreeRun<'_> {
 
     /// The significant families of forces beside a model on the windows of the search.
     fn families(&self, model: &Fitted) -> Vec<Structure> {
-        let data = self.search.data;
-        let noise = autoregression(&residual(model, data), &data.runs);
-        verdict::significant(structure(model, data, &noise.coefficients))
+        verdict::significant(structure(model, self.search.data, &self.search.whitening(model)))
     }
 
     fn covariance(&self, model: &Fitted) -> Symmetric {
@@ -350,7 +364,7 @@ impl FreeRun<'_> {
         let predicted = with.positions(data).ok()?;
         let scores = |k: &usize| data.fold[*k] as usize == SCORE;
         let gained = |k: usize| {
-            let without = fit(&with.model.without(k), &with.states, data, PROOF, PATIENCE)?;
+            let without = fit(&with.model.without(k), &with.states, data, UNSCORED)?;
             let other = without.positions(data).ok()?;
             let rows = data.runs.iter().flat_map(|r| r.clone()).filter(scores);
             let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
@@ -365,8 +379,7 @@ impl FreeRun<'_> {
 
 /// What a model leaves of the recorded positions.
 fn residual(model: &Fitted, data: &Data) -> Vec<f64> {
-    let positions = model.positions(data).unwrap_or_default();
-    data.position.iter().zip(&positions).map(|(a, b)| a - b).collect()
+    model.residual(data).unwrap_or_default()
 }
 
 /// The model, or one of its close rivals where the whole recording prefers that.
@@ -376,7 +389,7 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
     if models.len() == 1 {
         return chosen;
     }
-    let whole = |m: &Model| fit(m, &data.first_states(), data, FIT_ROWS, PATIENCE);
+    let whole = |m: &Model| fit(m, &data.first_states(), data, FIT_ROWS);
     let mut fits = models.par_iter().map(whole).collect::<Vec<_>>().into_iter();
     let Some(own) = fits.next().flatten() else { return chosen };
     let better = fits
@@ -384,25 +397,20 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
         .filter(|f| gain(&own, f, CHOOSE_ROWS) > LEAST_GAIN)
         .min_by(|a, b| a.cost(CHOOSE_ROWS).total_cmp(&b.cost(CHOOSE_ROWS)));
     let windows = search.data;
-    better.and_then(|f| fit(&f.model, &windows.first_states(), windows, FIT_ROWS, PATIENCE)).unwrap_or(chosen)
+    better.and_then(|f| fit(&f.model, &windows.first_states(), windows, FIT_ROWS)).unwrap_or(chosen)
 }
 
-/// Free runs of another recording by two models; what cannot be simulated stands still at the mean.
-fn predict(recording: &DynamicRecording, before: &Model, after: &Model) -> Predicted {
+/// Free run of another recording; what cannot be simulated stands still at the mean.
+fn predicted(recording: &DynamicRecording, model: &Model) -> Vec<Vec<f64>> {
     let still = || vec![crate::numerics::mean(&recording.positions[0]); recording.rows()];
-    Predicted {
-        t_s: recording.t_s.clone(),
-        before: vec![score::free_run(before, recording).unwrap_or_else(still)],
-        after: vec![score::free_run(after, recording).unwrap_or_else(still)],
-    }
+    vec![score::free_run(model, recording).unwrap_or_else(still)]
 }
 
 /// Standard deviation of a reading from successive periods of a steady state.
 fn repeated(recording: &DynamicRecording) -> Option<f64> {
-    let period = recording.period.as_ref()?;
     let (mut sum, mut count) = (0.0, 0usize);
     for run in &recording.runs {
-        let length = run.clone().take_while(|k| period[*k] == period[run.start]).count();
+        let length = recording.period_of(run)?;
         for k in run.start..run.end.saturating_sub(length) {
             sum += (recording.positions[0][k + length] - recording.positions[0][k]).powi(2);
             count += 1;

@@ -2,7 +2,7 @@
 //! in one step of the integrator is handed on as the parabola with the same mean, first and second moment: the
 //! fourth-order rule then moves the mechanism as the drive itself would, jumps and fast transients included.
 
-use super::effects::{DynamicEffect, Part, Physics};
+use super::effects::Part;
 use super::lag::{Lag, moments};
 use super::model::Model;
 use super::signal::{Piece, Signal};
@@ -26,10 +26,7 @@ pub struct DrivePath<'a, T> {
     memory: Option<(T, Turns<T>)>,
 }
 
-impl<'a, T: Number> DrivePath<'a, T>
-where
-    dyn DynamicEffect: Physics<T>,
-{
+impl<'a, T: Number> DrivePath<'a, T> {
     /// The path of a model's drive from interval `first` on.
     pub fn new(model: &'a Model, theta: &'a Theta<T>, course: &Course<'a>, first: isize) -> DrivePath<'a, T> {
         let parameter = |part: Part| model.acting(part).map(|k| theta.terms[k][0]);
@@ -98,7 +95,7 @@ where
     #[inline]
     fn shape(&self, mut drive: T) -> T {
         for k in &self.shaping {
-            Physics::<T>::drive(self.model.terms[*k].effect, &self.theta.terms[*k], &mut drive);
+            self.model.terms[*k].effect.law.drive(&self.theta.terms[*k], &mut drive);
         }
         drive
     }

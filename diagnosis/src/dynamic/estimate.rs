@@ -2,18 +2,19 @@
 //! by Levenberg's and Marquardt's method (Marquardt 1963) on exact sensitivities. An unstable simulation is
 //! a step that is refused.
 
-use super::data::Data;
-use super::gram::{Grams, grams};
+use fitter::plant::Hold;
+use rayon::prelude::*;
+
+use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
+use super::gram::grams;
 use super::model::Model;
 use super::simulate::{Theta, Unstable, simulate};
-use crate::dynamic::data::FOLDS;
-use crate::thresholds::dynamic::estimate::ENOUGH;
+use crate::thresholds::dynamic::estimate::{ENOUGH, PATIENCE};
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// A model with what belongs to this recording, and how well it does.
 #[derive(Clone)]
 pub struct Fitted {
-    /// The model.
     pub model: Model,
     /// Position and velocity at the start of every run.
     pub states: Vec<[f64; 2]>,
@@ -25,14 +26,13 @@ pub struct Fitted {
 
 impl Fitted {
     /// Sum of squared residuals of the wanted kinds of rows.
-    pub fn cost(&self, folds: [bool; FOLDS]) -> f64 {
-        (0..FOLDS).filter(|f| folds[*f]).map(|f| self.costs[f]).sum()
+    pub fn cost(&self, folds: Folds) -> f64 {
+        over(folds, &self.costs)
     }
 
     /// Root mean square of the residual of the wanted kinds of rows.
-    pub fn rms(&self, folds: [bool; FOLDS]) -> f64 {
-        let rows: usize = (0..FOLDS).filter(|f| folds[*f]).map(|f| self.rows[f]).sum();
-        (self.cost(folds) / rows.max(1) as f64).sqrt()
+    pub fn rms(&self, folds: Folds) -> f64 {
+        (self.cost(folds) / over(folds, &self.rows).max(1) as f64).sqrt()
     }
 
     /// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
@@ -41,6 +41,12 @@ impl Fitted {
     /// [`Unstable`].
     pub fn positions(&self, data: &Data) -> Result<Vec<f64>, Unstable> {
         positions(&self.model, &self.states, data)
+    }
+
+    /// What it leaves of the recorded positions; none where its simulation is unstable.
+    pub fn residual(&self, data: &Data) -> Option<Vec<f64>> {
+        let positions = self.positions(data).ok()?;
+        Some(data.position.iter().zip(&positions).map(|(a, b)| a - b).collect())
     }
 }
 
@@ -59,12 +65,29 @@ pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<
 }
 
 /// Fits a model to the wanted kinds of rows; none where it cannot be simulated at all.
-pub fn fit(
+pub fn fit(model: &Model, states: &[[f64; 2]], data: &Data, folds: Folds) -> Option<Fitted> {
+    fit_in(PATIENCE, model, states, data, folds)
+}
+
+/// The same in each of some ways of running between the samples; those that cannot be simulated are left out.
+pub fn fit_in_ways(
+    holds: impl IntoParallelIterator<Item = Hold>,
     model: &Model,
     states: &[[f64; 2]],
     data: &Data,
-    folds: [bool; FOLDS],
+    folds: Folds,
+) -> Vec<Fitted> {
+    let one = |hold| fit(&Model { hold, ..model.clone() }, states, data, folds);
+    holds.into_par_iter().filter_map(one).collect()
+}
+
+/// The same in so many steps at most.
+pub fn fit_in(
     patience: usize,
+    model: &Model,
+    states: &[[f64; 2]],
+    data: &Data,
+    folds: Folds,
 ) -> Option<Fitted> {
     if model.free() > MOST_FREE {
         return None;
@@ -101,15 +124,6 @@ pub fn fit(
             }
         }
     }
-    Some(fitted(model, states, &now))
-}
-
-/// A model as it stands, with its figures.
-pub fn fitted(model: Model, states: Vec<[f64; 2]>, grams: &Grams) -> Fitted {
-    let costs = [0, 1, 2].map(|f| {
-        let mut only = [false; FOLDS];
-        only[f] = true;
-        grams.cost(only)
-    });
-    Fitted { model, states, costs, rows: grams.rows }
+    let costs = [FIT_ROWS, CHOOSE_ROWS, SCORE_ROWS].map(|only| now.cost(only));
+    Some(Fitted { model, states, costs, rows: now.rows })
 }

@@ -3,18 +3,16 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 
 use super::data::{ALL, Data, HOLDS};
 use super::diagnose::OwnSimulation;
-use super::estimate::{Fitted, fit};
+use super::estimate::{Fitted, fit, fit_in_ways};
 use super::fault::DynamicError;
 use super::model::Term;
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::search::Search;
 use super::start;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::expected::LOST;
 
 /// The nominal plant with the effects `given`, identified from the recording, or from the user's simulation of it and then once
@@ -29,33 +27,29 @@ pub fn nominal(
     simulated: Option<&OwnSimulation>,
     given: &[Term],
 ) -> Result<Fitted, DynamicError> {
-    let lost = |percent: f64| DynamicError::NoPlant { file: recording.file.clone(), percent };
     let best = match simulated {
         None if given.is_empty() => start::nominal(data).into_iter().next(),
         None => with(given, data),
         Some(own) => {
             own.of_rows(recording.rows())?;
             let theirs = stated(&own.positions, recording, data);
-            theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL, PATIENCE))
+            theirs.and_then(|f| fit(&f.model, &data.first_states(), data, ALL))
         }
     };
-    let best = best.ok_or_else(|| lost(100.0))?;
+    let best = best.ok_or_else(|| recording.lost(100.0))?;
     let middle = crate::numerics::mean(data.position);
     let rows = data.runs.iter().flat_map(|r| r.clone());
     let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
     let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);
-    if part > LOST { Err(lost(100.0 * part)) } else { Ok(best) }
+    if part > LOST { Err(recording.lost(100.0 * part)) } else { Ok(best) }
 }
 
 /// The plant with known effects, in the best way of running between the samples.
 fn with(given: &[Term], data: &Data) -> Option<Fitted> {
     let plain = start::nominal(data).into_iter().next()?;
-    let fits = HOLDS.par_iter().filter_map(|hold| {
-        let mut model = plain.model.clone();
-        model.hold = *hold;
-        model.terms.extend_from_slice(given);
-        fit(&model, &plain.states, data, ALL, PATIENCE)
-    });
+    let mut model = plain.model;
+    model.terms.extend_from_slice(given);
+    let fits = fit_in_ways(HOLDS, &model, &plain.states, data, ALL).into_iter();
     fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))
 }
 

@@ -6,7 +6,7 @@
 use super::data::Data;
 use super::estimate::Fitted;
 use super::noise::Autoregression;
-use super::spectrum::fourier::{coefficients, hann};
+use super::spectrum::band::add_segments;
 use super::structure::Structure;
 use crate::thresholds::AT_FLOOR;
 use crate::thresholds::dynamic::floor::{
@@ -26,12 +26,16 @@ pub struct Floor {
 }
 
 /// The lowest bound of the noise; none where the residual is within `AT_FLOOR` of every one.
-pub fn bound(found: &Fitted, simulated: &[f64], data: &Data, noise: &Autoregression) -> Option<Floor> {
-    let residual: Vec<f64> = data.position.iter().zip(simulated).map(|(y, s)| y - s).collect();
+pub fn bound(
+    found: &Fitted,
+    (residual, simulated): (&[f64], &[f64]),
+    data: &Data,
+    noise: &Autoregression,
+) -> Option<Floor> {
     let all = [
-        by_time(&residual, data),
-        by_motion(&residual, simulated, data, noise),
-        by_band(&residual, found, data),
+        by_time(residual, data),
+        by_motion(residual, simulated, data, noise),
+        by_band(residual, found, data),
     ];
     let rms = power(data.runs.iter().flat_map(|r| &residual[r.clone()])).sqrt();
     all.into_iter()
@@ -47,18 +51,6 @@ fn power<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
     sum / count.max(1) as f64
 }
 
-/// What stands where a part of the residual is above the noise.
-fn place(
-    variable: &'static str,
-    times: Option<&'static str>,
-    part: f64,
-    rows: usize,
-    at: Option<(f64, f64)>,
-) -> Structure {
-    let gain = -(rows as f64) * (1.0 - part).max(1e-12).ln();
-    Structure { variable, times, part, gain, fitted_gain: gain, shapes: 1, at }
-}
-
 /// The bound by frequency: the residual's power in bands, those around the resonance no higher than those on either
 /// side of it.
 fn by_band(residual: &[f64], found: &Fitted, data: &Data) -> Option<Floor> {
@@ -69,16 +61,9 @@ fn by_band(residual: &[f64], found: &Fitted, data: &Data) -> Option<Floor> {
         return None;
     }
     let length = (wanted as usize).next_power_of_two().max(LEAST_STRETCH);
-    let window = hann(length);
-    let (mut lines, mut stretches) = (vec![0.0; length / 2], 0usize);
-    for run in &data.runs {
-        for first in (run.start..(run.end + 1).saturating_sub(length)).step_by(length / 2) {
-            let values: Vec<f64> =
-                residual[first..first + length].iter().zip(&window).map(|(x, w)| x * w).collect();
-            lines.iter_mut().zip(coefficients(&values)).for_each(|(sum, c)| *sum += c.norm_sqr());
-            stretches += 1;
-        }
-    }
+    let mut lines = vec![0.0; length / 2];
+    let stretches: usize =
+        data.runs.iter().map(|run| add_segments(&mut lines, &residual[run.clone()], length)).sum();
     if stretches < LEAST_STRETCHES {
         return None;
     }
@@ -115,7 +100,7 @@ fn by_band(residual: &[f64], found: &Fitted, data: &Data) -> Option<Floor> {
     above.map(|at| Floor {
         level: rms * (1.0 - part).max(0.0).sqrt(),
         from: "the residual beside the resonance",
-        place: place("frequency_hz", None, part, rows, Some(at)),
+        place: Structure::of_part(("frequency_hz", None), part, rows, 1, Some(at)),
     })
 }
 
@@ -140,7 +125,7 @@ fn by_motion(residual: &[f64], simulated: &[f64], data: &Data, noise: &Autoregre
         Some(Floor {
             level: rms * (1.0 - part).max(0.0).sqrt(),
             from: "readings of the mechanism at rest",
-            place: place(variable, times, part, squares.len(), None),
+            place: Structure::of_part((variable, times), part, squares.len(), 1, None),
         })
     };
     all.into_iter().filter_map(of).min_by(|a, b| a.level.total_cmp(&b.level))
@@ -190,6 +175,12 @@ fn by_time(residual: &[f64], data: &Data) -> Option<Floor> {
     (part > 0.0).then(|| Floor {
         level: quiet.sqrt(),
         from: "the quiet quarter of the recording",
-        place: place("t_s", None, part, rows, Some((start_s, start_s + length as f64 * data.step_s))),
+        place: Structure::of_part(
+            ("t_s", None),
+            part,
+            rows,
+            1,
+            Some((start_s, start_s + length as f64 * data.step_s)),
+        ),
     })
 }

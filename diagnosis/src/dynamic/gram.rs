@@ -3,11 +3,9 @@
 
 use rayon::prelude::*;
 
-use super::data::Data;
-use super::effects::{DynamicEffect, Physics};
+use super::data::{Data, FOLDS, Folds, over};
 use super::model::Model;
 use super::simulate::{Theta, Unstable, simulate};
-use crate::dynamic::data::FOLDS;
 use crate::numerics::Symmetric;
 use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::gram::STATE;
@@ -20,6 +18,9 @@ pub struct Grams {
     /// Rows that went into it, per kind.
     pub rows: [usize; FOLDS],
 }
+
+/// What one run adds to them: products and rows of every kind.
+type OfRun = ([Symmetric; FOLDS], [usize; FOLDS]);
 
 /// Simulates `model` and collects the normal equations; `whitening` are the coefficients c of a filter
 /// e_t = x_t − Σ c_j x_(t−j) that residual and sensitivities pass first (empty: none).
@@ -80,10 +81,7 @@ fn collect<const N: usize, const F: usize>(
     states: &[[f64; 2]],
     data: &Data,
     filters: [&[f64]; F],
-) -> Result<[Grams; F], Unstable>
-where
-    dyn DynamicEffect: Physics<Dual<N>>,
-{
+) -> Result<[Grams; F], Unstable> {
     let theta = seeded::<N>(model);
     let kept = filters.iter().map(|f| f.len()).max().unwrap_or(0);
     let of_run = |number: usize| -> Result<[OfRun; F], Unstable> {
@@ -119,23 +117,17 @@ where
             }
         })?;
         let lanes = STATE + model.free();
-        Ok(sums.map(|(sums, rows)| OfRun { products: sums.map(|s| s.symmetric(lanes)), rows }))
+        Ok(sums.map(|(sums, rows)| (sums.map(|s| s.symmetric(lanes)), rows)))
     };
     let runs: Vec<_> = (0..data.runs.len()).into_par_iter().map(of_run).collect();
     let mut grams = filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS] });
     for run in runs {
-        for (grams, OfRun { products, rows }) in grams.iter_mut().zip(run?) {
+        for (grams, (products, rows)) in grams.iter_mut().zip(run?) {
             grams.products.push(products);
             grams.rows.iter_mut().zip(rows).for_each(|(sum, rows)| *sum += rows);
         }
     }
     Ok(grams)
-}
-
-/// What one run adds to the normal equations.
-struct OfRun {
-    products: [Symmetric; FOLDS],
-    rows: [usize; FOLDS],
 }
 
 /// Running sums of one kind of row.
@@ -177,20 +169,18 @@ impl<const N: usize> Sums<N> {
 
 impl Grams {
     /// Sum of squared residuals of the wanted kinds of rows.
-    pub fn cost(&self, folds: [bool; FOLDS]) -> f64 {
+    pub fn cost(&self, folds: Folds) -> f64 {
         let last = |m: &Symmetric| m.at(m.size - 1, m.size - 1);
-        let of =
-            |run: &[Symmetric; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| last(&run[f])).sum::<f64>();
-        self.products.iter().map(of).sum()
+        self.products.iter().map(|run| over(folds, &run.each_ref().map(last))).sum()
     }
 
     /// Number of rows of the wanted kinds.
-    pub fn rows(&self, folds: [bool; FOLDS]) -> usize {
-        (0..FOLDS).filter(|f| folds[*f]).map(|f| self.rows[f]).sum()
+    pub fn rows(&self, folds: Folds) -> usize {
+        over(folds, &self.rows)
     }
 
     /// A run's matrix, summed over the wanted kinds of rows.
-    pub fn of_run(&self, run: usize, folds: [bool; FOLDS]) -> Symmetric {
+    pub fn of_run(&self, run: usize, folds: Folds) -> Symmetric {
         let mut sum = Symmetric::zero(self.products[run][0].size);
         for f in (0..FOLDS).filter(|f| folds[*f]) {
             for (a, b) in sum.entries.iter_mut().zip(&self.products[run][f].entries) {
@@ -202,7 +192,7 @@ impl Grams {
 
     /// The normal equations of the parameters alone, the initial states of all runs eliminated (Schur
     /// complement): sensitivities first, the residual last. `lambda` is the damping of Marquardt.
-    pub fn reduced(&self, folds: [bool; FOLDS], lambda: f64) -> Symmetric {
+    pub fn reduced(&self, folds: Folds, lambda: f64) -> Symmetric {
         let size = self.products[0][0].size - STATE;
         let mut sum = Symmetric::zero(size);
         for run in 0..self.products.len() {
@@ -223,9 +213,19 @@ impl Grams {
         sum
     }
 
+    /// A run's initial state that goes with a step of the parameters, then that step.
+    pub fn with_state(whole: &Symmetric, step: &[f64], lambda: f64) -> Vec<f64> {
+        let last = whole.size - 1;
+        let right = [0, 1].map(|i| {
+            whole.at(i, last) - step.iter().enumerate().map(|(j, s)| whole.at(i, STATE + j) * s).sum::<f64>()
+        });
+        let state = state_block(whole, lambda).factor().solve(&right);
+        state.iter().chain(step).copied().collect()
+    }
+
     /// The step of Levenberg and Marquardt: of the parameters, of every run's initial state, and the
     /// decrease of the cost that the linearised model promises.
-    pub fn step(&self, folds: [bool; FOLDS], lambda: f64) -> (Vec<f64>, Vec<[f64; 2]>, f64) {
+    pub fn step(&self, folds: Folds, lambda: f64) -> (Vec<f64>, Vec<[f64; 2]>, f64) {
         let reduced = self.reduced(folds, lambda);
         let size = reduced.size - 1;
         let right: Vec<f64> = (0..size).map(|i| reduced.at(i, size)).collect();
@@ -235,16 +235,12 @@ impl Grams {
             .map(|run| {
                 let whole = self.of_run(run, folds);
                 let last = whole.size - 1;
-                let right = [0, 1].map(|i| {
-                    whole.at(i, last) - (0..size).map(|j| whole.at(i, STATE + j) * step[j]).sum::<f64>()
-                });
-                let state = state_block(&whole, lambda).factor().solve(&right);
-                let full: Vec<f64> = state.iter().chain(&step).copied().collect();
+                let full = Grams::with_state(&whole, &step, lambda);
                 for i in 0..full.len() {
                     promised += 2.0 * full[i] * whole.at(i, last);
                     promised -= (0..full.len()).map(|j| full[i] * whole.at(i, j) * full[j]).sum::<f64>();
                 }
-                [state[0], state[1]]
+                [full[0], full[1]]
             })
             .collect();
         (step, states, promised)

@@ -5,7 +5,7 @@
 use fitter::plant::{Kind, PlantFile};
 use motion::{Begin, Series, simulate};
 
-use super::diagnose::{DynamicOutcome, Predicted};
+use super::diagnose::{Case, DynamicOutcome, Predicted};
 use super::fault::DynamicError;
 use super::interval::undetermined;
 use super::recording::DynamicRecording;
@@ -33,8 +33,8 @@ struct Fault {
 /// A recording of a moving mechanism with what was found in it: what differs between a free run, motion under feedback and
 /// a structure of many modes.
 pub trait Problem {
-    /// The recording.
-    fn recording(&self) -> &DynamicRecording;
+    /// The recording and what it is diagnosed with.
+    fn case(&self) -> &Case<'_>;
 
     /// Whether its dry friction creeps while it holds, which no file states.
     fn creeps(&self) -> bool {
@@ -53,7 +53,7 @@ pub trait Problem {
 /// # Errors
 /// What the problem refuses.
 pub fn standing(problem: &impl Problem) -> Result<DynamicOutcome, DynamicError> {
-    let (recording, creeps) = (problem.recording(), problem.creeps());
+    let (recording, creeps) = (problem.case().recording, problem.creeps());
     let mut withdrawn = Withdrawn::default();
     let mut said: Vec<String> = Vec::new();
     loop {
@@ -143,7 +143,6 @@ fn broken(p: &Parameter) -> Option<String> {
 
 /// What becomes of a plant on its way through its file.
 enum Written {
-    /// Nothing.
     Same,
     /// Other positions, and the factor by which they leave more.
     Other(Vec<Vec<f64>>, f64),
@@ -215,10 +214,7 @@ fn runs(recording: &DynamicRecording) -> Vec<i64> {
 
 /// Root mean square of what predicted positions leave on the scored rows.
 fn rms(recording: &DynamicRecording, predicted: &[Vec<f64>]) -> f64 {
-    let each = recording.positions.iter().zip(predicted);
-    let squares: Vec<f64> =
-        each.map(|(y, p)| score::rms(recording, y, p, |_| true).unwrap_or(f64::INFINITY).powi(2)).collect();
-    crate::numerics::mean(&squares).sqrt()
+    score::rms(&recording.positions, predicted, recording.scored_rows()).unwrap_or(f64::INFINITY)
 }
 
 /// Puts right what only was said: shares, a floor above what there was, and a verdict that claims noise where more is

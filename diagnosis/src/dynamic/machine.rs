@@ -5,7 +5,7 @@ use std::ops::Mul;
 
 use pulp::Arch;
 
-use super::effects::{DynamicEffect, Flow, Part, Physics};
+use super::effects::{DynamicEffect, Flow, Part};
 use super::model::{Model, Term};
 use super::simulate::Theta;
 use super::span::Span;
@@ -16,9 +16,7 @@ use crate::thresholds::dynamic::machine::MOST_EVENTS;
 /// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.
 #[derive(Clone, Copy)]
 pub struct State<T, const Z: usize, const Q: usize> {
-    /// Position.
     pub p: T,
-    /// Velocity.
     pub v: T,
     /// States of the effects.
     pub z: [T; Z],
@@ -36,8 +34,7 @@ impl<T: Number, const Z: usize, const Q: usize> State<T, Z, Q> {
 /// A term of which only the sensitivities to its amounts are wanted, these being zero: its forces per unit
 /// are plain numbers along the motion.
 pub struct Probe {
-    /// The effect.
-    pub effect: &'static dyn DynamicEffect,
+    pub effect: &'static DynamicEffect,
     /// Direction of an amount, and the parameters with that amount one and the others zero.
     pub units: Vec<(usize, Vec<f64>)>,
     /// Place of its states.
@@ -58,16 +55,14 @@ fn units<T: Number>(term: &Term, theta: &[T]) -> Vec<(usize, Vec<f64>)> {
 }
 
 /// The sum of an effect's amounts.
-fn amounts<T: Number>(effect: &dyn DynamicEffect, parameters: &[T]) -> T {
+fn amounts<T: Number>(effect: &DynamicEffect, parameters: &[T]) -> T {
     let amounts = parameters.iter().zip(effect.parameters).filter(|(_, p)| !p.shape);
     amounts.fold(T::from_f64(0.0), |sum, (p, _)| sum + *p)
 }
 
 /// A model prepared for simulation with numbers of one kind.
-pub struct Machine<'a, T> {
-    /// The model.
+pub struct Machine<'a, T, const Z: usize, const Q: usize> {
     pub model: &'a Model,
-    /// Its parameters.
     pub theta: &'a Theta<T>,
     /// Terms that act on the acceleration, with the place of their states.
     pub forces: Vec<(usize, usize)>,
@@ -81,21 +76,14 @@ pub struct Machine<'a, T> {
     pub time: f64,
 }
 
-impl<'a, T: Number> Machine<'a, T>
-where
-    dyn DynamicEffect: Physics<T>,
-{
+impl<'a, T: Number, const Z: usize, const Q: usize> Machine<'a, T, Z, Q> {
     /// A model at work, and its state with this position and velocity.
-    pub fn new<const Z: usize, const Q: usize>(
-        model: &'a Model,
-        theta: &'a Theta<T>,
-        [p, v]: [T; 2],
-    ) -> (Machine<'a, T>, State<T, Z, Q>) {
+    pub fn new(model: &'a Model, theta: &'a Theta<T>, [p, v]: [T; 2]) -> (Self, State<T, Z, Q>) {
         let (mut forces, mut probes, mut extra) = (Vec::new(), Vec::new(), (0, 0));
         let mut state = State { p, v, ..State::zero() };
         for k in model.acting(Part::Force) {
             let effect = model.terms[k].effect;
-            let rest = effect.rest(p.value());
+            let rest = (effect.rest)(p.value());
             let rest = rest.iter().take(effect.states);
             if model.terms[k].probe {
                 probes.push(Probe { effect, units: units(&model.terms[k], &theta.terms[k]), first: extra.1 });
@@ -116,7 +104,7 @@ where
 
     /// Velocity, acceleration and rates of the further states.
     #[inline(always)]
-    pub(super) fn rates<const Z: usize, const Q: usize>(
+    pub(super) fn rates(
         &self,
         state: &State<T, Z, Q>,
         drive: &T,
@@ -140,7 +128,7 @@ where
                 states: &state.z[first..last],
                 rates: &mut rates.z[first..last],
             };
-            Physics::<T>::force_widely(effect, &self.theta.terms[k], &mut flow);
+            effect.force_widely(&self.theta.terms[k], &mut flow);
         }
         for probe in &self.probes {
             self.probe(probe, state, drive, direction, rates);
@@ -148,7 +136,7 @@ where
     }
 
     /// Adds a probe's forces per unit to the derivatives of the acceleration along its amounts.
-    fn probe<const Z: usize, const Q: usize>(
+    fn probe(
         &self,
         probe: &Probe,
         state: &State<T, Z, Q>,
@@ -172,14 +160,14 @@ where
                 states: &state.q[own.clone()],
                 rates: &mut to.q[own.clone()],
             };
-            Physics::<f64>::force(probe.effect, parameters, &mut flow);
+            probe.effect.law.force(parameters, &mut flow);
             to.v.nudge(*lane, acceleration);
         }
     }
 
     /// Moves a state along rates for a time.
     #[inline(always)]
-    pub(super) fn advance<H: Number, const Z: usize, const Q: usize>(
+    pub(super) fn advance<H: Number>(
         &self,
         state: &mut State<T, Z, Q>,
         (time, seconds): (H, f64),
@@ -199,7 +187,7 @@ where
 
     /// Copies what is in use of a state.
     #[inline(always)]
-    pub fn copy<const Z: usize, const Q: usize>(&self, to: &mut State<T, Z, Q>, from: &State<T, Z, Q>) {
+    pub fn copy(&self, to: &mut State<T, Z, Q>, from: &State<T, Z, Q>) {
         (to.p, to.v) = (from.p, from.v);
         for k in 0..self.extra.0.min(Z) {
             to.z[k] = from.z[k];
@@ -210,13 +198,7 @@ where
     }
 
     /// One Runge–Kutta step of length `h`, which has derivatives only where an event ends it.
-    fn step<H: Number, const Z: usize, const Q: usize>(
-        &self,
-        state: &State<T, Z, Q>,
-        h: H,
-        span: &Span<T>,
-        direction: f64,
-    ) -> State<T, Z, Q>
+    fn step<H: Number>(&self, state: &State<T, Z, Q>, h: H, span: &Span<T>, direction: f64) -> State<T, Z, Q>
     where
         T: Mul<H, Output = T>,
     {
@@ -226,7 +208,7 @@ where
     }
 
     /// The same, in room that is used again: the state afterwards is its `to`.
-    pub fn step_into<H: Number, const Z: usize, const Q: usize>(
+    pub fn step_into<H: Number>(
         &self,
         room: &mut Room<T, Z, Q>,
         state: &State<T, Z, Q>,
@@ -240,19 +222,14 @@ where
     }
 
     /// Acceleration; in the direction 0 that without dry friction.
-    fn acceleration<const Z: usize, const Q: usize>(
-        &self,
-        state: &State<T, Z, Q>,
-        drive: &T,
-        direction: f64,
-    ) -> T {
+    fn acceleration(&self, state: &State<T, Z, Q>, drive: &T, direction: f64) -> T {
         let mut rates = State::zero();
         self.rates(state, drive, direction, &mut rates);
         rates.v
     }
 
     /// Speed of a mechanism that dry friction holds: v = c artanh(force/holding force).
-    fn creep<const Z: usize, const Q: usize>(&self, state: &State<T, Z, Q>, drive: &T) -> T {
+    fn creep(&self, state: &State<T, Z, Q>, drive: &T) -> T {
         let zero = T::from_f64(0.0);
         let friction = self.model.terms.iter().position(|t| !t.probe && t.effect.creep().is_some());
         let Some(k) = friction else { return zero };
@@ -277,13 +254,7 @@ where
 
     /// The part of a step after which a mechanism that is held breaks loose, and in which direction; none where it
     /// is still held at the end.
-    fn loose<const Z: usize, const Q: usize>(
-        &self,
-        state: &State<T, Z, Q>,
-        span: &Span<T>,
-        pull: T,
-        holds: f64,
-    ) -> Option<(T, f64)> {
+    fn loose(&self, state: &State<T, Z, Q>, span: &Span<T>, pull: T, holds: f64) -> Option<(T, f64)> {
         let end = self.acceleration(state, &span.to, 0.0);
         let way = end.value().signum();
         // What is missing in this direction, at the beginning, at the end and in between.
@@ -306,7 +277,7 @@ where
     }
 
     /// One step with dry friction: it is divided where the velocity passes zero.
-    pub fn step_with_friction<const Z: usize, const Q: usize>(
+    pub fn step_with_friction(
         &self,
         mut state: State<T, Z, Q>,
         h: f64,

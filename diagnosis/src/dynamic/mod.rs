@@ -35,11 +35,8 @@ mod turns;
 mod verdict;
 
 /// The report of a recording.
-pub mod report {
-    pub use crate::report::of_motion as page;
-}
-
-pub use diagnose::{DynamicOutcome, Options, OwnSimulation, diagnose};
+pub use crate::report::of_motion as page;
+pub use diagnose::{Case, DynamicOutcome, Options, OwnSimulation, diagnose};
 pub use fault::DynamicError;
 #[doc(hidden)]
 pub use feedback::filter::low_pass;

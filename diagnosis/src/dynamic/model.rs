@@ -9,7 +9,7 @@ use super::effects::{DynamicEffect, Part};
 #[derive(Clone)]
 pub struct Term {
     /// The effect.
-    pub effect: &'static dyn DynamicEffect,
+    pub effect: &'static DynamicEffect,
     /// Its parameters.
     pub parameters: Vec<f64>,
     /// Which of them an estimate may change.
@@ -21,7 +21,7 @@ pub struct Term {
 
 impl Term {
     /// An effect all of whose parameters are free but those that keep their value.
-    pub fn new(effect: &'static dyn DynamicEffect, parameters: Vec<f64>) -> Term {
+    pub fn new(effect: &'static DynamicEffect, parameters: Vec<f64>) -> Term {
         let free = (0..parameters.len()).map(|k| k < effect.kept).collect();
         Term { effect, parameters, free, probe: false }
     }
@@ -121,7 +121,7 @@ impl Model {
         let own = self.nominal[1].abs().sqrt().max(0.1 * self.nominal[0].abs());
         let mut substeps = (own * step_s / 0.15).ceil();
         for term in &self.terms {
-            substeps = substeps.max((term.effect.fastest(&term.parameters) * step_s / 0.3).ceil());
+            substeps = substeps.max(((term.effect.fastest)(&term.parameters) * step_s / 0.3).ceil());
             if term.effect.abrupt && !term.probe {
                 substeps = substeps.max(2.0);
             }
@@ -140,7 +140,7 @@ impl Model {
     /// Time after which none of these states depends on where it began, s.
     pub fn memory_s(&self) -> f64 {
         let with = self.terms.iter().filter(|t| t.effect.states > 0);
-        with.map(|t| t.effect.memory_s(&t.parameters)).fold(0.0, f64::max)
+        with.map(|t| (t.effect.memory_s)(&t.parameters)).fold(0.0, f64::max)
     }
 
     /// Whether dry friction can hold the mechanism.

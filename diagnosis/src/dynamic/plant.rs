@@ -32,7 +32,7 @@ pub fn given(file: &str, plant: &PlantFile) -> Result<Vec<Term>, DynamicError> {
         let wrong = |reason: String| DynamicError::Effect { file: file.into(), id: given.id.clone(), reason };
         let known = effect(&given.id)
             .ok_or_else(|| wrong("is not in the catalogue; correct its id or leave it out".into()))?;
-        let parameters = known.parameters_from(&|name| given.number(name)).ok_or_else(|| {
+        let parameters = (known.parameters_from)(known, &|name| given.number(name)).ok_or_else(|| {
             let names = known.names();
             wrong(format!("expected the parameters {}, each a number; add what is missing", names.join(", ")))
         })?;

@@ -132,6 +132,22 @@ impl DynamicRecording {
         if self.period.is_some() { 0 } else { 50 }
     }
 
+    /// Rows of the first period of a run, where the excitation is periodic and in steady state.
+    pub fn period_of(&self, run: &Range<usize>) -> Option<usize> {
+        let period = self.period.as_ref()?;
+        Some(run.clone().take_while(|row| period[*row] == period[run.start]).count())
+    }
+
+    /// That no plant follows its drive: the best leaves so much of the position's variance.
+    pub fn lost(&self, percent: f64) -> DynamicError {
+        DynamicError::NoPlant { file: self.file.clone(), percent }
+    }
+
+    /// The rows that are scored.
+    pub fn scored_rows(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        self.runs.iter().flat_map(|run| run.start + self.unscored()..run.end)
+    }
+
     /// Whether a row is scored.
     pub fn scored(&self, row: usize) -> bool {
         let start = self.runs.iter().find(|r| r.contains(&row)).map_or(0, |r| r.start);

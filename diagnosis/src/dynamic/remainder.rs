@@ -54,16 +54,8 @@ pub fn tone(residual: &[f64], data: &Data) -> Option<Structure> {
     let spread: f64 = own[line - SPREAD..=line + SPREAD].iter().sum();
     let part = spread / own.iter().sum::<f64>();
     let unit = 1.0 / (run.len() as f64 * data.step_s);
-    let gain = -(run.len() as f64) * (1.0 - part).max(1e-12).ln();
-    (part > LEAST_PART).then(|| Structure {
-        variable: "frequency_hz",
-        times: None,
-        part,
-        gain,
-        fitted_gain: gain,
-        shapes: 3,
-        at: Some(((line - 1) as f64 * unit, (line + 1) as f64 * unit)),
-    })
+    let at = Some(((line - 1) as f64 * unit, (line + 1) as f64 * unit));
+    (part > LEAST_PART).then(|| Structure::of_part(("frequency_hz", None), part, run.len(), 3, at))
 }
 
 #[cfg(test)]

@@ -5,38 +5,24 @@
 
 use rayon::prelude::*;
 
-use super::data::Data;
-use super::effects::{DynamicEffect, Part};
+use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, Folds};
+use super::effects::Part;
 use super::estimate::Fitted;
 use super::gram::{Grams, grams_through};
 use super::model::{Model, Term};
-use crate::dynamic::data::{CHOOSE, FIT, FOLDS};
-use crate::thresholds::dynamic::gram::{MOST_FREE, STATE};
+use crate::thresholds::dynamic::gram::MOST_FREE;
 use crate::thresholds::dynamic::model::MOST_PROBED;
 
-/// A candidate: an effect at the parameters from which it starts.
-#[derive(Clone)]
-pub struct Candidate {
-    /// The effect.
-    pub effect: &'static dyn DynamicEffect,
-    /// Its parameters.
-    pub start: Vec<f64>,
+/// Whether a term can be screened: its amounts are zero and its shapes given.
+pub fn linear(term: &Term) -> bool {
+    let amounts = || term.effect.parameters.iter().zip(&term.parameters).filter(|(p, _)| !p.shape);
+    amounts().count() > 0 && amounts().all(|(_, v)| *v == 0.0)
 }
 
-impl Candidate {
-    /// Whether it can be screened: its amounts are zero and its shapes given.
-    pub fn linear(&self) -> bool {
-        let parameters = self.effect.parameters;
-        let amounts = || parameters.iter().zip(&self.start).filter(|(p, _)| !p.shape);
-        amounts().count() > 0 && amounts().all(|(_, v)| *v == 0.0)
-    }
-
-    /// The term as it is screened: only its amounts are free.
-    fn term(&self) -> Term {
-        let free = self.effect.parameters.iter().map(|p| !p.shape).collect();
-        let probe = self.effect.part == Part::Force;
-        Term { effect: self.effect, parameters: self.start.clone(), free, probe }
-    }
+/// The term as it is screened: only its amounts are free.
+fn probed(term: &Term) -> Term {
+    let free = term.effect.parameters.iter().map(|p| !p.shape).collect();
+    Term { free, probe: term.effect.part == Part::Force, ..term.clone() }
 }
 
 /// What a candidate promises.
@@ -52,7 +38,7 @@ pub struct Screened {
 /// cannot be screened are left out.
 pub fn screen<const F: usize>(
     present: &Fitted,
-    candidates: &[Candidate],
+    candidates: &[Term],
     data: &Data,
     filters: [&[f64]; F],
 ) -> [Vec<Screened>; F] {
@@ -60,7 +46,7 @@ pub fn screen<const F: usize>(
     // Packs of candidates that fit into one simulation.
     let mut packs: Vec<Vec<usize>> = Vec::new();
     let (mut lanes, mut extra) = (usize::MAX, 0);
-    for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| c.linear()) {
+    for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| linear(c)) {
         let own = candidate.effect.parameters.iter().filter(|p| !p.shape).count();
         let needs = candidate.effect.states;
         if base + own > MOST_FREE {
@@ -88,14 +74,14 @@ pub fn screen<const F: usize>(
 
 fn screen_pack<const F: usize>(
     present: &Fitted,
-    candidates: &[Candidate],
+    candidates: &[Term],
     pack: &[usize],
     data: &Data,
     filters: [&[f64]; F],
 ) -> Option<[Vec<Screened>; F]> {
     let base = present.model.free();
     let with = |members: &[usize]| -> Model {
-        members.iter().fold(present.model.clone(), |model, k| model.with(candidates[*k].term()))
+        members.iter().fold(present.model.clone(), |model, k| model.with(probed(&candidates[*k])))
     };
     let through = grams_through(&with(pack), &present.states, data, filters).ok()?;
     Some(through.map(|whole| {
@@ -114,22 +100,18 @@ fn screen_pack<const F: usize>(
 /// −2 log likelihood that the directions of `lanes` gain over the first `base`: where they are fitted, and
 /// on the rows that choose.
 pub fn gained(whole: &Grams, base: usize, lanes: &[usize]) -> (f64, f64) {
-    let mut fit = [false; FOLDS];
-    fit[FIT] = true;
-    let mut choose = [false; FOLDS];
-    choose[CHOOSE] = true;
     let common: Vec<usize> = (0..base).collect();
-    let before = solved(whole, &common, fit, choose);
-    let after = solved(whole, lanes, fit, choose);
+    let before = solved(whole, &common, FIT_ROWS, CHOOSE_ROWS);
+    let after = solved(whole, lanes, FIT_ROWS, CHOOSE_ROWS);
     let gain = |rows: usize, a: f64, b: f64| {
         let ratio = a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE);
         rows as f64 * ratio.ln()
     };
-    (gain(whole.rows(fit), before.0, after.0), gain(whole.rows(choose), before.1, after.1))
+    (gain(whole.rows(FIT_ROWS), before.0, after.0), gain(whole.rows(CHOOSE_ROWS), before.1, after.1))
 }
 
 /// Least squares in some directions on some rows: what is left there, and what is left on others.
-fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS]) -> (f64, f64) {
+fn solved(whole: &Grams, lanes: &[usize], on: Folds, other: Folds) -> (f64, f64) {
     let reduced = whole.reduced(on, 0.0);
     let last = reduced.size - 1;
     let right: Vec<f64> = lanes.iter().map(|a| reduced.at(*a, last)).collect();
@@ -141,15 +123,9 @@ fn solved(whole: &Grams, lanes: &[usize], on: [bool; FOLDS], other: [bool; FOLDS
         let here = whole.of_run(run, on);
         let there = whole.of_run(run, other);
         let end = here.size - 1;
-        let mut full = vec![0.0; end];
-        for (i, a) in lanes.iter().enumerate() {
-            full[STATE + a] = step[i];
-        }
-        let right =
-            [0, 1].map(|i| here.at(i, end) - (STATE..end).map(|j| here.at(i, j) * full[j]).sum::<f64>());
-        let state = here.part(0..STATE).factor().solve(&right);
-        full[0] = state[0];
-        full[1] = state[1];
+        let mut along = vec![0.0; last];
+        lanes.iter().zip(&step).for_each(|(lane, step)| along[*lane] = *step);
+        let full = Grams::with_state(&here, &along, 0.0);
         left += there.at(end, end);
         for i in 0..end {
             left -= 2.0 * full[i] * there.at(i, end);

@@ -6,27 +6,19 @@ mod exchange;
 mod grow;
 mod rare_saturation;
 
-use super::data::{ALL, Data};
+use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, over};
 use super::effects::{CATALOGUE, DynamicEffect};
 use super::estimate::{Fitted, fit};
-use super::model::Term;
+use super::model::{Model, Term};
 use super::noise::autoregression;
-use crate::dynamic::data::FOLDS;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::search::{
     GAIN_PER_PARAMETER, LEAST_GAIN, LEAST_PART, MOST_EXCHANGES, RARE_GAIN,
 };
 
-/// Rows that fit.
-pub const FIT_ROWS: [bool; FOLDS] = [true, false, false];
-/// Rows that choose.
-pub const CHOOSE_ROWS: [bool; FOLDS] = [false, true, false];
-
 /// What a model gains over another on some rows, as −2 log likelihood of white noise.
-pub fn gain(before: &Fitted, after: &Fitted, folds: [bool; FOLDS]) -> f64 {
-    let rows: usize = (0..FOLDS).filter(|f| folds[*f]).map(|f| before.rows[f]).sum();
+pub fn gain(before: &Fitted, after: &Fitted, folds: Folds) -> f64 {
     let ratio = before.cost(folds).max(f64::MIN_POSITIVE) / after.cost(folds).max(f64::MIN_POSITIVE);
-    rows as f64 * ratio.ln()
+    over(folds, &before.rows) as f64 * ratio.ln()
 }
 
 /// What a model gains over another, residuals of both passed through one filter.
@@ -37,7 +29,6 @@ struct Gains {
     new: [f64; FOLDS],
     /// Squares of what the two are apart.
     apart: [f64; FOLDS],
-    /// Rows.
     rows: [usize; FOLDS],
     /// Factor of the variance of a gain over that in white noise.
     spread: f64,
@@ -45,25 +36,20 @@ struct Gains {
 
 impl Gains {
     /// −2 log likelihood gained on some rows.
-    fn of(&self, folds: [bool; FOLDS]) -> f64 {
-        let sum = |costs: &[f64; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| costs[f]).sum::<f64>();
-        let ratio = sum(&self.old).max(f64::MIN_POSITIVE) / sum(&self.new).max(f64::MIN_POSITIVE);
-        self.count(folds) * ratio.ln()
-    }
-
-    fn count(&self, folds: [bool; FOLDS]) -> f64 {
-        (0..FOLDS).filter(|f| folds[*f]).map(|f| self.rows[f]).sum::<usize>() as f64
+    fn of(&self, folds: Folds) -> f64 {
+        let sum = |costs: &[f64; FOLDS]| over(folds, costs).max(f64::MIN_POSITIVE);
+        over(folds, &self.rows) as f64 * (sum(&self.old) / sum(&self.new)).ln()
     }
 
     /// What the other gains on some rows if it is right.
-    fn due(&self, folds: [bool; FOLDS]) -> f64 {
-        let sum = |squares: &[f64; FOLDS]| (0..FOLDS).filter(|f| folds[*f]).map(|f| squares[f]).sum::<f64>();
-        self.count(folds) * (sum(&self.apart) / sum(&self.new).max(f64::MIN_POSITIVE)).ln_1p()
+    fn due(&self, folds: Folds) -> f64 {
+        let part = over(folds, &self.apart) / over(folds, &self.new).max(f64::MIN_POSITIVE);
+        over(folds, &self.rows) as f64 * part.ln_1p()
     }
 
     /// Whether it gains that, less three standard deviations at most, each of them twice the root of what is due in
     /// white noise.
-    fn as_due(&self, folds: [bool; FOLDS]) -> bool {
+    fn as_due(&self, folds: Folds) -> bool {
         let due = self.due(folds);
         self.of(folds) > due - 6.0 * (self.spread * due).sqrt()
     }
@@ -71,10 +57,9 @@ impl Gains {
 
 /// The search.
 pub struct Search<'a> {
-    /// The axis.
     pub data: &'a Data<'a>,
     /// The effects that may be named.
-    pub catalogue: Vec<&'static dyn DynamicEffect>,
+    pub catalogue: Vec<&'static DynamicEffect>,
     /// Number of terms, the first ones, that the nominal plant has and that are not in question.
     pub given: usize,
 }
@@ -88,15 +73,14 @@ impl<'a> Search<'a> {
 
     /// The whitening filter of a model's residual.
     pub fn whitening(&self, fitted: &Fitted) -> Vec<f64> {
-        let Ok(y) = fitted.positions(self.data) else { return Vec::new() };
-        let residual: Vec<f64> = self.data.position.iter().zip(&y).map(|(a, b)| a - b).collect();
-        autoregression(&residual, &self.data.runs).coefficients
+        let residual = fitted.residual(self.data);
+        residual.map_or_else(Vec::new, |r| autoregression(&r, &self.data.runs).coefficients)
     }
 
     /// Whether a term's parameters can be its effect.
     fn sound(&self, term: &Term) -> bool {
         let finite = term.parameters.iter().all(|v| v.is_finite());
-        finite && term.effect.plausible(&term.parameters, &self.data.scale)
+        finite && (term.effect.plausible)(&term.parameters, &self.data.scale)
     }
 
     /// Whether the last effect of `after` is worth its parameters beside `before`.
@@ -119,19 +103,16 @@ impl<'a> Search<'a> {
     /// than its rows, after both residuals have passed the filter that whitens the better one's; none where a
     /// model cannot be simulated.
     fn compared(&self, before: &Fitted, after: &Fitted) -> Option<Vec<Gains>> {
-        let (old, new) = (before.positions(self.data).ok()?, after.positions(self.data).ok()?);
-        let recorded = self.data.position;
-        let residual: Vec<f64> = recorded.iter().zip(&new).map(|(a, b)| a - b).collect();
-        let noise = autoregression(&residual, &self.data.runs);
+        let (old, new) = (before.residual(self.data)?, after.residual(self.data)?);
+        let noise = autoregression(&new, &self.data.runs);
         let passed = |filter: &[f64], spread: f64| {
             let mut gains =
                 Gains { old: [0.0; FOLDS], new: [0.0; FOLDS], apart: [0.0; FOLDS], rows: [0; FOLDS], spread };
             for run in &self.data.runs {
                 for k in run.start + filter.len()..run.end {
-                    let at = |values: &[f64], k: usize| recorded[k] - values[k];
-                    let white = |values: &[f64]| {
-                        let past = filter.iter().enumerate().map(|(j, c)| c * at(values, k - 1 - j));
-                        at(values, k) - past.sum::<f64>()
+                    let white = |residual: &[f64]| {
+                        let past = filter.iter().enumerate().map(|(j, c)| c * residual[k - 1 - j]);
+                        residual[k] - past.sum::<f64>()
                     };
                     let (old, new, fold) = (white(&old), white(&new), self.data.fold[k] as usize);
                     gains.old[fold] += old * old;
@@ -151,11 +132,15 @@ impl<'a> Search<'a> {
         Some(all)
     }
 
+    /// A model fitted to the rows that fit.
+    pub fn fit(&self, model: &Model, states: &[[f64; 2]]) -> Option<Fitted> {
+        fit(model, states, self.data, FIT_ROWS)
+    }
+
     /// The effects beside the nominal plants (one per way of running between the samples), on the rows that
     /// fit and choose.
     pub fn run(&self, nominal: &Fitted) -> Fitted {
-        let refit = |f: &Fitted| fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE);
-        let Some(mut present) = refit(nominal) else { return nominal.clone() };
+        let Some(mut present) = self.fit(&nominal.model, &nominal.states) else { return nominal.clone() };
         for _ in 0..MOST_EXCHANGES {
             present = self.grown(present);
             match self.exchanged(&present) {
@@ -168,7 +153,7 @@ impl<'a> Search<'a> {
 
     /// The model fitted to all rows.
     pub fn complete(&self, chosen: &Fitted) -> Fitted {
-        fit(&chosen.model, &chosen.states, self.data, ALL, PATIENCE).unwrap_or_else(|| chosen.clone())
+        fit(&chosen.model, &chosen.states, self.data, ALL).unwrap_or_else(|| chosen.clone())
     }
 }
 

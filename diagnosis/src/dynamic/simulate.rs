@@ -3,7 +3,7 @@
 //! the sensitivity equations alongside.
 
 use super::drive_path::DrivePath;
-use super::effects::{DynamicEffect, Part, Physics};
+use super::effects::Part;
 use super::lag::Lag;
 use super::machine::{Machine, State};
 use super::model::Model;
@@ -34,11 +34,9 @@ pub struct Unstable(pub usize);
 
 /// What one run is simulated along.
 pub struct Course<'a> {
-    /// The drive.
     pub signal: &'a Signal,
     /// Time from row to row, s.
     pub step_s: f64,
-    /// Number of rows.
     pub rows: usize,
     /// Time at the first row, s.
     pub start_s: f64,
@@ -73,10 +71,7 @@ pub fn simulate<T: Number>(
     course: &Course,
     start: [T; 2],
     visit: &mut dyn FnMut(usize, T),
-) -> Result<(), Unstable>
-where
-    dyn DynamicEffect: Physics<T>,
-{
+) -> Result<(), Unstable> {
     // Places for states that are not there would be copied in every step; every further kind is compiled apart.
     match model.extra() {
         (0, 0) => run::<T, 0, 0>(model, theta, course, start, visit),
@@ -91,10 +86,7 @@ fn run<T: Number, const Z: usize, const Q: usize>(
     course: &Course,
     start: [T; 2],
     visit: &mut dyn FnMut(usize, T),
-) -> Result<(), Unstable>
-where
-    dyn DynamicEffect: Physics<T>,
-{
+) -> Result<(), Unstable> {
     let lead = course.lead_for(model.memory_s());
     let [p, v] = match lead {
         [] => start,
@@ -104,32 +96,31 @@ where
         }
     };
     let first = -(lead.len() as isize);
-    let (machine, mut state) = Machine::new::<Z, Q>(model, theta, [p, v]);
+    let (machine, state) = Machine::<T, Z, Q>::new(model, theta, [p, v]);
     let path = DrivePath::new(model, theta, course, first);
-    let mut motion = Motion::new(machine, path, course, &state);
-    let mut room = Room::empty();
+    let mut motion = Motion::new(machine, path, course, state);
     for k in first..0 {
-        motion.advance((&mut state, &mut room), k, |_, _| {})?;
+        motion.advance(k, |_, _| {})?;
     }
     if first < 0 {
-        [state.p, state.v] = start;
-        motion.turn(&state);
+        [motion.state.p, motion.state.v] = start;
+        motion.turn();
     }
     let mut reading: Option<(T, Lag<T>)> = model.acting(Part::SensorLag).next().map(|k| {
         let tau = theta.terms[k][0];
-        (tau, Lag::behind(state.p, state.v, tau))
+        (tau, Lag::behind(motion.state.p, motion.state.v, tau))
     });
     let read = |reading: &Option<(T, Lag<T>)>, p: T| reading.as_ref().map_or(p, |(_, lag)| lag.state);
     let offset = model.acting(Part::SensorOffset).fold(T::from_f64(0.0), |sum, k| sum + theta.terms[k][0]);
-    visit(0, read(&reading, state.p) + offset);
+    visit(0, read(&reading, motion.state.p) + offset);
     let time = motion.step_s;
     for k in 0..course.rows - 1 {
-        motion.advance((&mut state, &mut room), k as isize, |from, to| {
+        motion.advance(k as isize, |from, to| {
             if let Some((tau, lag)) = &mut reading {
                 lag.advance(between(from, to, time), T::from_f64(time), *tau);
             }
         })?;
-        visit(k + 1, read(&reading, state.p) + offset);
+        visit(k + 1, read(&reading, motion.state.p) + offset);
     }
     Ok(())
 }
@@ -145,10 +136,12 @@ fn between<T: Number, const Z: usize, const Q: usize>(
 }
 
 /// The mechanism on its way from sample to sample.
-struct Motion<'a, T> {
-    machine: Machine<'a, T>,
+struct Motion<'a, T, const Z: usize, const Q: usize> {
+    machine: Machine<'a, T, Z, Q>,
     path: DrivePath<'a, T>,
     course: &'a Course<'a>,
+    state: State<T, Z, Q>,
+    room: Room<T, Z, Q>,
     /// Direction as dry friction sees it, and the force up to which that holds.
     direction: f64,
     holds: f64,
@@ -157,38 +150,36 @@ struct Motion<'a, T> {
     step_s: f64,
 }
 
-impl<'a, T: Number> Motion<'a, T>
-where
-    dyn DynamicEffect: Physics<T>,
-{
-    fn new<const Z: usize, const Q: usize>(
-        machine: Machine<'a, T>,
+impl<'a, T: Number, const Z: usize, const Q: usize> Motion<'a, T, Z, Q> {
+    fn new(
+        machine: Machine<'a, T, Z, Q>,
         path: DrivePath<'a, T>,
         course: &'a Course<'a>,
-        state: &State<T, Z, Q>,
+        state: State<T, Z, Q>,
     ) -> Self {
         let holds = machine.holds();
         let substeps = machine.model.substeps(course.step_s);
         let step_s = course.step_s / substeps as f64;
-        let mut motion = Motion { machine, path, course, direction: 0.0, holds, substeps, step_s };
-        motion.turn(state);
+        let (room, direction) = (Room::empty(), 0.0);
+        let mut motion = Motion { machine, path, course, state, room, direction, holds, substeps, step_s };
+        motion.turn();
         motion
     }
 
-    /// Takes the direction from a state.
-    fn turn<const Z: usize, const Q: usize>(&mut self, state: &State<T, Z, Q>) {
-        let v = state.v.value();
+    /// Takes the direction from the state.
+    fn turn(&mut self) {
+        let v = self.state.v.value();
         self.direction = if v == 0.0 { 0.0 } else { v.signum() };
     }
 
     /// From sample `k` to the next; `along` is given the state before and after every step.
-    fn advance<const Z: usize, const Q: usize>(
+    fn advance(
         &mut self,
-        (state, room): (&mut State<T, Z, Q>, &mut Room<T, Z, Q>),
         k: isize,
         mut along: impl FnMut(&State<T, Z, Q>, &State<T, Z, Q>),
     ) -> Result<(), Unstable> {
         let part = 1.0 / self.substeps as f64;
+        let (state, room) = (&mut self.state, &mut self.room);
         for i in 0..self.substeps {
             let s = i as f64 * part;
             self.machine.time = self.course.start_s + (k as f64 + s) * self.course.step_s;

@@ -6,10 +6,9 @@ use fitter::plant::Hold;
 use rayon::prelude::*;
 
 use super::data::{ALL, Data, HOLDS};
-use super::estimate::{Fitted, fit, positions};
+use super::estimate::{Fitted, fit_in_ways, positions};
 use super::model::Model;
 use crate::numerics::Symmetric;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
 
 /// The nominal plant of a recording, fitted by output error, for every way in which the drive may run
@@ -47,10 +46,7 @@ pub fn nominal(data: &Data) -> Vec<Fitted> {
         })
         .collect();
     let Some((_, plant)) = starts.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else { return Vec::new() };
-    let mut fitted: Vec<Fitted> = HOLDS
-        .par_iter()
-        .filter_map(|hold| fit(&Model::nominal(plant, *hold), &states, data, ALL, PATIENCE))
-        .collect();
+    let mut fitted = fit_in_ways(HOLDS, &Model::nominal(plant, HOLDS[0]), &states, data, ALL);
     fitted.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
     fitted
 }

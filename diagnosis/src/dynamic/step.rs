@@ -5,7 +5,6 @@ use std::ops::Mul;
 
 use pulp::{Simd, WithSimd};
 
-use super::effects::{DynamicEffect, Physics};
 use super::machine::{Machine, State};
 use super::span::Span;
 use crate::numerics::Number;
@@ -27,7 +26,7 @@ impl<T: Number, const Z: usize, const Q: usize> Room<T, Z, Q> {
 
 /// One step, which has derivatives of its length only where an event ends it.
 pub(super) struct Step<'a, 'm, T, H, const Z: usize, const Q: usize> {
-    pub machine: &'a Machine<'m, T>,
+    pub machine: &'a Machine<'m, T, Z, Q>,
     pub room: &'a mut Room<T, Z, Q>,
     pub state: &'a State<T, Z, Q>,
     pub h: H,
@@ -38,7 +37,6 @@ pub(super) struct Step<'a, 'm, T, H, const Z: usize, const Q: usize> {
 impl<T: Number, H: Number, const Z: usize, const Q: usize> WithSimd for Step<'_, '_, T, H, Z, Q>
 where
     T: Mul<H, Output = T>,
-    dyn DynamicEffect: Physics<T>,
 {
     type Output = ();
 

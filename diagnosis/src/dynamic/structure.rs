@@ -5,7 +5,7 @@
 use rayon::prelude::*;
 
 use super::data::Data;
-use super::effects::{DynamicEffect, Facts, Flow, Parameter, Physics};
+use super::effects::{DynamicEffect, Flow, Law, Parameter, amount, shape as size};
 use super::estimate::Fitted;
 use super::gram::grams;
 use super::model::Term;
@@ -14,15 +14,9 @@ use crate::dynamic::data::CHOOSE;
 use crate::numerics::Number;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
-/// A force of one shape of one observable.
+/// The families: the observable in `locations`, the one that multiplies it, and the number of shapes.
 ///
 /// Source: Masri & Caughey, A nonparametric identification technique, J. Appl. Mech. 46 (1979).
-struct Shape {
-    family: usize,
-    index: usize,
-}
-
-/// The families: the observable in `locations`, the one that multiplies it, and the number of shapes.
 const FAMILIES: [(&str, Option<&str>, usize); 8] = [
     ("position", None, 5),
     ("velocity", None, 5),
@@ -36,101 +30,88 @@ const FAMILIES: [(&str, Option<&str>, usize); 8] = [
 
 /// Amount, then the sizes of position, velocity, drive, gain and rate, and the duration.
 const PARAMETERS: [Parameter; 7] = [
-    Parameter { name: "amount", unit: "1", shape: false },
-    Parameter { name: "stroke", unit: "p", shape: true },
-    Parameter { name: "speed", unit: "p/s", shape: true },
-    Parameter { name: "drive", unit: "u", shape: true },
-    Parameter { name: "force", unit: "p/s²", shape: true },
-    Parameter { name: "rate", unit: "1/s", shape: true },
-    Parameter { name: "duration", unit: "s", shape: true },
+    amount("amount", "1"),
+    size("stroke", "p"),
+    size("speed", "p/s"),
+    size("drive", "u"),
+    size("force", "p/s²"),
+    size("rate", "1/s"),
+    size("duration", "s"),
 ];
 
-static SHAPES: [[Shape; 6]; 8] = {
-    const fn family(family: usize) -> [Shape; 6] {
-        [
-            Shape { family, index: 0 },
-            Shape { family, index: 1 },
-            Shape { family, index: 2 },
-            Shape { family, index: 3 },
-            Shape { family, index: 4 },
-            Shape { family, index: 5 },
-        ]
+/// A force of one shape of one observable.
+static SHAPES: [[DynamicEffect; 6]; 8] = {
+    const fn force(family: usize, index: usize) -> DynamicEffect {
+        DynamicEffect {
+            id: "a force without a name",
+            title: "Structure",
+            law: Law::Shape { family, index },
+            parameters: &PARAMETERS,
+            states: if family >= 6 { 1 } else { 0 },
+            ..DynamicEffect::USUAL
+        }
+    }
+    const fn family(k: usize) -> [DynamicEffect; 6] {
+        [force(k, 0), force(k, 1), force(k, 2), force(k, 3), force(k, 4), force(k, 5)]
     }
     [family(0), family(1), family(2), family(3), family(4), family(5), family(6), family(7)]
 };
 
-impl<T: Number> Physics<T> for Shape {
-    fn force(&self, parameters: &[T], flow: &mut Flow<T>) {
-        let size = |k: usize| parameters[k].value();
-        let x = *flow.position * (1.0 / size(1));
-        let v = *flow.velocity * (1.0 / size(2));
-        let w = *flow.drive * (1.0 / size(3));
-        let t = T::from_f64(2.0 * flow.time / size(6) - 1.0);
-        // Rises at once and then stands: a smooth sign.
-        let sign = |a: T, width: f64| a / (a.abs() + T::from_f64(width));
-        let shape = match (self.family, self.index) {
-            (0, 0) => x * x,
-            (0, 1) => x * x * x,
-            (0, 2) => x * x * x * x,
-            (0, 3) => x * x * x * x * x,
-            (0, _) => x.abs(),
-            (1, 0) => v * v,
-            (1, 1) => v * v.abs(),
-            (1, 2) => v * v * v,
-            (1, 3) => sign(v, 0.1),
-            (1, _) => sign(v, 0.7),
-            (2, 0) => x * v,
-            (2, 1) => x * x * v,
-            (2, 2) => x * v * v,
-            (2, 3) => x.abs() * v,
-            (2, _) => x * x * x * v,
-            (3, 0) => w * w,
-            (3, 1) => w * w.abs(),
-            (3, 2) => w * w * w,
-            (3, 3) => sign(w, 0.05),
-            (3, _) => sign(w, 0.4),
-            (4, 0) => w * x,
-            (4, 1) => w * x * x,
-            (4, 2) => w.abs() * x,
-            (4, 3) => w * w * x,
-            (4, _) => w * v,
-            (5, 0) => t,
-            (5, 1) => t * x,
-            (5, 2) => t * v,
-            (5, 3) => t * w,
-            (5, 4) => t * t * x,
-            (5, _) => t * t * w,
-            (6, index) => {
-                let width = T::from_f64(size(1) * [0.03, 0.15, 0.5][index.min(2)]);
-                let (speed, z) = (*flow.velocity, flow.states[0]);
-                flow.rates[0] = speed - (speed.abs() * z + speed * z.abs()) * 0.5 / width;
-                z / width
-            }
-            (_, index) => {
-                let rate = size(5) * [0.3, 1.0, 3.0][index.min(2)];
-                flow.rates[0] = (w - flow.states[0]) * rate;
-                flow.states[0]
-            }
-        };
-        *flow.acceleration = *flow.acceleration - parameters[0] * shape * size(4);
-    }
-}
-
-const fn facts(states: usize) -> Facts {
-    Facts {
-        id: "a force without a name",
-        title: "Structure",
-        parameters: &PARAMETERS,
-        states,
-        ..Facts::USUAL
-    }
-}
-
-impl DynamicEffect for Shape {
-    fn facts(&self) -> &Facts {
-        const FACTS: [Facts; 2] = [facts(0), facts(1)];
-        &FACTS[usize::from(self.family >= 6)]
-    }
+/// The force of shape `index` of a family, against the motion.
+#[inline(always)]
+pub fn shape<T: Number>(family: usize, index: usize, parameters: &[T], flow: &mut Flow<T>) -> T {
+    let size = |k: usize| parameters[k].value();
+    let x = *flow.position * (1.0 / size(1));
+    let v = *flow.velocity * (1.0 / size(2));
+    let w = *flow.drive * (1.0 / size(3));
+    let t = T::from_f64(2.0 * flow.time / size(6) - 1.0);
+    // Rises at once and then stands: a smooth sign.
+    let sign = |a: T, width: f64| a / (a.abs() + T::from_f64(width));
+    let shape = match (family, index) {
+        (0, 0) => x * x,
+        (0, 1) => x * x * x,
+        (0, 2) => x * x * x * x,
+        (0, 3) => x * x * x * x * x,
+        (0, _) => x.abs(),
+        (1, 0) => v * v,
+        (1, 1) => v * v.abs(),
+        (1, 2) => v * v * v,
+        (1, 3) => sign(v, 0.1),
+        (1, _) => sign(v, 0.7),
+        (2, 0) => x * v,
+        (2, 1) => x * x * v,
+        (2, 2) => x * v * v,
+        (2, 3) => x.abs() * v,
+        (2, _) => x * x * x * v,
+        (3, 0) => w * w,
+        (3, 1) => w * w.abs(),
+        (3, 2) => w * w * w,
+        (3, 3) => sign(w, 0.05),
+        (3, _) => sign(w, 0.4),
+        (4, 0) => w * x,
+        (4, 1) => w * x * x,
+        (4, 2) => w.abs() * x,
+        (4, 3) => w * w * x,
+        (4, _) => w * v,
+        (5, 0) => t,
+        (5, 1) => t * x,
+        (5, 2) => t * v,
+        (5, 3) => t * w,
+        (5, 4) => t * t * x,
+        (5, _) => t * t * w,
+        (6, index) => {
+            let width = T::from_f64(size(1) * [0.03, 0.15, 0.5][index.min(2)]);
+            let (speed, z) = (*flow.velocity, flow.states[0]);
+            flow.rates[0] = speed - (speed.abs() * z + speed * z.abs()) * 0.5 / width;
+            z / width
+        }
+        (_, index) => {
+            let rate = size(5) * [0.3, 1.0, 3.0][index.min(2)];
+            flow.rates[0] = (w - flow.states[0]) * rate;
+            flow.states[0]
+        }
+    };
+    parameters[0] * shape * size(4)
 }
 
 /// What a family would explain of a residual.
@@ -146,10 +127,23 @@ pub struct Structure {
     pub gain: f64,
     /// The same where it was fitted.
     pub fitted_gain: f64,
-    /// Number of shapes.
     pub shapes: usize,
     /// From where to where in the observable; none where that is its whole range.
     pub at: Option<(f64, f64)>,
+}
+
+impl Structure {
+    /// What explains a part of the squared residual of so many rows by so many numbers, wherever it is fitted.
+    pub fn of_part(
+        (variable, times): (&'static str, Option<&'static str>),
+        part: f64,
+        rows: usize,
+        shapes: usize,
+        at: Option<(f64, f64)>,
+    ) -> Structure {
+        let gain = -(rows as f64) * (1.0 - part).max(1e-12).ln();
+        Structure { variable, times, part, gain, fitted_gain: gain, shapes, at }
+    }
 }
 
 /// All families beside a model, the strongest first.

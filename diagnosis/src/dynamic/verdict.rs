@@ -2,34 +2,25 @@
 //! intervals, what else could be it, where the rest lives, and what to record next.
 
 use fitter::figures::with_interval;
+use fitter::plant::Plant;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::data::{ALL, Data};
+use super::data::{ALL, Data, FIT_ROWS};
 use super::effects::{DynamicEffect, Reading, effect, unit_of};
 use super::estimate::{Fitted, fit};
 use super::gram::grams;
 use super::interval::{Sort, around};
 use super::model::{Model, Term};
 use super::noise::Autoregression;
-use super::search::{FIT_ROWS, Search, gain, last_id};
+use super::search::{Search, gain, last_id};
 use super::structure::Structure;
 use crate::numerics::Symmetric;
 use crate::numerics::range;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::verdict::{
     ALTERNATIVE_MARGIN, IMPERFECT_MARGIN, LEFT_GAIN, LEFT_GAIN_PER_SHAPE, LEFT_PART, MIMICRY, WITHOUT_END,
 };
 use crate::thresholds::verdict::MOST_ALTERNATIVES;
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict, too_many};
-
-/// Units of the plant.
-#[derive(Debug, Clone)]
-pub struct Units {
-    /// Of the position.
-    pub position: String,
-    /// Of the drive.
-    pub drive: String,
-}
 
 /// The families that are significant.
 pub fn significant(mut found: Vec<Structure>) -> Vec<Structure> {
@@ -80,7 +71,7 @@ pub fn effects(
     found: &Fitted,
     covariance: &Symmetric,
     imperfect: bool,
-    units: &Units,
+    plant: &Plant,
 ) -> Vec<NamedEffect> {
     let mut said: Vec<(f64, NamedEffect)> = Vec::new();
     let mut first = found.model.nominal_free.iter().filter(|f| **f).count();
@@ -94,14 +85,19 @@ pub fn effects(
         if k < search.given {
             continue;
         }
-        let Some(without) = fit(&found.model.without(k), &found.states, data, ALL, PATIENCE) else {
+        let Some(without) = fit(&found.model.without(k), &found.states, data, ALL) else {
             continue;
         };
         let deviation = |r: &Reading| variance(r, term, &own, covariance).sqrt();
         let gain = gain(&without, found, ALL);
-        let effect = named(term, deviation, gain, alternatives(search, small, k, imperfect), units);
+        let effect = named(term, deviation, gain, alternatives(search, small, k, imperfect), plant);
         said.push((without.cost(ALL) - found.cost(ALL), effect));
     }
+    shared(said)
+}
+
+/// Effects, each with what is lost without it, the largest first and with its share.
+pub fn shared(mut said: Vec<(f64, NamedEffect)>) -> Vec<NamedEffect> {
     said.sort_by(|a, b| b.0.total_cmp(&a.0));
     let total: f64 = said.iter().map(|(lost, _)| lost).sum::<f64>().max(f64::MIN_POSITIVE);
     said.into_iter()
@@ -115,12 +111,12 @@ pub fn named(
     deviation: impl Fn(&Reading) -> f64,
     gain: f64,
     alternatives: Vec<String>,
-    units: &Units,
+    plant: &Plant,
 ) -> NamedEffect {
     let parameter = |r: &Reading| Parameter {
         name: r.name.into(),
         value: r.value,
-        unit: unit_of(r.unit, &units.position, &units.drive),
+        unit: unit_of(r.unit, &plant.position_unit, &plant.drive_unit),
         ci95: around(r.value, deviation(r), sort(term, r)),
     };
     NamedEffect {
@@ -140,13 +136,13 @@ pub fn named(
 fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> Vec<String> {
     let data = search.data;
     let effect = found.model.terms[k].effect;
-    let rivals: Vec<&'static dyn DynamicEffect> = search
+    let rivals: Vec<&'static DynamicEffect> = search
         .catalogue
         .iter()
         .copied()
         .filter(|e| effect.confused_with.contains(&e.id) && !found.model.has(e.id))
         .collect();
-    let refit = |model: &Model| fit(model, &found.states, data, FIT_ROWS, PATIENCE);
+    let refit = |model: &Model| search.fit(model, &found.states);
     let (Some(with), Some(without)) = (refit(&found.model), refit(&found.model.without(k))) else {
         return Vec::new();
     };
@@ -198,8 +194,8 @@ fn sort(term: &Term, reading: &Reading) -> Sort {
 }
 
 /// Damping, stiffness and gain of the identified plant; `deviations` are their standard deviations.
-pub fn nominal(values: [f64; 3], deviations: [f64; 3], units: &Units) -> Vec<Parameter> {
-    let gain = format!("{}/s²/{}", units.position, units.drive);
+pub fn nominal(values: [f64; 3], deviations: [f64; 3], plant: &Plant) -> Vec<Parameter> {
+    let gain = format!("{}/s²/{}", plant.position_unit, plant.drive_unit);
     let all = [("damping", "1/s"), ("stiffness", "1/s²"), ("gain", gain.as_str())];
     let one = |k: usize| Parameter {
         name: all[k].0.into(),

@@ -13,5 +13,5 @@ pub use dual::{Dual, Number};
 pub use least_squares::{LeastSquares, least_squares, of_triangle};
 pub use marquardt::{Limits, Normal, minimise};
 pub use orthogonal::{Basis, Columns, add_scaled, dot};
-pub use statistics::{centred, mean, median, range, rms, widening};
+pub use statistics::{centred, mean, mean_and_error, median, range, rms, widening};
 pub use symmetric::{Symmetric, cholesky, quadratic_form};

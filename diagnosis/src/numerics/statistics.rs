@@ -35,6 +35,13 @@ pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
+/// Arithmetic mean and its standard error from the scatter of the values.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let (mean, count) = (mean(values), values.len() as f64);
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    (mean, (variance / count.max(1.0)).sqrt())
+}
+
 /// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
 pub fn widening(freedom: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)

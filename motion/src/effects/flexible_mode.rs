@@ -1,29 +1,24 @@
 //! A part of the inertia μ that swings on the moving one at its own frequency: x″ −= μ·h, q″ = h, with h =
 //! Ω²(x − q) + 2ζΩ(v − q′) and Ω = 2πf.
 
-use super::specification::{NOT_NEGATIVE, Typical, uniform};
+use super::specification::{NOT_NEGATIVE, POSITIVE, Typical, uniform};
 use super::{Action, Force, Motion, Parameter, Specification};
 
-pub(super) const SPECIFICATION: Specification = Specification {
+pub const SPECIFICATION: Specification = Specification {
     id: "flexible_mode",
     title: "a part that swings on the moving inertia",
     depends_on: &["frequency_hz", "acceleration"],
     parameters: &[
-        Parameter {
-            name: "frequency_hz",
-            unit: "Hz",
-            default: None,
-            range: (f64::MIN_POSITIVE, f64::INFINITY),
-        },
-        Parameter { name: "mass_ratio", unit: "1", default: None, range: NOT_NEGATIVE },
-        Parameter { name: "damping_ratio", unit: "1", default: Some(0.01), range: NOT_NEGATIVE },
+        Parameter::needed("frequency_hz", "Hz", POSITIVE),
+        Parameter::needed("mass_ratio", "1", NOT_NEGATIVE),
+        Parameter::usual("damping_ratio", "1", 0.01, NOT_NEGATIVE),
     ],
     build: |values, _| {
-        Ok(Action::Force(Box::new(Swinging {
+        Action::Force(Box::new(Swinging {
             omega: std::f64::consts::TAU * values["frequency_hz"],
             mass_ratio: values["mass_ratio"],
             damping_ratio: values["damping_ratio"],
-        })))
+        }))
     },
     draw: |strength, typical, generator| {
         // Between the mechanism's own resonance and the end of the excited band.
@@ -34,7 +29,6 @@ pub(super) const SPECIFICATION: Specification = Specification {
     },
 };
 
-#[derive(Debug)]
 struct Swinging {
     omega: f64,
     mass_ratio: f64,

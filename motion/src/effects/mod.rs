@@ -1,10 +1,9 @@
-//! The physics that can be hidden in a moving mechanism: one file per effect, each acting where it acts in a
-//! real one — between the recorded drive and the force, as a force on the inertia, or in the read-out.
+//! The physics that can be hidden in a moving mechanism, each acting where it acts in a real one: between the
+//! recorded drive and the force, as a force on the inertia, or in the read-out.
 //!
 //! Parameters and equations are those of the table in [`fitter::plant`]; ids that begin with `ooc_` are
-//! physics outside that table. To add an effect: one file here, and one line in [`catalogue::ALL`].
-
-use std::fmt::Debug;
+//! physics outside that table. To add an effect: its specification in `forces`, `friction` or `path`, or in a file of
+//! its own where it has states or remembers, and one line in [`catalogue::ALL`].
 
 use super::signal::Flow;
 
@@ -12,32 +11,16 @@ pub mod catalogue;
 mod specification;
 
 mod bouc_wen_hysteresis;
-mod cogging;
-mod coulomb_friction;
-mod cubic_stiffness;
-mod drive_lag;
-mod drive_offset;
-mod drive_saturation;
 mod flexible_mode;
-mod nonlinear_damping;
-mod ooc_ageing_stiffness;
-mod ooc_asymmetric_friction;
-mod ooc_dead_zone;
-mod ooc_drive_stiffness;
-mod ooc_mains_hum;
-mod ooc_position_damping;
+mod forces;
+mod friction;
 mod ooc_sticking_stop;
-mod quadratic_damping;
-mod quadratic_stiffness;
+mod path;
 mod rayleigh_hysteresis;
-mod sensor_lag;
-mod sensor_offset;
-mod stribeck_friction;
-mod torque_constant_droop;
-mod transport_delay;
 
+pub use crate::values::Known as Parameter;
 pub use catalogue::find;
-pub use specification::{Context, Drawn, Parameter, Specification, Typical};
+pub use specification::{Context, Drawn, Specification, Typical};
 
 /// Where the mechanism is, and what drives it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,8 +35,8 @@ pub struct Motion {
     pub drive: f64,
 }
 
-/// What stands between the recorded drive and the mechanism; one of them for each drive.
-pub trait DriveElement: Debug + Send + Sync {
+/// What stands on the way of a drive to the mechanism, or of the position to its recording.
+pub trait Element: Send + Sync {
     /// By how much it delays, in seconds. Delays come before everything else.
     fn delay_s(&self) -> f64 {
         0.0
@@ -64,9 +47,9 @@ pub trait DriveElement: Debug + Send + Sync {
         0
     }
 
-    /// What comes out where `drive` goes in, at `t_s`; the rates of its own states go into `rates`.
-    fn pass(&self, _t_s: f64, drive: Flow, _own: &[f64], _rates: &mut [f64]) -> Flow {
-        drive
+    /// What comes out where `input` goes in, at `t_s`; the rates of its own states go into `rates`.
+    fn pass(&self, _t_s: f64, input: Flow, _own: &[f64], _rates: &mut [f64]) -> Flow {
+        input
     }
 
     /// Whether it remembers where its input turned round: the integration then pauses at every turn.
@@ -79,7 +62,7 @@ pub trait DriveElement: Debug + Send + Sync {
 }
 
 /// A force on the inertia, per inertia.
-pub trait Force: Debug + Send + Sync {
+pub trait Force: Send + Sync {
     /// How many states of its own it has.
     fn states(&self) -> usize {
         0
@@ -114,28 +97,64 @@ pub trait Force: Debug + Send + Sync {
     fn remember(&mut self, _at: &Motion) {}
 }
 
-/// What stands between the position and the recording of it.
-pub trait ReadOut: Debug + Send + Sync {
-    /// How many states of its own it has.
-    fn states(&self) -> usize {
-        0
-    }
-
-    /// What is read where the position is `position`; the rates of its own states go into `rates`.
-    fn read(&self, position: f64, _own: &[f64], _rates: &mut [f64]) -> f64 {
-        position
-    }
-}
-
 /// What an effect is in the mechanism.
-#[derive(Debug)]
 pub enum Action {
     /// On the way of each drive.
-    Drive(Box<dyn DriveElement>),
+    Drive(Box<dyn Element>),
     /// A force.
     Force(Box<dyn Force>),
     /// In the read-out.
-    ReadOut(Box<dyn ReadOut>),
+    ReadOut(Box<dyn Element>),
+}
+
+impl Action {
+    /// Each drive without memory: what it becomes at a time in seconds.
+    fn drive(passes: impl Fn(f64, Flow) -> Flow + Send + Sync + 'static) -> Action {
+        Action::Drive(Box::new(AtOnce(passes)))
+    }
+
+    /// The read-out, likewise.
+    fn read_out(passes: impl Fn(f64, Flow) -> Flow + Send + Sync + 'static) -> Action {
+        Action::ReadOut(Box::new(AtOnce(passes)))
+    }
+
+    /// A force without memory: what it adds to the acceleration.
+    fn force(acceleration: impl Fn(&Motion) -> f64 + Send + Sync + 'static) -> Action {
+        Action::Force(Box::new(Plain(acceleration)))
+    }
+
+    /// Dry friction, as [`Force::friction`] has it.
+    fn friction(friction: impl Fn(&Motion, f64) -> f64 + Send + Sync + 'static) -> Action {
+        Action::Force(Box::new(Dry(friction)))
+    }
+}
+
+struct AtOnce<F>(F);
+
+impl<F: Fn(f64, Flow) -> Flow + Send + Sync> Element for AtOnce<F> {
+    fn pass(&self, t_s: f64, input: Flow, _: &[f64], _: &mut [f64]) -> Flow {
+        self.0(t_s, input)
+    }
+}
+
+struct Plain<F>(F);
+
+impl<F: Fn(&Motion) -> f64 + Send + Sync> Force for Plain<F> {
+    fn acceleration(&self, at: &Motion, _: &[f64], _: &mut [f64]) -> f64 {
+        self.0(at)
+    }
+}
+
+struct Dry<F>(F);
+
+impl<F: Fn(&Motion, f64) -> f64 + Send + Sync> Force for Dry<F> {
+    fn is_dry(&self) -> bool {
+        true
+    }
+
+    fn friction(&self, at: &Motion, direction: f64) -> f64 {
+        self.0(at, direction)
+    }
 }
 
 #[cfg(test)]

@@ -1,37 +1,27 @@
 //! Outside the table: a rubber stop at one end of the stroke, which sticks: beyond x_s it pushes back with a
 //! contact stiffness, and once touched it pulls until the mirror has come away by a gap.
 
-use super::specification::{ANY, NOT_NEGATIVE, sign, uniform};
+use super::specification::{ANY, NOT_NEGATIVE, POSITIVE, sign, uniform};
 use super::{Action, Force, Motion, Parameter, Specification};
 
-pub(super) const SPECIFICATION: Specification = Specification {
+pub const SPECIFICATION: Specification = Specification {
     id: "ooc_sticking_stop",
     title: "a stop that sticks",
     depends_on: &["position", "history"],
     parameters: &[
-        Parameter { name: "stop", unit: "position unit", default: None, range: ANY },
-        Parameter { name: "contact_stiffness", unit: "1/s²", default: None, range: NOT_NEGATIVE },
-        Parameter {
-            name: "adhesion_per_inertia",
-            unit: "position unit/s²",
-            default: None,
-            range: NOT_NEGATIVE,
-        },
-        Parameter {
-            name: "gap",
-            unit: "position unit",
-            default: None,
-            range: (f64::MIN_POSITIVE, f64::INFINITY),
-        },
+        Parameter::needed("stop", "position unit", ANY),
+        Parameter::needed("contact_stiffness", "1/s²", NOT_NEGATIVE),
+        Parameter::needed("adhesion_per_inertia", "position unit/s²", NOT_NEGATIVE),
+        Parameter::needed("gap", "position unit", POSITIVE),
     ],
     build: |values, _| {
-        Ok(Action::Force(Box::new(Stop {
+        Action::Force(Box::new(Stop {
             at: values["stop"],
             stiffness: values["contact_stiffness"],
             adhesion: values["adhesion_per_inertia"],
             gap: values["gap"],
             touched: false,
-        })))
+        }))
     },
     draw: |strength, typical, generator| {
         let side = sign(generator);
@@ -45,7 +35,6 @@ pub(super) const SPECIFICATION: Specification = Specification {
     },
 };
 
-#[derive(Debug)]
 struct Stop {
     at: f64,
     stiffness: f64,

@@ -7,16 +7,16 @@
 //! width c·A²/2.
 
 use super::specification::ANY;
-use super::{Action, DriveElement, Parameter, Specification};
+use super::{Action, Element, Parameter, Specification};
 use crate::signal::Flow;
 
-pub(super) const SPECIFICATION: Specification = Specification {
+pub const SPECIFICATION: Specification = Specification {
     id: "rayleigh_hysteresis",
     title: "hysteresis of a piezo that grows with the amplitude",
     depends_on: &["amplitude", "history", "drive"],
-    parameters: &[Parameter { name: "coefficient", unit: "1/drive unit", default: None, range: ANY }],
+    parameters: &[Parameter::needed("coefficient", "1/drive unit", ANY)],
     build: |values, _| {
-        Ok(Action::Drive(Box::new(Domains { coefficient: values["coefficient"], ..Domains::default() })))
+        Action::Drive(Box::new(Domains { coefficient: values["coefficient"], ..Domains::default() }))
     },
     draw: |strength, typical, _| vec![("coefficient", strength / typical.drive)],
 };
@@ -68,7 +68,7 @@ impl Domains {
     }
 }
 
-impl DriveElement for Domains {
+impl Element for Domains {
     fn pass(&self, _: f64, drive: Flow, _: &[f64], _: &mut [f64]) -> Flow {
         let (response, slope) = self.response(drive.value);
         Flow {

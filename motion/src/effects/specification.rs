@@ -2,21 +2,8 @@
 
 use rand_chacha::ChaCha12Rng;
 
-use super::Action;
+use super::{Action, Parameter};
 use crate::values::Values;
-
-/// One parameter; units in words, since those of position and drive are the recording's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Parameter {
-    /// Its name.
-    pub name: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// What it is where it is not given; none where it must be given.
-    pub default: Option<f64>,
-    /// The least and the largest value that make sense.
-    pub range: (f64, f64),
-}
 
 /// In what an effect is built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,6 +45,12 @@ impl Typical {
     pub fn acceleration(&self) -> f64 {
         self.gain * self.drive
     }
+
+    /// The angular frequency by which lags and delays are measured: that of the mechanism itself, or, where
+    /// it has no stiffness, of the highest excitation.
+    pub fn corner_rad_per_s(&self) -> f64 {
+        if self.stiffness > 0.0 { self.stiffness.sqrt() } else { std::f64::consts::TAU * self.highest_hz }
+    }
 }
 
 /// Parameters by name.
@@ -71,10 +64,10 @@ pub struct Specification {
     pub title: &'static str,
     /// The variables of which any may rightly be named as the place where it shows.
     pub depends_on: &'static [&'static str],
-    /// Its parameters.
+    /// Its parameters; units in words, since those of position and drive are the recording's.
     pub parameters: &'static [Parameter],
-    /// How its part of the mechanism is made from its values, or what is wrong with them.
-    pub build: fn(&Values, &Context) -> Result<Action, String>,
+    /// How its part of the mechanism is made from its values.
+    pub build: fn(&Values, &Context) -> Action,
     /// Draws its parameters at a strength: about the part of the drive's force, or of the position, that it
     /// makes up where the motion is typical.
     pub draw: fn(f64, &Typical, &mut ChaCha12Rng) -> Drawn,
@@ -102,11 +95,5 @@ pub(super) fn sign(generator: &mut ChaCha12Rng) -> f64 {
 pub(super) const ANY: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// No negative one.
 pub(super) const NOT_NEGATIVE: (f64, f64) = (0.0, f64::INFINITY);
-
-impl Typical {
-    /// The angular frequency by which lags and delays are measured: that of the mechanism itself, or, where
-    /// it has no stiffness, of the highest excitation.
-    pub fn corner_rad_per_s(&self) -> f64 {
-        if self.stiffness > 0.0 { self.stiffness.sqrt() } else { std::f64::consts::TAU * self.highest_hz }
-    }
-}
+/// Neither a negative one nor zero.
+pub(super) const POSITIVE: (f64, f64) = (f64::MIN_POSITIVE, f64::INFINITY);

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use diagnosis::dynamic::DynamicRecording;
-use diagnosis::dynamic::linear::diagnose_linear;
+use diagnosis::dynamic::{Case, Options, diagnose};
 use diagnosis::verdict::Verdict;
 use fitter::plant::PlantFile;
 
@@ -43,7 +43,8 @@ fn hysteresis_of_the_piezos_is_located_named_and_modelled() {
     };
     let recording = DynamicRecording::read(&path, &Default::default()).unwrap();
     let plant = PlantFile::parse("fsm.toml", PLANT).unwrap();
-    let outcome = diagnose_linear(&recording, &plant, None, None, &[]).unwrap();
+    let (recording, plant, options) = (&recording, &plant, &Options::default());
+    let outcome = diagnose(&Case { recording, plant, simulated: None, held_out: None, options }).unwrap();
     let d = &outcome.diagnosis;
     assert_eq!(d.verdict, Verdict::PartlyExplained);
     assert_eq!(d.effects[0].id, "rayleigh_hysteresis");
@@ -54,8 +55,8 @@ fn hysteresis_of_the_piezos_is_located_named_and_modelled() {
     assert!((-15.0..-8.0).contains(&shift.value), "published 999 → 987 Hz: {}", shift.value);
     for amplitude in [0.1, 0.3] {
         // Published: linear, 28 states, 18.6 and 16.3 %; with a neural network 6.37 and 4.19 %.
-        let before = relative(&recording, &outcome.own.before, amplitude);
-        let after = relative(&recording, &outcome.own.after, amplitude);
+        let before = relative(recording, &outcome.own.before, amplitude);
+        let after = relative(recording, &outcome.own.after, amplitude);
         println!("{amplitude} V: {:.2} % → {:.2} %", 100.0 * before, 100.0 * after);
         assert!((0.14..0.20).contains(&before), "linear at {amplitude} V: {before}");
         assert!(after < 0.065, "with hysteresis at {amplitude} V: {after}");

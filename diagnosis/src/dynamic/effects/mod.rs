@@ -1,21 +1,19 @@
-//! The catalogue of dynamic effects: a file each or one of a kind, one line in [`CATALOGUE`]. An effect acts on the drive
-//! on its way to the mechanism, on the mechanism's acceleration, or on the position on its way to the
-//! recording; its formula is written once and evaluated with and without derivatives.
+//! The catalogue of dynamic effects: a declaration each, one line in [`CATALOGUE`]. An effect acts on the drive on its
+//! way to the mechanism, on the mechanism's acceleration, or on the position on its way to the recording; its formula
+//! is written once ([`Law`]) and evaluated with and without derivatives.
 
 mod bouc_wen_hysteresis;
-mod cogging;
-mod coulomb_friction;
-mod drive_offset;
-mod drive_saturation;
 mod flexible_mode;
 mod force;
+mod friction;
+mod law;
 mod path;
-mod stribeck_friction;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::numerics::{Dual, Number};
+use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::MOST_STATES;
+pub use law::Law;
 
 /// What a force sees of the mechanism, and what it changes.
 pub struct Flow<'a, T> {
@@ -45,14 +43,14 @@ pub struct Flow<'a, T> {
 pub enum Part {
     /// Delays the drive by its parameter.
     Delay,
-    /// Changes the drive, without memory ([`Physics::drive`]).
+    /// Changes the drive, without memory ([`Law::drive`]).
     Drive,
     /// Lets the drive lag by its parameter.
     DriveLag,
     /// Adds to the drive its parameter times what Rayleigh's material remembers of it
     /// (`turns`).
     DriveMemory,
-    /// Adds to the acceleration ([`Physics::force`]).
+    /// Adds to the acceleration ([`Law::force`]).
     Force,
     /// Lets the read-out lag by its parameter.
     SensorLag,
@@ -70,7 +68,18 @@ pub struct Parameter {
     /// Whether it shapes the effect (a period, a velocity) rather than multiplying it. A shape is positive
     /// and is sought on a logarithmic scale.
     pub shape: bool,
+    /// What it is where `plant.toml` does not give it; none where it has to.
+    pub usual: Option<f64>,
 }
+
+impl Parameter {
+    const fn usually(self, value: f64) -> Parameter {
+        Parameter { usual: Some(value), ..self }
+    }
+}
+
+/// Values by name.
+pub type Given<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
 /// Size of what a recording holds, from which start values follow.
 #[derive(Debug, Clone, Copy)]
@@ -87,87 +96,8 @@ pub struct Scale {
     pub rate: f64,
 }
 
-/// The formula of an effect.
-pub trait Physics<T: Number> {
-    /// Changes the drive ([`Part::Drive`]).
-    fn drive(&self, _parameters: &[T], _drive: &mut T) {}
-    /// Adds to the acceleration and sets the rates of the effect's states ([`Part::Force`]).
-    fn force(&self, _parameters: &[T], _flow: &mut Flow<T>) {}
-    /// The same in the widest registers that the processor has.
-    fn force_widely(&self, parameters: &[T], flow: &mut Flow<T>) {
-        Arch::new().dispatch(Force { effect: self, parameters, flow });
-    }
-}
-
-/// A force, to be worked out in the widest registers that the processor has.
-struct Force<'a, 'f, E: ?Sized, T> {
-    effect: &'a E,
-    parameters: &'a [T],
-    flow: &'a mut Flow<'f, T>,
-}
-
-impl<E: Physics<T> + ?Sized, T: Number> WithSimd for Force<'_, '_, E, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.effect.force(self.parameters, self.flow);
-    }
-}
-
 /// A physical effect beyond the nominal plant.
-pub trait DynamicEffect:
-    Physics<f64> + Physics<Dual<8>> + Physics<Dual<12>> + Physics<Dual<16>> + Sync + Send
-{
-    /// What is known of it beside its formula.
-    fn facts(&self) -> &Facts;
-    /// Its states at rest at a position.
-    fn rest(&self, _position: f64) -> [f64; MOST_STATES] {
-        [0.0; MOST_STATES]
-    }
-    /// Time after which its states do not depend any more on where they began, s; infinite where that is not
-    /// known.
-    fn memory_s(&self, _parameters: &[f64]) -> f64 {
-        f64::INFINITY
-    }
-    /// Parameters from which a search starts. What multiplies the effect is zero where its linearised
-    /// signature is to say how large it is.
-    fn starts(&self, _scale: &Scale) -> Vec<Vec<f64>> {
-        vec![vec![0.0; self.facts().parameters.len()]]
-    }
-    /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
-    /// special case of this one.
-    fn starts_from(&self, _simpler: &str, _parameters: &[f64], _scale: &Scale) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-    /// Whether these parameters can be this effect.
-    fn plausible(&self, _parameters: &[f64], _scale: &Scale) -> bool {
-        true
-    }
-    /// The names that its parameters have in `plant.toml`.
-    fn names(&self) -> Vec<&'static str> {
-        self.readings(&vec![1.0; self.facts().parameters.len()]).iter().map(|r| r.name).collect()
-    }
-    /// The fastest angular frequency that it brings into the equation of motion, rad/s.
-    fn fastest(&self, _parameters: &[f64]) -> f64 {
-        0.0
-    }
-    /// The parameters as they are reported and written, each with its gradient.
-    fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
-        let count = self.facts().creep().unwrap_or(parameters.len());
-        plain_readings(self.facts().parameters, parameters, count)
-    }
-    /// The reverse of [`DynamicEffect::readings`]: parameters from values by name; none where one is
-    /// missing that has no usual value.
-    fn parameters_from(&self, value: &dyn Fn(&str) -> Option<f64>) -> Option<Vec<f64>> {
-        let hard = |k: usize| (self.facts().creep() == Some(k)).then_some(f64::MIN_POSITIVE);
-        let known = self.facts().parameters.iter().enumerate();
-        known.map(|(k, p)| value(p.name).or(hard(k))).collect()
-    }
-}
-
-/// What is known of an effect beside its formula.
-pub struct Facts {
+pub struct DynamicEffect {
     /// Identifier in the diagnosis and in `plant.toml`.
     pub id: &'static str,
     /// Name for a reader.
@@ -178,6 +108,8 @@ pub struct Facts {
     pub variable: &'static str,
     /// Where it acts.
     pub part: Part,
+    /// Its formula.
+    pub law: Law,
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// The first parameter that no search fits: it and those after it keep the value they were given.
@@ -188,43 +120,76 @@ pub struct Facts {
     pub creeps: bool,
     /// Number of states of its own.
     pub states: usize,
+    /// Its states at rest at a position.
+    pub rest: fn(f64) -> [f64; MOST_STATES],
+    /// Time after which its states do not depend any more on where they began, s; infinite where that is not known.
+    pub memory_s: fn(&[f64]) -> f64,
+    /// The fastest angular frequency that it brings into the equation of motion, rad/s.
+    pub fastest: fn(&[f64]) -> f64,
     /// Whether its force changes within so short a way that a row needs two steps of the integrator.
     pub abrupt: bool,
     /// Whether its force goes with the gain of the plant.
     pub by_gain: bool,
+    /// Parameters from which a search starts. What multiplies the effect is zero where its linearised signature is to
+    /// say how large it is.
+    pub starts: fn(&Scale) -> Vec<Vec<f64>>,
+    /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
+    /// special case of this one.
+    pub starts_from: fn(&str, &[f64], &Scale) -> Vec<Vec<f64>>,
+    /// Whether these parameters can be this effect.
+    pub plausible: fn(&[f64], &Scale) -> bool,
+    /// The parameters as they are reported and written, each with its gradient.
+    pub readings: fn(&DynamicEffect, &[f64]) -> Vec<Reading>,
+    /// The reverse of `readings`: parameters from values by name; none where one is missing that has no usual value.
+    pub parameters_from: fn(&DynamicEffect, Given) -> Option<Vec<f64>>,
     /// What to record to tell it from its alternatives.
     pub experiment: &'static str,
 }
 
-/// An effect is known by its facts.
-impl std::ops::Deref for dyn DynamicEffect + '_ {
-    type Target = Facts;
-
-    fn deref(&self) -> &Facts {
-        self.facts()
-    }
-}
-
-impl Facts {
-    /// What holds of an effect unless it says otherwise.
-    pub const USUAL: Facts = Facts {
+impl DynamicEffect {
+    /// What holds of an effect with one amount unless it says otherwise.
+    pub const USUAL: DynamicEffect = DynamicEffect {
         id: "",
         title: "",
         confused_with: &[],
         variable: "",
         part: Part::Force,
+        law: Law::None,
         parameters: &[],
         kept: usize::MAX,
         creeps: false,
         states: 0,
+        rest: |_| [0.0; MOST_STATES],
+        memory_s: |_| f64::INFINITY,
+        fastest: |_| 0.0,
         abrupt: false,
         by_gain: false,
+        starts: |_| vec![vec![0.0]],
+        starts_from: |_, _, _| Vec::new(),
+        plausible: |_, _| true,
+        readings: |effect, parameters| {
+            let count = effect.creep().unwrap_or(parameters.len());
+            plain_readings(effect.parameters, parameters, count)
+        },
+        parameters_from: |effect, value| {
+            effect.parameters.iter().map(|p| value(p.name).or(p.usual)).collect()
+        },
         experiment: "repeat the excitation at a third and at three times the amplitude",
     };
 
-    /// Identifier in the diagnosis and in files.
-    pub fn id(&self) -> &'static str {
-        self.id
+    /// The parameters as they are reported and written, each with its gradient.
+    pub fn readings(&self, parameters: &[f64]) -> Vec<Reading> {
+        (self.readings)(self, parameters)
+    }
+
+    /// The names that its parameters have in `plant.toml`.
+    pub fn names(&self) -> Vec<&'static str> {
+        self.readings(&vec![1.0; self.parameters.len()]).iter().map(|r| r.name).collect()
+    }
+
+    /// [`Law::force`] in the widest registers that the processor has.
+    pub fn force_widely<T: Number>(&self, parameters: &[T], flow: &mut Flow<T>) {
+        Arch::new().dispatch(Widely { law: &self.law, parameters, flow });
     }
 
     /// Which parameter is the speed of creep.
@@ -240,6 +205,22 @@ impl Facts {
     /// Whether it limits the drive: it changes it, and has no amount.
     pub fn is_limit(&self) -> bool {
         self.part == Part::Drive && self.parameters.iter().all(|p| p.shape)
+    }
+}
+
+/// A force, to be worked out in the widest registers that the processor has.
+struct Widely<'a, 'f, T> {
+    law: &'a Law,
+    parameters: &'a [T],
+    flow: &'a mut Flow<'f, T>,
+}
+
+impl<T: Number> WithSimd for Widely<'_, '_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.law.force(self.parameters, self.flow);
     }
 }
 
@@ -273,27 +254,27 @@ fn plain_readings(known: &[Parameter], parameters: &[f64], count: usize) -> Vec<
 }
 
 /// The speed of creep of a dry friction that holds.
-const CREEP: Parameter = shape("creep_velocity", "p/s");
+const CREEP: Parameter = shape("creep_velocity", "p/s").usually(f64::MIN_POSITIVE);
 
 /// All effects, in the order in which ties are broken: the simpler explanation first.
-pub static CATALOGUE: [&dyn DynamicEffect; 17] = [
-    &drive_offset::DriveOffset,
+pub static CATALOGUE: [&DynamicEffect; 17] = [
+    &path::DRIVE_OFFSET,
     &path::SENSOR_OFFSET,
     &force::CUBIC_STIFFNESS,
     &force::QUADRATIC_STIFFNESS,
-    &coulomb_friction::CoulombFriction,
+    &friction::COULOMB,
     &force::QUADRATIC_DAMPING,
     &force::NONLINEAR_DAMPING,
     &force::TORQUE_CONSTANT_DROOP,
     &path::TRANSPORT_DELAY,
     &path::DRIVE_LAG,
     &path::SENSOR_LAG,
-    &drive_saturation::DriveSaturation,
+    &path::DRIVE_SATURATION,
     &path::RAYLEIGH_HYSTERESIS,
-    &cogging::Cogging,
-    &stribeck_friction::StribeckFriction,
-    &bouc_wen_hysteresis::BoucWenHysteresis,
-    &flexible_mode::FlexibleMode,
+    &force::COGGING,
+    &friction::STRIBECK,
+    &bouc_wen_hysteresis::BOUC_WEN_HYSTERESIS,
+    &flexible_mode::FLEXIBLE_MODE,
 ];
 
 /// Ids of effects that a search treats apart.
@@ -312,7 +293,7 @@ pub const SENSOR_OFFSET: &str = "sensor_offset";
 pub const TRANSPORT_DELAY: &str = "transport_delay";
 
 /// The effect with an id.
-pub fn effect(id: &str) -> Option<&'static dyn DynamicEffect> {
+pub fn effect(id: &str) -> Option<&'static DynamicEffect> {
     CATALOGUE.iter().copied().find(|e| e.id == id)
 }
 
@@ -329,13 +310,13 @@ pub fn unit_of(pattern: &str, position: &str, drive: &str) -> String {
 }
 
 /// A parameter that multiplies its effect.
-const fn amount(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, shape: false }
+pub(super) const fn amount(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, shape: false, usual: None }
 }
 
 /// A parameter that shapes its effect.
-const fn shape(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, shape: true }
+pub(super) const fn shape(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, shape: true, usual: None }
 }
 
 #[cfg(test)]
@@ -356,16 +337,15 @@ mod tests {
     fn starts_have_all_parameters_and_readings_read_back() {
         let scale = Scale { stroke: 5000.0, speed: 2e5, drive: 0.3, step_s: 5e-4, rate: 200.0 };
         for e in CATALOGUE {
-            for start in e.starts(&scale) {
+            for start in (e.starts)(&scale) {
                 assert_eq!(start.len(), e.parameters.len(), "{}", e.id);
                 for (value, p) in start.iter().zip(e.parameters) {
                     assert!(!p.shape || *value > 0.0, "{} {}", e.id, p.name);
                 }
                 let some: Vec<f64> = start.iter().map(|v| if *v == 0.0 { 0.7 } else { *v }).collect();
                 let readings = e.readings(&some);
-                let back = e
-                    .parameters_from(&|name| readings.iter().find(|r| r.name == name).map(|r| r.value))
-                    .unwrap();
+                let known = |name: &str| readings.iter().find(|r| r.name == name).map(|r| r.value);
+                let back = (e.parameters_from)(e, &known).unwrap();
                 for (a, b) in e.readings(&back).iter().zip(&readings) {
                     assert!((a.value - b.value).abs() < 1e-9 * b.value.abs(), "{}: {back:?} {some:?}", e.id);
                 }

@@ -1,13 +1,15 @@
 //! What is said of the effects along a recorded motion: parameters with intervals, and alternatives.
 
-use super::inverse::{Inverse, Solved};
+use fitter::plant::Plant;
+
+use super::inverse::Solved;
 use super::motion::Motion;
 use super::search::Along;
 use super::{filter, square};
-use crate::dynamic::data::CHOOSE;
-use crate::dynamic::data::FIT;
+use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Reading, Scale};
-use crate::dynamic::verdict::{self, Units};
+use crate::dynamic::model::Model;
+use crate::dynamic::verdict;
 use crate::thresholds::dynamic::feedback::search::ALTERNATIVE;
 use crate::verdict::NamedEffect;
 
@@ -22,38 +24,32 @@ pub fn coloured(residual: &[f64], motion: &Motion) -> bool {
 /// The effects of a model, the strongest first.
 pub fn named(
     along: &Along,
-    present: &Inverse,
+    present: &Model,
     after: &Solved,
-    catalogue: &[&'static dyn DynamicEffect],
+    catalogue: &[&'static DynamicEffect],
     scale: &Scale,
-    units: &Units,
+    plant: &Plant,
 ) -> Vec<NamedEffect> {
     let Some(fitted) = along.fit(present) else { return Vec::new() };
-    let mut said: Vec<NamedEffect> = Vec::new();
+    let mut said: Vec<(f64, NamedEffect)> = Vec::new();
     for (t, term) in after.model.terms.iter().enumerate() {
-        let mut shorter = present.clone();
-        shorter.terms.remove(t);
-        let Some(without) = along.fit(&shorter) else { continue };
+        let Some(without) = along.fit(&present.without(t)) else { continue };
         let gain = along.gain(&without, &fitted, FIT) + along.gain(&without, &fitted, CHOOSE);
-        let rivals: Vec<&'static dyn DynamicEffect> =
+        let rivals: Vec<&'static DynamicEffect> =
             catalogue.iter().copied().filter(|e| term.effect.confused_with.contains(&e.id)).collect();
         let own = along.square(&fitted.residual, FIT) * (1.0 + ALTERNATIVE);
         let alternatives = along
-            .contenders(&shorter, &rivals, scale)
+            .contenders(&without, &rivals, scale)
             .iter()
-            .filter(|c| along.square(&c.1.residual, FIT) <= own)
-            .filter_map(|c| c.0.terms.last().map(|(e, _)| e.id.to_string()))
+            .filter(|c| along.square(&c.residual, FIT) <= own)
+            .filter_map(|c| c.model.terms.last().map(|t| t.effect.id.to_string()))
             .collect();
         let deviation = |r: &Reading| {
             let parts = r.gradient.iter().zip(&after.deviations[1 + t]);
             parts.map(|(g, d)| (g * d).powi(2)).sum::<f64>().sqrt()
         };
         let lost = square(&without.residual) - square(&fitted.residual);
-        let effect = verdict::named(term, deviation, gain, alternatives, units);
-        said.push(NamedEffect { share: lost.max(0.0), ..effect });
+        said.push((lost.max(0.0), verdict::named(term, deviation, gain, alternatives, plant)));
     }
-    said.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let total: f64 = said.iter().map(|e| e.share).sum::<f64>().max(f64::MIN_POSITIVE);
-    said.iter_mut().for_each(|e| e.share /= total);
-    said
+    verdict::shared(said)
 }

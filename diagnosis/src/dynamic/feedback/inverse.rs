@@ -3,20 +3,18 @@
 //! reading noise reaches the estimate (IDIM-LS: Janot, Vandanjon & Gautier, IEEE Trans. Control Syst.
 //! Technol. 22 (2014)).
 
+use fitter::plant::Hold;
+
 use super::motion::Motion;
 use crate::dynamic::effects::{DynamicEffect, Part};
-use crate::dynamic::model::{Model, Term};
+use crate::dynamic::model::Model;
 use crate::dynamic::recording::DynamicRecording;
 use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::feedback::inverse::ROUNDS;
 
-/// Which parts the model has; the amounts follow by least squares.
-#[derive(Clone)]
-pub struct Inverse {
-    /// Whether there is a stiffness.
-    pub stiffness: bool,
-    /// Effects with their shapes.
-    pub terms: Vec<(&'static dyn DynamicEffect, Vec<f64>)>,
+/// A mechanism without effects, with or without a stiffness; what multiplies follows by least squares.
+pub fn mechanism(stiffness: bool) -> Model {
+    Model { nominal_free: [true, stiffness, true], ..Model::nominal([0.0; 3], Hold::ZeroOrder) }
 }
 
 /// A column of the drive, and of which term's which parameter it is; of none: nominal.
@@ -70,7 +68,7 @@ fn nominal_columns(stiffness: bool, motion: &Motion) -> Vec<Vec<f64>> {
 
 /// Smoothed columns of an effect that is no lag, one per amount, with the parameter's number.
 pub fn effect_columns(
-    effect: &dyn DynamicEffect,
+    effect: &DynamicEffect,
     shapes: &[f64],
     motion: &Motion,
     gain: f64,
@@ -109,28 +107,26 @@ fn normal_equations(columns: &[Column], rows: &[usize], drive: &[f64]) -> (Symme
     (normal, right)
 }
 
-/// Fits the amounts on the rows that `wanted` selects.
-pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
+/// Fits the amounts of a model, its shapes given, on the rows that `wanted` selects.
+pub fn solve(shapes: &Model, motion: &Motion, wanted: &dyn Fn(usize) -> bool) -> Option<Solved> {
+    let (terms, stiff) = (&shapes.terms, shapes.nominal_free[1]);
     let rows: Vec<usize> = motion.runs.iter().flat_map(|r| r.clone()).filter(|k| wanted(*k)).collect();
     // Only a lag and a force that goes with the gain have to settle.
-    let rounds = if inverse.terms.iter().all(|(e, _)| !e.is_late() && !e.by_gain) { 1 } else { ROUNDS };
+    let rounds = if terms.iter().all(|t| !t.effect.is_late() && !t.effect.by_gain) { 1 } else { ROUNDS };
     let mut gain = 1.0;
     let mut lag_column: Option<Vec<f64>> = None;
     let mut solved = None;
     for _ in 0..rounds {
         // Columns of the drive: acceleration, velocity, position, then every amount; with its owner.
         let mut columns: Vec<Column> =
-            nominal_columns(inverse.stiffness, motion).into_iter().map(|c| (c, None)).collect();
-        for (t, (effect, shapes)) in inverse.terms.iter().enumerate() {
-            if effect.is_late() {
-                if let Some(rate) = &lag_column {
-                    columns.push((rate.clone(), Some((t, 0))));
-                }
+            nominal_columns(stiff, motion).into_iter().map(|c| (c, None)).collect();
+        for (t, term) in terms.iter().enumerate() {
+            if term.effect.is_late() {
+                columns.extend(lag_column.iter().map(|rate| (rate.clone(), Some((t, 0)))));
                 continue;
             }
-            columns.extend(
-                effect_columns(*effect, shapes, motion, gain).into_iter().map(|(j, c)| (c, Some((t, j)))),
-            );
+            let own = effect_columns(term.effect, &term.parameters, motion, gain);
+            columns.extend(own.into_iter().map(|(j, c)| (c, Some((t, j)))));
         }
         let (normal, right) = normal_equations(&columns, &rows, &motion.drive);
         let factor = normal.factor();
@@ -141,9 +137,10 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
         gain = 1.0 / x[0];
         let without_lag: Vec<f64> = (0..motion.position.len())
             .map(|k| {
-                let own = columns.iter().zip(&x).filter(|((_, owner), _)| {
-                    owner.is_none_or(|(t, _)| inverse.terms[t].0.part == Part::Force)
-                });
+                let own = columns
+                    .iter()
+                    .zip(&x)
+                    .filter(|((_, owner), _)| owner.is_none_or(|(t, _)| terms[t].effect.part == Part::Force));
                 own.map(|((c, _), x)| c[k] * x).sum()
             })
             .collect();
@@ -155,24 +152,15 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
         let per_row = (2.0 * motion.cutoff_hz * motion.step_s).min(1.0);
         let inverse_normal = factor.inverse();
         let deviation = |i: usize| (inverse_normal.at(i, i) * square / per_row).max(0.0).sqrt();
-        let first = if inverse.stiffness { 3 } else { 2 };
-        let mut model = Model::nominal(
-            [x[1] * gain, if inverse.stiffness { x[2] * gain } else { 0.0 }, gain],
-            fitter::plant::Hold::ZeroOrder,
-        );
-        model.nominal_free[1] = inverse.stiffness;
-        let stiff = if inverse.stiffness { deviation(2) * gain.abs() } else { 0.0 };
-        let mut deviations = vec![vec![deviation(1) * gain.abs(), stiff, deviation(0) * gain * gain]];
-        for (effect, shapes) in &inverse.terms {
-            model.terms.push(Term::new(*effect, shapes.clone()));
-            deviations.push(vec![0.0; shapes.len()]);
-        }
-        for (i, (_, owner)) in columns.iter().enumerate().skip(first) {
+        let stiffness = if stiff { [x[2] * gain, deviation(2) * gain.abs()] } else { [0.0; 2] };
+        let mut model = Model { nominal: [x[1] * gain, stiffness[0], gain], ..shapes.clone() };
+        let mut deviations = vec![vec![deviation(1) * gain.abs(), stiffness[1], deviation(0) * gain * gain]];
+        deviations.extend(terms.iter().map(|t| vec![0.0; t.parameters.len()]));
+        for (i, (_, owner)) in columns.iter().enumerate() {
             let Some((t, j)) = *owner else { continue };
-            let effect = inverse.terms[t].0;
-            let factor = match effect.part {
+            let factor = match terms[t].effect.part {
                 Part::Force => gain,
-                Part::SensorOffset if inverse.stiffness => x[0] / x[2],
+                Part::SensorOffset if stiff => x[0] / x[2],
                 _ => 1.0,
             };
             model.terms[t].parameters[j] = x[i] * factor;
@@ -184,15 +172,15 @@ pub fn solve(inverse: &Inverse, motion: &Motion, wanted: &dyn Fn(usize) -> bool)
 }
 
 /// Smoothed columns of a whole model that was fitted, its lag included.
-pub fn model_columns(inverse: &Inverse, solved: &Solved, motion: &Motion) -> Vec<Vec<f64>> {
-    let gain = solved.model.nominal[2];
-    let mut columns = nominal_columns(inverse.stiffness, motion);
-    for (effect, shapes) in &inverse.terms {
-        if effect.is_late() {
+pub fn model_columns(solved: &Solved, motion: &Motion) -> Vec<Vec<f64>> {
+    let mut columns = nominal_columns(solved.model.nominal_free[1], motion);
+    for term in &solved.model.terms {
+        if term.effect.is_late() {
             let fitted: Vec<f64> = motion.drive.iter().zip(&solved.residual).map(|(u, r)| u - r).collect();
             columns.push(motion.rate(&fitted));
         } else {
-            columns.extend(effect_columns(*effect, shapes, motion, gain).into_iter().map(|(_, c)| c));
+            let own = effect_columns(term.effect, &term.parameters, motion, solved.model.nominal[2]);
+            columns.extend(own.into_iter().map(|(_, c)| c));
         }
     }
     columns
@@ -200,12 +188,12 @@ pub fn model_columns(inverse: &Inverse, solved: &Solved, motion: &Motion) -> Vec
 
 /// A recording's own smoothing: the cut-off at which the nominal prediction with dry friction and offset
 /// errs least against the raw drive.
-pub fn best_cutoff(recording: &DynamicRecording, inverse: &Inverse) -> f64 {
+pub fn best_cutoff(recording: &DynamicRecording, shapes: &Model) -> f64 {
     let rate = 1.0 / recording.step_s;
     let tried = (0..12).map(|k| rate / 8.0 * 0.7f64.powi(k));
     let error = |cutoff: f64| -> f64 {
         let motion = Motion::new(recording, cutoff, None);
-        let Some(solved) = solve(inverse, &motion, &|_| true) else { return f64::INFINITY };
+        let Some(solved) = solve(shapes, &motion, &|_| true) else { return f64::INFINITY };
         let predicted = predict(&solved.model, &motion);
         predicted.iter().zip(&recording.drives[0]).map(|(a, b)| (a - b).powi(2)).sum()
     };

@@ -7,21 +7,19 @@ pub mod inverse;
 pub mod motion;
 pub mod search;
 
-use fitter::plant::Plant;
-
 use super::data::Data;
-use super::diagnose::{DynamicOutcome, Options, OwnSimulation, Predicted};
+use super::diagnose::{Case, DynamicOutcome, OwnSimulation, Predicted};
 use super::effects::{CATALOGUE, COULOMB_FRICTION, DRIVE_LAG, DRIVE_OFFSET, DynamicEffect, Scale, effect};
 use super::fault::DynamicError;
 use super::judge::{self, Problem, Withdrawn};
-use super::plant;
+use super::model::{Model, Term};
 use super::recording::DynamicRecording;
-use super::score::Proof;
-use super::verdict::{self, Units, locations};
+use super::verdict::{self, locations};
+use super::{plant, score};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::data::SCORE;
 use crate::verdict::{Said, Verdict};
-use inverse::{Inverse, Solved, best_cutoff, predict, solve};
+use inverse::{Solved, best_cutoff, mechanism, predict, solve};
 use motion::Motion;
 use search::Along;
 
@@ -29,109 +27,88 @@ use search::Along;
 ///
 /// # Errors
 /// One of [`DynamicError`].
-pub fn diagnose(
-    recording: &DynamicRecording,
-    nominal: &Plant,
-    simulated: Option<&OwnSimulation>,
-    held_out: Option<&DynamicRecording>,
-    options: &Options,
-) -> Result<DynamicOutcome, DynamicError> {
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+    let Case { recording, simulated, options, .. } = *case;
     if let Some(term) = options.given.first() {
         let reason =
             "is given, and under feedback all effects are identified anew; leave it out of the plant";
         let id = term.effect.id.to_string();
         return Err(DynamicError::Effect { file: recording.file.clone(), id, reason: reason.into() });
     }
-    let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
+    let lost = || recording.lost(100.0);
     let data = Data::new(recording);
     let scale = data.scale;
     // The lag that is looked for first is that of the drive; under feedback it cannot be told from others.
-    let mut catalogue: Vec<&'static dyn DynamicEffect> =
+    let mut catalogue: Vec<&'static DynamicEffect> =
         CATALOGUE.iter().copied().filter(|e| options.skip.iter().all(|id| id != e.id)).collect();
     catalogue.sort_by_key(|e| e.id != DRIVE_LAG);
-    let trial = Inverse {
-        stiffness: true,
-        terms: [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG]
-            .iter()
-            .filter_map(|id| effect(id).map(|e| (e, e.starts(&scale)[0].clone())))
-            .collect(),
-    };
+    let term = |id: &str| effect(id).map(|e| Term::new(e, (e.starts)(&scale)[0].clone()));
+    let terms = [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG].into_iter().filter_map(term).collect();
+    let trial = Model { terms, ..mechanism(true) };
     let motion = Motion::new(recording, best_cutoff(recording, &trial), None);
     let per_row = (2.0 * motion.cutoff_hz * motion.step_s).min(1.0);
     let along = Along { motion: &motion, fold: &data.fold, per_row };
     let present = along.search(&catalogue, &scale).ok_or_else(lost)?;
-    let nominal_inverse = Inverse { stiffness: present.stiffness, terms: Vec::new() };
-    let all = |inverse: &Inverse| solve(inverse, &motion, &|_| true);
+    let without = mechanism(present.nominal_free[1]);
     let theirs = simulated.map(|own| expected(own, recording, &along, &scale)).transpose()?;
     let before = match &theirs {
         Some(solved) => solved.clone(),
-        None => all(&nominal_inverse).ok_or_else(lost)?,
+        None => solve(&without, &motion, &|_| true).ok_or_else(lost)?,
     };
-    let proof_before = theirs.or_else(|| without_score(&nominal_inverse, &motion, &data));
-    judge::standing(&Feedback {
-        recording,
-        nominal,
-        held_out,
-        data: &data,
-        along,
-        catalogue,
-        found: present,
-        before,
-        proof_before,
-    })
+    let proof_before = theirs.or_else(|| without_score(&without, &motion, &data));
+    judge::standing(&Feedback { case, data: &data, along, catalogue, found: present, before, proof_before })
 }
 
 /// A model fitted without the rows that score.
-fn without_score(inverse: &Inverse, motion: &Motion, data: &Data) -> Option<Solved> {
-    solve(inverse, motion, &|k| data.fold[k] as usize != SCORE)
+fn without_score(shapes: &Model, motion: &Motion, data: &Data) -> Option<Solved> {
+    solve(shapes, motion, &|k| data.fold[k] as usize != SCORE)
 }
 
 /// A motion under feedback, and what was found along it.
 struct Feedback<'a> {
-    recording: &'a DynamicRecording,
-    nominal: &'a Plant,
-    held_out: Option<&'a DynamicRecording>,
+    case: &'a Case<'a>,
     data: &'a Data<'a>,
     along: Along<'a>,
-    catalogue: Vec<&'static dyn DynamicEffect>,
-    found: Inverse,
+    catalogue: Vec<&'static DynamicEffect>,
+    found: Model,
     /// The mechanism without effects, fitted to all rows, and without those that score.
     before: Solved,
     proof_before: Option<Solved>,
 }
 
 impl Problem for Feedback<'_> {
-    fn recording(&self) -> &DynamicRecording {
-        self.recording
+    fn case(&self) -> &Case<'_> {
+        self.case
     }
 
     fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
-        let (recording, nominal, before) = (self.recording, self.nominal, &self.before);
+        let (recording, nominal, before) = (self.case.recording, &self.case.plant.plant, &self.before);
         let motion = self.along.motion;
         let mut present = self.found.clone();
-        present.terms.retain(|(effect, _)| withdrawn.effects.iter().all(|id| id != effect.id));
-        let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
-        let after = solve(&present, motion, &|_| true).ok_or_else(lost)?;
-        let units = Units { position: nominal.position_unit.clone(), drive: nominal.drive_unit.clone() };
+        present.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id));
+        let after = solve(&present, motion, &|_| true).ok_or_else(|| recording.lost(100.0))?;
         let effects =
-            findings::named(&self.along, &present, &after, &self.catalogue, &self.data.scale, &units);
+            findings::named(&self.along, &present, &after, &self.catalogue, &self.data.scale, nominal);
         let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
         let locations = locations(|variable| motion.reach(variable), &effects, explained, &[]);
-        let own = predictions(recording, motion, before, &after);
-        let other = self.held_out.map(|r| {
-            let there = Motion::new(r, motion.cutoff_hz, Some(motion.slow()));
-            predictions(r, &there, before, &after)
+        let models = [&before.model, &after.model];
+        let own = Predicted::by(recording, models, |model| vec![predict(model, motion)]);
+        let other = self.case.held_out.map(|r| {
+            let there = Motion::new(r, motion.cutoff_hz, Some(motion.slow));
+            Predicted::by(r, models, |model| vec![predict(model, &there)])
         });
         let predicted = |solved: &Option<Solved>| solved.as_ref().map(|s| predict(&s.model, motion));
         let proof_after = without_score(&present, motion, self.data);
         let without = [predicted(&self.proof_before), predicted(&proof_after)];
-        let proof = Proof {
-            recording,
-            held_out: self.held_out,
-            channel: |recording| &recording.drives[0],
-            unit: &nominal.drive_unit,
-        };
-        let fit = proof.fit(&own, other.as_ref(), without, &self.data.fold);
+        let channels: score::Channels = |recording| &recording.drives;
+        let fit = score::fit(
+            self.case,
+            (channels, &nominal.drive_unit),
+            &own,
+            other.as_ref(),
+            without,
+            &self.data.fold,
+        );
         let verdict = if effects.is_empty() {
             Verdict::Consistent
         } else if findings::coloured(&after.residual, motion) {
@@ -146,17 +123,16 @@ impl Problem for Feedback<'_> {
             autocorrelation: 0.0,
         };
         let deviations = [0, 1, 2].map(|k| after.deviations[0].get(k).copied().unwrap_or(0.0));
-        let mut plant = verdict::nominal(after.model.nominal, deviations, &units);
-        plant.retain(|p| present.stiffness || p.name != "stiffness");
+        let mut plant = verdict::nominal(after.model.nominal, deviations, nominal);
+        plant.retain(|p| present.nominal_free[1] || p.name != "stiffness");
         let said = Said {
             verdict,
             next_experiment: verdict::next_experiment(verdict, &effects, &locations),
             locations,
             effects,
-            unidentifiable: unidentifiable(present.stiffness),
+            unidentifiable: unidentifiable(present.nominal_free[1]),
         };
-        let bad_rows = recording.bad_rows.clone();
-        let diagnosis = Diagnosis { bad_rows, plant, ..Diagnosis::of(&recording.file, said, floor, fit) };
+        let diagnosis = Diagnosis { plant, ..self.case.said(said, floor, fit) };
         Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other, idle: None })
     }
 }
@@ -182,11 +158,9 @@ fn expected(
     along: &Along,
     scale: &Scale,
 ) -> Result<Solved, DynamicError> {
-    own.of_rows(recording.rows())?;
-    let copy = DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() };
-    let motion = Motion::new(&copy, along.motion.cutoff_hz, Some(along.motion.slow()));
+    let motion = Motion::new(&own.in_place(recording)?, along.motion.cutoff_hz, Some(along.motion.slow));
     let theirs = Along { motion: &motion, fold: along.fold, per_row: along.per_row };
-    let solved = theirs.search(&[], scale).and_then(|inverse| solve(&inverse, &motion, &|_| true));
+    let solved = theirs.search(&[], scale).and_then(|shapes| solve(&shapes, &motion, &|_| true));
     let solved = solved.ok_or_else(|| {
         own.wrong("a position that does not move".into(), "the motion that the recorded drive causes".into())
     })?;
@@ -197,12 +171,4 @@ fn expected(
 
 fn square(residual: &[f64]) -> f64 {
     crate::numerics::rms(residual).powi(2)
-}
-
-fn predictions(recording: &DynamicRecording, motion: &Motion, before: &Solved, after: &Solved) -> Predicted {
-    Predicted {
-        t_s: recording.t_s.clone(),
-        before: vec![predict(&before.model, motion)],
-        after: vec![predict(&after.model, motion)],
-    }
 }

@@ -2,7 +2,7 @@
 //! accelerations that the catalogue's effects add along it.
 
 use super::filter::{derivative, low_pass};
-use crate::dynamic::effects::{DynamicEffect, Flow, Part, Physics};
+use crate::dynamic::effects::{DynamicEffect, Flow, Part};
 use crate::dynamic::recording::DynamicRecording;
 use crate::numerics::range;
 use crate::thresholds::dynamic::effects::MOST_STATES;
@@ -22,8 +22,8 @@ pub struct Motion {
     pub acceleration: Vec<f64>,
     /// The smoothed drive.
     pub drive: Vec<f64>,
-    /// Speed that stands for standing still.
-    slow: f64,
+    /// Speed that counts as standing still.
+    pub slow: f64,
 }
 
 impl Motion {
@@ -67,11 +67,6 @@ impl Motion {
         }
     }
 
-    /// The speed that counts as standing still.
-    pub fn slow(&self) -> f64 {
-        self.slow
-    }
-
     /// `x` smoothed as the motion is.
     pub fn smooth(&self, x: &[f64]) -> Vec<f64> {
         self.runs.iter().flat_map(|r| low_pass(&x[r.clone()], self.cutoff_hz, self.step_s)).collect()
@@ -83,14 +78,14 @@ impl Motion {
     }
 
     /// What an effect adds to the acceleration along the motion.
-    pub fn force(&self, effect: &dyn DynamicEffect, parameters: &[f64], gain: f64) -> Vec<f64> {
+    pub fn force(&self, effect: &DynamicEffect, parameters: &[f64], gain: f64) -> Vec<f64> {
         let mut out = vec![0.0; self.position.len()];
         if effect.part != Part::Force {
             return out;
         }
         let count = effect.states;
         for run in &self.runs {
-            let mut states = effect.rest(self.position[run.start]);
+            let mut states = (effect.rest)(self.position[run.start]);
             for k in run.clone() {
                 let next = (k + 1).min(run.end - 1);
                 let at = |part: f64, states: &[f64; MOST_STATES]| -> (f64, [f64; MOST_STATES]) {
@@ -108,7 +103,7 @@ impl Motion {
                         states: &states[..count],
                         rates: &mut rates[..count],
                     };
-                    Physics::<f64>::force(effect, parameters, &mut flow);
+                    effect.law.force(parameters, &mut flow);
                     (acceleration, rates)
                 };
                 out[k] = at(0.0, &states).0;

@@ -3,12 +3,12 @@
 
 use rayon::prelude::*;
 
-use super::inverse::{Inverse, Solved, effect_columns, model_columns, solve};
+use super::inverse::{Solved, effect_columns, mechanism, model_columns, solve};
 use super::motion::Motion;
-use crate::dynamic::data::CHOOSE;
-use crate::dynamic::data::FIT;
+use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
-use crate::numerics::dot;
+use crate::dynamic::model::{Model, Term};
+use crate::numerics::{Basis, dot, mean_and_error};
 use crate::thresholds::dynamic::feedback::search::{ALTERNATIVE, CONSISTENT, LEAST_PART, RESOLVED};
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
@@ -21,7 +21,7 @@ const FREQUENCY: &str = "Hz";
 /// Whether a smoothed motion shows an effect with these parameters. What happens below the speed `slow` at which the
 /// direction of motion is uncertain is not seen, nor is a resonance beyond the smoothing: its foot is taken for what
 /// the smoothing leaves of a lag.
-fn seen(effect: &dyn DynamicEffect, parameters: &[f64], slow: f64, cutoff_hz: f64) -> bool {
+fn seen(effect: &DynamicEffect, parameters: &[f64], slow: f64, cutoff_hz: f64) -> bool {
     let one = |(j, (p, value)): (usize, (&Parameter, &f64))| match p.unit {
         SPEED => effect.creep() == Some(j) || *value > RESOLVED * slow,
         FREQUENCY => *value < cutoff_hz,
@@ -32,7 +32,6 @@ fn seen(effect: &dyn DynamicEffect, parameters: &[f64], slow: f64, cutoff_hz: f6
 
 /// The search along one motion.
 pub struct Along<'a> {
-    /// The motion.
     pub motion: &'a Motion,
     /// Kind of every row.
     pub fold: &'a [u8],
@@ -49,8 +48,8 @@ impl Along<'_> {
     }
 
     /// A model fitted on the rows that fit.
-    pub fn fit(&self, inverse: &Inverse) -> Option<Solved> {
-        solve(inverse, self.motion, &|k| self.fold[k] as usize == FIT)
+    pub fn fit(&self, shapes: &Model) -> Option<Solved> {
+        solve(shapes, self.motion, &|k| self.fold[k] as usize == FIT)
     }
 
     /// −2 log likelihood gained on one kind of row.
@@ -78,10 +77,8 @@ impl Along<'_> {
             }
             last = fold;
         }
-        let count = blocks.len() as f64;
-        let mean = crate::numerics::mean(&blocks);
-        let square = blocks.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        mean / (square / count).sqrt().max(f64::MIN_POSITIVE)
+        let (mean, error) = mean_and_error(&blocks);
+        mean / error.max(f64::MIN_POSITIVE)
     }
 
     fn worth(&self, before: &Solved, after: &Solved) -> bool {
@@ -94,19 +91,10 @@ impl Along<'_> {
     }
 
     /// A model with one more effect, its shapes refined.
-    fn with(
-        &self,
-        present: &Inverse,
-        effect: &'static dyn DynamicEffect,
-        start: &[f64],
-    ) -> Option<(Inverse, Solved)> {
-        let build = |shapes: &[f64]| {
-            let mut inverse = present.clone();
-            inverse.terms.push((effect, shapes.to_vec()));
-            inverse
-        };
+    fn with(&self, present: &Model, effect: &'static DynamicEffect, start: &[f64]) -> Option<Solved> {
+        let fit = |shapes: &[f64]| self.fit(&present.with(Term::new(effect, shapes.to_vec())));
         let mut shapes = start.to_vec();
-        let mut best = self.fit(&build(&shapes))?;
+        let mut best = fit(&shapes)?;
         let shaped: Vec<usize> = (0..shapes.len())
             .filter(|j| effect.parameters[*j].shape && !effect.is_late() && *j < effect.kept)
             .collect();
@@ -116,7 +104,7 @@ impl Along<'_> {
                 for factor in [width, 1.0 / width] {
                     let mut tried = shapes.clone();
                     tried[j] *= factor;
-                    if let Some(s) = self.fit(&build(&tried))
+                    if let Some(s) = fit(&tried)
                         && self.square(&s.residual, FIT) < self.square(&best.residual, FIT)
                     {
                         (shapes, best) = (tried, s);
@@ -125,7 +113,7 @@ impl Along<'_> {
             }
             width = 1.0 + 0.6 * (width - 1.0);
         }
-        Some((build(&shapes), best))
+        Some(best)
     }
 
     /// The rows that fit of a column.
@@ -133,139 +121,98 @@ impl Along<'_> {
         column.iter().zip(self.fold).filter(|(_, f)| **f as usize == FIT).map(|(c, _)| *c).collect()
     }
 
-    /// Adds a column to an orthonormal basis on the rows that fit.
-    fn extend(&self, basis: &mut Vec<Vec<f64>>, column: Vec<f64>) {
-        let mut own = self.fit_rows(&column);
-        let before = dot(&own, &own);
-        for _ in 0..2 {
-            for b in basis.iter() {
-                let along = dot(&own, b);
-                crate::numerics::add_scaled(&mut own, -along, b);
-            }
-        }
-        let square = dot(&own, &own);
-        if square > 1e-10 * before && square > 0.0 {
-            let norm = square.sqrt();
-            own.iter_mut().for_each(|v| *v /= norm);
-            basis.push(own);
-        }
-    }
-
-    /// What further columns explain of a residual, beside a basis.
-    fn explained(
-        &self,
-        basis: &[Vec<f64>],
-        residual: &[f64],
-        columns: impl Iterator<Item = Vec<f64>>,
-    ) -> f64 {
+    /// What further columns explain of a residual, beside a basis of the rows that fit.
+    fn explained(&self, basis: &Basis, residual: &[f64], columns: impl Iterator<Item = Vec<f64>>) -> f64 {
         let residual = self.fit_rows(residual);
-        let mut all = basis.to_vec();
-        columns.for_each(|c| self.extend(&mut all, c));
-        all[basis.len()..].iter().map(|b| dot(&residual, b).powi(2)).sum()
+        let mut all = basis.clone();
+        columns.for_each(|c| _ = all.add(&self.fit_rows(&c)));
+        (basis.rank()..all.rank()).map(|k| dot(&residual, all.columns.get(k)).powi(2)).sum()
     }
 
     /// All effects of a catalogue beside a model, the best first; equal ones in the catalogue's order.
     pub fn contenders(
         &self,
-        present: &Inverse,
-        catalogue: &[&'static dyn DynamicEffect],
+        present: &Solved,
+        catalogue: &[&'static DynamicEffect],
         scale: &Scale,
-    ) -> Vec<(Inverse, Solved)> {
-        let Some(solved) = self.fit(present) else { return Vec::new() };
-        let mut basis: Vec<Vec<f64>> = Vec::new();
-        for column in model_columns(present, &solved, self.motion) {
-            self.extend(&mut basis, column);
-        }
-        let lagging = present.terms.iter().any(|(e, _)| e.is_late());
-        let offset = present.terms.iter().any(|(e, _)| matches!(e.part, Part::Drive | Part::SensorOffset));
-        let one = |e: &&'static dyn DynamicEffect| -> Option<(Inverse, Solved)> {
-            let constant = matches!(e.part, Part::Drive | Part::SensorOffset);
-            let known = present.terms.iter().any(|(p, _)| p.id == e.id);
-            if known
-                || (e.is_late() && lagging)
-                || (constant && offset)
+    ) -> Vec<Solved> {
+        let model = &present.model;
+        let columns = model_columns(present, self.motion);
+        let mut basis = Basis::new(self.fold.iter().filter(|f| **f as usize == FIT).count());
+        columns.iter().for_each(|column| _ = basis.add(&self.fit_rows(column)));
+        let constant = |e: &DynamicEffect| matches!(e.part, Part::Drive | Part::SensorOffset);
+        let has = |kind: &dyn Fn(&DynamicEffect) -> bool| model.terms.iter().any(|t| kind(t.effect));
+        let one = |e: &&'static DynamicEffect| -> Option<Solved> {
+            if model.has(e.id)
+                || (e.is_late() && has(&DynamicEffect::is_late))
+                || (constant(e) && has(&constant))
                 || e.is_limit()
                 || e.part == Part::DriveMemory
-                || (e.part == Part::SensorOffset && !present.stiffness)
+                || (e.part == Part::SensorOffset && !model.nominal_free[1])
             {
                 return None;
             }
-            let starts = e.starts(scale);
+            let starts = (e.starts)(scale);
             let start = if starts.len() == 1 || e.is_late() {
                 &starts[0]
             } else {
                 // The start whose columns explain most of the residual.
                 let explained = |start: &Vec<f64>| -> f64 {
-                    let gain = solved.model.nominal[2];
-                    let columns = effect_columns(*e, start, self.motion, gain);
-                    self.explained(&basis, &solved.residual, columns.into_iter().map(|(_, c)| c))
+                    let columns = effect_columns(e, start, self.motion, model.nominal[2]);
+                    self.explained(&basis, &present.residual, columns.into_iter().map(|(_, c)| c))
                 };
                 starts.iter().map(|s| (explained(s), s)).max_by(|a, b| a.0.total_cmp(&b.0))?.1
             };
-            let (inverse, solved) = self.with(present, *e, start)?;
+            let solved = self.with(model, e, start)?;
             let parameters = &solved.model.terms.last()?.parameters;
-            let seen = seen(*e, parameters, self.motion.slow(), self.motion.cutoff_hz);
-            (seen && e.plausible(parameters, scale)).then_some((inverse, solved))
+            let seen = seen(e, parameters, self.motion.slow, self.motion.cutoff_hz);
+            (seen && (e.plausible)(parameters, scale)).then_some(solved)
         };
-        let mut found: Vec<(Inverse, Solved)> = catalogue.par_iter().filter_map(one).collect();
-        found.sort_by(|a, b| {
-            self.square(&a.1.residual, CHOOSE).total_cmp(&self.square(&b.1.residual, CHOOSE))
-        });
+        let mut found: Vec<Solved> = catalogue.par_iter().filter_map(one).collect();
+        found.sort_by(|a, b| self.square(&a.residual, CHOOSE).total_cmp(&self.square(&b.residual, CHOOSE)));
         found
     }
 
     /// The effects beside a mechanism of inertia and damping alone; none where not even that can be fitted.
-    pub fn search(&self, catalogue: &[&'static dyn DynamicEffect], scale: &Scale) -> Option<Inverse> {
-        let mut present = Inverse { stiffness: false, terms: Vec::new() };
-        let mut solved = self.fit(&present)?;
+    pub fn search(&self, catalogue: &[&'static DynamicEffect], scale: &Scale) -> Option<Model> {
+        let mut present = self.fit(&mechanism(false))?;
+        let left = |solved: &Solved| self.square(&solved.residual, CHOOSE);
+        let with_stiffness = |model: &Model, stiffness: bool| {
+            self.fit(&Model { nominal_free: [true, stiffness, true], ..model.clone() })
+        };
         loop {
             let contenders = self.contenders(&present, catalogue, scale);
             // A stiffness is nominal physics: it is taken where it helps more than any effect.
-            let stiff = Inverse { stiffness: true, ..present.clone() };
-            if !present.stiffness
-                && let Some(s) = self.fit(&stiff)
-                && self.worth(&solved, &s)
-                && contenders
-                    .first()
-                    .is_none_or(|c| self.square(&s.residual, CHOOSE) < self.square(&c.1.residual, CHOOSE))
+            if !present.model.nominal_free[1]
+                && let Some(stiff) = with_stiffness(&present.model, true)
+                && self.worth(&present, &stiff)
+                && contenders.first().is_none_or(|c| left(&stiff) < left(c))
             {
-                (present, solved) = (stiff, s);
+                present = stiff;
                 continue;
             }
             // A simpler effect that does as well, or one that comes first.
             let Some(best) = contenders.first() else { break };
-            let least = self.square(&best.1.residual, CHOOSE) * (1.0 + ALTERNATIVE);
+            let least = left(best) * (1.0 + ALTERNATIVE);
             let rank = |id: &str| catalogue.iter().position(|e| e.id == id).unwrap_or(usize::MAX);
-            let last = |i: &Inverse| i.terms.last().map_or("", |(e, _)| e.id);
-            let next = contenders
-                .iter()
-                .filter(|c| self.square(&c.1.residual, CHOOSE) <= least)
-                .min_by_key(|c| (c.0.terms.last().map_or(0, |(_, s)| s.len()), rank(last(&c.0))));
-            let Some(next) = next.filter(|c| self.worth(&solved, &c.1)) else { break };
-            (present, solved) = next.clone();
+            let order = |c: &&Solved| c.model.terms.last().map(|t| (t.parameters.len(), rank(t.effect.id)));
+            let next = contenders.iter().filter(|c| left(c) <= least).min_by_key(order);
+            let Some(next) = next.filter(|c| self.worth(&present, c)) else { break };
+            present = next.clone();
             // What a new effect has made idle goes.
-            for t in (0..present.terms.len().saturating_sub(1)).rev() {
-                let mut shorter = present.clone();
-                shorter.terms.remove(t);
-                if let Some(s) = self.fit(&shorter)
-                    && !self.worth(&s, &solved)
-                {
-                    (present, solved) = (shorter, s);
-                }
+            for t in (0..present.model.terms.len().saturating_sub(1)).rev() {
+                let shorter = self.fit(&present.model.without(t));
+                present = shorter.filter(|s| !self.worth(s, &present)).unwrap_or(present);
             }
-            if present.stiffness {
-                let free = Inverse { stiffness: false, ..present.clone() };
-                if let Some(s) = self.fit(&free)
-                    && !self.worth(&s, &solved)
-                {
-                    (present, solved) = (free, s);
-                }
+            if present.model.nominal_free[1] {
+                let free = with_stiffness(&present.model, false);
+                present = free.filter(|s| !self.worth(s, &present)).unwrap_or(present);
             }
-            if present.terms.len() >= MOST_TERMS {
+            if present.model.terms.len() >= MOST_TERMS {
                 break;
             }
         }
-        Some(present)
+        Some(present.model)
     }
 }
 

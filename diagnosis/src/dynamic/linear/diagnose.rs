@@ -2,17 +2,18 @@
 
 use std::ops::Range;
 
-use fitter::plant::{Order, PlantFile};
+use fitter::plant::Order;
 
 use super::looped::{Looped, Stretch};
 use super::modal::Modal;
 use super::offset::{self, Offset, offset};
 use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
-use crate::diagnosis::{Diagnosis, NoiseFloor};
-use crate::dynamic::diagnose::Predicted;
+use crate::diagnosis::NoiseFloor;
+use crate::dynamic::diagnose::{Case, Predicted};
 use crate::dynamic::effects::CUBIC_STIFFNESS;
 use crate::dynamic::judge::{self, Problem, Withdrawn};
+use crate::dynamic::score;
 use crate::dynamic::spectrum::Response;
 use crate::dynamic::spectrum::experiments::mean_period;
 use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
@@ -21,24 +22,16 @@ use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::diagnose::{
     FINAL_STEPS, GROWS, LINEAR_STEPS, NOISE, RIVAL, RIVAL_STEPS, STEPS,
 };
+use crate::thresholds::dynamic::linear::plan::{FINAL_ROWS, FIT_ROWS};
 use crate::verdict::{NamedEffect, Said, Verdict};
 
 /// Diagnoses a recording whose plant is `kind = "linear"`.
 ///
 /// # Errors
-/// [`DynamicError::NoPlant`] where the drives do not determine a model, and what
-/// [`DynamicRecording::comparable`] refuses of `held_out`.
-pub fn diagnose_linear(
-    recording: &DynamicRecording,
-    plant: &PlantFile,
-    simulated: Option<&OwnSimulation>,
-    held_out: Option<&DynamicRecording>,
-    skip: &[String],
-) -> Result<DynamicOutcome, DynamicError> {
-    if let Some(other) = held_out {
-        recording.comparable(other)?;
-    }
-    let lost = || DynamicError::NoPlant { file: recording.file.clone(), percent: 100.0 };
+/// [`DynamicError::NoPlant`] where the drives do not determine a model.
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+    let Case { recording, plant, simulated, options, .. } = *case;
+    let lost = || recording.lost(100.0);
     let plan = Plan::new(recording);
     let expected = match simulated {
         Some(own) => theirs(recording, own)?,
@@ -56,20 +49,17 @@ pub fn diagnose_linear(
             (Looped::plain(pooled), lowest)
         }
     };
-    let fitting = plan.fitting(recording);
+    let fitting = plan.chosen(recording, FIT_ROWS);
     let held = plan.held();
     let judged = plan.stretches(recording, if held.is_empty() { &[] } else { &held });
     let judged = if judged.is_empty() { fitting.clone() } else { judged };
-    let named = if skip.iter().any(|id| id == file::ID) {
+    let named = if options.skip.iter().any(|id| id == file::ID) {
         None
     } else {
         name(recording, &plan, &before, &start, &fitting, &judged)
     };
     judge::standing(&Modes {
-        recording,
-        plant,
-        held_out,
-        skip,
+        case,
         responses: verdict::responses(recording, &plan),
         noise: period_noise(recording, &plan),
         plan,
@@ -81,10 +71,7 @@ pub fn diagnose_linear(
 
 /// A structure of many modes, and what was found in it.
 struct Modes<'a> {
-    recording: &'a DynamicRecording,
-    plant: &'a PlantFile,
-    held_out: Option<&'a DynamicRecording>,
-    skip: &'a [String],
+    case: &'a Case<'a>,
     plan: Plan,
     /// The linear model.
     before: Looped,
@@ -97,18 +84,18 @@ struct Modes<'a> {
 }
 
 impl Problem for Modes<'_> {
-    fn recording(&self) -> &DynamicRecording {
-        self.recording
+    fn case(&self) -> &Case<'_> {
+        self.case
     }
 
     fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
-        let (recording, plant, before) = (self.recording, self.plant, &self.before);
-        let out = |id: &str| self.skip.iter().chain(&withdrawn.effects).any(|other| other == id);
+        let (recording, plant, before) = (self.case.recording, self.case.plant, &self.before);
+        let out = |id: &str| self.case.options.skip.iter().chain(&withdrawn.effects).any(|other| other == id);
         let named = self.named.as_ref().filter(|_| !out(file::ID));
         let mut effects: Vec<NamedEffect> = named.map(|found| self.hysteresis(found)).into_iter().collect();
         let after = named.map_or(before, |found| &found.model);
         let mut own = predict(recording, before, after);
-        let mut other = self.held_out.map(|r| predict(r, before, after));
+        let mut other = self.case.held_out.map(|r| predict(r, before, after));
         let stated = Offset::stated(plant, recording.positions.len());
         if let Some(stated) = &stated {
             for predicted in std::iter::once(&mut own).chain(&mut other) {
@@ -124,8 +111,7 @@ impl Problem for Modes<'_> {
         }
         let (said, floor) = self.said(effects, &own);
         let fit = self.fit(&own, other.as_ref());
-        let bad_rows = recording.bad_rows.clone();
-        let diagnosis = Diagnosis { bad_rows, ..Diagnosis::of(&recording.file, said, floor, fit) };
+        let diagnosis = self.case.said(said, floor, fit);
         let mut written = file::to_file(after, &plant.plant);
         let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
         written.effects.extend(constant.map(|o| o.effect()));
@@ -143,7 +129,7 @@ impl Modes<'_> {
 
     /// Verdict and places, and the noise that they are measured by.
     fn said(&self, effects: Vec<NamedEffect>, own: &Predicted) -> (Said, NoiseFloor) {
-        let (recording, plan, noise) = (self.recording, &self.plan, self.noise);
+        let (recording, plan, noise) = (self.case.recording, &self.plan, self.noise);
         let held = plan.held();
         let left = rms(recording, &own.after, if held.is_empty() { &recording.runs } else { &held });
         let level = noise.map_or(left, |(level, _)| level);
@@ -169,7 +155,7 @@ impl Modes<'_> {
         };
         let floor = NoiseFloor {
             value: level,
-            unit: self.plant.plant.position_unit.clone(),
+            unit: self.case.plant.plant.position_unit.clone(),
             from: if noise.is_some() { "repeated periods" } else { "what the model leaves" }.into(),
             autocorrelation: noise.map_or(0.0, |(_, correlation)| correlation),
         };
@@ -186,10 +172,10 @@ impl Modes<'_> {
     }
 
     fn fit(&self, own: &Predicted, other: Option<&Predicted>) -> Fit {
-        let (recording, held) = (self.recording, self.plan.held());
+        let (recording, held) = (self.case.recording, self.plan.held());
         let score = |own: &[Vec<f64>], other: Option<&Vec<Vec<f64>>>| Score {
             train_rms: rms(recording, own, &self.plan.fitted()),
-            held_out_rms: match (self.held_out, other) {
+            held_out_rms: match (self.case.held_out, other) {
                 (Some(r), Some(columns)) => Some(rms(r, columns, &r.runs)),
                 _ if held.is_empty() => None,
                 _ => Some(rms(recording, own, &held)),
@@ -197,8 +183,8 @@ impl Modes<'_> {
         };
         let scores =
             [score(&own.before, other.map(|o| &o.before)), score(&own.after, other.map(|o| &o.after))];
-        let by = self.held_out.map_or(self.plan.held_out_by, |r| &r.file);
-        Fit::of(&self.plant.plant.position_unit, by, scores)
+        let by = self.case.held_out.map_or(self.plan.held_out_by, |r| &r.file);
+        Fit::of(&self.case.plant.plant.position_unit, by, scores)
     }
 }
 
@@ -220,7 +206,7 @@ fn nominals(recording: &DynamicRecording, plan: &Plan, order: Option<usize>) -> 
     let mut pooled = nominal::identify(&all, order)?;
     if plan.period.is_none() {
         // Windows smear the resonances: the rows themselves decide.
-        let rows = plan.finishing(recording);
+        let rows = plan.chosen(recording, FINAL_ROWS);
         let limits = Limits { steps: LINEAR_STEPS, decrease: 1e-4 };
         pooled = sensitivity::fit(&Looped::plain(pooled), &rows, limits).linear;
         return Some((pooled.clone(), pooled));
@@ -246,7 +232,7 @@ fn name(
     judged: &[Stretch],
 ) -> Option<Named> {
     let limits = |steps| Limits { steps, decrease: 2e-3 };
-    let whole = plan.finishing(recording);
+    let whole = plan.chosen(recording, FINAL_ROWS);
     let finish = |model: &Looped| {
         let (model, steps) = if whole.len() > fitting.len() {
             (sensitivity::fit(model, fitting, limits(STEPS - RIVAL_STEPS)), FINAL_STEPS)
@@ -281,19 +267,15 @@ fn agrees(model: &Modal, recording: &DynamicRecording) -> bool {
 
 /// The recording with the user's simulated position in the place of the measured one.
 fn theirs(recording: &DynamicRecording, own: &OwnSimulation) -> Result<DynamicRecording, DynamicError> {
-    if recording.positions.len() != 1 {
-        return Err(own.wrong(
-            "one `position`".into(),
-            format!("a recording of one, not {}", recording.positions.len()),
-        ));
+    match recording.positions.len() {
+        1 => own.in_place(recording),
+        found => Err(own.wrong("one `position`".into(), format!("a recording of one, not {found}"))),
     }
-    own.of_rows(recording.rows())?;
-    Ok(DynamicRecording { positions: vec![own.positions.clone()], ..recording.clone() })
 }
 
 /// Free runs of every run by two models, row for row; what runs away stands still at zero.
 fn predict(recording: &DynamicRecording, before: &Looped, after: &Looped) -> Predicted {
-    let run = |model: &Looped| -> Vec<Vec<f64>> {
+    Predicted::by(recording, [before, after], |model| {
         let p = recording.positions.len();
         let mut columns = vec![vec![0.0; recording.rows()]; p];
         for rows in &recording.runs {
@@ -305,39 +287,21 @@ fn predict(recording: &DynamicRecording, before: &Looped, after: &Looped) -> Pre
             }
         }
         columns
-    };
-    Predicted { t_s: recording.t_s.clone(), before: run(before), after: run(after) }
+    })
 }
 
 /// Positions of one run, rows × outputs: in steady state where it is periodic, otherwise from the initial
-/// state that its unscored rows give.
+/// state that its first rows give.
 pub fn free_run(model: &Looped, recording: &DynamicRecording, rows: &Range<usize>) -> Option<Vec<f64>> {
-    let rows_of = |channels: &[Vec<f64>], rows: &Range<usize>| -> Vec<f64> {
-        rows.clone().flat_map(|t| channels.iter().map(move |c| c[t])).collect()
-    };
-    if let Some(length) = plan::period(recording) {
-        let mean: Vec<Vec<f64>> = recording.drives.iter().map(|d| mean_period(d, rows, length)).collect();
-        let one = model.steady(&rows_of(&mean, &(0..length)))?;
-        return Some(one.repeat(rows.len() / length));
-    }
-    let drive = rows_of(&recording.drives, rows);
-    let head = rows.start..rows.end.min(rows.start + recording.unscored().max(50));
-    let position = rows_of(&recording.positions, &head);
-    let mut state = model.rest();
-    state.x = super::initial::state(&model.linear, &drive, &position, head.len());
-    model.simulate(&drive, &mut state)
+    let period = plan::period(recording);
+    let y = sensitivity::predict(model, &plan::stretch(recording, rows.clone(), period))?;
+    Some(y.repeat(period.map_or(1, |length| rows.len() / length)))
 }
 
 /// Root mean square of recorded less predicted over the scored of the rows and all positions.
 pub fn rms(recording: &DynamicRecording, predicted: &[Vec<f64>], rows: &[Range<usize>]) -> f64 {
-    let (mut sum, mut count) = (0.0, 0usize);
-    for (recorded, predicted) in recording.positions.iter().zip(predicted) {
-        for row in rows.iter().cloned().flatten().filter(|row| recording.scored(*row)) {
-            sum += (recorded[row] - predicted[row]).powi(2);
-            count += 1;
-        }
-    }
-    (sum / count.max(1) as f64).sqrt()
+    let rows = rows.iter().cloned().flatten().filter(|row| recording.scored(*row));
+    score::rms(&recording.positions, predicted, rows).unwrap_or(0.0)
 }
 
 /// Standard deviation of a reading from the scatter over periods, and the correlation of successive ones.

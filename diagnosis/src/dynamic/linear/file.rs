@@ -1,14 +1,12 @@
 //! The model to and from `plant.toml`.
 
-use std::collections::BTreeMap;
-
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use fitter::plant::{Numbers, Order, Plant, PlantEffect, PlantFile, StateSpace};
 
 use super::looped::Looped;
 use super::modal::Modal;
-use super::operator::{Operator, Plays};
+use super::operator::Operator;
 use super::subspace::to_blocks;
 use crate::dynamic::effects::RAYLEIGH_HYSTERESIS;
 
@@ -43,16 +41,17 @@ pub fn to_file(model: &Looped, nominal: &Plant) -> PlantFile {
     };
     let plant = Plant { order: Some(Order::States(n)), ..nominal.clone() };
     let mut effects = Vec::new();
-    if let (Operator::Hysteresis(plays), true) = (&model.operator, model.loops() > 0) {
-        let each = |values: &[f64]| Numbers::Each(values.to_vec());
-        let parameters = BTreeMap::from([
-            ("into_state".to_string(), each(&model.e)),
-            ("into_position".to_string(), each(&model.f)),
-            ("from_state".to_string(), each(&model.cz)),
-            ("from_drive".to_string(), each(&model.dz)),
-            ("thresholds".to_string(), each(&plays.thresholds)),
-            ("weights".to_string(), each(&plays.weights())),
-        ]);
+    if model.loops() > 0 && model.operator.cells() > 0 {
+        let operator = &model.operator;
+        let parameters = [
+            ("into_state", model.e.clone()),
+            ("into_position", model.f.clone()),
+            ("from_state", model.cz.clone()),
+            ("from_drive", model.dz.clone()),
+            ("thresholds", operator.thresholds.clone()),
+            ("weights", operator.weights()),
+        ];
+        let parameters = parameters.map(|(name, values)| (name.to_string(), Numbers::Each(values))).into();
         effects.push(PlantEffect { id: ID.to_string(), parameters });
     }
     PlantFile { plant, state_space: Some(space), effects }
@@ -103,6 +102,6 @@ pub fn to_model(file: &PlantFile) -> Option<Looped> {
         f,
         cz: seen(q, &|i, j| cz[i * n + j]),
         dz,
-        operator: Operator::Hysteresis(Plays { thresholds, spacing: weights, exponent: 0.0 }),
+        operator: Operator { thresholds, spacing: weights, exponent: 0.0 },
     })
 }

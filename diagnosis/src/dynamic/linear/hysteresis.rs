@@ -6,33 +6,20 @@ use faer::{Mat, Side};
 
 use super::looped::{Looped, Stretch};
 use super::modal::Modal;
-use super::operator::{Operator, Plays};
+use super::operator::Operator;
 use super::sensitivity;
 use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::hysteresis::{EXPONENT, STRENGTHS};
 
-/// What the operator acts on at the start of a fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Acts {
-    /// On the drive: w joins u.
-    OnDrive,
-    /// On the static drive that would hold the position, z = G(1)⁺ y(k + ahead).
-    OnElongation { ahead: bool },
-}
-
 /// The best start over what the operator may act on and how strongly; `None` where none can be simulated.
 pub fn start(linear: &Modal, stretches: &[Stretch], hysteresis: bool) -> Option<Looped> {
     let mut best: Option<(f64, Looped)> = None;
-    let acts = [Acts::OnDrive, Acts::OnElongation { ahead: false }, Acts::OnElongation { ahead: true }];
-    for acts in acts {
-        let Some((cz, dz)) = signal(linear, acts) else { continue };
+    for signal in [on_drive, on_elongation, on_next_elongation] {
+        let Some((cz, dz)) = signal(linear) else { continue };
         let Some((cz, dz, size)) = unit_size(linear, cz, dz, stretches) else { continue };
         for strength in STRENGTHS {
-            let operator = if hysteresis {
-                Operator::Hysteresis(Plays::unit(EXPONENT))
-            } else {
-                Operator::Memoryless { exponent: EXPONENT }
-            };
+            let operator =
+                if hysteresis { Operator::hysteresis(EXPONENT) } else { Operator::memoryless(EXPONENT) };
             let scaled = |b: &[f64]| -> Vec<f64> {
                 b.chunks_exact(linear.inputs)
                     .flat_map(|row| row.iter().zip(&size).map(|(b, s)| strength * b * s))
@@ -55,12 +42,34 @@ pub fn fit(linear: &Modal, stretches: &[Stretch], hysteresis: bool, limits: Limi
 }
 
 /// C_z and D_z of a signal per drive.
-fn signal(linear: &Modal, acts: Acts) -> Option<(Vec<f64>, Vec<f64>)> {
+type Signal = Option<(Vec<f64>, Vec<f64>)>;
+
+/// The drive itself: w joins u.
+fn on_drive(linear: &Modal) -> Signal {
+    let (n, m) = (linear.order(), linear.inputs);
+    Some((vec![0.0; m * n], (0..m * m).map(|i| if i / m == i % m { 1.0 } else { 0.0 }).collect()))
+}
+
+/// The static drive that would hold the position.
+fn on_elongation(linear: &Modal) -> Signal {
+    held(linear, linear.c.clone(), linear.d.clone())
+}
+
+/// That which would hold the next position.
+fn on_next_elongation(linear: &Modal) -> Signal {
     let (n, m, p) = (linear.order(), linear.inputs, linear.outputs);
-    let Acts::OnElongation { ahead } = acts else {
-        let unit = (0..m * m).map(|i| if i / m == i % m { 1.0 } else { 0.0 }).collect();
-        return Some((vec![0.0; m * n], unit));
+    let matrix = |rows: usize, columns: usize, values: &[f64]| {
+        Mat::from_fn(rows, columns, |i, j| values[i * columns + j])
     };
+    let through = matrix(p, n, &linear.c) * matrix(n, m, &linear.b);
+    let mut ahead = linear.c.clone();
+    linear.times_a(&mut ahead);
+    held(linear, ahead, (0..p * m).map(|i| through[(i / m, i % m)]).collect())
+}
+
+/// G(1)⁺ of positions C x + D u.
+fn held(linear: &Modal, c: Vec<f64>, d: Vec<f64>) -> Signal {
+    let (n, m, p) = (linear.order(), linear.inputs, linear.outputs);
     let gain = linear.response(crate::dynamic::spectrum::Complex::new(1.0, 0.0));
     let g = Mat::from_fn(p, m, |i, j| gain[i * m + j].re);
     let mut gram = g.transpose() * &g;
@@ -69,26 +78,11 @@ fn signal(linear: &Modal, acts: Acts) -> Option<(Vec<f64>, Vec<f64>)> {
         gram[(i, i)] += 1e-6 * trace;
     }
     let inverse = gram.llt(Side::Lower).ok()?.solve(g.transpose());
-    let c = Mat::from_fn(p, n, |i, s| linear.c[i * n + s]);
-    let d = Mat::from_fn(p, m, |i, j| linear.d[i * m + j]);
-    let (c, d) = if ahead {
-        let b = Mat::from_fn(n, m, |s, j| linear.b[s * m + j]);
-        let mut moved = Mat::<f64>::zeros(p, n);
-        for (k, block) in linear.blocks.iter().enumerate() {
-            let a = block.matrix();
-            for i in 0..p {
-                moved[(i, 2 * k)] = c[(i, 2 * k)] * a[0] + c[(i, 2 * k + 1)] * a[2];
-                moved[(i, 2 * k + 1)] = c[(i, 2 * k)] * a[1] + c[(i, 2 * k + 1)] * a[3];
-            }
-        }
-        (moved, &c * &b)
-    } else {
-        (c, d)
+    let rows = |values: Vec<f64>, columns: usize| -> Vec<f64> {
+        let product = &inverse * Mat::from_fn(p, columns, |i, j| values[i * columns + j]);
+        (0..m * columns).map(|i| product[(i / columns, i % columns)]).collect()
     };
-    let rows = |matrix: Mat<f64>, columns: usize| -> Vec<f64> {
-        (0..m * columns).map(|i| matrix[(i / columns, i % columns)]).collect()
-    };
-    Some((rows(&inverse * c, n), rows(&inverse * d, m)))
+    Some((rows(c, n), rows(d, m)))
 }
 
 /// Scales every signal to a largest value of one over the stretches; the sizes, too.

@@ -27,14 +27,7 @@ pub fn state(model: &Modal, drive: &[f64], position: &[f64], rows: usize) -> Vec
                 design[(row * p + i, s)] = c[i * n + s];
             }
         }
-        for i in 0..p {
-            for (k, block) in model.blocks.iter().enumerate() {
-                let a = block.matrix();
-                let (c0, c1) = (c[i * n + 2 * k], c[i * n + 2 * k + 1]);
-                c[i * n + 2 * k] = c0 * a[0] + c1 * a[2];
-                c[i * n + 2 * k + 1] = c0 * a[1] + c1 * a[3];
-            }
-        }
+        model.times_a(&mut c);
     }
     let target = Mat::from_fn(rows * p, 1, |i, _| position[i] - forced[i]);
     let mut gram = design.transpose() * &design;

@@ -5,7 +5,7 @@
 //! linear part may be of any order; nothing but R is nonlinear.
 
 use super::modal::Modal;
-use super::operator::{Operator, Runner};
+use super::operator::{Operator, Response, Runner};
 use crate::thresholds::dynamic::linear::looped::UNBOUNDED;
 
 /// The model.
@@ -59,7 +59,7 @@ pub struct State {
 impl Looped {
     /// A linear model without a loop.
     pub fn plain(linear: Modal) -> Looped {
-        let operator = Operator::Memoryless { exponent: 0.0 };
+        let operator = Operator::memoryless(0.0);
         Looped { linear, e: vec![], f: vec![], cz: vec![], dz: vec![], operator }
     }
 
@@ -75,7 +75,7 @@ impl Looped {
             for part in [&self.e, &self.f, &self.cz, &self.dz] {
                 all.extend(part);
             }
-            all.push(self.operator.exponent());
+            all.push(self.operator.exponent);
         }
         all
     }
@@ -95,7 +95,7 @@ impl Looped {
         }
         let (e, f) = (take(self.e.len()), take(self.f.len()));
         let (cz, dz) = (take(self.cz.len()), take(self.dz.len()));
-        let operator = self.operator.with_exponent(take(1)[0]);
+        let operator = Operator { exponent: take(1)[0], ..self.operator.clone() };
         Looped { linear, e, f, cz, dz, operator }
     }
 
@@ -142,12 +142,8 @@ pub struct Stepper {
     next: Vec<f64>,
     /// w of the last step.
     pub w: Vec<f64>,
-    /// What else the operators gave.
-    pub moved: Vec<u32>,
-    /// ∂w/∂e.
-    pub by_exponent: Vec<f64>,
-    /// dw/dz without memory.
-    pub slope: Vec<f64>,
+    /// All that the operators gave.
+    pub responses: Vec<Response>,
 }
 
 impl Stepper {
@@ -158,9 +154,7 @@ impl Stepper {
             runner: Runner::new(&model.operator),
             next: vec![0.0; model.linear.order()],
             w: vec![0.0; q],
-            moved: vec![0; q],
-            by_exponent: vec![0.0; q],
-            slope: vec![0.0; q],
+            responses: vec![Response::default(); q],
         }
     }
 
@@ -178,10 +172,7 @@ impl Stepper {
             let z =
                 product(&model.cz[l * n..(l + 1) * n], &state.x) + product(&model.dz[l * m..(l + 1) * m], u);
             let r = self.runner.step(z, &mut state.memory[l * cells..(l + 1) * cells]);
-            self.w[l] = r.value;
-            self.moved[l] = r.moved;
-            self.by_exponent[l] = r.by_exponent;
-            self.slope[l] = r.slope;
+            (self.w[l], self.responses[l]) = (r.value, r);
         }
         for i in 0..lin.outputs {
             y.push(

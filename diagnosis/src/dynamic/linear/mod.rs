@@ -1,7 +1,7 @@
 //! The multivariable linear nominal of structures with many modes, and what such recordings show and
 //! a linear model cannot: hysteresis inside the loop, and constant offsets.
 //!
-//! [`diagnose_linear`] runs it all: `plan` chooses the rows, `nominal` identifies the linear model (`subspace`, then
+//! `diagnose` runs it all: `plan` chooses the rows, `nominal` identifies the linear model (`subspace`, then
 //! `refine`), `hysteresis` puts an `operator` into its loop (`looped`) and fits it by `sensitivity`, [`mod@offset`] looks
 //! for a constant, and `verdict` says what that amounts to.
 
@@ -19,10 +19,6 @@ pub(crate) mod refine;
 pub(crate) mod sensitivity;
 pub(crate) mod subspace;
 pub(crate) mod verdict;
-
-pub use diagnose::diagnose_linear;
-
-use crate::dynamic::spectrum::Complex;
 
 #[cfg(test)]
 mod tests;

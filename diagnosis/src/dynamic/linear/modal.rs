@@ -4,54 +4,35 @@
 use crate::dynamic::spectrum::Complex;
 use crate::thresholds::dynamic::linear::modal::STABLE;
 
-/// One 2 × 2 block of A, with two parameters.
+/// One 2 × 2 block of A.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Block {
-    /// Poles `re ± i·im`: `[[re, im], [−im, re]]`.
-    Pair { re: f64, im: f64 },
-    /// Two real poles: `diag(first, second)`.
-    Real { first: f64, second: f64 },
+pub struct Block {
+    /// Whether it is a pair of complex poles `re ± i·im`, `[[re, im], [−im, re]]`; otherwise two real ones, `diag(first,
+    /// second)`.
+    pub pair: bool,
+    /// `re` and `im`, or `first` and `second`.
+    pub parameters: [f64; 2],
 }
 
 impl Block {
     /// The block by rows.
     pub fn matrix(self) -> [f64; 4] {
-        match self {
-            Block::Pair { re, im } => [re, im, -im, re],
-            Block::Real { first, second } => [first, 0.0, 0.0, second],
-        }
+        let [a, b] = self.parameters;
+        if self.pair { [a, b, -b, a] } else { [a, 0.0, 0.0, b] }
     }
 
     /// Derivatives of the block, by rows, with respect to its two parameters.
     pub fn derivatives(self) -> [[f64; 4]; 2] {
-        match self {
-            Block::Pair { .. } => [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, -1.0, 0.0]],
-            Block::Real { .. } => [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
+        match self.pair {
+            true => [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, -1.0, 0.0]],
+            false => [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]],
         }
     }
 
     /// Largest modulus of its poles.
     pub fn radius(self) -> f64 {
-        match self {
-            Block::Pair { re, im } => re.hypot(im),
-            Block::Real { first, second } => first.abs().max(second.abs()),
-        }
-    }
-
-    /// The parameters.
-    pub fn parameters(self) -> [f64; 2] {
-        match self {
-            Block::Pair { re, im } => [re, im],
-            Block::Real { first, second } => [first, second],
-        }
-    }
-
-    /// The same kind of block with other parameters.
-    pub fn with(self, p: [f64; 2]) -> Block {
-        match self {
-            Block::Pair { .. } => Block::Pair { re: p[0], im: p[1] },
-            Block::Real { .. } => Block::Real { first: p[0], second: p[1] },
-        }
+        let [a, b] = self.parameters;
+        if self.pair { a.hypot(b) } else { a.abs().max(b.abs()) }
     }
 
     /// (zI − A_k)⁻¹ by rows.
@@ -94,15 +75,15 @@ impl Modal {
 
     /// Parameters: two per block, then B, C and D by rows.
     pub fn parameters(&self) -> Vec<f64> {
-        let blocks = self.blocks.iter().flat_map(|b| b.parameters());
+        let blocks = self.blocks.iter().flat_map(|b| b.parameters);
         blocks.chain(self.b.iter().chain(&self.c).chain(&self.d).copied()).collect()
     }
 
     /// The same structure with other parameters (as many as [`Modal::parameters`] gives).
     pub fn with(&self, parameters: &[f64]) -> Modal {
         let (n, nb, nc) = (self.order(), self.b.len(), self.c.len());
-        let blocks =
-            self.blocks.iter().zip(parameters.chunks_exact(2)).map(|(b, p)| b.with([p[0], p[1]])).collect();
+        let each = self.blocks.iter().zip(parameters.chunks_exact(2));
+        let blocks = each.map(|(b, p)| Block { parameters: [p[0], p[1]], ..*b }).collect();
         Modal {
             blocks,
             b: parameters[n..n + nb].to_vec(),
@@ -173,17 +154,25 @@ impl Modal {
         }
     }
 
+    /// `rows A` of some rows of as many numbers as there are states, in place.
+    pub fn times_a(&self, rows: &mut [f64]) {
+        for row in rows.chunks_exact_mut(self.order()) {
+            for (c, block) in row.chunks_exact_mut(2).zip(&self.blocks) {
+                let a = block.matrix();
+                (c[0], c[1]) = (c[0] * a[0] + c[1] * a[2], c[0] * a[1] + c[1] * a[3]);
+            }
+        }
+    }
+
     /// Frequency (Hz) and damping ratio of every pair of poles, by frequency.
     pub fn modes(&self) -> Vec<(f64, f64)> {
         let mut modes: Vec<(f64, f64)> = self
             .blocks
             .iter()
-            .filter_map(|block| match *block {
-                Block::Pair { re, im } => {
-                    let s = Complex::new(re, im).ln() / self.step_s;
-                    Some((s.norm() / std::f64::consts::TAU, -s.re / s.norm()))
-                }
-                Block::Real { .. } => None,
+            .filter(|block| block.pair)
+            .map(|block| {
+                let s = Complex::new(block.parameters[0], block.parameters[1]).ln() / self.step_s;
+                (s.norm() / std::f64::consts::TAU, -s.re / s.norm())
             })
             .collect();
         modes.sort_by(|a, b| a.0.total_cmp(&b.0));

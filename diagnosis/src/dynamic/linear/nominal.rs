@@ -8,20 +8,11 @@ use crate::thresholds::dynamic::linear::nominal::{BLOCK_ROWS, EXCESS, MOST, STEP
 
 /// Relative error of a model on experiments: rms of the error over rms of the position, over all weighted.
 pub fn error(model: &Modal, data: &Experiments) -> f64 {
-    let (m, p) = (data.inputs, data.outputs);
     let (mut left, mut all) = (0.0, 0.0);
     for (line, &z) in data.points().iter().enumerate() {
-        let g = model.response(z);
-        for e in &data.each {
-            let weight = e.weight * e.weight;
-            for i in 0..p {
-                let y = e.position[line * p + i];
-                let u = &e.drive[line * m..(line + 1) * m];
-                let predicted =
-                    g[i * m..(i + 1) * m].iter().zip(u).map(|(g, u)| g * u).sum::<super::Complex>();
-                left += weight * (y - predicted).norm_sqr();
-                all += weight * y.norm_sqr();
-            }
+        for (rest, power) in data.left(line, &model.response(z)) {
+            left += rest;
+            all += power;
         }
     }
     (left / all.max(f64::MIN_POSITIVE)).sqrt()

@@ -10,7 +10,7 @@ use super::diagnose::rms;
 use super::plan::Plan;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::effects::{DRIVE_OFFSET, SENSOR_OFFSET};
-use crate::thresholds::NORMAL_95;
+use crate::numerics::{mean, mean_and_error};
 use crate::thresholds::dynamic::linear::offset::{BLOCKS, CHANCE, LEAST_PART};
 use crate::verdict::{NamedEffect, Parameter};
 
@@ -29,19 +29,16 @@ pub struct Offset {
 /// The offset beside predicted positions; none where it is not worth its name.
 pub fn offset(recording: &DynamicRecording, predicted: &[Vec<f64>], plan: &Plan) -> Option<Offset> {
     let blocks: Vec<Range<usize>> = plan.fitted().iter().flat_map(parts).collect();
-    let count = blocks.len() as f64;
-    let student = StudentsT::new(0.0, 1.0, count - 1.0).ok()?;
+    let student = StudentsT::new(0.0, 1.0, blocks.len() as f64 - 1.0).ok()?;
     let (mut values, mut errors, mut chance) = (Vec::new(), Vec::new(), 1.0f64);
     for (recorded, predicted) in recording.positions.iter().zip(predicted) {
         let mean_of = |rows: &Range<usize>| -> f64 {
             let apart: Vec<f64> =
                 rows.clone().filter(|k| recording.scored(*k)).map(|k| recorded[k] - predicted[k]).collect();
-            crate::numerics::mean(&apart)
+            mean(&apart)
         };
         let means: Vec<f64> = blocks.iter().map(mean_of).collect();
-        let value = crate::numerics::mean(&means);
-        let scatter = means.iter().map(|m| (m - value).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        let error = (scatter / count).sqrt();
+        let (value, error) = mean_and_error(&means);
         let t = value.abs() / error.max(f64::MIN_POSITIVE);
         chance = chance.min(2.0 * student.sf(t) * recording.positions.len() as f64);
         values.push(value);
@@ -100,11 +97,9 @@ impl Offset {
     /// What is said of it; `drives` of the plant move every position where there are as many.
     pub fn named(&self, unit: &str, drives: usize) -> NamedEffect {
         let several = self.values.len() > 1;
-        let parameter = |(k, (value, error)): (usize, (&f64, &f64))| Parameter {
-            name: if several { format!("offset_{}", k + 1) } else { "offset".into() },
-            value: *value,
-            unit: unit.into(),
-            ci95: [value - NORMAL_95 * error, value + NORMAL_95 * error],
+        let parameter = |(k, (value, error)): (usize, (&f64, &f64))| {
+            let name = if several { format!("offset_{}", k + 1) } else { "offset".into() };
+            Parameter::normal(&name, *value, *error, unit)
         };
         NamedEffect {
             id: ID.into(),

@@ -10,17 +10,9 @@ use crate::thresholds::dynamic::linear::operator::PLAYS;
 
 /// What stands inside the loop.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Operator {
-    /// The bank of plays.
-    Hysteresis(Plays),
-    /// w = z |z|^(1+e): the same growth of the gain with amplitude, without memory and without loss.
-    Memoryless { exponent: f64 },
-}
-
-/// A bank of plays.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Plays {
-    /// Half-widths r, increasing.
+pub struct Operator {
+    /// Half-widths r of the plays, increasing; without any it is w = z |z|^(1+e): the same growth of the gain with
+    /// amplitude, without memory and without loss.
     pub thresholds: Vec<f64>,
     /// Width Δr of the band of thresholds that each stands for.
     pub spacing: Vec<f64>,
@@ -28,46 +20,30 @@ pub struct Plays {
     pub exponent: f64,
 }
 
-impl Plays {
-    /// A bank for signals of about unit size.
-    pub fn unit(exponent: f64) -> Plays {
+impl Operator {
+    /// The bank of plays for signals of about unit size.
+    pub fn hysteresis(exponent: f64) -> Operator {
         let ratio = (2.0f64 / 0.01).powf(1.0 / (PLAYS - 1) as f64);
         let mut edges = vec![0.0];
         edges.extend((0..PLAYS).map(|k| 0.01 * ratio.powi(k as i32)));
         let thresholds = edges.windows(2).map(|e| 0.5 * (e[0] + e[1])).collect();
         let spacing = edges.windows(2).map(|e| e[1] - e[0]).collect();
-        Plays { thresholds, spacing, exponent }
+        Operator { thresholds, spacing, exponent }
     }
 
-    /// Weight of every play.
+    /// The rival without memory.
+    pub fn memoryless(exponent: f64) -> Operator {
+        Operator { thresholds: vec![], spacing: vec![], exponent }
+    }
+
+    /// Weight g(r) Δr of every play.
     pub fn weights(&self) -> Vec<f64> {
         self.thresholds.iter().zip(&self.spacing).map(|(r, d)| r.powf(self.exponent) * d).collect()
-    }
-}
-
-impl Operator {
-    /// The exponent e.
-    pub fn exponent(&self) -> f64 {
-        match self {
-            Operator::Hysteresis(plays) => plays.exponent,
-            Operator::Memoryless { exponent } => *exponent,
-        }
-    }
-
-    /// The same operator with another exponent.
-    pub fn with_exponent(&self, exponent: f64) -> Operator {
-        match self {
-            Operator::Hysteresis(plays) => Operator::Hysteresis(Plays { exponent, ..plays.clone() }),
-            Operator::Memoryless { .. } => Operator::Memoryless { exponent },
-        }
     }
 
     /// Number of memory cells of one signal.
     pub fn cells(&self) -> usize {
-        match self {
-            Operator::Hysteresis(plays) => plays.thresholds.len(),
-            Operator::Memoryless { .. } => 0,
-        }
+        self.thresholds.len()
     }
 }
 
@@ -83,7 +59,6 @@ pub struct Runner {
 /// What one evaluation gives beside the output.
 #[derive(Clone, Copy, Default)]
 pub struct Response {
-    /// The output w.
     pub value: f64,
     /// ∂w/∂e at a fixed signal.
     pub by_exponent: f64,
@@ -96,17 +71,9 @@ pub struct Response {
 impl Runner {
     /// Makes `operator` ready.
     pub fn new(operator: &Operator) -> Runner {
-        match operator {
-            Operator::Hysteresis(plays) => {
-                let weights = plays.weights();
-                let slopes = weights.iter().zip(&plays.thresholds).map(|(w, r)| w * r.ln()).collect();
-                let thresholds = plays.thresholds.clone();
-                Runner { thresholds, weights, slopes, exponent: plays.exponent }
-            }
-            Operator::Memoryless { exponent } => {
-                Runner { thresholds: vec![], weights: vec![], slopes: vec![], exponent: *exponent }
-            }
-        }
+        let (weights, thresholds) = (operator.weights(), operator.thresholds.clone());
+        let slopes = weights.iter().zip(&thresholds).map(|(w, r)| w * r.ln()).collect();
+        Runner { thresholds, weights, slopes, exponent: operator.exponent }
     }
 
     /// Advances the memory by the signal's next value.
@@ -149,7 +116,7 @@ mod tests {
 
     #[test]
     fn a_uniform_bank_is_rayleighs_law() {
-        let fine = Plays {
+        let fine = Operator {
             thresholds: (0..400).map(|k| (k as f64 + 0.5) / 400.0).collect(),
             spacing: vec![1.0 / 400.0; 400],
             exponent: 0.0,
@@ -188,9 +155,7 @@ mod tests {
     #[test]
     fn loops_enclose_area_only_with_memory() {
         let sine = |n: usize| (std::f64::consts::TAU * n as f64 / 200.0).sin();
-        for (operator, encloses) in
-            [(Operator::Hysteresis(Plays::unit(0.0)), true), (Operator::Memoryless { exponent: 0.0 }, false)]
-        {
+        for (operator, encloses) in [(Operator::hysteresis(0.0), true), (Operator::memoryless(0.0), false)] {
             let w = run(&operator, (0..600).map(sine));
             let area: f64 = (200..400).map(|n| w[n] * (sine(n + 1) - sine(n - 1)) / 2.0).sum();
             assert_eq!(area.abs() > 0.05, encloses, "{operator:?}: {area}");

@@ -6,7 +6,7 @@ use super::looped::Stretch;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::spectrum::Experiments;
 use crate::dynamic::spectrum::experiments::{mean_period, periodic, segment_length, segments};
-use crate::thresholds::dynamic::linear::plan::{FINAL_ROWS, FIT_ROWS, LAST, LEAD, SAME, STRETCH};
+use crate::thresholds::dynamic::linear::plan::{LAST, LEAD, SAME, STRETCH};
 
 /// Runs of one amplitude.
 #[derive(Debug, Clone)]
@@ -17,6 +17,13 @@ pub struct Group {
     pub fitted: Vec<Range<usize>>,
     /// Ranges of rows that are held out.
     pub held: Vec<Range<usize>>,
+}
+
+impl Group {
+    /// All its rows.
+    pub fn rows(&self) -> Vec<Range<usize>> {
+        self.fitted.iter().chain(&self.held).cloned().collect()
+    }
 }
 
 /// The recording taken apart.
@@ -95,30 +102,19 @@ impl Plan {
         let mut all = Vec::new();
         for run in rows {
             match self.period {
-                Some(length) => all.push(averaged(recording, run, length)),
+                Some(_) => all.push(stretch(recording, run.clone(), self.period)),
                 None => {
-                    let mut start = run.start;
-                    while start + 4 * LEAD < run.end {
-                        all.push(cut(recording, start..(start + STRETCH).min(run.end)));
-                        start += STRETCH;
-                    }
+                    let starts = (run.start..run.end.saturating_sub(4 * LEAD)).step_by(STRETCH);
+                    let rows = starts.map(|start| start..(start + STRETCH).min(run.end));
+                    all.extend(rows.map(|rows| stretch(recording, rows, None)));
                 }
             }
         }
         all
     }
 
-    /// Stretches for a fit: evenly chosen from every group, of bounded length in all.
-    pub fn fitting(&self, recording: &DynamicRecording) -> Vec<Stretch> {
-        self.chosen(recording, FIT_ROWS)
-    }
-
-    /// Stretches for the last steps of a fit: all rows, of a very long recording evenly chosen ones.
-    pub fn finishing(&self, recording: &DynamicRecording) -> Vec<Stretch> {
-        self.chosen(recording, FINAL_ROWS)
-    }
-
-    fn chosen(&self, recording: &DynamicRecording, rows: usize) -> Vec<Stretch> {
+    /// Stretches for a fit that together have about so many rows, evenly chosen from every group.
+    pub fn chosen(&self, recording: &DynamicRecording, rows: usize) -> Vec<Stretch> {
         let mut all = Vec::new();
         let share = rows / self.groups.len().max(1);
         for group in &self.groups {
@@ -134,8 +130,7 @@ impl Plan {
 /// Length of a period, where every run holds whole periods of one length.
 pub fn period(recording: &DynamicRecording) -> Option<usize> {
     let numbers = recording.period.as_ref()?;
-    let first = recording.runs.first()?;
-    let length = numbers[first.clone()].iter().take_while(|n| **n == numbers[first.start]).count();
+    let length = recording.period_of(recording.runs.first()?)?;
     let whole = recording.runs.iter().all(|run| {
         run.len() % length == 0
             && numbers[run.clone()].chunks_exact(length).all(|period| period.iter().all(|n| *n == period[0]))
@@ -150,34 +145,29 @@ fn amplitude(recording: &DynamicRecording, run: &Range<usize>) -> f64 {
     let sum: f64 = recording
         .drives
         .iter()
-        .map(|d| {
-            let mean = crate::numerics::mean(&d[run.clone()]);
-            d[run.clone()].iter().map(|v| (v - mean).powi(2)).sum::<f64>()
-        })
+        .map(|d| crate::numerics::centred(&d[run.clone()]).iter().map(|v| v.powi(2)).sum::<f64>())
         .sum();
     (sum / (run.len() * recording.drives.len().max(1)).max(1) as f64).sqrt()
 }
 
-fn interleave(columns: &[Vec<f64>]) -> Vec<f64> {
-    let rows = columns.first().map_or(0, Vec::len);
-    (0..rows).flat_map(|t| columns.iter().map(move |c| c[t])).collect()
-}
-
-fn averaged(recording: &DynamicRecording, run: &Range<usize>, length: usize) -> Stretch {
-    let mean = |channels: &[Vec<f64>]| -> Vec<f64> {
-        interleave(&channels.iter().map(|c| mean_period(c, run, length)).collect::<Vec<_>>())
+/// Some rows to be simulated together: their mean period, where there is one of so many rows, or all of them.
+pub fn stretch(recording: &DynamicRecording, rows: Range<usize>, period: Option<usize>) -> Stretch {
+    let interleaved = |channels: &[Vec<f64>], rows: Range<usize>| -> Vec<f64> {
+        rows.flat_map(|t| channels.iter().map(move |c| c[t])).collect()
     };
-    weighted(mean(&recording.drives), mean(&recording.positions), true, 0)
-}
-
-fn cut(recording: &DynamicRecording, rows: Range<usize>) -> Stretch {
-    let part = |channels: &[Vec<f64>]| -> Vec<f64> {
-        interleave(&channels.iter().map(|c| c[rows.clone()].to_vec()).collect::<Vec<_>>())
-    };
-    weighted(part(&recording.drives), part(&recording.positions), false, LEAD)
-}
-
-fn weighted(drive: Vec<f64>, position: Vec<f64>, periodic: bool, skip: usize) -> Stretch {
+    let [drive, position] = [&recording.drives, &recording.positions].map(|channels| match period {
+        Some(length) => {
+            let means: Vec<Vec<f64>> = channels.iter().map(|c| mean_period(c, &rows, length)).collect();
+            interleaved(&means, 0..length)
+        }
+        None => interleaved(channels, rows.clone()),
+    });
     let weight = 1.0 / position.iter().map(|v| v * v).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-    Stretch { drive, position, periodic, skip, weight }
+    Stretch {
+        drive,
+        position,
+        periodic: period.is_some(),
+        skip: if period.is_some() { 0 } else { LEAD },
+        weight,
+    }
 }

@@ -10,6 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::looped::{Looped, State, Stepper, Stretch};
+use super::operator::Response;
 use crate::numerics::{Limits, Normal, minimise};
 use crate::thresholds::dynamic::linear::sensitivity::{LANES, PIECES};
 
@@ -18,10 +19,10 @@ type Lane = [f64; LANES];
 /// Where a parameter enters directly: `targets[target] += sign · sources[source]`, with targets x′, y, z, w
 /// and sources x, u, w, ∂w/∂e, each kind after the other.
 #[derive(Clone, Copy)]
-struct Entry {
-    target: usize,
-    source: usize,
-    sign: f64,
+pub struct Entry {
+    pub target: usize,
+    pub source: usize,
+    pub sign: f64,
 }
 
 /// Fits all parameters of `start` to the stretches; stays stable and never becomes worse.
@@ -50,7 +51,7 @@ pub fn cost(model: &Looped, stretches: &[Stretch]) -> Option<f64> {
 
 fn admissible(model: &Looped) -> bool {
     // An exponent below −0.95 makes the smallest plays dominate: then w is linear.
-    model.linear.stable() && (-0.95..=3.0).contains(&model.operator.exponent())
+    model.linear.stable() && (-0.95..=3.0).contains(&model.operator.exponent)
 }
 
 /// Free simulation of a stretch: in steady state, or from the initial state that its first rows give.
@@ -75,8 +76,8 @@ fn start_state(model: &Looped, stretch: &Stretch) -> Option<State> {
 struct Trajectory {
     /// Sources x, u, w, ∂w/∂e of every row.
     sources: Vec<f64>,
-    moved: Vec<u32>,
-    slope: Vec<f64>,
+    /// What the operators gave in every row.
+    responses: Vec<Response>,
     y: Vec<f64>,
     /// Rows before the first that is kept.
     lead: usize,
@@ -144,7 +145,7 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
 
 /// Runs the model and keeps what the sensitivities need. A periodic stretch is led in by a quarter of it.
 fn trajectory(model: &Looped, stretch: &Stretch) -> Option<Trajectory> {
-    let (m, q) = (model.linear.inputs, model.loops());
+    let m = model.linear.inputs;
     let rows = stretch.rows(m);
     let lead = if stretch.periodic { rows / 4 } else { 0 };
     let mut state = start_state(model, stretch)?;
@@ -152,23 +153,21 @@ fn trajectory(model: &Looped, stretch: &Stretch) -> Option<Trajectory> {
         model.simulate(&stretch.drive[..(rows - lead) * m], &mut state)?;
     }
     let drive = stretch.drive[(rows - lead) * m..].iter().chain(&stretch.drive).copied().collect::<Vec<_>>();
-    let mut path = Trajectory { sources: vec![], moved: vec![], slope: vec![], y: vec![], lead };
+    let mut path = Trajectory { sources: vec![], responses: vec![], y: vec![], lead };
     let mut step = Stepper::new(model);
     for u in drive.chunks_exact(m) {
         path.sources.extend_from_slice(&state.x);
         path.sources.extend_from_slice(u);
         step.run(model, u, &mut state, &mut path.y);
         path.sources.extend_from_slice(&step.w);
-        path.sources.extend_from_slice(&step.by_exponent);
-        path.moved.extend_from_slice(&step.moved);
-        path.slope.extend_from_slice(&step.slope);
+        path.sources.extend(step.responses.iter().map(|r| r.by_exponent));
+        path.responses.extend_from_slice(&step.responses);
     }
-    debug_assert_eq!(path.moved.len(), q * (rows + lead));
     path.y.iter().all(|y| y.is_finite()).then_some(path)
 }
 
 /// For every parameter, in the order of [`Looped::parameters`], where it enters.
-fn entries(model: &Looped) -> Vec<Vec<Entry>> {
+pub fn entries(model: &Looped) -> Vec<Vec<Entry>> {
     let lin = &model.linear;
     let (n, m, p, q) = (lin.order(), lin.inputs, lin.outputs, model.loops());
     let mut all = Vec::new();
@@ -246,11 +245,11 @@ impl WithSimd for Sensitivities<'_> {
             for l in 0..q {
                 let dz = gather(z[l], &model.cz[l * n..(l + 1) * n], &x);
                 if cells == 0 {
-                    let slope = path.slope[row * q + l];
+                    let slope = path.responses[row * q + l].slope;
                     w[l] = std::array::from_fn(|i| slope * dz[i] + by_parameter[l][i]);
                     continue;
                 }
-                let mut moved = path.moved[row * q + l];
+                let mut moved = path.responses[row * q + l].moved;
                 while moved != 0 {
                     let k = moved.trailing_zeros() as usize;
                     moved &= moved - 1;

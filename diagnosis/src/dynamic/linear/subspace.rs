@@ -10,9 +10,8 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::modal::{Block, Modal};
-use crate::dynamic::spectrum::frf::cross;
+use crate::dynamic::spectrum::frf::Line;
 use crate::dynamic::spectrum::{Complex, Experiments};
-use crate::numerics::hermitian::{cholesky, divide};
 use crate::thresholds::dynamic::linear::modal::STABLE;
 use crate::thresholds::dynamic::linear::subspace::RIDGE;
 
@@ -40,9 +39,7 @@ pub fn subspace(data: &Experiments, blocks: usize) -> Option<Subspace> {
     let mut yu = vec![vec![0.0; p * m]; lags];
     let mut yy = vec![vec![0.0; p * p]; lags];
     for (line, &z) in data.points().iter().enumerate() {
-        let (s_uu, s_yu) = cross(data, line);
-        let Some(l) = cholesky(&s_uu, m) else { continue };
-        let g = divide(&s_yu, p, &l, m);
+        let Some(Line { uu: s_uu, yu: s_yu, gain: g, .. }) = Line::of(data, line) else { continue };
         // G S_uu Gᴴ: what the drives explain of the positions; noise is left out.
         let s_yy = times_adjoint(&s_yu, &g, p, m);
         let mut power = z.powi(1 - blocks as i32);
@@ -196,7 +193,7 @@ pub(super) fn to_blocks(a: &Mat<f64>) -> Option<(Vec<Block>, Mat<f64>)> {
                 basis[(row, column)] = vectors[(row, i)].re;
                 basis[(row, column + 1)] = vectors[(row, i)].im;
             }
-            blocks.push(Block::Pair { re: value.re, im: value.im });
+            blocks.push(Block { pair: true, parameters: [value.re, value.im] });
             column += 2;
         } else if value.im == 0.0 {
             reals.push(i);
@@ -208,7 +205,7 @@ pub(super) fn to_blocks(a: &Mat<f64>) -> Option<(Vec<Block>, Mat<f64>)> {
                 basis[(row, column + k)] = vectors[(row, i)].re;
             }
         }
-        blocks.push(Block::Real { first: inside(values[pair[0]]).re, second: inside(values[pair[1]]).re });
+        blocks.push(Block { pair: false, parameters: [pair[0], pair[1]].map(|i| inside(values[i]).re) });
         column += 2;
     }
     (column == n).then_some((blocks, basis))

@@ -6,10 +6,10 @@ use fitter::plant::{Auto, Kind, Order, Plant, PlantFile};
 
 use super::looped::{Looped, Stretch};
 use super::modal::{Block, Modal};
-use super::operator::{Operator, Plays};
+use super::operator::Operator;
 use super::plan::Plan;
-use super::{diagnose_linear, file, nominal, sensitivity};
-use crate::dynamic::DynamicRecording;
+use super::{file, nominal, sensitivity};
+use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose};
 use crate::verdict::Verdict;
 
 const PERIOD: usize = 1024;
@@ -19,7 +19,7 @@ fn structure() -> Modal {
     let pole = |frequency: f64, damping: f64| {
         let w = std::f64::consts::TAU * frequency * 1e-3;
         let radius = (-damping * w).exp();
-        Block::Pair { re: radius * w.cos(), im: radius * w.sin() }
+        Block { pair: true, parameters: [radius * w.cos(), radius * w.sin()] }
     };
     Modal {
         inputs: 2,
@@ -111,6 +111,11 @@ fn plant() -> PlantFile {
     PlantFile { plant, state_space: None, effects: vec![] }
 }
 
+fn answer(recording: &DynamicRecording, plant: &PlantFile) -> DynamicOutcome {
+    let options = Options::default();
+    diagnose(&Case { recording, plant, simulated: None, held_out: None, options: &options }).unwrap()
+}
+
 /// The structure with hysteresis between drive and force, w = R(u).
 fn hysteretic(strength: f64) -> Looped {
     let linear = structure();
@@ -120,7 +125,7 @@ fn hysteretic(strength: f64) -> Looped {
         f: scaled(&linear.d),
         cz: vec![0.0; 8],
         dz: vec![1.0, 0.0, 0.0, 1.0],
-        operator: Operator::Hysteresis(Plays::unit(0.0)),
+        operator: Operator::hysteresis(0.0),
         linear,
     }
 }
@@ -146,7 +151,7 @@ fn without_periods_the_structure_is_found_by_segments() {
     let mut recording = record(&Looped::plain(truth.clone()), &[1.0], 0.01);
     recording.period = None;
     recording.amplitude = None;
-    let outcome = diagnose_linear(&recording, &plant(), None, None, &[]).unwrap();
+    let outcome = answer(&recording, &plant());
     assert!(outcome.diagnosis.effects.is_empty(), "{:?}", outcome.diagnosis.effects);
     let left = outcome.diagnosis.fit.before.held_out_rms.unwrap();
     assert!(left < 0.03, "{left} beside a noise of 0.01");
@@ -154,7 +159,7 @@ fn without_periods_the_structure_is_found_by_segments() {
 
 #[test]
 fn the_gradient_is_that_of_the_cost() {
-    for operator in [Operator::Hysteresis(Plays::unit(-0.2)), Operator::Memoryless { exponent: 0.3 }] {
+    for operator in [Operator::hysteresis(-0.2), Operator::memoryless(0.3)] {
         let mut model = hysteretic(0.2);
         model.operator = operator;
         // A loop over the structure too, not over the drive alone.
@@ -186,7 +191,7 @@ fn the_gradient_is_that_of_the_cost() {
 #[test]
 fn a_linear_structure_is_consistent() {
     let recording = record(&Looped::plain(structure()), &[0.5, 1.5], 0.02);
-    let outcome = diagnose_linear(&recording, &plant(), None, None, &[]).unwrap();
+    let outcome = answer(&recording, &plant());
     assert_eq!(outcome.diagnosis.verdict, Verdict::Consistent);
     assert!(outcome.diagnosis.effects.is_empty() && outcome.diagnosis.locations.is_empty());
     assert!((outcome.diagnosis.noise_floor.value / 0.02 - 1.0).abs() < 0.05);
@@ -195,7 +200,7 @@ fn a_linear_structure_is_consistent() {
 #[test]
 fn hysteresis_is_named_and_its_file_simulates_the_same() {
     let recording = record(&hysteretic(0.4), &[0.15, 0.45], 0.001);
-    let outcome = diagnose_linear(&recording, &plant(), None, None, &[]).unwrap();
+    let outcome = answer(&recording, &plant());
     let d = &outcome.diagnosis;
     assert_eq!(d.effects.first().map(|e| e.id.as_str()), Some(file::ID), "{:?}", d.verdict);
     assert!(d.effects[0].alternatives.is_empty(), "memory is told from none");
@@ -210,7 +215,7 @@ fn hysteresis_is_named_and_its_file_simulates_the_same() {
     let y = super::diagnose::free_run(&model, &recording, &recording.runs[0]).unwrap();
     let apart = (0..PERIOD).map(|n| (y[2 * n] - outcome.own.after[0][n]).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-6, "{apart}");
-    let page = crate::dynamic::report::page(&recording, &outcome);
+    let page = crate::dynamic::page(&recording, &outcome);
     assert!(page.contains("Spectrum at amplitude") && page.contains("hysteresis of the actuator"));
 }
 
@@ -218,7 +223,7 @@ fn hysteresis_is_named_and_its_file_simulates_the_same() {
 fn a_constant_is_named_beside_a_linear_structure() {
     let mut recording = record(&Looped::plain(structure()), &[0.5, 1.5], 0.02);
     recording.positions[1].iter_mut().for_each(|x| *x += 0.05);
-    let outcome = diagnose_linear(&recording, &plant(), None, None, &[]).unwrap();
+    let outcome = answer(&recording, &plant());
     let d = &outcome.diagnosis;
     assert_eq!(d.verdict, Verdict::Explained);
     let ids: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
@@ -231,6 +236,6 @@ fn a_constant_is_named_beside_a_linear_structure() {
     assert!((after / 0.02 - 1.0).abs() < 0.05, "{after}");
     // Against its own file nothing is left to say.
     let again = PlantFile::parse("made.plant.toml", &outcome.plant.to_toml()).unwrap();
-    let outcome = diagnose_linear(&recording, &again, None, None, &[]).unwrap();
+    let outcome = answer(&recording, &again);
     assert_eq!(outcome.diagnosis.verdict, Verdict::Consistent, "{:?}", outcome.diagnosis.effects);
 }

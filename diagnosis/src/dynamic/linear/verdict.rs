@@ -5,12 +5,12 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 use super::looped::{Looped, Stretch};
 use super::modal::Modal;
 use super::nominal;
-use super::plan::Plan;
+use super::plan::{Group, Plan};
 use super::sensitivity;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::spectrum::growth::{Growth, growth};
 use crate::dynamic::spectrum::{Experiments, Response, response};
-use crate::thresholds::NORMAL_95;
+use crate::numerics::mean_and_error;
 use crate::thresholds::dynamic::linear::verdict::{BLOCKS, HELD, OCTAVE, SMALLEST, WORTH};
 use crate::verdict::{Location, NamedEffect, Parameter};
 
@@ -26,11 +26,9 @@ pub fn gain(before: &Looped, after: &Looped, stretches: &[Stretch]) -> Option<(f
             powers[1] += stretch.weight * stretch.weight * b;
         }
     }
-    let count = logs.len() as f64;
-    let mean = logs.iter().sum::<f64>() / count.max(1.0);
-    let variance = logs.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    let t = mean / (variance / count.max(1.0)).sqrt().max(1e-12);
-    let p = StudentsT::new(0.0, 1.0, (count - 1.0).max(1.0)).map_or(1.0, |d| d.cdf(-t));
+    let (mean, error) = mean_and_error(&logs);
+    let t = mean / error.max(1e-12);
+    let p = StudentsT::new(0.0, 1.0, (logs.len() as f64 - 1.0).max(1.0)).map_or(1.0, |d| d.cdf(-t));
     Some((1.0 - powers[1] / powers[0].max(f64::MIN_POSITIVE), p.max(SMALLEST)))
 }
 
@@ -50,14 +48,8 @@ fn blocks(model: &Looped, stretch: &Stretch) -> Option<Vec<f64>> {
 
 /// Responses of every amplitude on common lines; empty where the runs of one do not determine a response.
 pub fn responses(recording: &DynamicRecording, plan: &Plan) -> Vec<(f64, Response)> {
-    let all: Vec<(f64, Experiments)> = plan
-        .groups
-        .iter()
-        .map(|g| {
-            let rows: Vec<_> = g.fitted.iter().chain(&g.held).cloned().collect();
-            (g.amplitude, plan.experiments(recording, &rows))
-        })
-        .collect();
+    let all: Vec<(f64, Experiments)> =
+        plan.groups.iter().map(|g| (g.amplitude, plan.experiments(recording, &g.rows()))).collect();
     let determined = all.iter().all(|(_, d)| d.each.len() > d.inputs);
     let common = all.windows(2).all(|w| w[0].1.lines == w[1].1.lines);
     if !determined || !common {
@@ -74,7 +66,7 @@ pub fn locations(
     responses: &[(f64, Response)],
 ) -> Vec<Location> {
     let mut found = Vec::new();
-    let rows: Vec<_> = plan.groups.iter().flat_map(|g| g.fitted.iter().chain(&g.held)).cloned().collect();
+    let rows: Vec<_> = plan.groups.iter().flat_map(Group::rows).collect();
     let data = plan.experiments(recording, &rows);
     let left = nominal::error(linear, &data).powi(2);
     if let ([(from, _), .., (to, _)], true) = (responses, left > 0.0) {
@@ -117,7 +109,6 @@ fn chance(ratio: f64, count: f64) -> f64 {
 
 /// The narrowest run of third octaves that holds most of the residual.
 fn strongest_band(linear: &Modal, data: &Experiments) -> Option<Location> {
-    let (m, p) = (data.inputs, data.outputs);
     let frequencies = data.frequencies();
     let first = *frequencies.first()?;
     let band_of = |f: f64| ((f / first).log2() / OCTAVE) as usize;
@@ -125,16 +116,9 @@ fn strongest_band(linear: &Modal, data: &Experiments) -> Option<Location> {
     let mut power = vec![0.0; count];
     let mut lines = vec![0usize; count];
     for (line, &z) in data.points().iter().enumerate() {
-        let g = linear.response(z);
         let band = band_of(frequencies[line]);
         lines[band] += 1;
-        for e in &data.each {
-            for i in 0..p {
-                let u = &e.drive[line * m..(line + 1) * m];
-                let y: super::Complex = g[i * m..(i + 1) * m].iter().zip(u).map(|(g, u)| g * u).sum();
-                power[band] += e.weight * e.weight * (e.position[line * p + i] - y).norm_sqr();
-            }
-        }
+        data.left(line, &linear.response(z)).for_each(|(rest, _)| power[band] += rest);
     }
     let all: f64 = power.iter().sum();
     let mut best: Option<(usize, usize, f64)> = None;
@@ -173,25 +157,19 @@ pub fn hysteresis(
     responses: &[(f64, Response)],
     exponent_error: f64,
 ) -> NamedEffect {
-    let exponent = 1.0 + after.operator.exponent();
-    let parameter = |name: &str, value: f64, error: f64, unit: &str| Parameter {
-        name: name.into(),
-        value,
-        unit: unit.into(),
-        ci95: [value - NORMAL_95 * error, value + NORMAL_95 * error],
-    };
-    let mut parameters = vec![parameter("growth_exponent", exponent, exponent_error, "1")];
+    let exponent = 1.0 + after.operator.exponent;
+    let mut parameters = vec![Parameter::normal("growth_exponent", exponent, exponent_error, "1")];
     let followed: Vec<Growth> = growth(responses);
     if let [first, .., last] = followed.as_slice() {
         let percent = 100.0 * (last.gain - 1.0);
-        parameters.push(parameter("gain_growth_percent", percent, 100.0 * last.gain_error, "%"));
+        parameters.push(Parameter::normal("gain_growth_percent", percent, 100.0 * last.gain_error, "%"));
         let shifts = first.resonances_hz.iter().zip(&last.resonances_hz);
         if let Some((from, to)) = shifts.max_by(|a, b| (a.1 - a.0).abs().total_cmp(&(b.1 - b.0).abs())) {
             // A peak is read to a fraction of a line.
             let lines = responses[0].1.frequency_hz.windows(2).map(|w| w[1] - w[0]);
             let line = lines.fold(f64::INFINITY, f64::min);
-            parameters.push(parameter("resonance_hz", *from, 0.5 * line, "Hz"));
-            parameters.push(parameter("resonance_shift_hz", to - from, 0.7 * line, "Hz"));
+            parameters.push(Parameter::normal("resonance_hz", *from, 0.5 * line, "Hz"));
+            parameters.push(Parameter::normal("resonance_shift_hz", to - from, 0.7 * line, "Hz"));
         }
     }
     NamedEffect {

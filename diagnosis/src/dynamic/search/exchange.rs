@@ -1,11 +1,10 @@
 //! Exchanging what was found: an effect for one that it is easily taken for, and terms that others have driven to where
 //! they are no physics.
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, MOST_EXCHANGES, Search, gain};
-use crate::dynamic::data::CHOOSE;
-use crate::dynamic::estimate::{Fitted, fit};
+use super::{LEAST_GAIN, MOST_EXCHANGES, Search, gain};
+use crate::dynamic::data::{CHOOSE, CHOOSE_ROWS, FIT_ROWS};
+use crate::dynamic::estimate::Fitted;
 use crate::dynamic::model::{Model, Term};
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::search::exchange::{CLOSE, STRONG};
 
 impl Search<'_> {
@@ -19,18 +18,12 @@ impl Search<'_> {
             else {
                 break;
             };
-            let Some(shorter) = fit(&chosen.model.without(k), &chosen.states, self.data, FIT_ROWS, PATIENCE)
-            else {
-                break;
-            };
+            let Some(shorter) = self.fit(&chosen.model.without(k), &chosen.states) else { break };
             let shorter = self.best_hold(shorter, FIT_ROWS);
-            let others = self
-                .near(&shorter, |t, _| t.effect.is_late())
-                .into_iter()
-                .map(|f| self.best_hold(f, FIT_ROWS));
-            let others: Vec<Fitted> = others.collect();
+            let others = self.near(&shorter, |t, _| t.effect.is_late());
             chosen = others
                 .into_iter()
+                .map(|f| self.best_hold(f, FIT_ROWS))
                 .fold(shorter, |best, f| if f.costs[CHOOSE] < best.costs[CHOOSE] { f } else { best });
         }
         chosen
@@ -52,8 +45,7 @@ impl Search<'_> {
             .map(|f| self.pruned(self.best_hold(f, FIT_ROWS)))
             .collect();
         others.extend(unsound.iter().filter_map(|k| {
-            let shorter = present.model.without(self.given + k);
-            let shorter = fit(&shorter, &present.states, self.data, FIT_ROWS, PATIENCE)?;
+            let shorter = self.fit(&present.model.without(self.given + k), &present.states)?;
             Some(self.best_hold(shorter, FIT_ROWS))
         }));
         let better = |f: &Fitted| {
@@ -83,10 +75,7 @@ impl Search<'_> {
     fn near(&self, chosen: &Fitted, may: impl Fn(&Term, f64) -> bool) -> Vec<Fitted> {
         let mut near = Vec::new();
         for k in self.given..chosen.model.terms.len() {
-            let Some(without) = fit(&chosen.model.without(k), &chosen.states, self.data, FIT_ROWS, PATIENCE)
-            else {
-                continue;
-            };
+            let Some(without) = self.fit(&chosen.model.without(k), &chosen.states) else { continue };
             if !may(&chosen.model.terms[k], without.costs[CHOOSE] / chosen.costs[CHOOSE]) {
                 continue;
             }

@@ -1,32 +1,28 @@
 //! Growing a model: which effects are screened and fitted in full beside it, which of them is taken, and what that
 //! makes idle.
 
+use fitter::plant::Hold;
 use rayon::prelude::*;
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, Search, gain, last_id};
-use crate::dynamic::data::CHOOSE;
-use crate::dynamic::data::FIT;
-use crate::dynamic::data::FOLDS;
-use crate::dynamic::data::HOLDS;
-use crate::dynamic::effects::TRANSPORT_DELAY;
-use crate::dynamic::estimate::{Fitted, fit};
+use super::{LEAST_GAIN, Search, gain, last_id};
+use crate::dynamic::data::{CHOOSE, CHOOSE_ROWS, FIT, FIT_ROWS, Folds, HOLDS};
+use crate::dynamic::effects::{DynamicEffect, TRANSPORT_DELAY};
+use crate::dynamic::estimate::{Fitted, fit_in, fit_in_ways};
 use crate::dynamic::model::{Model, Term};
-use crate::dynamic::screen::{Candidate, Screened, screen};
+use crate::dynamic::screen::{Screened, linear, screen};
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::grow::{BEHIND, HEAT, REFITTED, REFITTED_PLAINLY, SHORT};
 
 impl Search<'_> {
     /// Candidates that may stand beside a model.
-    fn candidates(&self, present: &Fitted) -> Vec<Candidate> {
-        self.catalogue
-            .iter()
-            .filter(|e| !present.model.has(e.id))
-            .flat_map(|e| {
-                let start = |start| Candidate { effect: *e, start };
-                e.starts(&self.data.scale).into_iter().map(start)
-            })
-            .collect()
+    fn candidates(&self, present: &Fitted) -> Vec<Term> {
+        let beside = self.catalogue.iter().filter(|e| !present.model.has(e.id));
+        let terms = |e: &&'static DynamicEffect| {
+            let e = *e;
+            (e.starts)(&self.data.scale).into_iter().map(move |start| Term::new(e, start))
+        };
+        beside.flat_map(terms).collect()
     }
 
     /// Every effect beside a model, fitted on the rows that fit: the best few by screening in full, sorted
@@ -34,25 +30,20 @@ impl Search<'_> {
     pub fn contenders(&self, present: &Fitted) -> Vec<Fitted> {
         let candidates = self.candidates(present);
         let best = self.promising(present, &candidates);
-        let mut models: Vec<Model> = best
-            .iter()
-            .map(|s| {
-                let Candidate { effect, start } = candidates[s.candidate].clone();
-                present.model.with(Term::new(effect, start))
-            })
-            .collect();
+        let beside = |s: &Screened| present.model.with(candidates[s.candidate].clone());
+        let mut models: Vec<Model> = best.iter().map(beside).collect();
         models.extend(self.late(present, &candidates));
         models.extend(self.widened(present));
         let tried: Vec<Fitted> = models
             .par_iter()
-            .filter_map(|model| fit(model, &present.states, self.data, FIT_ROWS, HEAT))
+            .filter_map(|model| fit_in(HEAT, model, &present.states, self.data, FIT_ROWS))
             .collect();
         // What is far behind after a few steps is not followed to its end.
         let least = tried.iter().map(|f| f.costs[FIT]).fold(f64::INFINITY, f64::min);
         let fits: Vec<Fitted> = tried
             .into_par_iter()
             .filter_map(|f| match f.costs[FIT] < BEHIND * least {
-                true => fit(&f.model, &f.states, self.data, FIT_ROWS, PATIENCE - HEAT),
+                true => fit_in(PATIENCE - HEAT, &f.model, &f.states, self.data, FIT_ROWS),
                 false => Some(f),
             })
             .filter(|f| f.model.terms.last().is_some_and(|term| self.sound(term)))
@@ -71,7 +62,7 @@ impl Search<'_> {
     }
 
     /// The candidates that are worth a fit in full, by what they promise on the rows that fit.
-    fn promising(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Screened> {
+    fn promising(&self, present: &Fitted, candidates: &[Term]) -> Vec<Screened> {
         let whitening = self.whitening(present);
         let [screened, mut plain] = screen(present, candidates, self.data, [&whitening, &[]]);
         let mut best: Vec<Screened> = Vec::new();
@@ -90,10 +81,10 @@ impl Search<'_> {
         let short: Vec<Screened> = candidates
             .par_iter()
             .enumerate()
-            .filter(|(_, c)| !c.linear() && (late || !c.effect.confused_with.contains(&TRANSPORT_DELAY)))
+            .filter(|(_, c)| !linear(c) && (late || !c.effect.confused_with.contains(&TRANSPORT_DELAY)))
             .filter_map(|(k, c)| {
-                let model = present.model.with(Term::new(c.effect, c.start.clone()));
-                let fitted = fit(&model, &present.states, self.data, FIT_ROWS, SHORT)?;
+                let model = present.model.with(c.clone());
+                let fitted = fit_in(SHORT, &model, &present.states, self.data, FIT_ROWS)?;
                 Some(Screened { candidate: k, gain: gain(present, &fitted, FIT_ROWS) })
             })
             .collect();
@@ -131,8 +122,8 @@ impl Search<'_> {
         let mut models = Vec::new();
         for (k, term) in present.model.terms.iter().enumerate().skip(self.given) {
             for effect in self.catalogue.iter().filter(|e| !present.model.has(e.id)) {
-                let starts = effect.starts_from(term.effect.id, &term.parameters, &self.data.scale);
-                let wider = |start| present.model.without(k).with(Term::new(*effect, start));
+                let starts = (effect.starts_from)(term.effect.id, &term.parameters, &self.data.scale);
+                let wider = |start| present.model.without(k).with(Term::new(effect, start));
                 models.extend(starts.into_iter().map(wider));
             }
         }
@@ -141,7 +132,7 @@ impl Search<'_> {
 
     /// Delays and lags beside the other ways of running between the samples. A held drive is half a sample late:
     /// where the nominal plant took that for a delay of less, the true one beside it would be negative.
-    fn late(&self, present: &Fitted, candidates: &[Candidate]) -> Vec<Model> {
+    fn late(&self, present: &Fitted, candidates: &[Term]) -> Vec<Model> {
         if present.model.terms.iter().any(|t| t.effect.is_late()) {
             return Vec::new();
         }
@@ -151,7 +142,7 @@ impl Search<'_> {
             for candidate in candidates.iter().filter(|c| c.effect.is_late()) {
                 if !ids.contains(&candidate.effect.id) {
                     ids.push(candidate.effect.id);
-                    let mut model = present.model.with(Term::new(candidate.effect, candidate.start.clone()));
+                    let mut model = present.model.with(candidate.clone());
                     model.hold = hold;
                     models.push(model);
                 }
@@ -161,16 +152,9 @@ impl Search<'_> {
     }
 
     /// The model with the best way of running between the samples.
-    pub(super) fn best_hold(&self, present: Fitted, folds: [bool; FOLDS]) -> Fitted {
-        let others: Vec<Fitted> = HOLDS
-            .par_iter()
-            .filter(|h| **h != present.model.hold)
-            .filter_map(|hold| {
-                let mut model = present.model.clone();
-                model.hold = *hold;
-                fit(&model, &present.states, self.data, folds, PATIENCE)
-            })
-            .collect();
+    pub(super) fn best_hold(&self, present: Fitted, folds: Folds) -> Fitted {
+        let others: Vec<Hold> = HOLDS.into_iter().filter(|hold| *hold != present.model.hold).collect();
+        let others = fit_in_ways(others, &present.model, &present.states, self.data, folds);
         others.into_iter().fold(present, |best, f| if f.cost(folds) < best.cost(folds) { f } else { best })
     }
 
@@ -198,7 +182,7 @@ impl Search<'_> {
                 let mut model = present.model.clone();
                 model.terms[k].parameters[creep] = part * self.data.scale.speed;
                 model.terms[k].free[creep] = true;
-                fit(&model, &present.states, self.data, FIT_ROWS, PATIENCE)
+                self.fit(&model, &present.states)
             })
             .collect();
         let best = freed.into_iter().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
@@ -228,9 +212,7 @@ impl Search<'_> {
             let last = present.model.terms.len() - 1;
             let shorter: Vec<Fitted> = (self.given..last)
                 .into_par_iter()
-                .filter_map(|k| {
-                    fit(&present.model.without(k), &present.states, self.data, FIT_ROWS, PATIENCE)
-                })
+                .filter_map(|k| self.fit(&present.model.without(k), &present.states))
                 .filter(|f| !self.worth(f, &present))
                 .collect();
             match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {

@@ -2,16 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::{CHOOSE_ROWS, FIT_ROWS, LEAST_GAIN, LEAST_PART, RARE_GAIN, Search};
-use crate::dynamic::data::FOLDS;
-use crate::dynamic::estimate::{Fitted, fit};
+use super::{LEAST_GAIN, LEAST_PART, RARE_GAIN, Search};
+use crate::dynamic::data::{CHOOSE_ROWS, FIT_ROWS, UNSCORED};
+use crate::dynamic::estimate::{Fitted, fit, fit_in};
 use crate::dynamic::model::{Model, Term};
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::grow::SHORT;
-
-/// Rows that fit and rows that choose.
-const BOTH: [bool; FOLDS] = [true, true, false];
 
 impl Search<'_> {
     /// The model with a limit of the drive, where the rows that fit and those that choose show it only together: it
@@ -23,21 +19,21 @@ impl Search<'_> {
         }
         let limits = self.catalogue.iter().filter(|e| e.is_limit() && !present.model.has(e.id));
         let models: Vec<Model> = limits
-            .flat_map(|e| e.starts(&self.data.scale).into_iter().map(|start| (*e, start)))
+            .flat_map(|e| (e.starts)(&self.data.scale).into_iter().map(|start| (*e, start)))
             .map(|(effect, start)| present.model.with(Term::new(effect, start)))
             .collect();
         if models.is_empty() {
             return present;
         }
-        let Some(base) = fit(&present.model, &present.states, self.data, BOTH, PATIENCE) else {
+        let Some(base) = fit(&present.model, &present.states, self.data, UNSCORED) else {
             return present;
         };
         let best = models
             .par_iter()
-            .filter_map(|model| fit(model, &base.states, self.data, BOTH, SHORT))
-            .min_by(|a, b| a.cost(BOTH).total_cmp(&b.cost(BOTH)))
-            .filter(|f| f.cost(BOTH) < base.cost(BOTH))
-            .and_then(|f| fit(&f.model, &f.states, self.data, BOTH, PATIENCE))
+            .filter_map(|model| fit_in(SHORT, model, &base.states, self.data, UNSCORED))
+            .min_by(|a, b| a.cost(UNSCORED).total_cmp(&b.cost(UNSCORED)))
+            .filter(|f| f.cost(UNSCORED) < base.cost(UNSCORED))
+            .and_then(|f| fit(&f.model, &f.states, self.data, UNSCORED))
             .filter(|f| f.model.terms.iter().all(|term| self.sound(term)));
         match best {
             Some(f) if self.worth_on_both(&base, &f) => f,
@@ -46,10 +42,11 @@ impl Search<'_> {
     }
 
     fn worth_on_both(&self, before: &Fitted, after: &Fitted) -> bool {
-        let least = (RARE_GAIN * LEAST_GAIN).max(LEAST_PART * self.data.count(BOTH) as f64);
+        let least = (RARE_GAIN * LEAST_GAIN).max(LEAST_PART * self.data.count(UNSCORED) as f64);
         self.compared(before, after).is_some_and(|all| {
-            all.iter()
-                .all(|gains| gains.of(BOTH) > least && gains.as_due(FIT_ROWS) && gains.as_due(CHOOSE_ROWS))
+            all.iter().all(|gains| {
+                gains.of(UNSCORED) > least && gains.as_due(FIT_ROWS) && gains.as_due(CHOOSE_ROWS)
+            })
         })
     }
 }

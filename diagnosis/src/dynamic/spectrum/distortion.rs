@@ -5,8 +5,7 @@
 
 use std::ops::Range;
 
-use super::experiments::mean_period;
-use super::fourier::coefficients;
+use super::experiments::period_spectra;
 use crate::thresholds::dynamic::spectrum::distortion::FREE;
 
 /// Frequencies in Hz with the mean power there.
@@ -24,10 +23,7 @@ pub fn free_lines(
     let last = length.saturating_sub(1) / 2;
     let mut sums = vec![(0.0, 0usize); last + 1];
     for run in runs {
-        let spectra = |channels: &[Vec<f64>]| -> Vec<Vec<super::Complex>> {
-            channels.iter().map(|c| coefficients(&mean_period(c, run, length))).collect()
-        };
-        let (u, y) = (spectra(drives), spectra(positions));
+        let [u, y] = [drives, positions].map(|channels| period_spectra(channels, run, length));
         let power: Vec<f64> = (0..=last).map(|k| u.iter().map(|u| u[k].norm_sqr()).sum()).collect();
         let strongest = power.iter().skip(1).copied().fold(0.0, f64::max);
         let excited: Vec<usize> = (1..=last).filter(|&k| power[k] > FREE * strongest).collect();

@@ -32,7 +32,6 @@ pub struct Experiments {
     pub length: usize,
     /// Number of each line: its frequency is `line / (length · step_s)`.
     pub lines: Vec<usize>,
-    /// The experiments.
     pub each: Vec<Experiment>,
 }
 
@@ -49,11 +48,23 @@ impl Experiments {
         self.lines.iter().map(|&k| Complex::from_polar(1.0, unit * k as f64)).collect()
     }
 
-    /// The experiments at `chosen`, on the same lines.
-    pub fn select(&self, chosen: &[usize]) -> Experiments {
-        let each = chosen.iter().map(|&i| self.each[i].clone()).collect();
-        Experiments { each, lines: self.lines.clone(), ..*self }
+    /// Of every experiment and position on a line the weighted power of what a response `gain` (outputs × inputs, by
+    /// rows) leaves, and of the position.
+    pub fn left<'a>(&'a self, line: usize, gain: &'a [Complex]) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let (m, p) = (self.inputs, self.outputs);
+        self.each.iter().flat_map(move |e| {
+            let (weight, drive) = (e.weight * e.weight, &e.drive[line * m..(line + 1) * m]);
+            gain.chunks_exact(m).zip(&e.position[line * p..]).map(move |(gain, y)| {
+                let predicted: Complex = gain.iter().zip(drive).map(|(g, u)| g * u).sum();
+                (weight * (y - predicted).norm_sqr(), weight * y.norm_sqr())
+            })
+        })
     }
+}
+
+/// Spectra on some lines, by line and channel.
+fn on_lines(lines: &[usize], spectra: &[Vec<Complex>]) -> Vec<Complex> {
+    lines.iter().flat_map(|&k| spectra.iter().map(move |x| x[k])).collect()
 }
 
 /// Mean of the periods of `rows` of a channel: `length` samples.
@@ -68,6 +79,11 @@ pub fn mean_period(channel: &[f64], rows: &Range<usize>, length: usize) -> Vec<f
     mean
 }
 
+/// Spectra of the mean period of a run, by channel.
+pub fn period_spectra(channels: &[Vec<f64>], run: &Range<usize>, length: usize) -> Vec<Vec<Complex>> {
+    channels.iter().map(|c| coefficients(&mean_period(c, run, length))).collect()
+}
+
 /// Experiments of a periodic excitation in steady state: one for each run, averaged over the periods of
 /// `length` samples that its rows hold, on the lines that any run excites.
 pub fn periodic(
@@ -77,25 +93,19 @@ pub fn periodic(
     length: usize,
     step_s: f64,
 ) -> Experiments {
-    let spectra = |channels: &[Vec<f64>], run: &Range<usize>| -> Vec<Vec<Complex>> {
-        channels.iter().map(|c| coefficients(&mean_period(c, run, length))).collect()
-    };
-    let drive: Vec<Vec<Vec<Complex>>> = runs.iter().map(|r| spectra(drives, r)).collect();
+    let drive: Vec<Vec<Vec<Complex>>> = runs.iter().map(|r| period_spectra(drives, r, length)).collect();
     let last = length.saturating_sub(1) / 2;
     let power: Vec<f64> =
         (0..=last).map(|k| drive.iter().flatten().map(|x| x[k].norm_sqr()).fold(0.0, f64::max)).collect();
     let strongest = power.iter().skip(1).copied().fold(0.0, f64::max);
     // The mean is no dynamics: line 0 is left out.
     let lines: Vec<usize> = (1..=last).filter(|&k| power[k] > EXCITED * strongest).collect();
-    let on_lines = |spectra: &[Vec<Complex>]| -> Vec<Complex> {
-        lines.iter().flat_map(|&k| spectra.iter().map(move |x| x[k])).collect()
-    };
     let each = runs
         .iter()
         .zip(&drive)
         .map(|(run, drive)| Experiment {
-            drive: on_lines(drive),
-            position: on_lines(&spectra(positions, run)),
+            drive: on_lines(&lines, drive),
+            position: on_lines(&lines, &period_spectra(positions, run, length)),
             noise: period_noise(positions, run, length, &lines),
             weight: 1.0,
         })
@@ -151,16 +161,13 @@ pub fn segments(
     };
     // The window smears the mean over two lines.
     let lines: Vec<usize> = (2..length / 2).collect();
-    let on_lines = |spectra: &[Vec<Complex>]| -> Vec<Complex> {
-        lines.iter().flat_map(|&k| spectra.iter().map(move |x| x[k])).collect()
-    };
     let mut each = Vec::new();
     for run in runs {
         let mut start = run.start;
         while start + length <= run.end {
             each.push(Experiment {
-                drive: on_lines(&spectra(drives, start)),
-                position: on_lines(&spectra(positions, start)),
+                drive: on_lines(&lines, &spectra(drives, start)),
+                position: on_lines(&lines, &spectra(positions, start)),
                 noise: None,
                 weight: 1.0,
             });

@@ -26,11 +26,7 @@ pub fn response(data: &Experiments) -> Response {
     let (mut power, mut residual) = (Vec::new(), Vec::new());
     let freedom = count.saturating_sub(m) as f64;
     for line in 0..data.lines.len() {
-        let (uu, yu) = cross(data, line);
-        let g = match cholesky(&uu, m) {
-            Some(l) => divide(&yu, p, &l, m),
-            None => vec![Complex::ZERO; p * m],
-        };
+        let g = Line::of(data, line).map_or_else(|| vec![Complex::ZERO; p * m], |line| line.gain);
         for i in 0..p {
             let (mut all, mut left, mut weights) = (0.0, 0.0, 0.0);
             for e in &data.each {
@@ -50,19 +46,35 @@ pub fn response(data: &Experiments) -> Response {
     Response { frequency_hz: data.frequencies(), gain, power, residual }
 }
 
-/// S_uu (inputs × inputs) and S_yu (outputs × inputs) on one line, weighted sums over the experiments.
-pub fn cross(data: &Experiments, line: usize) -> (Vec<Complex>, Vec<Complex>) {
-    let (m, p) = (data.inputs, data.outputs);
-    let mut uu = vec![Complex::ZERO; m * m];
-    let mut yu = vec![Complex::ZERO; p * m];
-    for e in &data.each {
-        let weight = e.weight * e.weight;
-        let u = &e.drive[line * m..(line + 1) * m];
-        let y = &e.position[line * p..(line + 1) * p];
-        outer(&mut uu, u, u, weight);
-        outer(&mut yu, y, u, weight);
+/// What the experiments say on one line: weighted sums over them, and what follows.
+pub struct Line {
+    /// S_uu, inputs × inputs.
+    pub uu: Vec<Complex>,
+    /// S_yu, outputs × inputs.
+    pub yu: Vec<Complex>,
+    /// L of S_uu = L Lᴴ.
+    pub factor: Vec<Complex>,
+    /// G = S_yu S_uu⁻¹.
+    pub gain: Vec<Complex>,
+}
+
+impl Line {
+    /// None where the drives do not span all inputs.
+    pub fn of(data: &Experiments, line: usize) -> Option<Line> {
+        let (m, p) = (data.inputs, data.outputs);
+        let mut uu = vec![Complex::ZERO; m * m];
+        let mut yu = vec![Complex::ZERO; p * m];
+        for e in &data.each {
+            let weight = e.weight * e.weight;
+            let u = &e.drive[line * m..(line + 1) * m];
+            let y = &e.position[line * p..(line + 1) * p];
+            outer(&mut uu, u, u, weight);
+            outer(&mut yu, y, u, weight);
+        }
+        let factor = cholesky(&uu, m)?;
+        let gain = divide(&yu, p, &factor, m);
+        Some(Line { uu, yu, factor, gain })
     }
-    (uu, yu)
 }
 
 /// `sum += weight a bᴴ`.

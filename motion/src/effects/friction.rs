@@ -1,0 +1,66 @@
+//! Dry friction: against the motion whatever its speed; at rest it holds against any smaller force.
+
+use super::specification::{NOT_NEGATIVE, POSITIVE, uniform};
+use super::{Action, Parameter, Specification};
+
+/// Dry friction (Coulomb): F against the motion; at rest it holds against any force up to F.
+pub const COULOMB: Specification = Specification {
+    id: "coulomb_friction",
+    title: "dry friction",
+    depends_on: &["velocity", "position", "history", "amplitude"],
+    parameters: &[Parameter::needed("force_per_inertia", "position unit/s²", NOT_NEGATIVE)],
+    build: |values, _| {
+        let level = values["force_per_inertia"];
+        Action::friction(move |_, _| level)
+    },
+    draw: |strength, typical, _| vec![("force_per_inertia", strength * typical.acceleration())],
+};
+
+/// Dry friction that falls as a film of oil builds up (Stribeck): F + E·exp(−(v/v_s)²) against the motion; at
+/// rest it holds up to F + E. Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 30 (1994), 1083–1138.
+pub const STRIBECK: Specification = Specification {
+    id: "stribeck_friction",
+    title: "dry friction that is larger at low speed",
+    depends_on: &["velocity", "position", "history", "amplitude"],
+    parameters: &[
+        Parameter::needed("force_per_inertia", "position unit/s²", NOT_NEGATIVE),
+        Parameter::needed("extra_static", "position unit/s²", NOT_NEGATIVE),
+        Parameter::needed("stribeck_velocity", "position unit/s", POSITIVE),
+    ],
+    build: |values, _| {
+        let (level, extra) = (values["force_per_inertia"], values["extra_static"]);
+        let velocity = values["stribeck_velocity"];
+        Action::friction(move |at, _| level + extra * (-(at.v / velocity).powi(2)).exp())
+    },
+    draw: |strength, typical, generator| {
+        let level = strength * typical.acceleration();
+        vec![
+            ("force_per_inertia", level),
+            ("extra_static", level * uniform(generator, 0.5, 1.0)),
+            ("stribeck_velocity", typical.velocity * uniform(generator, 0.1, 0.3)),
+        ]
+    },
+};
+
+/// Outside the table: a seal that is folded over drags in one direction only, and the more the further it is
+/// stretched: F·(1 + x/x₀), not below 0, against forward motion.
+pub const ASYMMETRIC: Specification = Specification {
+    id: "ooc_asymmetric_friction",
+    title: "dry friction of one direction that grows along the stroke",
+    depends_on: &["velocity", "position"],
+    parameters: &[
+        Parameter::needed("force_per_inertia", "position unit/s²", NOT_NEGATIVE),
+        Parameter::needed("position_scale", "position unit", POSITIVE),
+    ],
+    build: |values, _| {
+        let (level, scale) = (values["force_per_inertia"], values["position_scale"]);
+        let forward = move |x: f64| (level * (1.0 + x / scale)).max(0.0);
+        Action::friction(move |at, direction| if direction > 0.0 { forward(at.x) } else { 0.0 })
+    },
+    draw: |strength, typical, generator| {
+        vec![
+            ("force_per_inertia", 2.0 * strength * typical.acceleration()),
+            ("position_scale", typical.position * uniform(generator, 0.6, 1.2)),
+        ]
+    },
+};
