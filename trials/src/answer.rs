@@ -96,23 +96,13 @@ pub struct Gain {
 
 /// Why an answer cannot be scored.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum AnswerError {
-    /// It is not there or cannot be read.
     #[error("{}: cannot be read ({reason}); expected the diagnosis of a recording", .path.display())]
-    Missing {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::ErrorKind,
-    },
-    /// It is not of the agreed form.
+    Missing { path: PathBuf, reason: std::io::ErrorKind },
+    /// With line and column.
     #[error("{}: not a diagnosis: {reason}", .path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, with line and column.
-        reason: serde_json::Error,
-    },
+    Form { path: PathBuf, reason: serde_json::Error },
 }
 
 impl Answer {

@@ -131,7 +131,7 @@ impl Informed {
             let rest = wider.residual(&target);
             let tried = left
                 .iter()
-                .map(|formula| formulas::best_shape(formula, seen, whitener, &wider, &rest))
+                .map(|formula| formulas::best_shape(formula, seen, whitener, &wider, &rest, 1))
                 .enumerate()
                 .max_by(|a, b| a.1.1.total_cmp(&b.1.1));
             let Some((index, (best, _))) = tried else { break };

@@ -72,11 +72,4 @@ impl Truth {
     pub fn can_tell(&self) -> bool {
         self.effects.iter().all(Concealed::can_tell)
     }
-
-    /// The ids, sorted.
-    pub fn ids(&self) -> Vec<&str> {
-        let mut ids: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
-        ids.sort_unstable();
-        ids
-    }
 }
