@@ -293,7 +293,7 @@ mod tests {
             let metric = Metric::new(&columns, &trial.covariance(), 12.0).unwrap();
             let feedback = feedback(&trial.device);
             let added = contributions(&trial.device, &trial.protocol, trial.seed, &feedback);
-            let left = metric.left_by_own_formula(&columns, &added[0], &trial.truth.effects[0].id);
+            let left = metric.left_by(&columns, &added[..1], &[&trial.truth.effects[0].id]);
             let part = left / trial.truth.effects[0].rho;
             // What remains is mostly the noise of the logged observable.
             assert!(part < 0.2, "{:?}: {part}", trial.truth);

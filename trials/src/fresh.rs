@@ -29,7 +29,6 @@ pub struct Fresh {
     pub inside_ratio: f64,
     /// Rows that lie outside that range, where only a line is used.
     pub extrapolated: usize,
-    /// All rows.
     pub rows: usize,
 }
 
@@ -43,7 +42,6 @@ pub struct Twice<'a> {
     pub ids: &'a [&'a str],
     /// The true covariance of the noise of the first, row by row, where it is known.
     pub covariance: Option<&'a [f64]>,
-    /// Distance of the probes in millimetres.
     pub distance_mm: f64,
 }
 

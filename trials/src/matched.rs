@@ -145,12 +145,4 @@ impl Metric {
         let explained = explained(&mut ids.iter()).max(explained(&mut ids.iter().rev()));
         (dot(&target, &target) - explained).max(0.0).sqrt()
     }
-
-    /// ρ of what the formula of the contribution's own id leaves of it.
-    pub fn left_by_own_formula(&self, columns: &Columns, contribution: &[f64], id: &str) -> f64 {
-        let z = self.base.residual(&self.whitener.whiten(contribution));
-        let explained = formulas::find(id)
-            .map_or(0.0, |own| formulas::best_shape(own, columns, &self.whitener, &self.base, &z, 1).1);
-        (dot(&z, &z) - explained).max(0.0).sqrt()
-    }
 }

@@ -21,9 +21,7 @@ const OWN: f64 = 0.1;
 
 /// A trial with what is needed to record it.
 pub struct Trial {
-    /// What is concealed.
     pub truth: Truth,
-    /// The recording.
     pub series: Series,
 }
 

@@ -6,9 +6,7 @@ use crate::linear::{Basis, Whitener};
 /// A formula at nonlinear parameters.
 #[derive(Clone)]
 pub struct Shaped {
-    /// The formula.
     pub formula: &'static Formula,
-    /// Its nonlinear parameters.
     pub shape: Vec<f64>,
 }
 
