@@ -15,7 +15,6 @@ pub(super) const TIME_DRIFT: Specification = Specification {
     title: "the zero drifts evenly with time",
     scope: Scope::Recording,
     depends_on: &["t_s"],
-    times: None,
     parameters: &[Parameter::needed("rate_arcsec_per_h", "arcsec/h", (-1e4, 1e4), Drawn::Strength)],
     build: |values, _| {
         let arcsec_per_s = values["rate_arcsec_per_h"] / 3600.0;
@@ -30,7 +29,6 @@ pub(super) const WARMUP_DRIFT: Specification = Specification {
     title: "the zero drifts after switch-on and comes to rest",
     scope: Scope::Recording,
     depends_on: &["t_s"],
-    times: None,
     parameters: &[
         Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
         Parameter::needed("time_constant_s", "s", (1.0, 1e5), Drawn::OfDuration(0.08, 0.3)),
@@ -48,7 +46,6 @@ pub(super) const MOUNT_STEP: Specification = Specification {
     title: "the mount slips once",
     scope: Scope::Recording,
     depends_on: &["t_s"],
-    times: None,
     parameters: &[
         Parameter::needed("step_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
         Parameter::needed("time_s", "s", (0.0, 1e7), Drawn::OfDuration(0.15, 0.85)),
@@ -69,7 +66,6 @@ pub(super) const READ_LAG: Specification = Specification {
     title: "the reference is read later than the probes",
     scope: Scope::Device,
     depends_on: &["velocity", "direction"],
-    times: None,
     parameters: &[Parameter::needed("delay_s", "s", (-10.0, 10.0), Drawn::Strength)],
     build: |values, device| {
         Ok(Box::new(Camera { delay_s: values["delay_s"] / device.true_per_calculated() }))
@@ -94,7 +90,6 @@ pub(super) const AGING: Specification = Specification {
     title: "creep hastened by heat",
     scope: Scope::Recording,
     depends_on: &["temperature_c", "t_s", "history"],
-    times: Some("t_s"),
     parameters: &[Parameter::needed(
         "coefficient_arcsec_per_k_h",
         "arcsec/(K h)",
@@ -113,7 +108,6 @@ pub(super) const CROSS_SQUARE: Specification = Specification {
     title: "the square of the second axis",
     scope: Scope::Device,
     depends_on: &["cross_arcsec"],
-    times: None,
     parameters: &[Parameter::needed("coefficient_per_arcsec", "1/arcsec", (-20.0, 20.0), Drawn::Strength)],
     build: |values, _| {
         let per_arcsec = values["coefficient_per_arcsec"];
@@ -128,7 +122,6 @@ pub(super) const RESEATING: Specification = Specification {
     title: "the mount reseats at random between passes",
     scope: Scope::Recording,
     depends_on: &["pass", "t_s", "history", "direction"],
-    times: None,
     parameters: &[
         Parameter::needed("deviation_arcsec", "arcsec", (0.0, 1e3), Drawn::PositiveStrength),
         Parameter::needed("pattern", "1", (0.0, 4e9), Drawn::Whole(0, 1_000_000)).or(1.0),
@@ -148,7 +141,6 @@ pub(super) const SWAY: Specification = Specification {
     title: "the table sways with time",
     scope: Scope::Recording,
     depends_on: &["t_s", "history"],
-    times: None,
     parameters: &[
         Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::PositiveStrength),
         Parameter::needed("period_s", "s", (1.0, 1e6), Drawn::OfDuration(0.1, 0.3)),

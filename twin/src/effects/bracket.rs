@@ -12,7 +12,6 @@ pub(super) const THERMAL_ZERO_DRIFT: Specification = Specification {
     title: "the zero drifts with the temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    times: None,
     parameters: &[Parameter::needed(
         "coefficient_arcsec_per_k",
         "arcsec/K",
@@ -32,7 +31,6 @@ pub(super) const THERMAL_LAG: Specification = Specification {
     title: "the zero follows the temperature with a delay",
     scope: Scope::Device,
     depends_on: &["temperature_c", "history", "t_s"],
-    times: None,
     parameters: &[
         Parameter::needed("coefficient_arcsec_per_k", "arcsec/K", (-100.0, 100.0), Drawn::Strength),
         Parameter::needed("time_constant_s", "s", (1.0, 1e5), Drawn::OfDuration(0.05, 0.2)),
@@ -91,7 +89,6 @@ pub(super) const CROSS_AXIS_COUPLING: Specification = Specification {
     title: "the second axis couples into the angle",
     scope: Scope::Device,
     depends_on: &["cross_arcsec"],
-    times: None,
     parameters: &[Parameter::needed("coefficient_arcsec_per_arcsec", "1", (-20.0, 20.0), Drawn::Strength)],
     build: |values, _| {
         let relative = values["coefficient_arcsec_per_arcsec"];
@@ -106,7 +103,6 @@ pub(super) const PERIODIC_ERROR: Specification = Specification {
     title: "a periodic error of the true angle",
     scope: Scope::Device,
     depends_on: &["angle_deg"],
-    times: None,
     parameters: &[
         Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::PositiveStrength),
         Parameter::needed("period_arcsec", "arcsec", (1.0, 1e5), Drawn::PeriodFromSteps(2.6, 0.2)),
@@ -144,7 +140,6 @@ pub(super) const COIL_HEATING: Specification = Specification {
     title: "the coils heat up with the square of their current",
     scope: Scope::Device,
     depends_on: &["history", "coil_a", "t_s", "pass", "angle_deg", "direction"],
-    times: None,
     parameters: &[
         Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
         Parameter::needed("time_constant_s", "s", (1.0, 1e5), Drawn::OfDuration(0.03, 0.15)),
@@ -190,7 +185,6 @@ pub(super) const COMMON_MODE_SQUARE: Specification = Specification {
     title: "the square of the common motion of the plate",
     scope: Scope::Device,
     depends_on: &["common_mode_um"],
-    times: None,
     parameters: &[Parameter::needed(
         "coefficient_arcsec_per_um2",
         "arcsec/µm²",
@@ -210,7 +204,6 @@ pub(super) const DIRECTION_GAIN: Specification = Specification {
     title: "a gain that depends on the direction of travel",
     scope: Scope::Device,
     depends_on: &["direction", "angle_deg", "history"],
-    times: Some("angle_deg"),
     parameters: &[Parameter::needed("coefficient_ppm", "ppm", (-1e5, 1e5), Drawn::Strength)],
     build: |values, _| {
         let part = 1e-6 * values["coefficient_ppm"];
@@ -225,7 +218,6 @@ pub(super) const REMANENCE: Specification = Specification {
     title: "remanence of the pads after the largest excursion",
     scope: Scope::Device,
     depends_on: &["history", "direction", "angle_deg", "command_deg"],
-    times: None,
     parameters: &[
         Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
         Parameter::needed("width_deg", "deg", (0.05, 5.0), Drawn::Uniform(0.4, 1.0)).or(0.6),
@@ -276,7 +268,6 @@ pub(super) const SOFTENING: Specification = Specification {
     title: "an adhesive softens at one temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    times: None,
     parameters: &[
         Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
         Parameter::needed("softening_c", "°C", (-40.0, 100.0), Drawn::Uniform(25.0, 30.0)).or(27.0),
@@ -295,7 +286,6 @@ pub(super) const TEMPERATURE_SQUARE: Specification = Specification {
     title: "the zero goes with the square of the temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    times: None,
     parameters: &[Parameter::needed(
         "coefficient_arcsec_per_k2",
         "arcsec/K²",

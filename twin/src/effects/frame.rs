@@ -11,7 +11,6 @@ pub(super) const BACKLASH: Specification = Specification {
     title: "lost motion between frame and mirror",
     scope: Scope::Device,
     depends_on: &["direction", "history"],
-    times: None,
     parameters: &[Parameter::needed("half_width_arcsec", "arcsec", (0.0, 1e3), Drawn::PositiveStrength)],
     build: |values, _| Ok(Box::new(Play::new(rad_from_arcsec(values["half_width_arcsec"])))),
 };
@@ -66,7 +65,6 @@ pub(super) const HYSTERESIS: Specification = Specification {
     title: "inner friction between frame and mirror",
     scope: Scope::Device,
     depends_on: &["direction", "history"],
-    times: Some("angle_deg"),
     parameters: &[
         Parameter::needed("half_height_arcsec", "arcsec", (0.0, 1e3), Drawn::PositiveStrength),
         Parameter::needed("skew", "1", (-0.9, 4.0), Drawn::Uniform(0.0, 0.0)).or(0.0),

@@ -14,7 +14,6 @@ pub(super) const THERMAL_GAIN_DRIFT: Specification = Specification {
     title: "the gain drifts with the temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    times: Some("angle_deg"),
     parameters: &[Parameter::needed("coefficient_ppm_per_k", "ppm/K", (-2000.0, 2000.0), Drawn::Strength)],
     build: |values, device| {
         let per_k = 1e-6 * values["coefficient_ppm_per_k"] / device.true_per_calculated();
@@ -43,7 +42,6 @@ pub(super) const COMMON_MODE_LEAKAGE: Specification = Specification {
     title: "common motion of the plate leaks into the angle",
     scope: Scope::Device,
     depends_on: &["common_mode_um"],
-    times: None,
     parameters: &[Parameter::needed(
         "coefficient_arcsec_per_um",
         "arcsec/µm",
@@ -68,7 +66,6 @@ pub(super) const COIL_CROSSTALK: Specification = Specification {
     title: "the coil current is picked up by the probes",
     scope: Scope::Device,
     depends_on: &["coil_a"],
-    times: None,
     parameters: &[Parameter::needed("coefficient_arcsec_per_a", "arcsec/A", (-1e4, 1e4), Drawn::Strength)],
     build: |values, device| {
         let mm_per_a = values["coefficient_arcsec_per_a"] / device.arcsec_per_mm();
@@ -91,7 +88,6 @@ pub(super) const SENSOR_CLIPPING: Specification = Specification {
     title: "one probe leaves its range on one side",
     scope: Scope::Device,
     depends_on: &["angle_deg"],
-    times: None,
     parameters: &[
         Parameter::needed("threshold_deg", "deg", (-1.75, 1.75), Drawn::EitherSide(0.55, 0.8)),
         Parameter::needed("slope_arcsec_per_deg", "arcsec/deg", (-1000.0, 1000.0), Drawn::Strength),
@@ -125,7 +121,6 @@ pub(super) const LOCAL_DEFECT: Specification = Specification {
     title: "a flaw of a pad at one angle",
     scope: Scope::Device,
     depends_on: &["angle_deg"],
-    times: None,
     parameters: &[
         Parameter::needed("height_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
         Parameter::needed("centre_deg", "deg", (-1.75, 1.75), Drawn::EitherSide(0.0, 0.75)),

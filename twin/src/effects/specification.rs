@@ -86,8 +86,6 @@ pub struct Specification {
     pub scope: Scope,
     /// The variables of which any may rightly be named as the place where it shows.
     pub depends_on: &'static [&'static str],
-    /// The second factor, where the effect is a product.
-    pub times: Option<&'static str>,
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// How its mechanism is made.
