@@ -18,53 +18,41 @@ pub enum Verdict {
     Unexplained,
 }
 
-/// A diagnosis.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Answer {
-    /// The verdict.
     pub verdict: Verdict,
     /// The strongest first.
     pub locations: Vec<Location>,
     /// The strongest first.
     pub effects: Vec<Named>,
-    /// Residuals before and after.
     pub fit: Fit,
     /// What the recording does not determine, in sentences.
     #[serde(default)]
     pub unidentifiable: Vec<String>,
-    /// What to record next.
     pub next_experiment: Option<String>,
 }
 
 /// Where the mismatch lives.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Location {
-    /// The observable.
     pub variable: String,
     /// What multiplies it.
     #[serde(default)]
     pub times: Option<String>,
 }
 
-/// A named effect.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Named {
-    /// Its id.
     pub id: String,
-    /// Its parameters.
     pub parameters: Vec<Parameter>,
     /// Ids that the recording cannot tell from it.
     pub alternatives: Vec<String>,
 }
 
-/// A parameter with its interval.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Parameter {
-    /// Its name.
     pub name: String,
-    /// Its value.
     pub value: f64,
-    /// Its 95 % interval.
     pub ci95: [f64; 2],
 }
 
@@ -73,14 +61,11 @@ pub struct Parameter {
 pub struct Fit {
     /// The base model alone.
     pub before: Score,
-    /// With the named effects.
     pub after: Score,
-    /// The gain with its interval.
     #[serde(default)]
     pub gain: Option<Gain>,
 }
 
-/// Residuals.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Score {
     /// On held-out rows.
@@ -96,23 +81,13 @@ pub struct Gain {
 
 /// Why an answer cannot be scored.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum AnswerError {
-    /// It is not there or cannot be read.
     #[error("{}: cannot be read ({reason}); expected the diagnosis of a recording", .path.display())]
-    Missing {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::ErrorKind,
-    },
-    /// It is not of the agreed form.
+    Missing { path: PathBuf, reason: std::io::ErrorKind },
+    /// With line and column.
     #[error("{}: not a diagnosis: {reason}", .path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, with line and column.
-        reason: serde_json::Error,
-    },
+    Form { path: PathBuf, reason: serde_json::Error },
 }
 
 impl Answer {

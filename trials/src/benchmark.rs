@@ -96,9 +96,7 @@ impl Families {
 pub struct Known<'a> {
     /// What was true beside each reading.
     pub truths: &'a [Truth],
-    /// The kind of noise.
     pub noise: &'a Noise,
-    /// Distance of the probes in millimetres.
     pub distance_mm: f64,
 }
 

@@ -3,9 +3,6 @@
 
 use std::path::PathBuf;
 
-use rand::seq::SliceRandom;
-use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use twin::Reading;
 
@@ -17,9 +14,9 @@ use crate::plan::{self, Counts};
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
 use crate::truth::{Group, Truth};
-use crate::workspace::{Batches, Folders, answer_of, diagnose_sealed, threads};
-
-pub use crate::workspace::{CampaignError, put};
+use crate::workspace::{
+    Batches, CampaignError, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads,
+};
 
 /// What is stated to the programs of the mirror: the paper's, which all devices are built as.
 const MIRROR: &str = include_str!("mirror.toml");
@@ -39,14 +36,6 @@ pub struct Campaign {
     pub out: PathBuf,
 }
 
-/// What a campaign brought.
-pub struct Outcome {
-    /// The trials, unsealed.
-    pub cases: Vec<Case>,
-    /// SHA-256 of the sealed truth.
-    pub sealed: String,
-}
-
 impl Campaign {
     /// Runs it; `sealed` is called with the hash of the truth before anything is diagnosed.
     ///
@@ -56,7 +45,7 @@ impl Campaign {
         &self,
         programs: &Programs,
         sealed: impl FnOnce(&str, usize),
-    ) -> Result<Outcome, CampaignError> {
+    ) -> Result<Outcome<Case>, CampaignError> {
         let folders = Folders::prepare(&self.out, Nominal::Mirror, MIRROR)?;
         let pool = threads(self.jobs)?;
         let trials = pool.install(|| self.draw(programs, &folders))?;
@@ -85,22 +74,11 @@ impl Campaign {
 
     /// Draws every trial and writes its recording under a name that says nothing.
     fn draw(&self, programs: &Programs, folders: &Folders) -> Result<Vec<Trial>, CampaignError> {
-        let assignments = plan::assignments(&self.counts, self.seed);
-        let mut numbers: Vec<usize> = (0..assignments.len()).collect();
-        let mut generator = ChaCha12Rng::seed_from_u64(self.seed);
-        generator.set_stream(1);
-        numbers.shuffle(&mut generator);
-        programs.begin("recording", assignments.len());
-        assignments
-            .par_iter()
-            .zip(&numbers)
-            .map(|(assignment, number)| {
-                let trial = Trial::draw(assignment, format!("r{number:06}.csv"))?;
-                twin::write_file(&trial.record(), &folders.blind.join(&trial.truth.recording))?;
-                programs.watch.advance(1);
-                Ok(trial)
-            })
-            .collect()
+        draw_all(programs, self.seed, &plan::assignments(&self.counts, self.seed), |assignment, number| {
+            let trial = Trial::draw(assignment, format!("r{number:06}.csv"))?;
+            twin::write_file(&trial.record(), &folders.blind.join(&trial.truth.recording))?;
+            Ok(trial)
+        })
     }
 
     /// The strong single effects once more, each left out of the catalogue.

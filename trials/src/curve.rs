@@ -8,7 +8,6 @@ use crate::statistics::{lower_limit, phi, quantile, upper_limit};
 /// One trial: the strength, and whether something was reported.
 pub type Point = (f64, bool);
 
-/// A detection curve.
 #[derive(Debug, Clone, Serialize)]
 pub struct Curve {
     /// c: ρ at which half of the effects are detected.
@@ -28,13 +27,9 @@ pub struct Curve {
 /// Detections among the effects of a range of strength.
 #[derive(Debug, Clone, Serialize)]
 pub struct Bin {
-    /// From this ρ.
     pub from: f64,
-    /// To this ρ.
     pub to: f64,
-    /// How many were detected.
     pub hits: u64,
-    /// Of how many.
     pub of: u64,
     /// 95 % interval of the share (Clopper–Pearson).
     pub limits: [f64; 2],

@@ -2,7 +2,6 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::SeedableRng;
 use twin::effects::{Scope, catalogue};
 use twin::{Device, Injected, Protocol, Reading, calculated_angle_rad, contributions, noise_covariance};
 
@@ -11,6 +10,7 @@ use crate::formulas::Columns;
 use crate::matched::Metric;
 use crate::plan::{Assignment, circumstances};
 use crate::truth::{Concealed, Group, Truth};
+use crate::workspace::{Undrawn, first_draw};
 
 /// Draws of one assignment before it is given up.
 const TRIES: u32 = 60;
@@ -31,27 +31,14 @@ pub struct Trial {
     pub fresh_seed: u64,
 }
 
-/// Why a trial could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("no {group:?} trial could be drawn from the seed {seed} in {TRIES} tries; take another --seed")]
-pub struct Undrawn {
-    group: Group,
-    seed: u64,
-}
-
 impl Trial {
     /// Draws a trial.
     ///
     /// # Errors
     /// [`Undrawn`] where no draw has the wanted strength within the ranges of the parameters.
     pub fn draw(assignment: &Assignment, file: String) -> Result<Self, Undrawn> {
-        (0..TRIES)
-            .find_map(|attempt| {
-                let mut generator = ChaCha12Rng::seed_from_u64(assignment.seed);
-                generator.set_stream(u64::from(attempt));
-                attempt_one(assignment, &file, &mut generator)
-            })
-            .ok_or(Undrawn { group: assignment.group, seed: assignment.seed })
+        let draw = |generator: &mut ChaCha12Rng| attempt_one(assignment, &file, generator);
+        first_draw(TRIES, assignment.seed, assignment.group, draw)
     }
 
     /// The recording.
@@ -306,7 +293,7 @@ mod tests {
             let metric = Metric::new(&columns, &trial.covariance(), 12.0).unwrap();
             let feedback = feedback(&trial.device);
             let added = contributions(&trial.device, &trial.protocol, trial.seed, &feedback);
-            let left = metric.left_by_own_formula(&columns, &added[0], &trial.truth.effects[0].id);
+            let left = metric.left_by(&columns, &added[..1], &[&trial.truth.effects[0].id]);
             let part = left / trial.truth.effects[0].rho;
             // What remains is mostly the noise of the logged observable.
             assert!(part < 0.2, "{:?}: {part}", trial.truth);

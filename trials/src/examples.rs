@@ -5,54 +5,36 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use twin::Reading;
 
-use crate::answer::{Answer, AnswerError};
-use crate::campaign::{CampaignError, put};
+use crate::answer::AnswerError;
 use crate::draw::depends_on;
 use crate::fresh::{self, Twice};
 use crate::programs::{Nominal, ProgramError, Programs};
 use crate::score::{Case, Score, score as score_cases};
 use crate::truth::{Concealed, Group, Truth};
+use crate::workspace::{Batches, CampaignError, answer_of, empty_folder, put, unwritable};
 
 /// Why examples cannot be scored.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum ExampleError {
-    /// A program could not be run.
     #[error(transparent)]
     Program(#[from] ProgramError),
-    /// An answer is of another form.
     #[error(transparent)]
     Answer(#[from] AnswerError),
-    /// Nothing can be written.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// A file of the folder is missing.
     #[error(
         "{}: cannot be read ({reason}); expected it in the folder that ARCSMITH_EXAMPLES names", .path.display()
     )]
-    Missing {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::ErrorKind,
-    },
-    /// The truth is of another form.
+    Missing { path: PathBuf, reason: std::io::ErrorKind },
+    /// With line and column.
     #[error("{}: not a truth of examples: {reason}", .path.display())]
-    Form {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong, with line and column.
-        reason: serde_json::Error,
-    },
-    /// A recording is of another form.
+    Form { path: PathBuf, reason: serde_json::Error },
     #[error("{}: line {line} is no reading: expected numbers in the columns of a calibration", .path.display())]
-    Reading {
-        /// The file.
-        path: PathBuf,
-        /// The line.
-        line: usize,
-    },
+    Reading { path: PathBuf, line: usize },
 }
 
 #[derive(Deserialize)]
@@ -66,11 +48,32 @@ struct Opened {
     fresh_is_fair: bool,
 }
 
+/// An effect as the truth of the laboratory states it; in motion its strength is stated elsewhere.
 #[derive(Deserialize)]
-struct OpenedEffect {
-    id: String,
+pub(crate) struct OpenedEffect {
+    pub id: String,
     parameters: BTreeMap<String, serde_json::Value>,
+    #[serde(default)]
     rho: f64,
+}
+
+impl OpenedEffect {
+    /// Its parameters that are numbers.
+    pub fn numbers(&self) -> BTreeMap<String, f64> {
+        self.parameters.iter().filter_map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
+    }
+
+    /// The variables of which any may rightly be located first: those stated, else those that `known` names.
+    pub fn depends_on(&self, known: fn(&str) -> Vec<String>) -> Vec<String> {
+        let listed = self.parameters.get("depends_on").and_then(|v| v.as_array());
+        let variables = listed.map(|l| l.iter().filter_map(|v| v.as_str()).map(str::to_owned).collect());
+        variables.unwrap_or_else(|| known(&self.id))
+    }
+}
+
+/// The truths in a file of the folder, by recording.
+pub(crate) fn opened<T: DeserializeOwned>(path: PathBuf) -> Result<BTreeMap<String, T>, ExampleError> {
+    serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })
 }
 
 /// Has the examples diagnosed into `out` and scores the answers.
@@ -78,20 +81,12 @@ struct OpenedEffect {
 /// # Errors
 /// [`ExampleError`].
 pub fn score(programs: &Programs, folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleError> {
-    let path = folder.join("truth.json");
-    let truths: BTreeMap<String, Opened> =
-        serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })?;
-    let out = std::path::absolute(out)
-        .map_err(|e| CampaignError::Write { path: out.to_owned(), reason: e.kind() })?;
+    let truths: BTreeMap<String, Opened> = opened(folder.join("truth.json"))?;
+    let out = std::path::absolute(out).map_err(unwritable(out))?;
     // Copies, so that the program that answers stands in a folder without the truth.
     let (blind, diagnosed) = (out.join("recordings"), out.join("diagnosed"));
     for folder in [&blind, &diagnosed] {
-        if folder.is_dir() {
-            std::fs::remove_dir_all(folder)
-                .map_err(|e| CampaignError::Write { path: folder.clone(), reason: e.kind() })?;
-        }
-        std::fs::create_dir_all(folder)
-            .map_err(|e| CampaignError::Write { path: folder.clone(), reason: e.kind() })?;
+        empty_folder(folder)?;
     }
     put(&blind.join("mirror.toml"), &read(&folder.join("mirror.toml"))?)?;
     let mut files = Vec::new();
@@ -100,20 +95,7 @@ pub fn score(programs: &Programs, folder: &Path, out: &Path, jobs: usize) -> Res
         put(&blind.join(&file), &read(&folder.join("recordings").join(&file))?)?;
         files.push(file);
     }
-    if programs.diagnose(Nominal::Mirror, &blind, &files, &diagnosed, None, jobs)?.is_err() {
-        for file in &files {
-            if let Err(reason) = programs.diagnose(
-                Nominal::Mirror,
-                &blind,
-                std::slice::from_ref(file),
-                &diagnosed,
-                None,
-                jobs,
-            )? {
-                programs.watch.warn(&format!("{file} was refused: {reason}"));
-            }
-        }
-    }
+    Batches { programs, nominal: Nominal::Mirror, jobs }.diagnose(&blind, &files, &diagnosed, None)?;
     let cases: Result<Vec<Case>, ExampleError> =
         truths.iter().map(|(stem, opened)| case(programs, folder, &diagnosed, stem, opened)).collect();
     Ok(score_cases(&cases?))
@@ -129,10 +111,7 @@ fn case(
     let file = format!("{stem}.csv");
     let seen = readings(&folder.join("recordings").join(&file))?;
     let truth = truth(&file, opened, &seen);
-    let answer = match diagnosed.join(format!("{stem}.json")) {
-        path if path.is_file() => Some(Answer::read(&path)?),
-        _ => None,
-    };
+    let answer = answer_of(diagnosed, stem)?;
     let mut compared = None;
     let known = !matches!(truth.group, Group::Null | Group::Ambiguous | Group::Outside);
     if truth.fresh_is_fair && answer.is_some() && known {
@@ -157,15 +136,12 @@ fn truth(file: &str, opened: &Opened, seen: &[Reading]) -> Truth {
         .effects
         .iter()
         .map(|effect| {
-            let parameters: BTreeMap<String, f64> =
-                effect.parameters.iter().filter_map(|(k, v)| Some((k.clone(), v.as_f64()?))).collect();
-            let listed = effect.parameters.get("depends_on").and_then(|v| v.as_array());
-            let variables = listed.map(|l| l.iter().filter_map(|v| v.as_str()).map(str::to_owned).collect());
+            let parameters = effect.numbers();
             let t_s: Vec<f64> = seen.iter().map(|r| r.t_s).collect();
             Concealed {
                 id: effect.id.clone(),
                 rho: effect.rho,
-                depends_on: variables.unwrap_or_else(|| depends_on(&effect.id)),
+                depends_on: effect.depends_on(depends_on),
                 imitation: None,
                 step_window_s: crate::draw::step_window_s(parameters.get("time_s").copied(), &t_s),
                 parameters,
@@ -193,7 +169,7 @@ fn truth(file: &str, opened: &Opened, seen: &[Reading]) -> Truth {
     }
 }
 
-fn read(path: &Path) -> Result<String, ExampleError> {
+pub(crate) fn read(path: &Path) -> Result<String, ExampleError> {
     std::fs::read_to_string(path)
         .map_err(|e| ExampleError::Missing { path: path.to_owned(), reason: e.kind() })
 }

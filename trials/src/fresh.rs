@@ -29,7 +29,6 @@ pub struct Fresh {
     pub inside_ratio: f64,
     /// Rows that lie outside that range, where only a line is used.
     pub extrapolated: usize,
-    /// All rows.
     pub rows: usize,
 }
 
@@ -43,7 +42,6 @@ pub struct Twice<'a> {
     pub ids: &'a [&'a str],
     /// The true covariance of the noise of the first, row by row, where it is known.
     pub covariance: Option<&'a [f64]>,
-    /// Distance of the probes in millimetres.
     pub distance_mm: f64,
 }
 
@@ -131,7 +129,7 @@ impl Informed {
             let rest = wider.residual(&target);
             let tried = left
                 .iter()
-                .map(|formula| formulas::best_shape(formula, seen, whitener, &wider, &rest))
+                .map(|formula| formulas::best_shape(formula, seen, whitener, &wider, &rest, 1))
                 .enumerate()
                 .max_by(|a, b| a.1.1.total_cmp(&b.1.1));
             let Some((index, (best, _))) = tried else { break };

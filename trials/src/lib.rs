@@ -1,25 +1,25 @@
 //! The proof on concealed effects: recordings are drawn with effects hidden in them by `twin`, `diagnose` is
 //! run on the recordings alone, and its answers are scored against a truth that was sealed before.
 //!
-//! What counts as right is in [`score`], what strength means in [`matched`], and which trials there are in
+//! What counts as right is in [`score`], what strength means in `matched.rs`, and which trials there are in
 //! [`plan`].
 
-pub mod answer;
-pub mod benchmark;
+mod answer;
+mod benchmark;
 pub mod campaign;
-pub mod curve;
+mod curve;
 pub mod draw;
 pub mod dynamic;
 pub mod examples;
-pub mod formulas;
-pub mod fresh;
-pub mod linear;
-pub mod matched;
+mod formulas;
+mod fresh;
+mod linear;
+mod matched;
 pub mod plan;
 pub mod programs;
 pub mod real;
 pub mod report;
 pub mod score;
-pub mod statistics;
+mod statistics;
 pub mod truth;
 pub mod workspace;

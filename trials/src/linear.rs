@@ -78,7 +78,6 @@ impl Basis {
         }
     }
 
-    /// Number of columns.
     pub fn rank(&self) -> usize {
         self.columns.len()
     }
@@ -149,12 +148,10 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
     amplitudes
 }
 
-/// Scalar product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Mean.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }

@@ -3,7 +3,7 @@
 //! ρ² = zᵀ Σ⁻¹ z, z the effect's noiseless contribution after projecting off, in the metric Σ⁻¹, the base
 //! model (a constant and Eq. 6 of order 9, the order of the devices' own error) and the other effects.
 
-use crate::formulas::{self, Columns, FORMULAS};
+use crate::formulas::{self, Columns, FORMULAS, Formula};
 use crate::linear::{Basis, Whitener, dot};
 
 /// The whitened space of one recording, and the base model in it.
@@ -76,7 +76,7 @@ impl Metric {
         let rivals = FORMULAS.iter().filter(|f| !concealed.contains(&f.id) && Some(f.id) != limit_of);
         rivals
             .map(|rival| {
-                let (_, explained) = formulas::best_shape(rival, columns, &self.whitener, &basis, &z);
+                let (_, explained) = formulas::best_shape(rival, columns, &self.whitener, &basis, &z, 1);
                 Imitation { id: rival.id.to_owned(), rho_left: (whole - explained).max(0.0).sqrt() }
             })
             .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left))
@@ -91,63 +91,58 @@ impl Metric {
         concealed: &[&str],
         index: usize,
     ) -> Option<Imitation> {
-        let mut sum = vec![0.0; columns.rows()];
-        for contribution in contributions {
-            sum.iter_mut().zip(contribution).for_each(|(s, c)| *s += c);
-        }
-        let target = self.base.residual(&self.whitener.whiten(&sum));
+        let target = self.all(columns, contributions);
         let mut left: Vec<_> = (0..concealed.len()).filter(|other| *other != index).collect();
         left.retain(|other| formulas::find(concealed[*other]).is_some());
         if left.is_empty() {
             return None;
         }
-        // One after the other, each to what those before it left, then all together.
-        let mut basis = self.base.clone();
-        let mut shaped = Vec::new();
-        for formula in left.iter().filter_map(|other| formulas::find(concealed[*other])) {
-            let rest = basis.residual(&target);
-            let (best, _) = formulas::best_shape(formula, columns, &self.whitener, &basis, &rest);
-            best.white(columns, &self.whitener).iter().for_each(|column| basis.push(column));
-            shaped.push(best);
-        }
-        let shaped = formulas::refine_jointly(shaped, columns, &self.whitener, &self.base, &target);
-        let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| s.white(columns, &self.whitener)).collect();
-        let explained = self.base.explained(&wide, &target);
+        let left = left.iter().filter_map(|other| formulas::find(concealed[*other]));
+        let explained = self.explained_by(left, columns, &target, 1);
         let rho_left = (dot(&target, &target) - explained).max(0.0).sqrt();
         Some(Imitation { id: "the others".to_owned(), rho_left })
     }
 
-    /// ρ of what effects of the table, whatever their parameters, leave of all contributions together.
-    pub fn left_by(&self, columns: &Columns, contributions: &[Vec<f64>], ids: &[&str]) -> f64 {
+    /// All contributions together, whitened, beside the base model.
+    fn all(&self, columns: &Columns, contributions: &[Vec<f64>]) -> Vec<f64> {
         let mut sum = vec![0.0; columns.rows()];
         for contribution in contributions {
             sum.iter_mut().zip(contribution).for_each(|(s, c)| *s += c);
         }
-        let target = self.base.residual(&self.whitener.whiten(&sum));
-        let whole = dot(&target, &target);
-        // One after the other, either way round, each to what those before it left, then all together.
-        let in_order = |ids: &mut dyn Iterator<Item = &&str>| {
-            let mut basis = self.base.clone();
-            let mut shaped = Vec::new();
-            for formula in ids.filter_map(|id| formulas::find(id)) {
-                let rest = basis.residual(&target);
-                let (best, _) = formulas::best_shape_of_all(formula, columns, &self.whitener, &basis, &rest);
-                best.white(columns, &self.whitener).iter().for_each(|column| basis.push(column));
-                shaped.push(best);
-            }
-            let shaped = formulas::refine_jointly(shaped, columns, &self.whitener, &self.base, &target);
-            let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| s.white(columns, &self.whitener)).collect();
-            self.base.explained(&wide, &target)
-        };
-        let explained = in_order(&mut ids.iter()).max(in_order(&mut ids.iter().rev()));
-        (whole - explained).max(0.0).sqrt()
+        self.base.residual(&self.whitener.whiten(&sum))
     }
 
-    /// ρ of what the formula of the contribution's own id leaves of it.
-    pub fn left_by_own_formula(&self, columns: &Columns, contribution: &[f64], id: &str) -> f64 {
-        let z = self.base.residual(&self.whitener.whiten(contribution));
-        let explained = formulas::find(id)
-            .map_or(0.0, |own| formulas::best_shape(own, columns, &self.whitener, &self.base, &z).1);
-        (dot(&z, &z) - explained).max(0.0).sqrt()
+    /// How much of the squared norm of `target` formulas explain, their shapes sought from so many `starts`: one after
+    /// the other, each to what those before it left, then all together.
+    fn explained_by(
+        &self,
+        formulas: impl Iterator<Item = &'static Formula>,
+        columns: &Columns,
+        target: &[f64],
+        starts: usize,
+    ) -> f64 {
+        let mut basis = self.base.clone();
+        let mut shaped = Vec::new();
+        for formula in formulas {
+            let rest = basis.residual(target);
+            let (best, _) = formulas::best_shape(formula, columns, &self.whitener, &basis, &rest, starts);
+            best.white(columns, &self.whitener).iter().for_each(|column| basis.push(column));
+            shaped.push(best);
+        }
+        let shaped = formulas::refine_jointly(shaped, columns, &self.whitener, &self.base, target);
+        let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| s.white(columns, &self.whitener)).collect();
+        self.base.explained(&wide, target)
+    }
+
+    /// ρ of what effects of the table, whatever their parameters, leave of all contributions together: the better of two
+    /// orders.
+    pub fn left_by(&self, columns: &Columns, contributions: &[Vec<f64>], ids: &[&str]) -> f64 {
+        let target = self.all(columns, contributions);
+        let explained = |ids: &mut dyn Iterator<Item = &&str>| {
+            let formulas = ids.filter_map(|id| formulas::find(id));
+            self.explained_by(formulas, columns, &target, formulas::SEVERAL)
+        };
+        let explained = explained(&mut ids.iter()).max(explained(&mut ids.iter().rev()));
+        (dot(&target, &target) - explained).max(0.0).sqrt()
     }
 }

@@ -27,16 +27,13 @@ pub enum Nominal {
 impl Nominal {
     /// The name of the file.
     pub fn file(self) -> &'static str {
-        match self {
-            Self::Mirror => "mirror.toml",
-            Self::Plant => "plant.toml",
-        }
+        self.option_and_file()[1]
     }
 
-    fn option(self) -> &'static str {
+    fn option_and_file(self) -> [&'static str; 2] {
         match self {
-            Self::Mirror => "--mirror",
-            Self::Plant => "--plant",
+            Self::Mirror => ["--mirror", "mirror.toml"],
+            Self::Plant => ["--plant", "plant.toml"],
         }
     }
 }
@@ -72,8 +69,8 @@ impl Programs<'_> {
         })
     }
 
-    /// Diagnoses recordings of the folder `blind`, by name, into `out`, with effects left out of the catalogue;
-    /// whether the program accepted them all. The program stands in `blind` and knows no other folder.
+    /// Diagnoses recordings of the folder `blind`, by name, into `out`, with further options; whether the program
+    /// accepted them all. The program stands in `blind` and knows no other folder.
     ///
     /// # Errors
     /// [`ProgramError`].
@@ -83,28 +80,11 @@ impl Programs<'_> {
         blind: &Path,
         files: &[String],
         out: &Path,
-        without: Option<&str>,
-        jobs: usize,
-    ) -> Result<Result<(), String>, ProgramError> {
-        let options = without.map_or_else(Vec::new, |id| vec!["--without", id]);
-        self.diagnose_with(nominal, blind, files, out, &options, jobs)
-    }
-
-    /// The same with further options.
-    ///
-    /// # Errors
-    /// [`ProgramError`].
-    pub fn diagnose_with(
-        &self,
-        nominal: Nominal,
-        blind: &Path,
-        files: &[String],
-        out: &Path,
         options: &[&str],
         jobs: usize,
     ) -> Result<Result<(), String>, ProgramError> {
         let mut command = self.command("diagnose");
-        command.current_dir(blind).args(files).args([nominal.option(), nominal.file()]);
+        command.current_dir(blind).args(files).args(nominal.option_and_file());
         command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]).args(options);
         self.run(command)
     }
@@ -116,7 +96,7 @@ impl Programs<'_> {
     /// [`ProgramError`].
     pub fn fit(&self, blind: &Path, recording: &str, out: &Path) -> Result<Result<(), String>, ProgramError> {
         let mut command = self.command("fit");
-        command.current_dir(blind).arg(recording).args(["--mirror", Nominal::Mirror.file()]);
+        command.current_dir(blind).arg(recording).args(Nominal::Mirror.option_and_file());
         command.arg("--out").arg(out);
         self.run(command)
     }

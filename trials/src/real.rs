@@ -7,10 +7,10 @@ use fitter::Recording;
 use fitter::recording::{Purpose, Readings};
 
 use crate::answer::{Answer, AnswerError};
-use crate::campaign::CampaignError;
 use crate::linear::deviation;
 use crate::programs::{Nominal, ProgramError, Programs};
 use crate::score::Figure;
+use crate::workspace::{CampaignError, unwritable};
 
 /// The period of the slit in millimetres, and how well it must be found.
 const PERIOD_MM: (f64, f64) = (0.25, 1e-4);
@@ -19,35 +19,20 @@ const RMS_MM: (f64, f64) = (2.5e-3, 1.0e-3);
 
 /// Why the real recording could not be scored.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum RealError {
-    /// A program could not be run.
     #[error(transparent)]
     Program(#[from] ProgramError),
-    /// The answer is of another form.
     #[error(transparent)]
     Answer(#[from] AnswerError),
-    /// Nothing can be written.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] fitter::RecordingError),
-    /// A program refused its input.
     #[error("{program} refused {what}: {reason}")]
-    Refused {
-        /// The program.
-        program: &'static str,
-        /// Its input.
-        what: &'static str,
-        /// What it said.
-        reason: String,
-    },
-    /// The corrected readings are not there.
+    Refused { program: &'static str, what: &'static str, reason: String },
     #[error("{}: not one corrected reading for each row of slit-test.csv.gz", .path.display())]
-    Angles {
-        /// The file.
-        path: PathBuf,
-    },
+    Angles { path: PathBuf },
 }
 
 /// Diagnoses `slit-train` of `folder` into `out` and tries the model on `slit-test`.
@@ -60,21 +45,17 @@ pub fn figures(
     out: &Path,
     jobs: usize,
 ) -> Result<Vec<Figure>, RealError> {
-    let write = |path: &Path, reason: std::io::Error| CampaignError::Write {
-        path: path.to_owned(),
-        reason: reason.kind(),
-    };
-    let out = std::path::absolute(out).map_err(|e| write(out, e))?;
-    std::fs::create_dir_all(&out).map_err(|e| write(&out, e))?;
+    let out = std::path::absolute(out).map_err(unwritable(out))?;
+    std::fs::create_dir_all(&out).map_err(unwritable(&out))?;
     for (from, to) in [("slit-train.csv.gz", "slit-train.csv.gz"), ("slit.toml", "mirror.toml")] {
-        std::fs::copy(folder.join(from), out.join(to)).map_err(|e| write(&folder.join(from), e))?;
+        std::fs::copy(folder.join(from), out.join(to)).map_err(unwritable(&folder.join(from)))?;
     }
     let refused = |program, what| move |reason| RealError::Refused { program, what, reason };
     let file = "slit-train.csv.gz";
     let one_folder = out.join("one-harmonic");
     for (into, options) in [(&out, &[][..]), (&one_folder, &["--harmonics", "1"][..])] {
         programs
-            .diagnose_with(Nominal::Mirror, &out, &[file.to_owned()], into, options, jobs)?
+            .diagnose(Nominal::Mirror, &out, &[file.to_owned()], into, options, jobs)?
             .map_err(refused("diagnose", file))?;
     }
     let answer = Answer::read(&out.join("slit-train.json"))?;

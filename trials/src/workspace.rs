@@ -3,10 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha12Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::answer::{Answer, AnswerError};
-use crate::draw::Undrawn;
 use crate::programs::{Nominal, ProgramError, Programs};
 use crate::truth::seal;
 
@@ -15,48 +18,98 @@ const BATCH: usize = 40;
 
 /// Why a campaign ended early.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum CampaignError {
-    /// A program could not be run.
     #[error(transparent)]
     Program(#[from] ProgramError),
-    /// A trial could not be drawn.
     #[error(transparent)]
     Undrawn(#[from] Undrawn),
-    /// A moving mechanism could not be simulated.
     #[error(transparent)]
     Motion(#[from] twin::dynamic::RunError),
-    /// No moving mechanism of the wanted kind could be drawn.
-    #[error(transparent)]
-    UndrawnMotion(#[from] crate::dynamic::draw::Undrawn),
-    /// A recording could not be written.
     #[error(transparent)]
     Recording(#[from] twin::log::WriteError),
-    /// An answer is missing or of another form.
     #[error(transparent)]
     Answer(#[from] AnswerError),
-    /// A file could not be written.
     #[error(transparent)]
     Output(#[from] fitter::output::OutputError),
-    /// A folder could not be made.
     #[error("{}: cannot be written ({reason}); give --out a folder that can be written", .path.display())]
-    Write {
-        /// The folder.
-        path: PathBuf,
-        /// What the system said.
-        reason: std::io::ErrorKind,
-    },
-    /// The folder is in use for something else.
+    Write { path: PathBuf, reason: std::io::ErrorKind },
     #[error(
         "{}: found files that no campaign wrote; give --out a folder that is new, empty, or of an earlier campaign",
         .path.display()
     )]
-    Occupied {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The threads could not be started.
+    Occupied { path: PathBuf },
     #[error("{0} threads could not be started; give a smaller --jobs")]
     Threads(usize),
+}
+
+/// Makes of what the system said the refusal of a folder that cannot be written.
+pub(crate) fn unwritable(path: &Path) -> impl Fn(std::io::Error) -> CampaignError + use<> {
+    let path = path.to_owned();
+    move |error| CampaignError::Write { path: path.clone(), reason: error.kind() }
+}
+
+/// Makes a folder anew: an answer of an earlier campaign must never be taken for one of this.
+pub(crate) fn empty_folder(folder: &Path) -> Result<(), CampaignError> {
+    if folder.is_dir() {
+        std::fs::remove_dir_all(folder).map_err(unwritable(folder))?;
+    }
+    std::fs::create_dir_all(folder).map_err(unwritable(folder))
+}
+
+/// No draw of a trial from its seed had the wanted strength within the ranges of the parameters, and could be seen.
+#[derive(Debug, thiserror::Error)]
+#[error("no {group} trial could be drawn from the seed {seed} in {tries} tries; take another --seed")]
+pub struct Undrawn {
+    group: String,
+    seed: u64,
+    tries: u32,
+}
+
+/// The first of so many draws from a seed that succeeds.
+///
+/// # Errors
+/// [`Undrawn`], which names the `group` of the trial.
+pub(crate) fn first_draw<T>(
+    tries: u32,
+    seed: u64,
+    group: impl std::fmt::Debug,
+    draw: impl Fn(&mut ChaCha12Rng) -> Option<T>,
+) -> Result<T, Undrawn> {
+    let attempt = |attempt: u32| {
+        let mut generator = ChaCha12Rng::seed_from_u64(seed);
+        generator.set_stream(u64::from(attempt));
+        draw(&mut generator)
+    };
+    (0..tries).find_map(attempt).ok_or_else(|| Undrawn { group: format!("{group:?}"), seed, tries })
+}
+
+/// Draws every trial of a campaign, and records it, by `draw`, which is given a number that says nothing of the trial.
+pub(crate) fn draw_all<A: Sync, T: Send>(
+    programs: &Programs,
+    seed: u64,
+    assignments: &[A],
+    draw: impl Fn(&A, usize) -> Result<T, CampaignError> + Sync,
+) -> Result<Vec<T>, CampaignError> {
+    let mut numbers: Vec<usize> = (0..assignments.len()).collect();
+    let mut generator = ChaCha12Rng::seed_from_u64(seed);
+    generator.set_stream(1);
+    numbers.shuffle(&mut generator);
+    programs.begin("recording", assignments.len());
+    let drawn = assignments.par_iter().zip(&numbers).map(|(assignment, number)| {
+        let trial = draw(assignment, *number)?;
+        programs.watch.advance(1);
+        Ok(trial)
+    });
+    drawn.collect()
+}
+
+/// What a campaign brought.
+pub struct Outcome<C> {
+    /// The trials, unsealed.
+    pub cases: Vec<C>,
+    /// SHA-256 of the sealed truth.
+    pub sealed: String,
 }
 
 /// The folders of a campaign.
@@ -79,10 +132,8 @@ impl Folders {
     /// # Errors
     /// [`CampaignError::Occupied`], [`CampaignError::Write`].
     pub fn prepare(out: &Path, nominal: Nominal, stated: &str) -> Result<Self, CampaignError> {
-        let write =
-            |path: &Path, e: std::io::Error| CampaignError::Write { path: path.to_owned(), reason: e.kind() };
         // Absolute, since the programs are started in a folder of their own.
-        let full = std::path::absolute(out).map_err(|e| write(out, e))?;
+        let full = std::path::absolute(out).map_err(unwritable(out))?;
         let marker = full.join("campaign");
         let occupied = std::fs::read_dir(&full).is_ok_and(|mut entries| entries.next().is_some());
         if occupied && !marker.is_file() {
@@ -96,11 +147,7 @@ impl Folders {
             truth: full.join("truth.jsonl"),
         };
         for folder in [&folders.blind, &folders.diagnosed, &folders.without, &folders.fresh] {
-            // An answer of an earlier campaign must never be taken for one of this.
-            if folder.is_dir() {
-                std::fs::remove_dir_all(folder).map_err(|e| write(folder, e))?;
-            }
-            std::fs::create_dir_all(folder).map_err(|e| write(folder, e))?;
+            empty_folder(folder)?;
         }
         put(&marker, "Written by trials; its folders are overwritten by the next campaign.\n")?;
         put(&folders.blind.join(nominal.file()), stated)?;
@@ -131,8 +178,9 @@ impl Batches<'_> {
         out: &Path,
         without: Option<&str>,
     ) -> Result<(), ProgramError> {
+        let options = without.map_or_else(Vec::new, |id| vec!["--without", id]);
         let run =
-            |files: &[String]| self.programs.diagnose(self.nominal, blind, files, out, without, self.jobs);
+            |files: &[String]| self.programs.diagnose(self.nominal, blind, files, out, &options, self.jobs);
         for batch in files.chunks(BATCH) {
             if run(batch)?.is_err() {
                 for file in batch {

@@ -38,10 +38,16 @@ pub struct Device {
 }
 
 /// An effect in a device: what was asked for, and the mechanism that it became.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 struct Hidden {
     injected: Injected,
     mechanism: Arc<dyn Mechanism>,
+}
+
+impl std::fmt::Debug for Hidden {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.injected.fmt(f)
+    }
 }
 
 impl PartialEq for Hidden {

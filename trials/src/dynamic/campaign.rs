@@ -2,10 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use rand::seq::SliceRandom;
-use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rayon::prelude::*;
 use twin::dynamic::{Series, bench};
 use twin::log::write_series;
 
@@ -14,7 +10,9 @@ use super::plan;
 use super::score::Case;
 use super::truth::Truth;
 use crate::programs::{Nominal, Programs};
-use crate::workspace::{Batches, CampaignError, Folders, answer_of, diagnose_sealed, threads};
+use crate::workspace::{
+    Batches, CampaignError, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads,
+};
 
 /// What is stated to the programs of the plant: nothing but its kind and units.
 const PLANT: &str = include_str!("plant.toml");
@@ -34,14 +32,6 @@ pub struct Campaign {
     pub out: PathBuf,
 }
 
-/// What a campaign brought.
-pub struct Outcome {
-    /// The trials, unsealed.
-    pub cases: Vec<Case>,
-    /// SHA-256 of the sealed truth.
-    pub sealed: String,
-}
-
 impl Campaign {
     /// Runs it; `sealed` is called with the hash of the truth before anything is diagnosed.
     ///
@@ -51,7 +41,7 @@ impl Campaign {
         &self,
         programs: &Programs,
         sealed: impl FnOnce(&str, usize),
-    ) -> Result<Outcome, CampaignError> {
+    ) -> Result<Outcome<Case>, CampaignError> {
         let folders = Folders::prepare(&self.out, Nominal::Plant, PLANT)?;
         let pool = threads(self.jobs)?;
         let mut truths = pool.install(|| self.draw(programs, &folders))?;
@@ -68,23 +58,12 @@ impl Campaign {
 
     /// Draws every trial and writes its recording under a name that says nothing.
     fn draw(&self, programs: &Programs, folders: &Folders) -> Result<Vec<Truth>, CampaignError> {
-        let assignments = plan::assignments(self.trials, self.seed);
-        let mut numbers: Vec<usize> = (0..assignments.len()).collect();
-        let mut generator = ChaCha12Rng::seed_from_u64(self.seed);
-        generator.set_stream(1);
-        numbers.shuffle(&mut generator);
-        programs.begin("recording", assignments.len());
-        assignments
-            .par_iter()
-            .zip(&numbers)
-            .map(|(assignment, number)| {
-                let trial = Trial::draw(assignment, &format!("r{number:06}.csv.gz"))?;
-                let file = folders.blind.join(&trial.truth.recording);
-                write_series(&trial.series, Some(bench::DECIMALS), &file)?;
-                programs.watch.advance(1);
-                Ok(trial.truth)
-            })
-            .collect()
+        draw_all(programs, self.seed, &plan::assignments(self.trials, self.seed), |assignment, number| {
+            let trial = Trial::draw(assignment, &format!("r{number:06}.csv.gz"))?;
+            let file = folders.blind.join(&trial.truth.recording);
+            write_series(&trial.series, Some(bench::DECIMALS), &file)?;
+            Ok(trial.truth)
+        })
     }
 }
 

@@ -3,14 +3,14 @@
 use fitter::plant::{Hold, PlantEffect};
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
-use rand_chacha::rand_core::SeedableRng;
 use twin::dynamic::effects::{Specification, find};
 use twin::dynamic::{Series, Typical};
 
 use super::matched::{norm, rms};
 use super::nearest_effect::{Scene, positions};
 use super::plan::{Assignment, circumstances};
-use super::truth::{Concealed, Group, Truth};
+use super::truth::{Concealed, Truth};
+use crate::workspace::{Undrawn, first_draw};
 
 /// Draws of one assignment before it is given up.
 const TRIES: u32 = 40;
@@ -21,18 +21,8 @@ const OWN: f64 = 0.1;
 
 /// A trial with what is needed to record it.
 pub struct Trial {
-    /// What is concealed.
     pub truth: Truth,
-    /// The recording.
     pub series: Series,
-}
-
-/// Why a trial could not be drawn.
-#[derive(Debug, thiserror::Error)]
-#[error("no {group:?} trial could be drawn from the seed {seed} in {TRIES} tries; take another --seed")]
-pub struct Undrawn {
-    group: Group,
-    seed: u64,
 }
 
 impl Trial {
@@ -41,13 +31,8 @@ impl Trial {
     /// # Errors
     /// [`Undrawn`] where no draw can be seen and simulated.
     pub fn draw(assignment: &Assignment, file: &str) -> Result<Self, Undrawn> {
-        (0..TRIES)
-            .find_map(|attempt| {
-                let mut generator = ChaCha12Rng::seed_from_u64(assignment.seed);
-                generator.set_stream(u64::from(attempt));
-                attempt_one(assignment, file, &mut generator)
-            })
-            .ok_or(Undrawn { group: assignment.group, seed: assignment.seed })
+        let draw = |generator: &mut ChaCha12Rng| attempt_one(assignment, file, generator);
+        first_draw(TRIES, assignment.seed, assignment.group, draw)
     }
 }
 
@@ -131,6 +116,7 @@ fn hold_name(hold: Hold) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dynamic::truth::Group;
     use twin::dynamic::effects::catalogue;
 
     fn trial(group: Group, number: usize) -> Trial {

@@ -10,7 +10,7 @@ use super::campaign::case;
 use super::draw::depends_on;
 use super::score::{Score, score as score_cases};
 use super::truth::{Concealed, Group, Truth};
-use crate::examples::ExampleError;
+use crate::examples::{ExampleError, OpenedEffect, opened, read};
 use crate::programs::{Nominal, Programs};
 use crate::workspace::{Batches, CampaignError, Folders, put};
 
@@ -20,12 +20,6 @@ struct Opened {
     noise: f64,
     effect_rms: f64,
     rho: f64,
-}
-
-#[derive(Deserialize)]
-struct OpenedEffect {
-    id: String,
-    parameters: BTreeMap<String, serde_json::Value>,
 }
 
 /// Has the examples diagnosed into `out` and scores the answers; none where the folder holds none.
@@ -42,12 +36,7 @@ pub fn score(
     if !path.is_file() {
         return Ok(None);
     }
-    let read = |path: &Path| {
-        std::fs::read_to_string(path)
-            .map_err(|e| ExampleError::Missing { path: path.to_owned(), reason: e.kind() })
-    };
-    let truths: BTreeMap<String, Opened> =
-        serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })?;
+    let truths: BTreeMap<String, Opened> = opened(path)?;
     // Copies, so that the program that answers stands in a folder without the truth.
     let folders = Folders::prepare(out, Nominal::Plant, &read(&folder.join("plant.toml"))?)?;
     let mut files = Vec::new();
@@ -82,17 +71,12 @@ fn truth(file: String, opened: Opened) -> Truth {
         .effects
         .into_iter()
         .map(|effect| {
-            let listed = effect.parameters.get("depends_on").and_then(|v| v.as_array());
-            let variables = listed.map(|l| l.iter().filter_map(|v| v.as_str()).map(str::to_owned).collect());
+            let depends_on = effect.depends_on(depends_on);
             Concealed {
-                parameters: effect
-                    .parameters
-                    .iter()
-                    .filter_map(|(name, value)| Some((name.clone(), value.as_f64()?)))
-                    .collect(),
+                parameters: effect.numbers(),
                 effect_rms: opened.effect_rms,
                 rho: opened.rho,
-                depends_on: variables.unwrap_or_else(|| depends_on(&effect.id)),
+                depends_on,
                 imitation: None,
                 id: effect.id,
             }

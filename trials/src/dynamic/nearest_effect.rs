@@ -22,7 +22,6 @@ const CORRECTIONS: usize = 4;
 
 /// A mechanism with effects in it.
 pub struct Scene<'a> {
-    /// The effects.
     pub effects: &'a [PlantEffect],
     /// What each of them adds to the position beside the others.
     pub added: Vec<Vec<f64>>,

@@ -17,15 +17,12 @@ const PARTS: [(Group, f64); 4] =
 /// A trial that is to be drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Assignment {
-    /// The group.
     pub group: Group,
-    /// Its number within the group.
     pub number: usize,
     /// Seed of everything about it.
     pub seed: u64,
 }
 
-/// All trials.
 pub fn assignments(trials: usize, seed: u64) -> Vec<Assignment> {
     let mut seeds = ChaCha12Rng::seed_from_u64(seed);
     let mut list = Vec::new();

@@ -2,21 +2,17 @@
 
 use minijinja::context;
 
-use super::campaign::{Campaign, Outcome};
-use super::score::{Score, score};
+use super::campaign::Campaign;
+use super::score::{Case, Score, score};
 use crate::report::{Page, Report, class, render};
 use crate::score::reached;
+use crate::workspace::Outcome;
 
 impl Report<Score> {
     /// Scores a campaign of dynamic trials.
-    pub fn of_dynamic(campaign: &Campaign, outcome: &Outcome) -> Self {
-        Self {
-            schema: 1,
-            command: format!("trials dynamic --trials {} --seed {}", campaign.trials, campaign.seed),
-            sealed_sha256: outcome.sealed.clone(),
-            recordings: outcome.cases.len(),
-            score: score(&outcome.cases),
-        }
+    pub fn of_dynamic(campaign: &Campaign, outcome: &Outcome<Case>) -> Self {
+        let command = format!("trials dynamic --trials {} --seed {}", campaign.trials, campaign.seed);
+        Self::of(command, outcome, score)
     }
 }
 

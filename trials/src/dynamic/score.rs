@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::truth::{Group, Truth};
 use crate::answer::{Answer, Verdict};
-use crate::score::{Figure, Miss, Share};
+use crate::score::{Figure, Miss, Share, Sheet, Unsealed};
 use crate::statistics::percentile;
 
 /// Free run over noise that is allowed.
@@ -23,13 +23,32 @@ pub struct Case {
 }
 
 impl Case {
-    fn said(&self, right: impl Fn(&Answer) -> bool) -> bool {
-        self.answer.as_ref().is_some_and(right)
-    }
-
     /// What the free run leaves, over the noise that is in the recording.
     fn ratio(&self) -> Option<f64> {
         self.left.map(|left| left / self.truth.noise_rms)
+    }
+}
+
+impl Unsealed for Case {
+    fn answer(&self) -> Option<&Answer> {
+        self.answer.as_ref()
+    }
+
+    fn told(&self) -> (String, Vec<String>, String) {
+        let t = &self.truth;
+        let effect = |e: &super::truth::Concealed| {
+            let near =
+                e.imitation.as_ref().map_or(String::new(), |(id, left)| format!(", {id} leaves {left:.0}"));
+            format!("{} (ρ {:.0}, {:.1} rms{near})", e.id, e.rho, e.effect_rms)
+        };
+        let circumstances = format!("{}, {}, {}", t.noise, t.excitation, t.hold);
+        (t.recording.clone(), t.effects.iter().map(effect).collect(), circumstances)
+    }
+
+    fn sentence(&self) -> String {
+        let said = self.answer.as_ref().map_or_else(|| String::from("refused"), Answer::sentence);
+        let run = self.ratio().map(|ratio| format!(" · free run {ratio:.3} × noise"));
+        said + &run.unwrap_or_default()
     }
 }
 
@@ -83,71 +102,43 @@ fn matches(truth: &Truth, answer: &Answer, used: &mut Vec<bool>) -> bool {
 
 /// Scores the cases.
 pub fn score(cases: &[Case]) -> Score {
-    let mut misses = Vec::new();
-    let mut figures = Vec::new();
+    let mut sheet = Sheet::default();
     let of = |group: Group| cases.iter().filter(move |c| c.truth.group == group);
-    let mut share = |figure: &'static str, cases: Vec<&Case>, right: &dyn Fn(&Case, &Answer) -> bool| {
-        let mut share = Share::default();
-        for case in cases {
-            let hit = case.said(|answer| right(case, answer));
-            share.count(hit);
-            if !hit {
-                misses.push(miss(figure, case));
-            }
-        }
-        share
-    };
 
-    let quiet = share("false alarm", of(Group::Null).collect(), &|_, a| !a.detects());
+    let quiet = sheet.share("false alarm", of(Group::Null), |_, a| !a.detects());
     let alarms = Share { hits: quiet.of - quiet.hits, of: quiet.of };
-    figures.push(Figure {
-        figure: String::from("false alarms on nulls"),
-        wanted: String::from("≤ 1 %"),
-        measured: alarms.to_string(),
-        passed: alarms.value().map(|value| value <= 0.01),
-    });
+    sheet.at_most("false alarms on nulls", String::from("≤ 1 %"), 0.01, alarms);
 
     let first = |c: &Case, a: &Answer| a.first() == Some(c.truth.effects[0].id.as_str());
-    let told = || of(Group::Single).filter(|c| c.truth.can_tell());
-    let named = share("named first", told().collect(), &first);
-    figures.push(Figure::at_least("single effects named first, where the recording can tell", 0.95, named));
-    let mentioned = share("named or listed", of(Group::Single).collect(), &|c, a| {
+    let told = of(Group::Single).filter(|c| c.truth.can_tell());
+    let figure = ("single effects named first, where the recording can tell", 0.95);
+    sheet.least(figure, "named first", told, first);
+    let figure = ("single effects named, or listed beside one that nobody can tell from it", 0.95);
+    sheet.least(figure, "named or listed", of(Group::Single), |c, a| {
         first(c, a) || (!c.truth.can_tell() && a.mentions(&c.truth.effects[0].id))
     });
-    figures.push(Figure::at_least(
-        "single effects named, or listed beside one that nobody can tell from it",
-        0.95,
-        mentioned,
-    ));
-    figures.push(Figure::reported(
-        "single effects: that one name and no other",
-        count(of(Group::Single), names_all),
-    ));
+    let all = |c: &Case, a: &Answer| names_all(&c.truth, a);
+    sheet.tell("single effects: that one name and no other", of(Group::Single), all);
 
-    let pairs = share("pair", of(Group::Pair).collect(), &|c, a| names_all(&c.truth, a));
-    figures.push(Figure::at_least("pairs: both named and nothing else", 0.85, pairs));
+    sheet.least(("pairs: both named and nothing else", 0.85), "pair", of(Group::Pair), all);
     let tellable = of(Group::Pair).filter(|c| c.truth.can_tell());
-    figures.push(Figure::reported("pairs, where the recording can tell", count(tellable, names_all)));
+    sheet.tell("pairs, where the recording can tell", tellable, all);
 
-    let outside = share("outside", of(Group::Outside).collect(), &|_, a| a.verdict == Verdict::Unexplained);
-    figures.push(Figure::at_least("outside the table: unexplained", 0.95, outside));
-    let wrong = count(of(Group::Outside), |_, a| a.verdict == Verdict::Explained);
-    figures.push(Figure::reported("outside the table: a wrong name alone", wrong));
-    let located = count(of(Group::Outside), |t, a| a.located_on(&t.effects[0].depends_on));
-    figures.push(Figure::reported("outside the table: rightly located", located));
-
-    let within = |c: &Case| c.ratio().is_some_and(|ratio| ratio <= LEFT);
-    let run = |c: &&Case| matches!(c.truth.group, Group::Single | Group::Pair);
-    let left = share("free run", cases.iter().filter(run).collect(), &|c, _| within(c));
-    figures.push(Figure::at_least("free run after ≤ 1.05 × the noise, singles and pairs", 0.95, left));
-    let ratios: Vec<f64> = cases.iter().filter(run).filter_map(Case::ratio).collect();
-    let median = percentile(&ratios, 0.5).map_or(String::from("none"), |median| format!("{median:.4}"));
-    figures.push(Figure {
-        figure: String::from("free run after over the noise, median"),
-        wanted: String::from("–"),
-        measured: median,
-        passed: None,
+    let unexplained = |_: &Case, a: &Answer| a.verdict == Verdict::Unexplained;
+    sheet.least(("outside the table: unexplained", 0.95), "outside", of(Group::Outside), unexplained);
+    sheet.tell("outside the table: a wrong name alone", of(Group::Outside), |_, a| {
+        a.verdict == Verdict::Explained
     });
+    sheet.tell("outside the table: rightly located", of(Group::Outside), |c, a| {
+        a.located_on(&c.truth.effects[0].depends_on)
+    });
+
+    let run = || cases.iter().filter(|c| matches!(c.truth.group, Group::Single | Group::Pair));
+    let figure = ("free run after ≤ 1.05 × the noise, singles and pairs", 0.95);
+    sheet.least(figure, "free run", run(), |c, _| c.ratio().is_some_and(|ratio| ratio <= LEFT));
+    let ratios: Vec<f64> = run().filter_map(Case::ratio).collect();
+    let median = percentile(&ratios, 0.5).map_or(String::from("none"), |median| format!("{median:.4}"));
+    sheet.figures.push(Figure::told("free run after over the noise, median", median));
 
     let effects = rows(cases, |c| match c.truth.group {
         Group::Single | Group::Outside => vec![c.truth.effects[0].id.clone()],
@@ -161,13 +152,8 @@ pub fn score(cases: &[Case]) -> Score {
         ],
         _ => Vec::new(),
     });
+    let Sheet { figures, misses } = sheet;
     Score { figures, effects, circumstances, misses }
-}
-
-fn count<'a>(cases: impl Iterator<Item = &'a Case>, right: impl Fn(&Truth, &Answer) -> bool) -> Share {
-    let mut share = Share::default();
-    cases.for_each(|case| share.count(case.said(|answer| right(&case.truth, answer))));
-    share
 }
 
 fn rows(cases: &[Case], names: impl Fn(&Case) -> Vec<String>) -> Vec<Row> {
@@ -185,30 +171,6 @@ fn rows(cases: &[Case], names: impl Fn(&Case) -> Vec<String>) -> Vec<Row> {
         }
     }
     table.into_values().collect()
-}
-
-fn miss(figure: &'static str, case: &Case) -> Miss {
-    let t = &case.truth;
-    let effect = |e: &super::truth::Concealed| {
-        let near =
-            e.imitation.as_ref().map_or(String::new(), |(id, left)| format!(", {id} leaves {left:.0}"));
-        format!("{} (ρ {:.0}, {:.1} rms{near})", e.id, e.rho, e.effect_rms)
-    };
-    let concealed = match t.effects.len() {
-        0 => String::from("nothing"),
-        _ => t.effects.iter().map(effect).collect::<Vec<_>>().join(" + "),
-    };
-    let mut said = case.answer.as_ref().map_or_else(|| String::from("refused"), Answer::sentence);
-    if let Some(ratio) = case.ratio() {
-        said += &format!(" · free run {ratio:.3} × noise");
-    }
-    Miss {
-        figure,
-        recording: t.recording.clone(),
-        concealed,
-        said,
-        circumstances: format!("{}, {}, {}", t.noise, t.excitation, t.hold),
-    }
 }
 
 #[cfg(test)]

@@ -23,28 +23,21 @@ pub enum Group {
 /// The truth of one recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// The file.
     pub recording: String,
-    /// What it is for.
     pub group: Group,
-    /// Noise family.
     pub noise: String,
-    /// Excitation.
     pub excitation: String,
     /// How the drive runs between its samples.
     pub hold: String,
     /// Root mean square of the noise that is in the recording, in its position unit.
     pub noise_rms: f64,
-    /// What was concealed.
     pub effects: Vec<Concealed>,
 }
 
 /// One concealed effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Concealed {
-    /// Its id.
     pub id: String,
-    /// Its parameters.
     pub parameters: BTreeMap<String, f64>,
     /// Root mean square of what it adds to the position.
     pub effect_rms: f64,
@@ -71,12 +64,5 @@ impl Truth {
     /// Whether the recording can tell every concealed effect from the others of the table.
     pub fn can_tell(&self) -> bool {
         self.effects.iter().all(Concealed::can_tell)
-    }
-
-    /// The ids, sorted.
-    pub fn ids(&self) -> Vec<&str> {
-        let mut ids: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
-        ids.sort_unstable();
-        ids
     }
 }

@@ -6,9 +6,7 @@ use crate::linear::{Basis, Whitener};
 /// A formula at nonlinear parameters.
 #[derive(Clone)]
 pub struct Shaped {
-    /// The formula.
     pub formula: &'static Formula,
-    /// Its nonlinear parameters.
     pub shape: Vec<f64>,
 }
 
@@ -19,33 +17,13 @@ impl Shaped {
     }
 }
 
-/// Places of the grid from which [`best_shape_of_all`] climbs.
-const STARTS: usize = 8;
+/// Places of the grid from which to climb where one is not enough: a wide bump beside a polynomial has more than one
+/// summit.
+pub const SEVERAL: usize = 8;
 
 /// The nonlinear parameters at which `formula` explains most of the squared norm of `target` (whitened and
-/// orthogonal to `basis`), and how much that is: from the best place of the grid.
+/// orthogonal to `basis`), and how much that is: from the best places of the grid, so many of them.
 pub fn best_shape(
-    formula: &'static Formula,
-    columns: &Columns,
-    whitener: &Whitener,
-    basis: &Basis,
-    target: &[f64],
-) -> (Shaped, f64) {
-    best_from(formula, columns, whitener, basis, target, 1)
-}
-
-/// The same from several of the best places: a wide bump beside a polynomial has more than one summit.
-pub fn best_shape_of_all(
-    formula: &'static Formula,
-    columns: &Columns,
-    whitener: &Whitener,
-    basis: &Basis,
-    target: &[f64],
-) -> (Shaped, f64) {
-    best_from(formula, columns, whitener, basis, target, STARTS)
-}
-
-fn best_from(
     formula: &'static Formula,
     columns: &Columns,
     whitener: &Whitener,

@@ -11,7 +11,6 @@ pub const BASE_ORDER: usize = 9;
 /// One recording by columns.
 #[derive(Debug, Clone)]
 pub struct Columns {
-    /// s in millimetres.
     pub s_mm: Vec<f64>,
     /// Calculated angle θ in arcseconds.
     pub theta_arcsec: Vec<f64>,
@@ -19,17 +18,14 @@ pub struct Columns {
     pub error_arcsec: Vec<f64>,
     /// The true angle in arcseconds but for a constant: θ less a polynomial of s that was fitted once.
     pub true_arcsec: Vec<f64>,
-    /// Seconds.
     pub t_s: Vec<f64>,
     /// Speed of the calculated angle in arcsec/s within its pass.
     pub velocity: Vec<f64>,
-    /// Temperature in °C.
     pub temperature_c: Vec<f64>,
     /// (x₁+x₂)/2 in micrometres.
     pub common_um: Vec<f64>,
     /// Second axis in arcseconds.
     pub cross_arcsec: Vec<f64>,
-    /// Coil current in A.
     pub coil_a: Vec<f64>,
     /// The stroke that places and periods are counted in: least and largest of `true_arcsec` …
     pub true_arcsec_range: [f64; 2],
@@ -80,7 +76,6 @@ impl Columns {
         self
     }
 
-    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.t_s.len()
     }

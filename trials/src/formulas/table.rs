@@ -6,7 +6,6 @@ use super::Columns;
 
 /// One effect of the table.
 pub struct Formula {
-    /// Its id.
     pub id: &'static str,
     /// The effect of which this one is a limiting case: never excluded by a recording that shows this one.
     pub limit_of: Option<&'static str>,
@@ -14,6 +13,26 @@ pub struct Formula {
     pub grid: fn(&Columns) -> Grid,
     /// The columns that the amplitudes multiply, in arcseconds, at nonlinear parameters.
     pub signature: fn(&Columns, &[f64]) -> Vec<Vec<f64>>,
+}
+
+impl Formula {
+    /// One without nonlinear parameters.
+    const fn plain(
+        id: &'static str,
+        limit_of: Option<&'static str>,
+        signature: fn(&Columns, &[f64]) -> Vec<Vec<f64>>,
+    ) -> Self {
+        Self { id, limit_of, grid: |_| Grid { places: vec![Vec::new()], spacing: Vec::new() }, signature }
+    }
+
+    /// One that is a limiting case of no other.
+    const fn shaped(
+        id: &'static str,
+        grid: fn(&Columns) -> Grid,
+        signature: fn(&Columns, &[f64]) -> Vec<Vec<f64>>,
+    ) -> Self {
+        Self { id, limit_of: None, grid, signature }
+    }
 }
 
 /// Where nonlinear parameters are sought.
@@ -25,10 +44,6 @@ pub struct Grid {
 }
 
 impl Grid {
-    fn none() -> Self {
-        Self { places: vec![Vec::new()], spacing: Vec::new() }
-    }
-
     fn line(from: f64, to: f64, count: usize) -> Self {
         let spacing = (to - from) / (count - 1) as f64;
         Self { places: (0..count).map(|i| vec![from + i as f64 * spacing]).collect(), spacing: vec![spacing] }
@@ -37,136 +52,89 @@ impl Grid {
 
 /// The whole table for static recordings.
 pub const FORMULAS: &[Formula] = &[
-    Formula {
-        id: "thermal_zero_drift",
-        limit_of: Some("thermal_lag"),
-        grid: |_| Grid::none(),
-        signature: |c, _| vec![above_mean(c, &c.temperature_c)],
-    },
-    Formula {
-        id: "thermal_gain_drift",
-        limit_of: None,
-        grid: |_| Grid::none(),
-        signature: |c, _| {
-            let t = above_mean(c, &c.temperature_c);
-            vec![c.theta_arcsec.iter().zip(t).map(|(theta, t)| 1e-6 * theta * t).collect()]
-        },
-    },
-    Formula {
-        id: "thermal_lag",
-        limit_of: None,
+    Formula::plain("thermal_zero_drift", Some("thermal_lag"), |c, _| vec![above_mean(c, &c.temperature_c)]),
+    Formula::plain("thermal_gain_drift", None, |c, _| {
+        let t = above_mean(c, &c.temperature_c);
+        vec![c.theta_arcsec.iter().zip(t).map(|(theta, t)| 1e-6 * theta * t).collect()]
+    }),
+    Formula::shaped(
+        "thermal_lag",
         // ln τ from a few seconds to the length of the recording.
-        grid: |c| Grid::line(3f64.ln(), c.duration_s().max(10.0).ln(), 14),
-        signature: |c, shape| vec![above_mean(c, &lagged(&c.t_s, &c.temperature_c, shape[0].exp()))],
-    },
-    Formula {
-        id: "time_drift",
-        limit_of: Some("warmup_drift"),
-        grid: |_| Grid::none(),
-        signature: |c, _| vec![c.t_s.iter().map(|t| t / 3600.0).collect()],
-    },
-    Formula {
-        id: "warmup_drift",
-        limit_of: None,
+        |c| Grid::line(3f64.ln(), c.duration_s().max(10.0).ln(), 14),
+        |c, shape| vec![above_mean(c, &lagged(&c.t_s, &c.temperature_c, shape[0].exp()))],
+    ),
+    Formula::plain("time_drift", Some("warmup_drift"), |c, _| {
+        vec![c.t_s.iter().map(|t| t / 3600.0).collect()]
+    }),
+    Formula::shaped(
+        "warmup_drift",
         // ln τ.
-        grid: |c| Grid::line(5f64.ln(), c.duration_s().max(10.0).ln(), 14),
-        signature: |c, shape| vec![c.t_s.iter().map(|t| -(-t / shape[0].exp()).exp_m1()).collect()],
-    },
-    Formula {
-        id: "mount_step",
-        limit_of: None,
+        |c| Grid::line(5f64.ln(), c.duration_s().max(10.0).ln(), 14),
+        |c, shape| vec![c.t_s.iter().map(|t| -(-t / shape[0].exp()).exp_m1()).collect()],
+    ),
+    Formula::shaped(
+        "mount_step",
         // The number of the first row after the step.
-        grid: |c| Grid::line(1.0, (c.rows() - 1) as f64, (c.rows() - 1).min(104)),
-        signature: |c, shape| {
-            vec![(0..c.rows()).map(|i| f64::from(u8::from(i as f64 >= shape[0].round()))).collect()]
-        },
-    },
-    Formula {
-        id: "backlash",
-        limit_of: None,
+        |c| Grid::line(1.0, (c.rows() - 1) as f64, (c.rows() - 1).min(104)),
+        |c, shape| vec![(0..c.rows()).map(|i| f64::from(u8::from(i as f64 >= shape[0].round()))).collect()],
+    ),
+    Formula::shaped(
+        "backlash",
         // ln of the half width in arcsec; the amplitude is free beside it.
-        grid: |_| Grid::line(0.05f64.ln(), 20f64.ln(), 6),
-        signature: |c, shape| {
+        |_| Grid::line(0.05f64.ln(), 20f64.ln(), 6),
+        |c, shape| {
             let radius = shape[0].exp();
             vec![ahead_of_play(&c.true_arcsec, radius).into_iter().map(|a| a / radius).collect()]
         },
-    },
-    Formula {
-        id: "hysteresis",
-        limit_of: None,
-        grid: |_| Grid::none(),
-        signature: |c, _| {
-            let [low, high] = c.true_arcsec_range;
-            let mut sum = vec![0.0; c.rows()];
-            for i in 0..40 {
-                let radius = 0.5 * (high - low) * (f64::from(i) + 0.5) / 40.0;
-                let ahead = ahead_of_play(&c.true_arcsec, radius);
-                sum.iter_mut().zip(ahead).for_each(|(s, a)| *s += a / (40.0 * (high - low)));
-            }
-            vec![sum]
-        },
-    },
-    Formula {
-        id: "periodic_error",
-        limit_of: None,
+    ),
+    Formula::plain("hysteresis", None, |c, _| {
+        let [low, high] = c.true_arcsec_range;
+        let mut sum = vec![0.0; c.rows()];
+        for i in 0..40 {
+            let radius = 0.5 * (high - low) * (f64::from(i) + 0.5) / 40.0;
+            let ahead = ahead_of_play(&c.true_arcsec, radius);
+            sum.iter_mut().zip(ahead).for_each(|(s, a)| *s += a / (40.0 * (high - low)));
+        }
+        vec![sum]
+    }),
+    Formula::shaped(
+        "periodic_error",
         // Periods in the stroke: from three to the half of the readings of a pass, a quarter turn apart.
-        grid: |c| {
+        |c| {
             let [low, high] = c.true_arcsec_range;
             let most = ((high - low) / (2.2 * spacing(c))).max(4.0);
             Grid::line(3.0, most, (4.0 * (most - 3.0)) as usize + 2)
         },
-        signature: |c, shape| {
+        |c, shape| {
             let [low, high] = c.true_arcsec_range;
             let turn = |v: &f64| TAU * shape[0] * v / (high - low);
             let of = |f: fn(f64) -> f64| c.true_arcsec.iter().map(|v| f(turn(v))).collect();
             vec![of(f64::sin), of(f64::cos)]
         },
-    },
-    Formula {
-        id: "common_mode_leakage",
-        limit_of: None,
-        grid: |_| Grid::none(),
-        signature: |c, _| vec![c.common_um.clone()],
-    },
-    Formula {
-        id: "cross_axis_coupling",
-        limit_of: None,
-        grid: |_| Grid::none(),
-        signature: |c, _| vec![c.cross_arcsec.clone()],
-    },
-    Formula {
-        id: "coil_crosstalk",
-        limit_of: None,
-        grid: |_| Grid::none(),
-        signature: |c, _| vec![c.coil_a.clone()],
-    },
-    Formula {
-        id: "sensor_clipping",
-        limit_of: None,
+    ),
+    Formula::plain("common_mode_leakage", None, |c, _| vec![c.common_um.clone()]),
+    Formula::plain("cross_axis_coupling", None, |c, _| vec![c.cross_arcsec.clone()]),
+    Formula::plain("coil_crosstalk", None, |c, _| vec![c.coil_a.clone()]),
+    Formula::shaped(
+        "sensor_clipping",
         // The threshold in parts of the stroke; its sign is the side.
-        grid: |_| {
+        |_| {
             let side = (0..14).map(|i| 0.4 + 0.04 * f64::from(i));
             let places = side.clone().map(|p| vec![p]).chain(side.map(|p| vec![-p])).collect();
             Grid { places, spacing: vec![0.04] }
         },
-        signature: |c, shape| {
+        |c, shape| {
             let end = c.theta_end_arcsec;
             let threshold = shape[0].abs().clamp(0.2, 0.99);
             let beyond = |theta: &f64| (theta * shape[0].signum() / end - threshold).max(0.0);
             vec![c.theta_arcsec.iter().map(beyond).collect()]
         },
-    },
-    Formula {
-        id: "read_lag",
-        limit_of: None,
-        grid: |_| Grid::none(),
-        signature: |c, _| vec![c.velocity.clone()],
-    },
-    Formula {
-        id: "local_defect",
-        limit_of: None,
+    ),
+    Formula::plain("read_lag", None, |c, _| vec![c.velocity.clone()]),
+    Formula::shaped(
+        "local_defect",
         // Centre in parts of the stroke, ln of the width in such parts.
-        grid: |c| {
+        |c| {
             let least = (0.7 * spacing(c) / c.theta_end_arcsec).ln();
             let spacing = [0.03, (0.25f64.ln() - least) / 5.0];
             let places = (-31..=31)
@@ -175,13 +143,13 @@ pub const FORMULAS: &[Formula] = &[
                 .collect();
             Grid { places, spacing: spacing.to_vec() }
         },
-        signature: |c, shape| {
+        |c, shape| {
             let end = c.theta_end_arcsec;
             let width = shape[1].clamp(-6.0, 0.0).exp();
             let bump = |theta: &f64| (-0.5 * ((theta / end - shape[0]) / width).powi(2)).exp();
             vec![c.theta_arcsec.iter().map(bump).collect()]
         },
-    },
+    ),
 ];
 
 /// The formula of an id.

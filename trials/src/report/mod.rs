@@ -9,10 +9,10 @@ use fitter::output::FileSet;
 use minijinja::{Environment, context};
 use serde::Serialize;
 
-use crate::campaign::{Campaign, CampaignError, Outcome};
-use crate::score::reached;
-use crate::score::{Figure, Score, score};
+use crate::campaign::Campaign;
+use crate::score::{Case, Figure, Score, reached, score};
 use crate::truth::CAN_TELL;
+use crate::workspace::{CampaignError, Outcome};
 
 /// What is reported of a campaign with scores of type `S`.
 #[derive(Serialize)]
@@ -54,9 +54,17 @@ where
     }
 }
 
+impl<S> Report<S> {
+    /// Scores what a campaign brought by `score`.
+    pub(crate) fn of<C>(command: String, outcome: &Outcome<C>, score: impl Fn(&[C]) -> S) -> Self {
+        let (sealed_sha256, recordings) = (outcome.sealed.clone(), outcome.cases.len());
+        Self { schema: 1, command, sealed_sha256, recordings, score: score(&outcome.cases) }
+    }
+}
+
 impl Report<Score> {
     /// Scores a campaign of static trials.
-    pub fn of_static(campaign: &Campaign, outcome: &Outcome) -> Self {
+    pub fn of_static(campaign: &Campaign, outcome: &Outcome<Case>) -> Self {
         let counts = &campaign.counts;
         let mut further = if campaign.without { String::new() } else { " --skip-without".to_owned() };
         if counts.intervals > 0 {
@@ -66,16 +74,11 @@ impl Report<Score> {
         if counts.twice > 0 {
             further += &format!(" --twice {}", counts.twice);
         }
-        Self {
-            schema: 1,
-            command: format!(
-                "trials static --trials {} --nulls {} --seed {}{further}",
-                counts.trials, counts.nulls, campaign.seed
-            ),
-            sealed_sha256: outcome.sealed.clone(),
-            recordings: outcome.cases.len(),
-            score: score(&outcome.cases),
-        }
+        let command = format!(
+            "trials static --trials {} --nulls {} --seed {}{further}",
+            counts.trials, counts.nulls, campaign.seed
+        );
+        Self::of(command, outcome, score)
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Case, Share};
+use super::{Case, Share, Unsealed};
 use crate::answer::Answer;
 use crate::truth::{Group, Truth};
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Case, Figure, Misses, Share};
+use super::{Case, Figure, Share, Sheet};
 use crate::answer::Parameter;
 use crate::statistics::{binomial_p_value, percentile};
 use crate::truth::Group;
@@ -71,7 +71,7 @@ fn holds([from, to]: [f64; 2], value: f64) -> bool {
 }
 
 /// The intervals of effects that are found for certain, by schedule.
-pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Vec<Cell> {
+pub(super) fn by_schedule(cases: &[Case], sheet: &mut Sheet) -> Vec<Cell> {
     /// Effect, parameter and schedule.
     type Key<'a> = (&'a str, &'a str, &'a str);
     let mut cells: BTreeMap<Key, Vec<(&Parameter, f64)>> = BTreeMap::new();
@@ -82,7 +82,7 @@ pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mu
             if !holds(parameter.ci95, truth) {
                 let [from, to] = parameter.ci95;
                 let said = format!("{} {} in [{from}, {to}], truth {truth}", parameter.name, parameter.value);
-                misses.add("coverage by schedule", case, said);
+                sheet.miss("coverage by schedule", case, said);
             }
         }
     }
@@ -114,52 +114,44 @@ pub(super) fn by_schedule(cases: &[Case], figures: &mut Vec<Figure>, misses: &mu
     };
     let rows: Vec<Cell> = cells.into_iter().map(cell).collect();
     if !rows.is_empty() {
-        figures.extend(of_cells(&rows));
+        of_cells(&rows, sheet);
     }
     rows
 }
 
-/// What the cells say together.
-fn of_cells(rows: &[Cell]) -> [Figure; 3] {
-    let list = |wrong: &dyn Fn(&Cell) -> bool| -> (usize, String) {
-        let wrong: Vec<String> = rows
-            .iter()
-            .filter(|r| wrong(r))
-            .map(|r| format!("{} {} {} {}/{}", r.id, r.parameter, r.schedule, r.covered.hits, r.covered.of))
-            .collect();
-        let measured = match wrong.len() {
-            0 => format!("none of {}", rows.len()),
-            count => format!("{count} of {}: {}", rows.len(), wrong.join(", ")),
-        };
-        (wrong.len(), measured)
+/// Which of the rows are wrong, in words; and how many.
+fn listed<T>(rows: &[T], wrong: impl Fn(&T) -> bool, name: impl Fn(&T) -> String) -> (usize, String) {
+    let names: Vec<String> = rows.iter().filter(|row| wrong(row)).map(name).collect();
+    let measured = match names.len() {
+        0 => format!("none of {}", rows.len()),
+        count => format!("{count} of {}: {}", rows.len(), names.join(", ")),
     };
+    (names.len(), measured)
+}
+
+/// What the cells say together.
+fn of_cells(rows: &[Cell], sheet: &mut Sheet) {
+    let name =
+        |r: &Cell| format!("{} {} {} {}/{}", r.id, r.parameter, r.schedule, r.covered.hits, r.covered.of);
     let outside = |cell: &Cell| cell.covered.value().is_some_and(|value| !WANTED.contains(&value));
-    let (_, not_held) = list(&outside);
-    let (refuted, beyond_chance) = list(&|cell| cell.refuted);
+    let figure = "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %";
+    sheet.figures.push(Figure::told(figure, listed(rows, outside, name).1));
+    let (refuted, measured) = listed(rows, |cell| cell.refuted, name);
+    sheet.figures.push(Figure {
+        figure: "the same beyond chance (1 % over all)".to_owned(),
+        wanted: "none".to_owned(),
+        measured,
+        passed: Some(refuted == 0),
+    });
     let mut own = Share::default();
     rows.iter().for_each(|r| {
         own.hits += r.own.hits;
         own.of += r.own.of;
     });
-    [
-        Figure {
-            figure: "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %"
-                .to_owned(),
-            wanted: "–".to_owned(),
-            measured: not_held,
-            passed: None,
-        },
-        Figure {
-            figure: "the same beyond chance (1 % over all)".to_owned(),
-            wanted: "none".to_owned(),
-            measured: beyond_chance,
-            passed: Some(refuted == 0),
-        },
-        Figure::at_least("estimates inside their own interval", 1.0, own),
-    ]
+    sheet.at_least("estimates inside their own interval", 1.0, own);
 }
 
-pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>) -> Vec<Covered> {
+pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Vec<Covered> {
     let mut shares: BTreeMap<(String, String), Share> = BTreeMap::new();
     let mut pooled = Share::default();
     let drawn = |c: &&Case| !c.truth.ambiguous() && !matches!(c.truth.group, Group::Interval | Group::Twice);
@@ -178,22 +170,18 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>) -> Vec<Covered>
             Covered { id, parameter, share, p_value, consistent: p_value >= OVER_ALL / count }
         })
         .collect();
-    figures.push(Figure {
+    sheet.figures.push(Figure {
         figure: "coverage of the 95 % intervals, pooled".to_owned(),
         wanted: "93–97 %".to_owned(),
         measured: pooled.to_string(),
         passed: pooled.value().map(|value| (0.93..=0.97).contains(&value)),
     });
-    let wrong: Vec<String> =
-        rows.iter().filter(|r| !r.consistent).map(|r| format!("{} {}", r.id, r.parameter)).collect();
-    figures.push(Figure {
+    let (wrong, measured) = listed(&rows, |r| !r.consistent, |r| format!("{} {}", r.id, r.parameter));
+    sheet.figures.push(Figure {
         figure: "parameters whose coverage is inconsistent with 95 % (binomial, 1 % over all)".to_owned(),
         wanted: "none".to_owned(),
-        measured: match wrong.len() {
-            0 => format!("none of {}", rows.len()),
-            wrong_count => format!("{wrong_count} of {}: {}", rows.len(), wrong.join(", ")),
-        },
-        passed: (!rows.is_empty()).then_some(wrong.is_empty()),
+        measured,
+        passed: (!rows.is_empty()).then_some(wrong == 0),
     });
     rows
 }

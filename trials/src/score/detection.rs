@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Case, Figure, Misses, Share};
+use super::{Case, Figure, Share, Sheet, Unsealed};
 use crate::answer::Answer;
 use crate::benchmark;
 use crate::curve::{self, Curve};
@@ -24,22 +24,18 @@ pub struct FalseAlarms {
     pub upper: f64,
 }
 
-pub(super) fn figures(
-    cases: &[Case],
-    figures: &mut Vec<Figure>,
-    misses: &mut Misses,
-) -> (Vec<FalseAlarms>, Option<Curve>, Option<Curve>) {
+pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<FalseAlarms>, Option<Curve>, Option<Curve>) {
     let mut families = Vec::new();
     let mut all = Share::default();
     for (family, _) in FAMILIES {
         let nulls = cases.iter().filter(|c| c.truth.group == Group::Null && c.truth.family == family);
-        let quiet = misses.share("false alarm", nulls, |_, answer| !answer.detects());
+        let quiet = sheet.share("false alarm", nulls, |_, answer| !answer.detects());
         let share = Share { hits: quiet.of - quiet.hits, of: quiet.of };
         (all.hits, all.of) = (all.hits + share.hits, all.of + share.of);
         let upper = upper_limit(share.hits, share.of, 0.95);
         let few = share.of < NULLS;
         let remark = if few { format!(" (fewer than {NULLS})") } else { String::new() };
-        figures.push(Figure {
+        sheet.figures.push(Figure {
             figure: format!("false alarms, {family} noise"),
             wanted: "≤ 1 %, upper limit ≤ 1.5 %".to_owned(),
             measured: match share.value() {
@@ -63,15 +59,14 @@ pub(super) fn figures(
 
     let single = |c: &&Case| matches!(c.truth.group, Group::Weak | Group::Strong | Group::Step);
     let visible = cases.iter().filter(single).filter(|c| c.truth.least_rho() >= 6.0);
-    let share = misses.share("detection, ρ ≥ 6", visible, |_, answer| answer.detects());
-    figures.push(Figure::at_least("detection where ρ ≥ 6", 0.98, share));
+    sheet.least(("detection where ρ ≥ 6", 0.98), "detection, ρ ≥ 6", visible, |_, a| a.detects());
 
     let points: Vec<curve::Point> =
         cases.iter().filter(single).map(|c| (c.truth.least_rho(), c.said(Answer::detects))).collect();
     // No alarm among a number of nulls still has an expected rate: half an alarm more.
     let false_alarm = (all.hits as f64 + 0.5) / (all.of as f64 + 1.0);
     let curve = if all.of > 0 { curve::fit(&points, false_alarm.min(0.5)) } else { None };
-    figures.push(Figure {
+    sheet.figures.push(Figure {
         figure: "shift in ρ of the detection curve from the ideal one".to_owned(),
         wanted: "≤ 0.7".to_owned(),
         measured: curve.as_ref().map_or("not determined".to_owned(), |c| {
@@ -85,12 +80,12 @@ pub(super) fn figures(
         }),
         passed: curve.as_ref().map(|c| c.shift <= 0.7),
     });
-    let benchmark = benchmark_figures(cases, false_alarm, figures);
+    let benchmark = benchmark_figures(cases, false_alarm, sheet);
     (families, curve, benchmark)
 }
 
 /// The detector that is told the noise and the formulas, and the answers to the same trials beside it.
-fn benchmark_figures(cases: &[Case], false_alarm: f64, figures: &mut Vec<Figure>) -> Option<Curve> {
+fn benchmark_figures(cases: &[Case], false_alarm: f64, sheet: &mut Sheet) -> Option<Curve> {
     let shown: Vec<(&Case, bool)> = cases.iter().filter_map(|c| Some((c, c.benchmark?))).collect();
     let points = |hit: &dyn Fn(&Case, bool) -> bool| -> Vec<curve::Point> {
         shown.iter().map(|(c, found)| (c.truth.least_rho(), hit(c, *found))).collect()
@@ -98,12 +93,8 @@ fn benchmark_figures(cases: &[Case], false_alarm: f64, figures: &mut Vec<Figure>
     let told = curve::fit(&points(&|_, found| found), benchmark::FALSE_ALARMS);
     let ours = curve::fit(&points(&|c, _| c.said(Answer::detects)), false_alarm.min(0.5));
     let mut tell = |figure: &str, measured: Option<String>| {
-        figures.push(Figure {
-            figure: figure.to_owned(),
-            wanted: "–".to_owned(),
-            measured: measured.unwrap_or_else(|| "not determined".to_owned()),
-            passed: None,
-        });
+        let measured = measured.unwrap_or_else(|| "not determined".to_owned());
+        sheet.figures.push(Figure::told(figure, measured));
     };
     tell(
         "the same shift of a detector that is told the noise and searches the table alone",

@@ -19,7 +19,7 @@ pub use breakdown::Breakdown;
 pub use coverage::{Cell, Covered};
 pub use detection::FalseAlarms;
 pub use names::Confusion;
-pub use outside::{OutsideRow, WithoutRow};
+pub use outside::OutsideRow;
 pub use worth::{Harm, Worth};
 
 /// One trial, unsealed.
@@ -39,13 +39,37 @@ pub struct Case {
     pub benchmark: Option<bool>,
 }
 
-impl Case {
+/// A trial, unsealed, whatever stood or moved in it.
+pub(crate) trait Unsealed {
+    /// What was said; none where the recording was refused.
+    fn answer(&self) -> Option<&Answer>;
+
+    /// The recording, what was concealed in it, and in which circumstances.
+    fn told(&self) -> (String, Vec<String>, String);
+
     fn said(&self, right: impl Fn(&Answer) -> bool) -> bool {
-        self.answer.as_ref().is_some_and(right)
+        self.answer().is_some_and(right)
     }
 
     fn sentence(&self) -> String {
-        self.answer.as_ref().map_or_else(|| "refused".to_owned(), Answer::sentence)
+        self.answer().map_or_else(|| "refused".to_owned(), Answer::sentence)
+    }
+}
+
+impl Unsealed for Case {
+    fn answer(&self) -> Option<&Answer> {
+        self.answer.as_ref()
+    }
+
+    fn told(&self) -> (String, Vec<String>, String) {
+        let t = &self.truth;
+        let effect = |e: &crate::truth::Concealed| {
+            let near =
+                e.imitation.as_ref().map_or(String::new(), |(id, left)| format!(", {id} leaves {left:.1}"));
+            format!("{} (ρ {:.1}{near})", e.id, e.rho)
+        };
+        let circumstances = format!("{}, {}, {}", t.family, t.schedule, t.temperature);
+        (t.recording.clone(), t.effects.iter().map(effect).collect(), circumstances)
     }
 }
 
@@ -63,21 +87,14 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A share that must reach a least value.
-    pub(crate) fn at_least(figure: &str, least: f64, share: Share) -> Self {
-        Self {
-            figure: figure.to_owned(),
-            wanted: format!("≥ {} %", 100.0 * least),
-            measured: share.to_string(),
-            passed: share.value().map(|value| value >= least),
-        }
+    /// A share that is told, without a wanted value.
+    pub(crate) fn reported(figure: impl Into<String>, share: Share) -> Self {
+        Self::told(figure, share.to_string())
     }
 
-    /// A share that is told, without a wanted value.
-    pub(crate) fn reported(figure: &str, share: Share) -> Self {
-        Self {
-            figure: figure.to_owned(), wanted: "–".to_owned(), measured: share.to_string(), passed: None
-        }
+    /// What was measured, without a wanted value.
+    pub(crate) fn told(figure: impl Into<String>, measured: String) -> Self {
+        Self { figure: figure.into(), wanted: "–".to_owned(), measured, passed: None }
     }
 }
 
@@ -126,48 +143,82 @@ pub struct Miss {
     pub circumstances: String,
 }
 
-/// Collects the misses of all figures.
+/// Figures, and the answers that were not right, as they are collected.
 #[derive(Default)]
-struct Misses(Vec<Miss>);
+pub(crate) struct Sheet {
+    pub figures: Vec<Figure>,
+    pub misses: Vec<Miss>,
+}
 
-impl Misses {
-    fn add(&mut self, figure: &'static str, case: &Case, said: String) {
-        let t = &case.truth;
-        let effect = |e: &crate::truth::Concealed| {
-            let near =
-                e.imitation.as_ref().map_or(String::new(), |(id, left)| format!(", {id} leaves {left:.1}"));
-            format!("{} (ρ {:.1}{near})", e.id, e.rho)
-        };
-        let concealed = match t.effects.len() {
-            0 => "nothing".to_owned(),
-            _ => t.effects.iter().map(effect).collect::<Vec<_>>().join(" + "),
-        };
-        self.0.push(Miss {
-            figure,
-            recording: t.recording.clone(),
-            concealed,
-            said,
-            circumstances: format!("{}, {}, {}", t.family, t.schedule, t.temperature),
-        });
+impl Sheet {
+    pub fn miss(&mut self, figure: &'static str, case: &impl Unsealed, said: String) {
+        let (recording, effects, circumstances) = case.told();
+        let concealed = if effects.is_empty() { "nothing".to_owned() } else { effects.join(" + ") };
+        self.misses.push(Miss { figure, recording, concealed, said, circumstances });
     }
 
     /// The share of the cases that are right; the others become misses.
-    fn share<'a>(
+    pub fn share<'a, C: Unsealed + 'a>(
         &mut self,
-        figure: &'static str,
-        cases: impl Iterator<Item = &'a Case>,
-        right: impl Fn(&'a Case, &Answer) -> bool,
+        miss: &'static str,
+        cases: impl Iterator<Item = &'a C>,
+        right: impl Fn(&'a C, &Answer) -> bool,
     ) -> Share {
         let mut share = Share::default();
         for case in cases {
             let hit = case.said(|answer| right(case, answer));
             share.count(hit);
             if !hit {
-                self.add(figure, case, case.sentence());
+                self.miss(miss, case, case.sentence());
             }
         }
         share
     }
+
+    /// A figure: the share of the cases that are right must reach a least value. The others become misses.
+    pub fn least<'a, C: Unsealed + 'a>(
+        &mut self,
+        (figure, least): (impl Into<String>, f64),
+        miss: &'static str,
+        cases: impl Iterator<Item = &'a C>,
+        right: impl Fn(&'a C, &Answer) -> bool,
+    ) {
+        let share = self.share(miss, cases, right);
+        self.at_least(figure, least, share);
+    }
+
+    /// A figure: a share that must reach a least value.
+    pub fn at_least(&mut self, figure: impl Into<String>, least: f64, share: Share) {
+        let passed = share.value().map(|value| value >= least);
+        let wanted = format!("≥ {} %", 100.0 * least);
+        self.figures.push(Figure { figure: figure.into(), wanted, measured: share.to_string(), passed });
+    }
+
+    /// A figure: a share that must not exceed a largest value, given in per cent.
+    pub fn at_most(&mut self, figure: impl Into<String>, wanted: String, most: f64, share: Share) {
+        let passed = share.value().map(|value| value <= most);
+        self.figures.push(Figure { figure: figure.into(), wanted, measured: share.to_string(), passed });
+    }
+
+    /// A figure without a wanted value: the share of the cases that are right.
+    pub fn tell<'a, C: Unsealed + 'a>(
+        &mut self,
+        figure: impl Into<String>,
+        cases: impl Iterator<Item = &'a C>,
+        right: impl Fn(&'a C, &Answer) -> bool,
+    ) {
+        self.figures.push(Figure::reported(figure, count(cases, right)));
+    }
+}
+
+/// The share of the cases that are right.
+fn count<'a, C: Unsealed + 'a>(
+    cases: impl Iterator<Item = &'a C>,
+    right: impl Fn(&'a C, &Answer) -> bool,
+) -> Share {
+    let mut share = Share::default();
+    cases.for_each(|case| share.count(case.said(|answer| right(case, answer))));
+    share
 }
 
 /// Everything that was measured.
@@ -186,7 +237,7 @@ pub struct Score {
     /// Answers to physics outside the table.
     pub outside: Vec<OutsideRow>,
     /// Answers with the effect left out of the catalogue.
-    pub without: Vec<WithoutRow>,
+    pub without: Vec<OutsideRow>,
     /// Coverage by effect and parameter.
     pub coverage: Vec<Covered>,
     /// Coverage by effect, parameter and schedule, of effects that are found for certain.
@@ -203,17 +254,16 @@ pub struct Score {
 
 /// Scores the cases.
 pub fn score(cases: &[Case]) -> Score {
-    let mut misses = Misses::default();
-    let mut figures = Vec::new();
-    let (false_alarms, curve, benchmark) = detection::figures(cases, &mut figures, &mut misses);
-    let confusion = names::figures(cases, &mut figures, &mut misses);
-    let (outside, without) = outside::figures(cases, &mut figures, &mut misses);
-    let coverage = coverage::figures(cases, &mut figures);
-    let cells = coverage::by_schedule(cases, &mut figures, &mut misses);
-    let worth = worth::figures(cases, &mut figures, &mut misses);
-    let harm = worth::harm(cases, &mut figures, &mut misses);
-    let misses = misses.0;
+    let mut sheet = Sheet::default();
+    let (false_alarms, curve, benchmark) = detection::figures(cases, &mut sheet);
+    let confusion = names::figures(cases, &mut sheet);
+    let (outside, without) = outside::figures(cases, &mut sheet);
+    let coverage = coverage::figures(cases, &mut sheet);
+    let cells = coverage::by_schedule(cases, &mut sheet);
+    let worth = worth::figures(cases, &mut sheet);
+    let harm = worth::harm(cases, &mut sheet);
     let breakdown = breakdown::breakdown(cases);
+    let Sheet { figures, misses } = sheet;
     Score {
         figures,
         false_alarms,

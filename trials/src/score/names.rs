@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Case, Figure, Misses, Share};
+use super::{Case, Sheet};
 use crate::answer::{Answer, Verdict};
 use crate::truth::{Concealed, Group};
 
@@ -23,56 +23,45 @@ pub struct Confusion {
     pub rows: Vec<(String, Vec<u64>)>,
 }
 
-pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Confusion {
+pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Confusion {
     let strong = || cases.iter().filter(|c| c.truth.group == Group::Strong && c.truth.least_rho() >= NAMED);
     let told = || strong().filter(|c| c.truth.can_tell());
-    let id = |c: &Case| c.truth.effects[0].id.clone();
+    let first = |c: &Case, a: &Answer| a.first() == Some(&c.truth.effects[0].id);
+    let mentioned = |c: &Case, a: &Answer| a.mentions(&c.truth.effects[0].id);
+    let figure = ("right name first, ρ ≥ 8, where the recording can tell", 0.98);
+    sheet.least(figure, "right name first", told(), first);
+    let figure = ("named or among the alternatives, likewise", 0.995);
+    sheet.least(figure, "named or alternative", told(), mentioned);
+    sheet.tell("right name first, ρ ≥ 8, all recordings", strong(), first);
+    sheet.tell("named or among the alternatives, all recordings", strong(), mentioned);
 
-    let share = misses.share("right name first", told(), |c, a| a.first() == Some(&id(c)));
-    figures.push(Figure::at_least("right name first, ρ ≥ 8, where the recording can tell", 0.98, share));
-    let share = misses.share("named or alternative", told(), |c, a| a.mentions(&id(c)));
-    figures.push(Figure::at_least("named or among the alternatives, likewise", 0.995, share));
-    let mut all = Share::default();
-    strong().for_each(|c| all.count(c.said(|a| a.first() == Some(&id(c)))));
-    figures.push(Figure::reported("right name first, ρ ≥ 8, all recordings", all));
-    let mut all = Share::default();
-    strong().for_each(|c| all.count(c.said(|a| a.mentions(&id(c)))));
-    figures.push(Figure::reported("named or among the alternatives, all recordings", all));
-
-    let share =
-        misses.share("right observable first", strong(), |c, a| a.located_on(&c.truth.effects[0].depends_on));
-    figures.push(Figure::at_least("right observable first in locations, ρ ≥ 8", 0.98, share));
+    let figure = ("right observable first in locations, ρ ≥ 8", 0.98);
+    let located = |c: &Case, a: &Answer| a.located_on(&c.truth.effects[0].depends_on);
+    sheet.least(figure, "right observable first", strong(), located);
     let steep = cases.iter().filter(|c| {
         matches!(c.truth.group, Group::Strong | Group::Step)
             && c.truth.effects[0].parameters.get("step_arcsec").is_some_and(|h| {
                 h.abs() >= STEEP * c.truth.noise_arcsec && c.truth.effects[0].step_window_s.is_some()
             })
     });
-    let share = misses.share("time of a step", steep, |c, a| timed(&c.truth.effects[0], a));
-    figures.push(Figure::at_least("time of a step to within one row, step ≥ 3.5 σ", 0.98, share));
+    let figure = ("time of a step to within one row, step ≥ 3.5 σ", 0.98);
+    sheet.least(figure, "time of a step", steep, |c, a| timed(&c.truth.effects[0], a));
 
-    for (group, word, least) in [(Group::Pair, "two", 0.93), (Group::Triple, "three", 0.85)] {
+    let exact = |c: &Case, a: &Answer| a.ids() == c.truth.ids();
+    let several = [(Group::Pair, "two", "set of two", 0.93), (Group::Triple, "three", "set of three", 0.85)];
+    for (group, word, miss, least) in several {
         let of_group =
             || cases.iter().filter(move |c| c.truth.group == group && c.truth.least_rho() >= NAMED);
-        let figure = if group == Group::Pair { "set of two" } else { "set of three" };
-        let share =
-            misses.share(figure, of_group().filter(|c| c.truth.can_tell()), |c, a| a.ids() == c.truth.ids());
         let name = format!("{word} effects, each ρ ≥ 8, where the recording can tell: the exact set");
-        figures.push(Figure::at_least(&name, least, share));
-        let mut all = Share::default();
-        of_group().for_each(|c| all.count(c.said(|a| a.ids() == c.truth.ids())));
-        figures.push(Figure::reported(&format!("{word} effects, all recordings: the exact set"), all));
+        sheet.least((name, least), miss, of_group().filter(|c| c.truth.can_tell()), exact);
+        sheet.tell(format!("{word} effects, all recordings: the exact set"), of_group(), exact);
     }
 
     let ambiguous = cases.iter().filter(|c| c.truth.ambiguous());
-    let share = misses.share("temperature with time", ambiguous, |_, a| {
+    let figure = ("temperature that ran with time: both named, and the deciding experiment", 0.95);
+    sheet.least(figure, "temperature with time", ambiguous, |_, a| {
         a.next_experiment.is_some() && a.mentions("thermal_zero_drift") && a.mentions("time_drift")
     });
-    figures.push(Figure::at_least(
-        "temperature that ran with time: both named, and the deciding experiment",
-        0.95,
-        share,
-    ));
     confusion(strong())
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Case, Figure, Misses, Share};
+use super::{Case, Figure, Share, Sheet, count};
 use crate::answer::{Answer, Verdict};
 use crate::truth::{CAN_TELL, Group};
 
@@ -34,42 +34,23 @@ pub struct OutsideRow {
     pub imitated: u64,
 }
 
-/// Answers with the concealed effect left out of the catalogue.
-pub type WithoutRow = OutsideRow;
-
-pub(super) fn figures(
-    cases: &[Case],
-    figures: &mut Vec<Figure>,
-    misses: &mut Misses,
-) -> (Vec<OutsideRow>, Vec<WithoutRow>) {
+pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<OutsideRow>, Vec<OutsideRow>) {
     let left = |c: &Case| c.truth.effects[0].imitation.as_ref().is_none_or(|(_, left)| *left >= LEFT);
     let outside = || cases.iter().filter(|c| c.truth.group == Group::Outside && c.truth.least_rho() >= 8.0);
     let right = |c: &Case, a: &Answer| {
         matches!(a.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
             && a.located_on(&c.truth.effects[0].depends_on)
     };
-    let share = misses.share("outside the table", outside().filter(|c| left(c)), right);
-    figures.push(Figure::at_least(
-        "outside the table, ρ ≥ 8: unexplained or partly explained, rightly located",
-        0.95,
-        share,
-    ));
-    let mut wrong = Share::default();
-    outside().filter(|c| left(c)).for_each(|c| wrong.count(c.said(|a| a.verdict == Verdict::Explained)));
-    figures.push(Figure {
-        figure: "outside the table: a wrong name alone".to_owned(),
-        wanted: "≤ 2 %".to_owned(),
-        measured: wrong.to_string(),
-        passed: wrong.value().map(|value| value <= 0.02),
-    });
-    let mut alone = Share::default();
-    let named = |c: &Case| c.said(|a| a.verdict == Verdict::Explained);
+    let figure = ("outside the table, ρ ≥ 8: unexplained or partly explained, rightly located", 0.95);
+    sheet.least(figure, "outside the table", outside().filter(|c| left(c)), right);
+    let named = |_: &Case, a: &Answer| a.verdict == Verdict::Explained;
+    let wrong = count(outside().filter(|c| left(c)), named);
+    sheet.at_most("outside the table: a wrong name alone", "≤ 2 %".to_owned(), 0.02, wrong);
     let alike = |left: Option<f64>| left.is_some_and(|left| left < CAN_TELL);
-    outside().filter(|c| left(c)).for_each(|c| alone.count(named(c) && !alike(c.left_by_names[0])));
-    figures.push(Figure::reported("a wrong name alone that leaves ρ ≥ 4.1 of it", alone));
-    let mut all = Share::default();
-    outside().for_each(|c| all.count(c.said(|a| right(c, a))));
-    figures.push(Figure::reported("outside the table, those that an effect of it imitates included", all));
+    sheet.tell("a wrong name alone that leaves ρ ≥ 4.1 of it", outside().filter(|c| left(c)), |c, a| {
+        named(c, a) && !alike(c.left_by_names[0])
+    });
+    sheet.tell("outside the table, those that an effect of it imitates included", outside(), right);
 
     let asked: Vec<(&Case, &Option<Answer>)> =
         cases.iter().filter_map(|c| c.without.as_ref().map(|answer| (c, answer))).collect();
@@ -86,13 +67,18 @@ pub(super) fn figures(
         if !hit {
             let said = answer.as_ref().map_or_else(|| "refused".to_owned(), Answer::sentence);
             let leaves = |left: f64| format!("{said}; of it these leave ρ {left:.1}");
-            misses.add("left out of the catalogue", case, case.left_by_names[1].map_or(said.clone(), leaves));
+            sheet.miss(
+                "left out of the catalogue",
+                *case,
+                case.left_by_names[1].map_or(said.clone(), leaves),
+            );
         }
     }
     if !asked.is_empty() {
-        figures.push(Figure::reported("left out of the catalogue, ρ ≥ 8: unexplained", share));
-        figures
-            .push(Figure::reported("the same where other effects do not leave less than ρ 4.1 of it", apart));
+        let apart = ("the same where other effects do not leave less than ρ 4.1 of it", apart);
+        for (figure, share) in [("left out of the catalogue, ρ ≥ 8: unexplained", share), apart] {
+            sheet.figures.push(Figure::reported(figure, share));
+        }
     }
     let outside_rows = rows(outside().map(|c| (c, &c.answer, !left(c), alike(c.left_by_names[0]))));
     let without_rows =

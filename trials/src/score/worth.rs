@@ -3,7 +3,7 @@
 use serde::Serialize;
 use twin::effects::{Scope, catalogue};
 
-use super::{Case, Figure, Misses, Share};
+use super::{Case, Figure, Share, Sheet, Unsealed};
 use crate::answer::Answer;
 use crate::fresh::Fresh;
 use crate::statistics::percentile;
@@ -30,7 +30,7 @@ pub struct Worth {
     pub rows: usize,
 }
 
-pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Worth {
+pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Worth {
     let drawn = cases.iter().filter(|c| c.truth.group != Group::Twice);
     let compared: Vec<(&Case, &Fresh)> = drawn.filter_map(|c| c.fresh.as_ref().map(|f| (c, f))).collect();
     let of = |ratio: fn(&Fresh) -> Option<f64>| {
@@ -41,12 +41,12 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     for (case, fresh) in &compared {
         let ratio = fresh.answer_arcsec / fresh.informed_arcsec;
         if ratio > 1.10 {
-            misses.add("rms on a fresh recording", case, format!("{ratio:.2} times; {}", case.sentence()));
+            sheet.miss("rms on a fresh recording", *case, format!("{ratio:.2} times; {}", case.sentence()));
         }
     }
     let wanted = [("median", 1.02), ("95th percentile", 1.10)];
     for (index, (word, most)) in wanted.into_iter().enumerate() {
-        figures.push(Figure {
+        sheet.figures.push(Figure {
             figure: format!("rms on a fresh recording / that of a model told the ids, {word}"),
             wanted: format!("≤ {most:.2}"),
             measured: told.map_or("none".to_owned(), |t| format!("{:.3} (of {})", t[index], compared.len())),
@@ -55,12 +55,9 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
     }
 
     let inside = of(|f| Some(f.inside_ratio));
-    figures.push(Figure {
-        figure: "the same on rows inside the calibrated range alone: median, 95th percentile".to_owned(),
-        wanted: "–".to_owned(),
-        measured: inside.map_or("none".to_owned(), |[median, most]| format!("{median:.3}, {most:.3}")),
-        passed: None,
-    });
+    let percentiles = inside.map_or("none".to_owned(), |[median, most]| format!("{median:.3}, {most:.3}"));
+    let figure = "the same on rows inside the calibrated range alone: median, 95th percentile";
+    sheet.figures.push(Figure::told(figure, percentiles));
 
     let mut realised = Share::default();
     for (case, fresh) in &compared {
@@ -73,10 +70,10 @@ pub(super) fn figures(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Mi
         if !hit {
             let said =
                 format!("rms {:.3} from {:.3}; {}", fresh.answer_arcsec, fresh.base_arcsec, case.sentence());
-            misses.add("gain realised", case, said);
+            sheet.miss("gain realised", *case, said);
         }
     }
-    figures.push(Figure::at_least("gain claimed is realised on a fresh recording", 0.95, realised));
+    sheet.at_least("gain claimed is realised on a fresh recording", 0.95, realised);
     Worth {
         compared: compared.len(),
         told,
@@ -107,7 +104,7 @@ pub struct Harm {
     pub ratios: Option<[f64; 3]>,
 }
 
-pub(super) fn harm(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misses) -> Harm {
+pub(super) fn harm(cases: &[Case], sheet: &mut Sheet) -> Harm {
     let twice = cases.iter().filter(|c| c.truth.group == Group::Twice);
     let ratio = |case: &Case| case.fresh.as_ref().and_then(|f| Some(f.answer_arcsec / f.fit_arcsec?));
     let compared: Vec<(&Case, f64)> = twice.filter_map(|case| Some((case, ratio(case)?))).collect();
@@ -116,24 +113,18 @@ pub(super) fn harm(cases: &[Case], figures: &mut Vec<Figure>, misses: &mut Misse
         worse.count(*ratio > WORSE.0);
         much_worse.count(*ratio > MUCH_WORSE);
         if *ratio > WORSE.0 {
-            misses.add(
+            sheet.miss(
                 "second recording",
-                case,
+                *case,
                 format!("{ratio:.3} times the base alone; {}", case.sentence()),
             );
         }
     }
     for (share, limit, most) in [(worse, WORSE.0, WORSE.1), (much_worse, MUCH_WORSE, 0.0)] {
         if !compared.is_empty() {
-            figures.push(Figure {
-                figure: format!(
-                    "second recordings more than {:.0} % worse than by the base alone",
-                    100.0 * (limit - 1.0)
-                ),
-                wanted: format!("≤ {} %", 100.0 * most),
-                measured: share.to_string(),
-                passed: share.value().map(|value| value <= most),
-            });
+            let worse = 100.0 * (limit - 1.0);
+            let figure = format!("second recordings more than {worse:.0} % worse than by the base alone");
+            sheet.at_most(figure, format!("≤ {} %", 100.0 * most), most, share);
         }
     }
     let ratios: Vec<f64> = compared.iter().map(|(_, ratio)| *ratio).collect();

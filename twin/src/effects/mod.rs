@@ -1,5 +1,5 @@
-//! The physics that can be hidden in a device: one file per effect, each acting where it acts in a real
-//! mirror — in the probes, the geometry, the drive, the mount or the autocollimator.
+//! The physics that can be hidden in a device, each effect acting where it acts in a real mirror, one file for each
+//! place: between the frame and the mirror, in the bracket of the probes, in the probes, in the autocollimator.
 //!
 //! An effect is a [`Mechanism`]: hooks into the chain from the driven frame to the log. What it adds to the
 //! angular error Δθ_M follows from the chain. With s the reported difference, ψ the rotation that the
@@ -11,44 +11,23 @@
 //! table of effects in the description of the file formats; ids that begin with `ooc_` are physics
 //! outside that table.
 //!
-//! To add an effect: one file here, and one line in [`catalogue::ALL`].
-
-use std::fmt::Debug;
+//! To add an effect: its specification in the file of its place, and one line in [`catalogue::ALL`].
 
 pub mod catalogue;
 mod injected;
 mod specification;
 
-mod backlash;
-mod coil_crosstalk;
-mod common_mode_leakage;
-mod cross_axis_coupling;
-mod hysteresis;
-mod local_defect;
-mod mount_step;
-mod ooc_aging;
-mod ooc_coil_heating;
-mod ooc_common_mode_square;
-mod ooc_cross_square;
-mod ooc_direction_gain;
-mod ooc_remanence;
-mod ooc_reseating;
-mod ooc_softening;
-mod ooc_sway;
-mod ooc_temperature_square;
-mod periodic_error;
-mod read_lag;
-mod sensor_clipping;
-mod thermal_gain_drift;
-mod thermal_lag;
-mod thermal_zero_drift;
-mod time_drift;
-mod warmup_drift;
+mod autocollimator;
+mod bracket;
+mod frame;
+mod probes;
+mod simple;
 
 pub use catalogue::{draw, find};
 pub use injected::Injected;
 pub use motion::values::{EffectError, Known, Values};
-pub use specification::{Build, Drawn, Parameter, Scope, Specification};
+use simple::{read, reported, seen};
+pub use specification::{Build, Drawn, Made, Parameter, Scope, Specification};
 
 /// Where everything stands at one reading, or would stand at an angle that the loop tries.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +56,7 @@ pub struct Pose {
 ///
 /// The loop tries many angles before it settles: everything but [`advance`](Self::advance) and
 /// [`settled`](Self::settled) is a pure function of the pose and of what was remembered.
-pub trait Mechanism: Afresh + Debug + Send + Sync {
+pub trait Mechanism: Afresh + Send + Sync {
     /// Time has come to that of the pose, which still stands at its last angles.
     fn advance(&mut self, _pose: &Pose) {}
 

@@ -49,14 +49,32 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// One that must be given.
+    pub(super) const fn needed(
+        name: &'static str,
+        unit: &'static str,
+        range: (f64, f64),
+        drawn: Drawn,
+    ) -> Self {
+        Self { name, unit, default: None, range, drawn }
+    }
+
+    /// The same with a value where it is not given.
+    pub(super) const fn or(self, default: f64) -> Self {
+        Self { default: Some(default), ..self }
+    }
+
     /// Whether the effect is proportional to it.
     pub fn is_strength(&self) -> bool {
         matches!(self.drawn, Drawn::Strength | Drawn::PositiveStrength)
     }
 }
 
-/// Makes the mechanism of an effect for a device from its values, or says what is wrong with them.
-pub type Build = fn(&Values, &Device) -> Result<Box<dyn Mechanism>, String>;
+/// A mechanism, or what is wrong with the values that it was to be made from.
+pub type Made = Result<Box<dyn Mechanism>, String>;
+
+/// Makes the mechanism of an effect for a device from its values.
+pub type Build = fn(&Values, &Device) -> Made;
 
 /// What is known of an effect.
 pub struct Specification {
@@ -68,8 +86,6 @@ pub struct Specification {
     pub scope: Scope,
     /// The variables of which any may rightly be named as the place where it shows.
     pub depends_on: &'static [&'static str],
-    /// The second factor, where the effect is a product.
-    pub times: Option<&'static str>,
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// How its mechanism is made.

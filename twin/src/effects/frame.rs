@@ -1,37 +1,73 @@
-//! Hysteresis, a distributed play over the stroke: the mirror hangs on the frame by an adhesive with inner
-//! friction, many small elements of which each slips at its own deflection (Prandtl–Ishlinskii).
-//!
-//! With equal weight at all radii the loop is the lens of Rayleigh's law; `skew` gives the radii a weight
-//! that grows as their power. The elements are scaled so that the steady loop over the stroke departs from
-//! its own least-squares polynomial of order 9 in the angle by `half_height_arcsec` at most.
+//! What acts between the driven frame, which carries the pads, and the mirror: lost motion.
 
-use super::backlash::Play;
 use super::{Drawn, Mechanism, Parameter, Pose, Scope, Specification};
 use crate::device::Device;
 use crate::orthogonal;
 use crate::units::rad_from_arcsec;
 
-pub(super) const SPECIFICATION: Specification = Specification {
+/// θ − play_r(θ): the mirror stays where it is until the frame has taken up the play.
+pub(super) const BACKLASH: Specification = Specification {
+    id: "backlash",
+    title: "lost motion between frame and mirror",
+    scope: Scope::Device,
+    depends_on: &["direction", "history"],
+    parameters: &[Parameter::needed("half_width_arcsec", "arcsec", (0.0, 1e3), Drawn::PositiveStrength)],
+    build: |values, _| Ok(Box::new(Play::new(rad_from_arcsec(values["half_width_arcsec"])))),
+};
+
+/// The play operator: an output that a gap drags along.
+#[derive(Clone)]
+struct Play {
+    half_width_rad: f64,
+    output_rad: f64,
+}
+
+impl Play {
+    /// At rest in the middle of its gap.
+    fn new(half_width_rad: f64) -> Self {
+        Self { half_width_rad, output_rad: 0.0 }
+    }
+
+    /// The output if the input ran straight to `input_rad`.
+    fn output_rad(&self, input_rad: f64) -> f64 {
+        self.output_rad.clamp(input_rad - self.half_width_rad, input_rad + self.half_width_rad)
+    }
+
+    /// How far the input would then stand ahead.
+    fn ahead_rad(&self, input_rad: f64) -> f64 {
+        input_rad - self.output_rad(input_rad)
+    }
+
+    /// The input has run to `input_rad`.
+    fn moved(&mut self, input_rad: f64) {
+        self.output_rad = self.output_rad(input_rad);
+    }
+}
+
+impl Mechanism for Play {
+    fn lost_motion_rad(&self, frame_rad: f64) -> f64 {
+        self.ahead_rad(frame_rad)
+    }
+
+    fn settled(&mut self, pose: &Pose) {
+        self.moved(pose.frame_rad);
+    }
+}
+
+/// A distributed play over the stroke: the mirror hangs on the frame by an adhesive with inner friction, many small
+/// elements of which each slips at its own deflection (Prandtl–Ishlinskii).
+///
+/// With equal weight at all radii the loop is the lens of Rayleigh's law; `skew` gives the radii a weight
+/// that grows as their power. The elements are scaled so that the steady loop over the stroke departs from
+/// its own least-squares polynomial of order 9 in the angle by `half_height_arcsec` at most.
+pub(super) const HYSTERESIS: Specification = Specification {
     id: "hysteresis",
     title: "inner friction between frame and mirror",
     scope: Scope::Device,
     depends_on: &["direction", "history"],
-    times: Some("angle_deg"),
     parameters: &[
-        Parameter {
-            name: "half_height_arcsec",
-            unit: "arcsec",
-            default: None,
-            range: (0.0, 1e3),
-            drawn: Drawn::PositiveStrength,
-        },
-        Parameter {
-            name: "skew",
-            unit: "1",
-            default: Some(0.0),
-            range: (-0.9, 4.0),
-            drawn: Drawn::Uniform(0.0, 0.0),
-        },
+        Parameter::needed("half_height_arcsec", "arcsec", (0.0, 1e3), Drawn::PositiveStrength),
+        Parameter::needed("skew", "1", (-0.9, 4.0), Drawn::Uniform(0.0, 0.0)).or(0.0),
     ],
     build: |values, device| {
         let unit = Elements::new(values["skew"], device);
@@ -44,7 +80,7 @@ pub(super) const SPECIFICATION: Specification = Specification {
 /// Enough elements that none shows as a corner.
 const ELEMENTS: usize = 48;
 
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 struct Elements {
     plays: Vec<Play>,
     weights: Vec<f64>,
