@@ -40,6 +40,7 @@ use crate::source::{Source, SourceError};
 
 /// Why a build script could not generate; each is a sentence that says what to change.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum BuildError {
     /// Nothing is named to generate from.
     #[error("nothing is named to generate from: call `coefficients` or `recording`")]

@@ -172,6 +172,8 @@ impl Model<'_> {
                 known(-(-since / e.scale).exp_m1())
             }
             Operator::Step(step) => known(f64::from(u8::from(observed(&step.observable) >= step.at))),
+            // Refused before.
+            Operator::Expression(_) => [f64::NEG_INFINITY, f64::INFINITY],
             Operator::Periodic(periodic) => {
                 let truth = self.coefficients.error_model().corrected(reading) * self.per_unit;
                 return into.extend(periodic.columns_at(truth).into_iter().map(known));

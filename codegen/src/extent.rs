@@ -47,7 +47,7 @@ impl Extent {
                     None => Extent::PerSpeed(weight),
                 }
             }
-            Operator::Rate(_) => Extent::Unknown,
+            Operator::Rate(_) | Operator::Expression(_) => Extent::Unknown,
             Operator::Hinge(hinge) => known(ends(&hinge.observable).map(|[low, high]| {
                 let beyond = match hinge.side {
                     Side::Above => high - hinge.threshold,

@@ -28,6 +28,7 @@ pub enum Source {
 
 /// The source cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say what the fields are
 pub enum SourceError {
     #[error(transparent)]
     Coefficients(#[from] CoefficientsError),

@@ -142,6 +142,11 @@ impl Physics {
                 }
                 // Of the result itself: solved in the end.
                 Operator::Periodic(_) => {}
+                Operator::Expression(_) => {
+                    let (effect, kind, why) =
+                        (term.effect.clone(), term.operator.kind(), ": no firmware computes it yet");
+                    return Err(PhysicsError::NotGenerated { effect, kind, why });
+                }
             }
         }
         product::subtract(b, &expanded, &variable, &given)?;

@@ -49,6 +49,7 @@ impl Physics {
                 if h.side == fitter::terms::Side::Above { "above" } else { "below" },
                 h.threshold
             ),
+            Operator::Expression(expression) => format!("{}: {}", term.effect, expression.text),
             Operator::Gaussian(g) => format!(
                 "{}: {:?}·exp(−z²/2), z = ({} − {:?})/{:?}",
                 term.effect, term.coefficients[0], g.observable, g.centre, g.width

@@ -1,5 +1,7 @@
 //! The program from outside: what it writes, and how it refuses bad input.
 
+use std::process::Command;
+
 use std::path::Path;
 
 use crate::diagnose::common::{recording, run, scene};

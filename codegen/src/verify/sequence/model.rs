@@ -226,6 +226,8 @@ fn one(
         }
         // Of the result itself: solved in the end.
         Operator::Periodic(_) => (0.0, 0.0),
+        // Refused before.
+        Operator::Expression(_) => (f64::NAN, f64::INFINITY),
     }
 }
 
