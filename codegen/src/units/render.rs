@@ -25,11 +25,13 @@ use crate::text;
 /// What is proved of a unit is told in so many parts of the result's unit.
 const PARTS_OF_A_UNIT: f64 = 256.0;
 
-/// The shared structure and the units for machines to read, `units.json`.
+/// The shared structure and the units for machines to read, `units.json`. Of an earlier one only what the structure is
+/// made of is read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Summary {
     pub schema: String,
     pub version: u32,
+    #[serde(skip_deserializing)]
     tool: String,
     pub structure: u32,
     pub degree: usize,
@@ -39,15 +41,19 @@ pub(super) struct Summary {
     /// The bound in the result's unit.
     pub total: f64,
     /// Unit of bounds and rounding.
+    #[serde(skip_deserializing)]
     unit: String,
+    #[serde(skip_deserializing)]
     bound: f64,
     /// For any coefficients inside their ranges.
+    #[serde(skip_deserializing)]
     rounding: f64,
     pub coefficients: Vec<PageWord>,
+    #[serde(skip_deserializing)]
     units: Vec<OfUnit>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 struct OfUnit {
     unit: String,
     coefficients_sha256: String,

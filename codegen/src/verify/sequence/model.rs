@@ -199,10 +199,7 @@ fn one(
         }
         Operator::Hinge(hinge) => {
             let v = observe(&hinge.observable);
-            let beyond = match hinge.side {
-                Side::Above => v - hinge.threshold,
-                Side::Below => hinge.threshold - v,
-            };
+            let beyond = if hinge.side == Side::Above { v - hinge.threshold } else { hinge.threshold - v };
             (w * beyond.max(0.0), w.abs() * (v.abs() + hinge.threshold.abs()))
         }
         Operator::Gaussian(gaussian) => {
