@@ -110,27 +110,24 @@ impl Model {
         let mut mechanism = self.mechanism()?;
         let typical = Typical::of(self, drives, sample_s);
         let first: Vec<f64> = drives.iter().filter_map(|drive| drive.first().copied()).collect();
-        let (position, velocity) = match start {
-            Start::At { position, velocity } => (position, velocity),
-            Start::Steady { .. } => (0.0, 0.0),
+        let (position, velocity, edge, period) = match start {
+            Start::At { position, velocity } => (position, velocity, Edge::Reflected, None),
+            Start::Steady { period } => (0.0, 0.0, Edge::Periodic, Some(period.clamp(1, count.max(1)))),
         };
         let initial = Progress { t_s: 0.0, state: mechanism.at(position, velocity, &first) };
         let mut integrator = integrator(&mechanism, &typical, &initial)?;
-        let edge = match start {
-            Start::At { .. } => Edge::Reflected,
-            Start::Steady { .. } => Edge::Periodic,
-        };
         let signals = |samples: &[Vec<f64>], start_s: f64| -> Vec<Signal> {
             samples.iter().map(|u| Signal::new(u, start_s, sample_s, self.hold, edge)).collect()
         };
-        if let Start::Steady { period } = start {
-            let period = period.clamp(1, count.max(1));
-            let one: Vec<Vec<f64>> = drives.iter().map(|u| u[..period].to_vec()).collect();
+        // What came before the first sample is what comes at the end of the period.
+        let ahead = |period: usize, upto: usize| -> Vec<Signal> {
+            let longer: Vec<Vec<f64>> = drives.iter().map(|u| [&u[..period], &u[..upto]].concat()).collect();
+            signals(&longer, -(period as f64) * sample_s)
+        };
+        if let Some(period) = period {
             let scales = mechanism.scales(&typical);
-            let length_s = period as f64 * sample_s;
             // Two periods side by side, of which the second is integrated: delays reach into the first.
-            let twice: Vec<Vec<f64>> = one.iter().map(|u| [&u[..], &u[..]].concat()).collect();
-            let before = signals(&twice, -length_s);
+            let before = ahead(period, period);
             for round in 0..PERIODS {
                 let earlier = integrator.progress();
                 for index in 1..=period {
@@ -146,16 +143,7 @@ impl Model {
                 }
             }
         }
-        let signals = match start {
-            // What came before the first sample is what comes at the end of the period.
-            Start::Steady { period } => {
-                let period = period.clamp(1, count.max(1));
-                let ahead = |u: &Vec<f64>| [&u[..period], &u[..]].concat();
-                let longer: Vec<Vec<f64>> = drives.iter().map(ahead).collect();
-                signals(&longer, -(period as f64) * sample_s)
-            }
-            Start::At { .. } => signals(drives, 0.0),
-        };
+        let signals = period.map_or_else(|| signals(drives, 0.0), |period| ahead(period, count));
         let mut positions = Vec::with_capacity(count);
         for index in 0..count {
             if index > 0 {

@@ -79,39 +79,26 @@ pub fn simulate(
         let cut = |column: &Vec<f64>| column[rows.clone()].to_vec();
         let drives: Vec<Vec<f64>> = recording.drives.iter().map(cut).collect();
         let steady = recording.period_of(&rows).map(|period| Start::Steady { period });
+        let start = steady.or((begin == Begin::Rest).then_some(REST));
         let own = match plant.plant.kind {
             Kind::SecondOrder => {
                 let model = second_order(file, plant, drives.len())?;
                 let wrong = |reason| SimulateError::Run { file: file.to_owned(), reason };
-                let start = match (steady, begin) {
-                    (Some(steady), _) => steady,
-                    (None, Begin::Rest) => REST,
-                    (None, Begin::Recorded) => match &recording.positions[..] {
-                        [position] => model
-                            .start_of(
-                                &drives,
-                                sample_s,
-                                &position[rows.clone()],
-                                initial_rows(&model, sample_s, rows.len()),
-                            )
-                            .map_err(wrong)?,
-                        others => {
-                            return Err(SimulateError::Positions { expected: 1, found: others.len() });
-                        }
-                    },
+                let start = match (start, &recording.positions[..]) {
+                    (Some(start), _) => start,
+                    (None, [position]) => {
+                        let initial = initial_rows(&model, sample_s, rows.len());
+                        model.start_of(&drives, sample_s, &position[rows.clone()], initial).map_err(wrong)?
+                    }
+                    (None, others) => {
+                        return Err(SimulateError::Positions { expected: 1, found: others.len() });
+                    }
                 };
                 vec![model.simulate(&drives, sample_s, start).map_err(wrong)?]
             }
-            Kind::Linear => {
-                let start = match (steady, begin) {
-                    (Some(steady), _) => steady,
-                    (None, Begin::Rest) => REST,
-                    (None, Begin::Recorded) => return Err(SimulateError::LinearState),
-                };
-                linear(file, plant)?
-                    .simulate(&drives, sample_s, start)
-                    .map_err(|reason| SimulateError::Linear { file: file.to_owned(), reason })?
-            }
+            Kind::Linear => linear(file, plant)?
+                .simulate(&drives, sample_s, start.ok_or(SimulateError::LinearState)?)
+                .map_err(|reason| SimulateError::Linear { file: file.to_owned(), reason })?,
         };
         positions.resize(own.len(), Vec::new());
         positions.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
@@ -123,7 +110,7 @@ pub fn simulate(
 ///
 /// # Errors
 /// [`SimulateError::Missing`], [`SimulateError::Drives`], or effects that make no sense.
-pub fn second_order(file: &str, plant: &PlantFile, drives: usize) -> Result<Model, SimulateError> {
+fn second_order(file: &str, plant: &PlantFile, drives: usize) -> Result<Model, SimulateError> {
     let missing = |key, expected| SimulateError::Missing { file: file.to_owned(), key, expected };
     let number = |value: Option<f64>, key, expected| value.ok_or_else(|| missing(key, expected));
     let gains = match plant.plant.gain.as_ref() {
