@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use fitter::coefficients::{Coefficients, CoefficientsError};
 #[cfg(feature = "recordings")]
-use fitter::{FitError, Mirror, MirrorError, Recording, RecordingError, text_safety};
+use fitter::{FitError, KeyError, Mirror, Recording, RecordingError, text_safety};
 
 use crate::generate::sha256;
 
@@ -37,7 +37,7 @@ pub enum SourceError {
     Recording(#[from] RecordingError),
     #[cfg(feature = "recordings")]
     #[error(transparent)]
-    Mirror(#[from] MirrorError),
+    Mirror(#[from] KeyError),
     #[cfg(feature = "recordings")]
     #[error(transparent)]
     Fit(#[from] FitError),

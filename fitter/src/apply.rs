@@ -16,7 +16,8 @@ use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
 use crate::faults::{self, BadRow};
 use crate::output::{OutputError, write_whole};
-use crate::recording::{Readings, Recording};
+use crate::recording::Recording;
+use crate::statistics::ends;
 use crate::terms::{self, Evaluated, Observables};
 
 /// Why coefficients cannot be applied to a recording.
@@ -167,9 +168,7 @@ pub fn apply_passing_over(
 
 /// The smallest and the largest reading of some rows.
 fn range(recording: &Recording, rows: impl Iterator<Item = usize>) -> (f64, f64) {
-    rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
-        (low.min(recording.reading(row)), high.max(recording.reading(row)))
-    })
+    ends(rows.map(|row| recording.reading(row)))
 }
 
 /// An eddy-current pair cannot leave its calibrated range by much; a direct sensor may be anywhere.
@@ -186,16 +185,9 @@ fn without(
     bad_rows: Vec<BadRow>,
 ) -> Result<Applied, ApplyError> {
     let sensor = &coefficients.sensor;
-    let (pair, direct) = ("an eddy-current pair", "a direct sensor");
     let file = || recording.file.clone();
-    match (&recording.readings, sensor) {
-        (Readings::Pair { .. }, Sensor::Direct { .. }) => {
-            return Err(ApplyError::OtherSensor { file: file(), recording: pair, model: direct });
-        }
-        (Readings::Direct { .. }, Sensor::EddyCurrentPair { .. }) => {
-            return Err(ApplyError::OtherSensor { file: file(), recording: direct, model: pair });
-        }
-        _ => {}
+    if let Some(recording) = recording.readings.other_than(sensor) {
+        return Err(ApplyError::OtherSensor { file: file(), recording, model: sensor.kind() });
     }
     let valid = &coefficients.valid_range;
     let rows = recording.rows();
@@ -226,9 +218,9 @@ fn without(
     for row in 0..rows {
         let reading = recording.reading(row);
         // Of a sensor that turns everything repeats with the turn; what was taken off is put back at the end.
-        let (reading, turns) = match (&coefficients.turn, sensor) {
+        let (reading, turns) = match (&coefficients.turn, sensor.revolution()) {
             (Some(turn), _) => turn.within(reading),
-            (None, Sensor::Direct { revolution: Some(turn), .. }) => valid.on_its_turn(reading, *turn),
+            (None, Some(turn)) => valid.on_its_turn(reading, turn),
             _ => (reading, 0.0),
         };
         let inside = coefficients.whole_turn() || valid.contains(reading);
@@ -243,9 +235,9 @@ fn without(
         } else {
             evaluated.solve_periodic(scale * corrected - explicit) / scale
         };
-        applied.corrected.push(match (&coefficients.turn, sensor) {
+        applied.corrected.push(match (&coefficients.turn, sensor.revolution()) {
             (Some(turn), _) => turn.finish(corrected, turns),
-            (None, Sensor::Direct { revolution: Some(turn), .. }) => corrected + turns * turn,
+            (None, Some(turn)) => corrected + turns * turn,
             _ => corrected,
         });
         applied.extrapolated.push(!inside);

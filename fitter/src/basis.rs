@@ -72,12 +72,6 @@ impl Basis {
     }
 
     /// Σ cₖ pₖ in powers of (reading − `origin`), converted with some 30 digits and rounded once.
-    pub fn in_powers(&self, c: &[f64], origin: f64) -> Vec<f64> {
-        let c: Vec<Double> = c.iter().map(|c| Double::from(*c)).collect();
-        self.rounded_powers(&c, origin)
-    }
-
-    /// As [`Basis::in_powers`], of coefficients that are known to more digits.
     pub(crate) fn rounded_powers(&self, c: &[Double], origin: f64) -> Vec<f64> {
         let rows = self.powers(origin, c.len() - 1);
         (0..c.len())

@@ -28,6 +28,25 @@ pub enum Sensor {
     },
 }
 
+impl Sensor {
+    /// One whole turn in the sensor's unit, where the sensor turns round and round.
+    pub fn revolution(&self) -> Option<f64> {
+        match self {
+            Sensor::Direct { revolution, .. } => *revolution,
+            Sensor::EddyCurrentPair { .. } => None,
+        }
+    }
+
+    /// What it is called in messages.
+    #[cfg(feature = "fit")]
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Sensor::EddyCurrentPair { .. } => "an eddy-current pair",
+            Sensor::Direct { .. } => "a direct sensor",
+        }
+    }
+}
+
 /// An identified error model: the polynomial of Eq. 5 with what is needed to evaluate Eq. 6 and 13.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorModel {

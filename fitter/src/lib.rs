@@ -29,6 +29,8 @@ mod gram;
 #[cfg(feature = "fit")]
 mod identify;
 pub mod input;
+#[cfg(feature = "fit")]
+mod keys;
 pub mod limits;
 #[cfg(feature = "fit")]
 pub mod mirror;
@@ -64,7 +66,9 @@ pub use error_model::{ErrorModel, Sensor};
 #[cfg(feature = "fit")]
 pub use fit::{Calibrated, Fit, FitError, FitNote, Fitted, Options, Solver, check, choose_order, fit};
 #[cfg(feature = "fit")]
-pub use mirror::{Mirror, MirrorError};
+pub use keys::KeyError;
+#[cfg(feature = "fit")]
+pub use mirror::Mirror;
 pub use recording::Recording;
 #[cfg(feature = "fit")]
 pub use recording::RecordingError;

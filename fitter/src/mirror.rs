@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use thiserror::Error;
 use toml::{Table, Value};
 
 use crate::error_model::Sensor;
-use crate::input::{self, Misplaced};
-use crate::table::nearest;
-use crate::text_safety::{self, is_identifier};
+use crate::input;
+use crate::keys::{self, KeyError, quoted};
+use crate::text_safety::is_identifier;
 
 /// What `init` writes for two eddy-current probes.
 pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
@@ -26,27 +25,6 @@ pub struct Mirror {
     pub sensor: Sensor,
     /// Accuracy of the reference in arcseconds, where the file states it.
     pub reference_accuracy_arcsec: Option<f64>,
-}
-
-/// Why a mirror file is refused.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum MirrorError {
-    #[error(transparent)]
-    Misplaced(#[from] Misplaced),
-    #[error("{file}: cannot be read ({reason}); give the path of a mirror.toml")]
-    Unreadable { file: String, reason: String },
-    #[error("{file}, line {line}: is not TOML ({reason}); correct the line")]
-    Syntax { file: String, line: usize, reason: String },
-    #[error(
-        "{file}: unknown key `{key}`, expected one of {expected}{}",
-        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
-    )]
-    UnknownKey { file: String, key: String, expected: String, nearest: Option<String> },
-    #[error("{file}: `{key}` is missing, expected {expected}; add it")]
-    MissingKey { file: String, key: &'static str, expected: &'static str },
-    #[error("{file}: `{key}` is {found}, expected {expected}; correct it")]
-    Value { file: String, key: String, found: String, expected: &'static str },
 }
 
 const KEYS: [(&str, &[&str]); 3] = [
@@ -67,25 +45,22 @@ impl Mirror {
     /// Reads `mirror.toml`.
     ///
     /// # Errors
-    /// One of [`MirrorError`]; an unknown key is refused and the nearest known one suggested.
-    pub fn read(path: &Path) -> Result<Mirror, MirrorError> {
-        let file = text_safety::path(path);
-        match input::parsed(path) {
-            Ok(text) => Mirror::parse(&file, &text),
-            Err(error) => Err(MirrorError::Unreadable { file, reason: error.to_string() }),
-        }
+    /// One of [`KeyError`]; an unknown key is refused and the nearest known one suggested.
+    pub fn read(path: &Path) -> Result<Mirror, KeyError> {
+        keys::read(path, "mirror.toml", Mirror::parse)
     }
 
     /// Parses the text of a mirror file; `file` is the name that stands in messages.
     ///
     /// # Errors
     /// As [`Mirror::read`].
-    pub fn parse(file: &str, text: &str) -> Result<Mirror, MirrorError> {
+    pub fn parse(file: &str, text: &str) -> Result<Mirror, KeyError> {
         input::expect(file, text.as_bytes(), input::Kind::Mirror)?;
-        let table: Table = text.parse().map_err(|error: toml::de::Error| MirrorError::Syntax {
-            file: file.to_string(),
-            line: error.span().map_or(0, |span| 1 + text[..span.start].matches('\n').count()),
-            reason: error.message().to_string(),
+        let table: Table = text.parse().map_err(|error| match KeyError::syntax(file, text, &error) {
+            KeyError::Syntax { file, line, reason } => {
+                KeyError::Syntax { file, line, reason: format!("is not TOML ({reason})") }
+            }
+            other => other,
         })?;
         let reader = Reader { file, table: &table };
         reader.check_keys()?;
@@ -125,23 +100,21 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn check_keys(&self) -> Result<(), MirrorError> {
-        let unknown = |key: String, among: Vec<&str>| MirrorError::UnknownKey {
-            file: self.file.to_string(),
-            nearest: nearest(key.rsplit('.').next().unwrap_or(&key), among.iter().copied())
-                .map(str::to_string),
-            expected: among.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "),
-            key,
+    fn check_keys(&self) -> Result<(), KeyError> {
+        let unknown = |key: &str, known: &[&str]| {
+            let name = key.rsplit('.').next().unwrap_or(key);
+            let expected = format!("one of {}", quoted(known));
+            KeyError::unknown(self.file, name, known, format!("unknown key `{key}`"), expected)
         };
         for (section, content) in self.table {
             let Some((_, keys)) = KEYS.iter().find(|(name, _)| name == section) else {
-                return Err(unknown(section.clone(), KEYS.iter().map(|(name, _)| *name).collect()));
+                return Err(unknown(section, &KEYS.map(|(name, _)| name)));
             };
             let Value::Table(content) = content else {
                 return Err(self.wrong(section, content, "a table of keys"));
             };
             if let Some(key) = content.keys().find(|key| !keys.contains(&key.as_str())) {
-                return Err(unknown(format!("{section}.{key}"), keys.to_vec()));
+                return Err(unknown(&format!("{section}.{key}"), keys));
             }
         }
         Ok(())
@@ -152,15 +125,15 @@ impl Reader<'_> {
         self.table.get(section)?.get(key)
     }
 
-    fn wrong(&self, key: &str, found: &Value, expected: &'static str) -> MirrorError {
+    fn wrong(&self, key: &str, found: &Value, expected: &'static str) -> KeyError {
         let file = self.file.to_string();
-        MirrorError::Value { file, key: key.to_string(), found: found.to_string(), expected }
+        KeyError::Value { file, key: key.to_string(), found: found.to_string(), expected }
     }
 
-    fn positive(&self, key: &'static str, meaning: &'static str) -> Result<f64, MirrorError> {
+    fn positive(&self, key: &'static str, meaning: &'static str) -> Result<f64, KeyError> {
         let value = match self.get(key) {
             None => {
-                return Err(MirrorError::MissingKey { file: self.file.to_string(), key, expected: meaning });
+                return Err(KeyError::MissingKey { file: self.file.to_string(), key, expected: meaning });
             }
             Some(Value::Float(value)) => *value,
             Some(Value::Integer(value)) => *value as f64,
@@ -169,7 +142,7 @@ impl Reader<'_> {
         if !(value.is_finite() && value > 0.0) {
             Err(self.wrong(key, &Value::Float(value), "a finite number above zero"))
         } else if crate::limits::scale(value).is_err() {
-            Err(MirrorError::Value {
+            Err(KeyError::Value {
                 file: self.file.to_string(),
                 key: key.to_string(),
                 found: crate::faults::shown(value),
@@ -181,9 +154,9 @@ impl Reader<'_> {
     }
 
     /// The unit reaches column names and generated identifiers, so that it has to be one itself.
-    fn unit(&self) -> Result<String, MirrorError> {
+    fn unit(&self) -> Result<String, KeyError> {
         match self.get("sensor.unit") {
-            None => Err(MirrorError::MissingKey {
+            None => Err(KeyError::MissingKey {
                 file: self.file.to_string(),
                 key: "sensor.unit",
                 expected: "the unit of `measured` and `reference`, for example \"mm\"",

@@ -35,10 +35,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
-use crate::input::{self, Misplaced};
-use crate::table::nearest;
+use crate::input;
+use crate::keys::{self, KeyError, quoted};
 use crate::text_safety;
 
 /// A whole `plant.toml`.
@@ -195,37 +194,6 @@ pub struct StateSpace {
     pub d: Vec<Vec<f64>>,
 }
 
-/// Why a plant file is refused.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum PlantError {
-    #[error(transparent)]
-    Misplaced(#[from] Misplaced),
-    #[error("{file}: cannot be read ({reason}); give the path of a plant.toml")]
-    Unreadable { file: String, reason: String },
-    #[error("{file}, line {line}: {reason}; correct the line")]
-    Syntax { file: String, line: usize, reason: String },
-    #[error(
-        "{file}: unknown key `{key}`, expected one of {expected}{}",
-        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
-    )]
-    UnknownKey { file: String, key: String, expected: String, nearest: Option<String> },
-    #[error(
-        "{file}: unknown effect `{id}`, expected one of {expected}{}",
-        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
-    )]
-    UnknownEffect { file: String, id: String, expected: String, nearest: Option<String> },
-    #[error(
-        "{file}: effect `{id}` has no parameter `{name}`, expected {expected}{}",
-        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
-    )]
-    UnknownParameter { file: String, id: String, name: String, expected: String, nearest: Option<String> },
-    #[error("{file}: `{key}` is missing, expected {expected}; add it")]
-    MissingKey { file: String, key: &'static str, expected: &'static str },
-    #[error("{file}: `{key}` is {found}, expected {expected}; correct it")]
-    Value { file: String, key: String, found: String, expected: &'static str },
-}
-
 const TABLES: &[&str] = &["plant", "state_space", "effects"];
 const PLANT_KEYS: &[&str] =
     &["kind", "order", "position_unit", "drive_unit", "feedback", "damping", "stiffness", "gain", "hold"];
@@ -239,26 +207,18 @@ impl PlantFile {
     /// Reads `plant.toml`.
     ///
     /// # Errors
-    /// One of [`PlantError`]; an unknown key is refused and the nearest known one suggested.
-    pub fn read(path: &Path) -> Result<PlantFile, PlantError> {
-        let file = text_safety::path(path);
-        match input::parsed(path) {
-            Ok(text) => PlantFile::parse(&file, &text),
-            Err(error) => Err(PlantError::Unreadable { file, reason: error.to_string() }),
-        }
+    /// One of [`KeyError`]; an unknown key is refused and the nearest known one suggested.
+    pub fn read(path: &Path) -> Result<PlantFile, KeyError> {
+        keys::read(path, "plant.toml", PlantFile::parse)
     }
 
     /// Parses the text of a plant file; `file` is the name that stands in messages.
     ///
     /// # Errors
     /// As [`PlantFile::read`].
-    pub fn parse(file: &str, text: &str) -> Result<PlantFile, PlantError> {
+    pub fn parse(file: &str, text: &str) -> Result<PlantFile, KeyError> {
         input::expect(file, text.as_bytes(), input::Kind::Plant)?;
-        let syntax = |error: toml::de::Error| PlantError::Syntax {
-            file: file.to_string(),
-            line: error.span().map_or(0, |span| 1 + text[..span.start].matches('\n').count()),
-            reason: error.message().to_string(),
-        };
+        let syntax = |error: toml::de::Error| KeyError::syntax(file, text, &error);
         let table: toml::Table = text.parse().map_err(syntax)?;
         check_keys(file, &table)?;
         let plant: PlantFile = toml::from_str(text).map_err(syntax)?;
@@ -269,38 +229,31 @@ impl PlantFile {
     /// Refuses effects that are not among the `known` ones; `file` is the name that stands in the message.
     ///
     /// # Errors
-    /// [`PlantError::UnknownEffect`], with the nearest known one.
-    pub fn check_effects(&self, file: &str, known: &[&str]) -> Result<(), PlantError> {
+    /// [`KeyError::Unknown`], with the nearest known one.
+    pub fn check_effects(&self, file: &str, known: &[&str]) -> Result<(), KeyError> {
         match self.effects.iter().find(|effect| !known.contains(&effect.id.as_str())) {
             None => Ok(()),
-            Some(effect) => Err(PlantError::UnknownEffect {
-                file: file.to_string(),
-                id: effect.id.clone(),
-                expected: known.join(", "),
-                nearest: nearest(&effect.id, known.iter().copied()).map(str::to_string),
-            }),
+            Some(PlantEffect { id, .. }) => {
+                let expected = format!("one of {}", known.join(", "));
+                Err(KeyError::unknown(file, id, known, format!("unknown effect `{id}`"), expected))
+            }
         }
     }
 
     /// Refuses parameters that an effect does not have; `known` gives their names by its id.
     ///
     /// # Errors
-    /// [`PlantError::UnknownParameter`], with the nearest known one.
+    /// [`KeyError::Unknown`], with the nearest known one.
     pub fn check_parameters(
         &self,
         file: &str,
         known: impl Fn(&str) -> Vec<&'static str>,
-    ) -> Result<(), PlantError> {
+    ) -> Result<(), KeyError> {
         for effect in &self.effects {
             let known = known(&effect.id);
             if let Some(name) = effect.parameters.keys().find(|name| !known.contains(&name.as_str())) {
-                return Err(PlantError::UnknownParameter {
-                    file: file.to_string(),
-                    id: effect.id.clone(),
-                    name: name.clone(),
-                    nearest: nearest(name, known.iter().copied()).map(str::to_string),
-                    expected: known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
-                });
+                let found = format!("effect `{}` has no parameter `{name}`", effect.id);
+                return Err(KeyError::unknown(file, name, &known, found, quoted(&known)));
             }
         }
         Ok(())
@@ -312,9 +265,9 @@ impl PlantFile {
         toml::to_string(self).unwrap_or_default()
     }
 
-    fn check(&self, file: &str) -> Result<(), PlantError> {
+    fn check(&self, file: &str) -> Result<(), KeyError> {
         let wrong = |key: String, found: String, expected: &'static str| {
-            Err(PlantError::Value { file: file.to_string(), key, found, expected })
+            Err(KeyError::Value { file: file.to_string(), key, found, expected })
         };
         let plant = &self.plant;
         for (key, unit) in [("position_unit", &plant.position_unit), ("drive_unit", &plant.drive_unit)] {
@@ -360,10 +313,10 @@ impl StateSpace {
         (self.a.len(), drives, self.c.len())
     }
 
-    fn check(&self, file: &str) -> Result<(), PlantError> {
+    fn check(&self, file: &str) -> Result<(), KeyError> {
         let (n, m, p) = self.sizes();
         let wrong = |key: &str, found: String, expected: &'static str| {
-            Err(PlantError::Value {
+            Err(KeyError::Value {
                 file: file.to_string(),
                 key: format!("state_space.{key}"),
                 found,
@@ -391,22 +344,20 @@ impl StateSpace {
     }
 }
 
-fn check_keys(file: &str, table: &toml::Table) -> Result<(), PlantError> {
-    let unknown = |key: String, name: &str, among: &[&str]| PlantError::UnknownKey {
-        file: file.to_string(),
-        nearest: nearest(name, among.iter().copied()).map(str::to_string),
-        expected: among.iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", "),
-        key,
+fn check_keys(file: &str, table: &toml::Table) -> Result<(), KeyError> {
+    let unknown = |key: &str, name: &str, known: &[&str]| {
+        let expected = format!("one of {}", quoted(known));
+        KeyError::unknown(file, name, known, format!("unknown key `{key}`"), expected)
     };
     if let Some(key) = table.keys().find(|key| !TABLES.contains(&key.as_str())) {
-        return Err(unknown(key.clone(), key, TABLES));
+        return Err(unknown(key, key, TABLES));
     }
-    let missing = |key, expected| PlantError::MissingKey { file: file.to_string(), key, expected };
+    let missing = |key, expected| KeyError::MissingKey { file: file.to_string(), key, expected };
     let Some(toml::Value::Table(plant)) = table.get("plant") else {
         return Err(missing("[plant]", "a table with `kind`, `position_unit` and `drive_unit`"));
     };
     if let Some(key) = plant.keys().find(|key| !PLANT_KEYS.contains(&key.as_str())) {
-        return Err(unknown(format!("plant.{key}"), key, PLANT_KEYS));
+        return Err(unknown(&format!("plant.{key}"), key, PLANT_KEYS));
     }
     match NEEDED.iter().find(|(key, ..)| !plant.contains_key(*key)) {
         Some((_, key, expected)) => Err(missing(key, expected)),

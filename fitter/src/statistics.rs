@@ -85,6 +85,11 @@ pub(crate) fn statistics(
     }
 }
 
+/// The smallest and the largest value; infinite, and the other way round, of none.
+pub(crate) fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+}
+
 /// A descriptive figure to nine significant digits: more than it means, and few enough that it does not
 /// change with the last bit of a library's logarithm.
 pub(crate) fn readable(value: f64) -> f64 {

@@ -17,6 +17,21 @@ pub(crate) struct Variance {
     pub freedom: usize,
 }
 
+impl Variance {
+    /// That of several together; 0 where no freedom is left.
+    pub fn pooled(variances: &[Variance]) -> Variance {
+        let freedom = variances.iter().map(|v| v.freedom).sum();
+        let squares: f64 = variances.iter().map(|v| v.value * v.freedom as f64).sum();
+        Variance { value: if freedom > 0 { squares / freedom as f64 } else { 0.0 }, freedom }
+    }
+
+    /// The scatter between passes that it says; none where no angle repeats.
+    pub fn scatter(&self, weighted: bool) -> Option<Scatter> {
+        let (standard_deviation, degrees_of_freedom) = (readable(self.value.sqrt()), self.freedom);
+        (self.freedom > 0).then_some(Scatter { standard_deviation, degrees_of_freedom, weighted })
+    }
+}
+
 /// One weight per point, with a mean of about 1, and whether they differ.
 pub(crate) fn weights(variances: &[Variance]) -> (Vec<f64>, bool) {
     let even = (vec![1.0; variances.len()], false);
@@ -25,7 +40,7 @@ pub(crate) fn weights(variances: &[Variance]) -> (Vec<f64>, bool) {
         return even;
     }
     // ln s² scatters about ln σ² + digamma(ν/2) − ln(ν/2), with a variance of trigamma(ν/2).
-    let logs: Vec<f64> = known.iter().map(|v| v.value.ln() - bias(v.freedom)).collect();
+    let logs: Vec<f64> = known.iter().map(|v| v.value.ln() - bias(v.freedom as f64)).collect();
     let count = logs.len() as f64;
     let mean = logs.iter().sum::<f64>() / count;
     let spread = logs.iter().map(|log| (log - mean) * (log - mean)).sum::<f64>() / (count - 1.0);
@@ -36,7 +51,7 @@ pub(crate) fn weights(variances: &[Variance]) -> (Vec<f64>, bool) {
         return even;
     }
     let prior = 2.0 * inverse_trigamma(spread - expected);
-    let common = (mean + bias_of(prior)).exp();
+    let common = (mean + bias(prior)).exp();
     let shrunk: Vec<f64> = (0..variances.len())
         .map(|point| {
             let Variance { value, freedom } = pooled(variances, point);
@@ -52,17 +67,11 @@ pub(crate) fn weights(variances: &[Variance]) -> (Vec<f64>, bool) {
 fn pooled(variances: &[Variance], point: usize) -> Variance {
     let reach = (variances.len() / 10).max(1);
     let around = &variances[point.saturating_sub(reach)..(point + reach + 1).min(variances.len())];
-    let freedom = around.iter().map(|v| v.freedom).sum();
-    let squares: f64 = around.iter().map(|v| v.value * v.freedom as f64).sum();
-    Variance { value: if freedom > 0 { squares / freedom as f64 } else { 0.0 }, freedom }
-}
-
-fn bias(freedom: usize) -> f64 {
-    bias_of(freedom as f64)
+    Variance::pooled(around)
 }
 
 /// digamma(ν/2) − ln(ν/2).
-fn bias_of(freedom: f64) -> f64 {
+fn bias(freedom: f64) -> f64 {
     statrs::function::gamma::digamma(0.5 * freedom) - (0.5 * freedom).ln()
 }
 

@@ -10,6 +10,7 @@ use crate::answer::Answer;
 use crate::benchmark;
 use crate::draw::Trial;
 use crate::fresh::{self, Fresh, Twice};
+use crate::linear::deviation;
 use crate::plan::{self, Counts};
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
@@ -173,7 +174,7 @@ fn base_alone(
         refused => refused,
     };
     match applied {
-        Ok(()) => Ok(fresh::error_of(&angles, log)),
+        Ok(()) => Ok(fresh::errors(&angles, log).map(|(error, _)| deviation(&error))),
         Err(reason) => {
             programs.watch.warn(&format!("{stem}: the base alone was refused: {reason}"));
             Ok(None)

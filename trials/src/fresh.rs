@@ -9,7 +9,7 @@ use std::path::Path;
 use twin::Reading;
 use twin::effects::{Scope, catalogue};
 
-use crate::formulas::{self, Columns, Shaped};
+use crate::formulas::{self, Columns, Search, Shaped};
 use crate::linear::{Basis, Whitener, deviation, least_squares};
 
 /// Errors of the corrected angle on a fresh recording, each the rms about its mean, in arcseconds.
@@ -48,11 +48,7 @@ pub struct Twice<'a> {
 /// Compares the corrected angles at `angles`, as `apply` wrote them, with the fresh recording; none where
 /// the file does not hold a row for each of its rows.
 pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
-    let (angle_arcsec, outside) = read_column(angles, "angle_arcsec")?;
-    if angle_arcsec.len() != twice.fresh.len() {
-        return None;
-    }
-    let error: Vec<f64> = angle_arcsec.iter().zip(twice.fresh).map(|(a, r)| a - r.reference_arcsec).collect();
+    let (error, outside) = errors(angles, twice.fresh)?;
     let distance_mm = twice.distance_mm;
     let seen = Columns::new(twice.seen, distance_mm);
     let fresh = Columns::new(twice.fresh, distance_mm).on_scale_of(&seen);
@@ -79,12 +75,12 @@ pub fn compare(twice: &Twice, angles: &Path) -> Option<Fresh> {
     })
 }
 
-/// Error of the corrected angles of a recording at `angles`, about its mean; none where the file does not hold a
-/// row for each reading.
-pub fn error_of(angles: &Path, log: &[Reading]) -> Option<f64> {
-    let (angle_arcsec, _) = read_column(angles, "angle_arcsec")?;
-    let error: Vec<f64> = angle_arcsec.iter().zip(log).map(|(a, r)| a - r.reference_arcsec).collect();
-    (angle_arcsec.len() == log.len()).then(|| deviation(&error))
+/// Errors of the corrected angles of a recording at `angles`, and which rows are marked as extrapolated; none where the
+/// file does not hold a row for each reading.
+pub fn errors(angles: &Path, log: &[Reading]) -> Option<(Vec<f64>, Vec<bool>)> {
+    let (angle_arcsec, outside) = read_column(angles, "angle_arcsec")?;
+    let error = angle_arcsec.iter().zip(log).map(|(a, r)| a - r.reference_arcsec).collect();
+    (angle_arcsec.len() == log.len()).then_some((error, outside))
 }
 
 /// Corrected readings as `apply` wrote them, and which rows are marked as extrapolated.
@@ -120,6 +116,7 @@ impl Informed {
         base.iter().for_each(|column| basis.push(column));
         let target = whitener.whiten(&seen.error_arcsec);
         let bare = basis.residual(&target);
+        let search = Search { columns: seen, whitener };
         // The strongest first, each beside those before it; then all together.
         let mut left: Vec<&'static formulas::Formula> =
             ids.iter().filter_map(|id| formulas::find(id)).collect();
@@ -129,17 +126,17 @@ impl Informed {
             let rest = wider.residual(&target);
             let tried = left
                 .iter()
-                .map(|formula| formulas::best_shape(formula, seen, whitener, &wider, &rest, 1))
+                .map(|formula| search.best(formula, &wider, &rest, 1))
                 .enumerate()
                 .max_by(|a, b| a.1.1.total_cmp(&b.1.1));
             let Some((index, (best, _))) = tried else { break };
-            best.white(seen, whitener).iter().for_each(|column| wider.push(column));
+            search.white(&best).iter().for_each(|column| wider.push(column));
             left.remove(index);
             shaped.push(best);
         }
-        let shaped = formulas::refine_jointly(shaped, seen, whitener, &basis, &bare);
+        let shaped = search.jointly(shaped, &basis, &bare);
         let mut columns = base;
-        columns.extend(shaped.iter().flat_map(|s| s.white(seen, whitener)));
+        columns.extend(shaped.iter().flat_map(|s| search.white(s)));
         let amplitudes = least_squares(&columns, &target);
         Self { half_mm, shaped, amplitudes }
     }

@@ -70,14 +70,22 @@ pub struct Basis {
 impl Basis {
     /// Adds a column, unless it already lies in the space.
     pub fn push(&mut self, column: &[f64]) {
-        let whole = dot(column, column).sqrt();
-        let rest = self.residual(column);
-        let norm = dot(&rest, &rest).sqrt();
-        if norm > DEPENDENT * whole {
-            self.columns.push(rest.iter().map(|r| r / norm).collect());
+        self.push_beyond(column, DEPENDENT);
+    }
+
+    /// Adds a column, unless the space leaves no more than this part of its norm.
+    pub fn push_beyond(&mut self, column: &[f64], least: f64) {
+        self.keep(self.residual(column), least * norm(column));
+    }
+
+    fn keep(&mut self, rest: Vec<f64>, least: f64) {
+        let norm = norm(&rest);
+        if norm > least {
+            self.columns.push(rest.into_iter().map(|r| r / norm).collect());
         }
     }
 
+    /// Number of columns.
     pub fn rank(&self) -> usize {
         self.columns.len()
     }
@@ -89,29 +97,25 @@ impl Basis {
 
     /// What the space does not hold of `column`. Twice is enough (Kahan, Parlett).
     pub fn residual(&self, column: &[f64]) -> Vec<f64> {
+        self.projected_off(&self.projected_off(column))
+    }
+
+    /// The same but for rounding of the order of the parts that cancel.
+    pub fn projected_off(&self, column: &[f64]) -> Vec<f64> {
         let mut rest = column.to_vec();
-        for _ in 0..2 {
-            for unit in &self.columns {
-                let amount = dot(unit, &rest);
-                rest.iter_mut().zip(unit).for_each(|(r, u)| *r -= amount * u);
-            }
+        for unit in &self.columns {
+            let amount = dot(unit, &rest);
+            rest.iter_mut().zip(unit).for_each(|(r, u)| *r -= amount * u);
         }
         rest
     }
 
     /// How much of the squared norm of `target`, itself orthogonal to the space, `columns` explain beside it.
     pub fn explained(&self, columns: &[Vec<f64>], target: &[f64]) -> f64 {
-        let before = self.columns.len();
         let mut wider = Self { columns: Vec::with_capacity(columns.len()) };
         for column in columns {
-            let whole = dot(column, column).sqrt();
-            let rest = wider.residual(&self.residual(column));
-            let norm = dot(&rest, &rest).sqrt();
-            if norm > 1e-6 * whole {
-                wider.columns.push(rest.iter().map(|r| r / norm).collect());
-            }
+            wider.keep(wider.residual(&self.residual(column)), 1e-6 * norm(column));
         }
-        debug_assert_eq!(before, self.columns.len());
         wider.square_of(target)
     }
 }
@@ -122,7 +126,6 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
     // Every orthonormal vector is remembered with its recipe in terms of the columns.
     let mut units: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     for (k, column) in columns.iter().enumerate() {
-        let whole = dot(column, column).sqrt();
         let mut rest = column.clone();
         let mut recipe = vec![0.0; columns.len()];
         recipe[k] = 1.0;
@@ -133,10 +136,10 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
                 recipe.iter_mut().zip(made_of).for_each(|(r, m)| *r -= amount * m);
             }
         }
-        let norm = dot(&rest, &rest).sqrt();
-        if norm > DEPENDENT * whole {
-            rest.iter_mut().for_each(|r| *r /= norm);
-            recipe.iter_mut().for_each(|r| *r /= norm);
+        let left = norm(&rest);
+        if left > DEPENDENT * norm(column) {
+            rest.iter_mut().for_each(|r| *r /= left);
+            recipe.iter_mut().for_each(|r| *r /= left);
             units.push((rest, recipe));
         }
     }
@@ -150,6 +153,11 @@ pub fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Vec<f64> {
 
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Euclidean norm: of a whitened column, ρ.
+pub fn norm(column: &[f64]) -> f64 {
+    dot(column, column).sqrt()
 }
 
 pub fn mean(values: &[f64]) -> f64 {
@@ -200,5 +208,15 @@ mod tests {
         for (found, wanted) in found.iter().zip([3.0, -1.0, 0.5, 0.0]) {
             assert!((found - wanted).abs() < 1e-9, "{found} for {wanted}");
         }
+    }
+
+    #[test]
+    fn what_is_spanned_is_projected_off() {
+        let mut basis = Basis::default();
+        basis.push(&[1.0, 0.0, 0.0]);
+        basis.push(&[1.0, 1.0, 0.0]);
+        basis.push(&[3.0, 4.0, 0.0]);
+        assert_eq!(basis.rank(), 2);
+        assert!((norm(&basis.residual(&[5.0, 6.0, 7.0])) - 7.0).abs() < 1e-12);
     }
 }

@@ -3,8 +3,8 @@
 //! ρ² = zᵀ Σ⁻¹ z, z the effect's noiseless contribution after projecting off, in the metric Σ⁻¹, the base
 //! model (a constant and Eq. 6 of order 9, the order of the devices' own error) and the other effects.
 
-use crate::formulas::{self, Columns, FORMULAS, Formula};
-use crate::linear::{Basis, Whitener, dot};
+use crate::formulas::{self, Columns, FORMULAS, Formula, Search};
+use crate::linear::{Basis, Whitener, dot, norm};
 
 /// The whitened space of one recording, and the base model in it.
 pub struct Metric {
@@ -50,7 +50,7 @@ impl Metric {
             .map(|index| {
                 let z =
                     self.beside(contributions, index).residual(&self.whitener.whiten(&contributions[index]));
-                dot(&z, &z).sqrt()
+                norm(&z)
             })
             .collect()
     }
@@ -73,10 +73,11 @@ impl Metric {
         let z = basis.residual(&self.whitener.whiten(&contributions[index]));
         let whole = dot(&z, &z);
         let limit_of = formulas::find(concealed[index]).and_then(|f| f.limit_of);
+        let search = Search { columns, whitener: &self.whitener };
         let rivals = FORMULAS.iter().filter(|f| !concealed.contains(&f.id) && Some(f.id) != limit_of);
         rivals
             .map(|rival| {
-                let (_, explained) = formulas::best_shape(rival, columns, &self.whitener, &basis, &z, 1);
+                let (_, explained) = search.best(rival, &basis, &z, 1);
                 Imitation { id: rival.id.to_owned(), rho_left: (whole - explained).max(0.0).sqrt() }
             })
             .min_by(|a, b| a.rho_left.total_cmp(&b.rho_left))
@@ -123,14 +124,14 @@ impl Metric {
     ) -> f64 {
         let mut basis = self.base.clone();
         let mut shaped = Vec::new();
+        let search = Search { columns, whitener: &self.whitener };
         for formula in formulas {
-            let rest = basis.residual(target);
-            let (best, _) = formulas::best_shape(formula, columns, &self.whitener, &basis, &rest, starts);
-            best.white(columns, &self.whitener).iter().for_each(|column| basis.push(column));
+            let (best, _) = search.best(formula, &basis, &basis.residual(target), starts);
+            search.white(&best).iter().for_each(|column| basis.push(column));
             shaped.push(best);
         }
-        let shaped = formulas::refine_jointly(shaped, columns, &self.whitener, &self.base, target);
-        let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| s.white(columns, &self.whitener)).collect();
+        let shaped = search.jointly(shaped, &self.base, target);
+        let wide: Vec<Vec<f64>> = shaped.iter().flat_map(|s| search.white(s)).collect();
         self.base.explained(&wide, target)
     }
 

@@ -227,7 +227,7 @@ pub fn threads(jobs: usize) -> Result<rayon::ThreadPool, CampaignError> {
 ///
 /// # Errors
 /// [`AnswerError`] where it is of another form.
-pub fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, AnswerError> {
+pub(crate) fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, AnswerError> {
     let path = folder.join(format!("{stem}.json"));
     if path.is_file() { Answer::read(&path).map(Some) } else { Ok(None) }
 }

@@ -33,7 +33,6 @@ impl Default for Surroundings {
 }
 
 /// The course of the surroundings over one recording.
-#[derive(Debug, Clone)]
 pub struct Environment {
     generator: ChaCha12Rng,
     temperature: Course,

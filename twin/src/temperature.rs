@@ -57,85 +57,71 @@ impl Temperature {
 }
 
 /// The course of the temperature over one recording.
-#[derive(Debug, Clone)]
 pub(crate) struct Course {
-    shape: Shape,
+    /// In °C, of the time in seconds and of what the air adds, in kelvins.
+    of: Box<dyn FnMut(f64, f64) -> f64>,
     air: Wander,
-}
-
-#[derive(Debug, Clone)]
-enum Shape {
-    Laboratory { cycle_k: f64, cycle_s: f64, phase: f64 },
-    Ramp { from_c: f64, per_s: f64 },
-    Chamber { mean_c: f64, amplitude_k: f64, per_s: f64, middle_s: f64 },
-    Levels { levels_c: Vec<f64>, time_constant_s: f64, hold_s: f64, now_c: f64, t_s: f64 },
 }
 
 impl Course {
     pub(crate) fn start(kind: &Temperature, duration_s: f64, generator: &mut impl Rng) -> Self {
         let duration_s = duration_s.max(1.0);
-        let shape = match kind {
-            Temperature::Laboratory => Shape::Laboratory {
+        let (deviation_k, of): (f64, Box<dyn FnMut(f64, f64) -> f64>) = match *kind {
+            Temperature::Laboratory => {
                 // The air conditioning cycles in a quarter of an hour to three quarters.
-                cycle_k: generator.random_range(0.3..0.55),
-                cycle_s: generator.random_range(900.0..2700.0),
-                phase: generator.random_range(0.0..TAU),
-            },
+                let cycle_k = generator.random_range(0.3..0.55);
+                let cycle_s = generator.random_range(900.0..2700.0);
+                let phase = generator.random_range(0.0..TAU);
+                // The control never lets the temperature leave ±1 K.
+                let of = move |t_s: f64, air_k: f64| {
+                    LABORATORY_C + (cycle_k * (TAU * t_s / cycle_s + phase).sin() + air_k).clamp(-1.0, 1.0)
+                };
+                (0.12, Box::new(of))
+            }
             Temperature::Ramp { from_c, to_c } => {
-                Shape::Ramp { from_c: *from_c, per_s: (to_c - from_c) / duration_s }
+                let per_s = (to_c - from_c) / duration_s;
+                (0.03, Box::new(move |t_s, air_k| from_c + per_s * t_s + air_k))
             }
             Temperature::Chamber { mean_c, amplitude_k } => {
                 let upward = if generator.random_bool(0.5) { 1.0 } else { -1.0 };
-                Shape::Chamber {
-                    mean_c: *mean_c,
-                    amplitude_k: upward * amplitude_k,
-                    per_s: TAU * generator.random_range(1.0..2.5) / duration_s,
-                    middle_s: 0.5 * duration_s,
-                }
+                let amplitude_k = upward * amplitude_k;
+                let per_s = TAU * generator.random_range(1.0..2.5) / duration_s;
+                let middle_s = 0.5 * duration_s;
+                let of = move |t_s: f64, air_k: f64| {
+                    mean_c + amplitude_k * (per_s * (t_s - middle_s)).cos() + air_k
+                };
+                (0.1, Box::new(of))
             }
-            Temperature::Levels { levels_c, time_constant_s } => Shape::Levels {
-                levels_c: levels_c.clone(),
-                time_constant_s: *time_constant_s,
-                hold_s: duration_s / levels_c.len().max(1) as f64,
-                now_c: levels_c.first().copied().unwrap_or(LABORATORY_C),
-                t_s: 0.0,
-            },
+            Temperature::Levels { ref levels_c, time_constant_s } => {
+                (0.1, Box::new(levels(levels_c.clone(), time_constant_s, duration_s)))
+            }
         };
-        let deviation_k = match kind {
-            Temperature::Laboratory => 0.12,
-            Temperature::Ramp { .. } => 0.03,
-            Temperature::Chamber { .. } | Temperature::Levels { .. } => 0.1,
-        };
-        let air = Wander::start(deviation_k, 400.0, generator);
-        Self { shape, air }
+        Self { of, air: Wander::start(deviation_k, 400.0, generator) }
     }
 
     /// The temperature in °C at `t_s`, which must not lie before the last time asked for.
     pub(crate) fn at(&mut self, t_s: f64, generator: &mut impl Rng) -> f64 {
         let air_k = self.air.at(t_s, generator);
-        match &mut self.shape {
-            Shape::Laboratory { cycle_k, cycle_s, phase } => {
-                let cycle = *cycle_k * (TAU * t_s / *cycle_s + *phase).sin();
-                // The control never lets the temperature leave ±1 K.
-                LABORATORY_C + (cycle + air_k).clamp(-1.0, 1.0)
-            }
-            Shape::Ramp { from_c, per_s } => *from_c + *per_s * t_s + air_k,
-            Shape::Chamber { mean_c, amplitude_k, per_s, middle_s } => {
-                *mean_c + *amplitude_k * (*per_s * (t_s - *middle_s)).cos() + air_k
-            }
-            Shape::Levels { levels_c, time_constant_s, hold_s, now_c, t_s: last_s } => {
-                while *last_s < t_s {
-                    // Up to the reading or the next change of level, whichever comes first.
-                    let index = ((*last_s / *hold_s) as usize).min(levels_c.len().saturating_sub(1));
-                    let change_s = (index + 1) as f64 * *hold_s;
-                    let to_s = if change_s > *last_s { t_s.min(change_s) } else { t_s };
-                    let level = levels_c.get(index).copied().unwrap_or(LABORATORY_C);
-                    *now_c = level + (*now_c - level) * (-(to_s - *last_s) / *time_constant_s).exp();
-                    *last_s = to_s;
-                }
-                *now_c + air_k
-            }
+        (self.of)(t_s, air_k)
+    }
+}
+
+/// A chamber that comes exponentially to each level in turn.
+fn levels(levels_c: Vec<f64>, time_constant_s: f64, duration_s: f64) -> impl FnMut(f64, f64) -> f64 {
+    let hold_s = duration_s / levels_c.len().max(1) as f64;
+    let mut now_c = levels_c.first().copied().unwrap_or(LABORATORY_C);
+    let mut last_s = 0.0;
+    move |t_s, air_k| {
+        while last_s < t_s {
+            // Up to the reading or the next change of level, whichever comes first.
+            let index = ((last_s / hold_s) as usize).min(levels_c.len().saturating_sub(1));
+            let change_s = (index + 1) as f64 * hold_s;
+            let to_s = if change_s > last_s { t_s.min(change_s) } else { t_s };
+            let level = levels_c.get(index).copied().unwrap_or(LABORATORY_C);
+            now_c = level + (now_c - level) * (-(to_s - last_s) / time_constant_s).exp();
+            last_s = to_s;
         }
+        now_c + air_k
     }
 }
 

@@ -16,17 +16,13 @@ pub fn faults(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
     found
 }
 
-fn fault(row: usize, column: &str, value: f64, size: f64, reason: String) -> Fault {
-    Fault { row, column: column.to_string(), value, reason, size }
-}
-
 fn times(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
     let t: Vec<f64> = kept.iter().map(|row| recording.time_s[*row]).collect();
     let n = t.len();
     let mut found: Vec<Fault> = Vec::new();
     let mut list = |k: usize, size: f64, reason: String| {
         if found.iter().all(|fault| fault.row != kept[k]) {
-            found.push(fault(kept[k], "t_s", t[k], size, reason));
+            found.push(Fault::new(kept[k], "t_s", t[k], size, reason));
         }
     };
     // After a pause of years nothing of the recording is left that could be compared.
@@ -182,7 +178,7 @@ fn numbers(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
         let [pass_before, pass, pass_after] = [rows[0], rows[1], rows[2]].map(|row| recording.pass[row]);
         if pass_before == pass_after && pass != pass_before {
             let reason = format!("the rows before and after are of pass {pass_before}");
-            passes.push(fault(rows[1], "pass", f64::from(pass), f64::INFINITY, reason));
+            passes.push(Fault::new(rows[1], "pass", f64::from(pass), f64::INFINITY, reason));
         }
         let [before, now, after] = [rows[0], rows[1], rows[2]].map(|row| recording.direction[row]);
         if pass_before == pass && pass == pass_after && before == after && now != before {
@@ -200,7 +196,7 @@ fn numbers(recording: &Recording, kept: &[usize]) -> Vec<Fault> {
     if few(directions.len()) {
         found.extend(directions.into_iter().filter(|(row, d)| others_agree(*row, *d)).map(|(row, d)| {
             let reason = format!("all other rows of pass {} have direction {d}", recording.pass[row]);
-            fault(row, "direction", f64::from(recording.direction[row]), f64::INFINITY, reason)
+            Fault::new(row, "direction", f64::from(recording.direction[row]), f64::INFINITY, reason)
         }));
     }
     found

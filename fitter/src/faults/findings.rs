@@ -4,6 +4,7 @@
 use super::limits;
 use super::scale::{median, resolution, trimmed};
 use crate::recording::Recording;
+use crate::statistics::ends;
 
 /// The findings, one sentence each.
 pub fn notes(recording: &Recording) -> Vec<String> {
@@ -61,8 +62,7 @@ fn column(recording: &Recording, name: &str, values: &[f64]) -> Vec<String> {
             values[from]
         ));
     }
-    let (low, high) =
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) = ends(values.iter().copied());
     for (end, extreme) in [("largest", high), ("smallest", low)] {
         let rows = values.iter().filter(|v| **v == extreme).count();
         let inside = values.iter().filter(|v| (**v - extreme).abs() < 0.02 * (high - low)).count();

@@ -52,13 +52,7 @@ impl Others {
 }
 
 fn of_column(name: &str, values: &[f64]) -> Vec<Fault> {
-    let fault = |row: usize, size: f64, reason: String| Fault {
-        row,
-        column: name.to_string(),
-        value: values[row],
-        reason,
-        size,
-    };
+    let fault = |row: usize, size: f64, reason: String| Fault::new(row, name, values[row], size, reason);
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.abs() <= LARGEST).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let mut found: Vec<Fault> = (0..values.len())

@@ -58,7 +58,6 @@ pub struct Screened<'a> {
 #[derive(Debug, Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum FaultError {
-    /// Too much of the recording cannot be readings.
     #[error(
         "{file}, line {line}, column `{column}`: found {found} ({reason}), and {affected} of {rows} rows like it, \
          expected at most a tenth; correct or drop these rows, or check the column's unit"
@@ -83,6 +82,12 @@ pub(crate) struct Fault {
     pub reason: String,
     /// Multiples of the scatter, for the order of the search.
     pub size: f64,
+}
+
+impl Fault {
+    pub fn new(row: usize, column: &str, value: f64, size: f64, reason: String) -> Fault {
+        Fault { row, column: column.to_string(), value, reason, size }
+    }
 }
 
 /// Finds the cells that cannot be readings and leaves their rows out.

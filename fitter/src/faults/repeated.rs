@@ -25,12 +25,9 @@ pub fn faults(recording: &Recording) -> Vec<Fault> {
     rows.sort_by(compare); // stable: equal rows stay in the order of the file
     let same = rows.chunk_by(|a, b| compare(a, b).is_eq());
     same.flat_map(|same| same[1..].iter().map(move |row| (same[0], *row)))
-        .map(|(first, row)| Fault {
-            row,
-            column: "t_s".into(),
-            value: recording.time_s[row],
-            reason: format!("the row repeats line {} in every column", recording.line(first)),
-            size: f64::INFINITY,
+        .map(|(first, row)| {
+            let reason = format!("the row repeats line {} in every column", recording.line(first));
+            Fault::new(row, "t_s", recording.time_s[row], f64::INFINITY, reason)
         })
         .collect()
 }

@@ -7,7 +7,7 @@ use crate::double_double::Double;
 use crate::error_model::Sensor;
 use crate::points::{Grouping, Points};
 use crate::recording::{Readings, Recording};
-use crate::statistics::readable;
+use crate::statistics::{ends, readable};
 use crate::units::ARCSEC_PER_RAD;
 
 /// Readings and errors of every row.
@@ -27,19 +27,12 @@ impl Calibrated {
     /// Compares sensor and reference row by row, α₀ being 0 still.
     pub(super) fn of(recording: &Recording, sensor: &Sensor) -> Result<Calibrated, FitError> {
         let file = || recording.file.clone();
-        let (reference, column) = match (&recording.readings, sensor) {
-            (Readings::Pair { reference_arcsec, .. }, Sensor::EddyCurrentPair { .. }) => {
-                (reference_arcsec, "reference_arcsec")
-            }
-            (Readings::Direct { reference, .. }, Sensor::Direct { .. }) => (reference, "reference"),
-            (readings, _) => {
-                let (pair, direct) = ("an eddy-current pair", "a direct sensor");
-                let (recording, mirror) = match readings {
-                    Readings::Pair { .. } => (pair, direct),
-                    Readings::Direct { .. } => (direct, pair),
-                };
-                return Err(FitError::OtherSensor { file: file(), recording, mirror });
-            }
+        if let Some(recording) = recording.readings.other_than(sensor) {
+            return Err(FitError::OtherSensor { file: file(), recording, mirror: sensor.kind() });
+        }
+        let (reference, column) = match &recording.readings {
+            Readings::Pair { reference_arcsec, .. } => (reference_arcsec, "reference_arcsec"),
+            Readings::Direct { reference, .. } => (reference, "reference"),
         };
         let Some(reference) = reference else {
             return Err(FitError::NoReference { file: file(), column });
@@ -55,9 +48,7 @@ impl Calibrated {
     }
 
     pub(crate) fn from_columns(reading: Vec<f64>, error: Vec<f64>) -> Calibrated {
-        let (from, to) = reading
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
+        let (from, to) = ends(reading.iter().copied());
         Calibrated { reading, error, from, to }
     }
 

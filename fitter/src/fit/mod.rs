@@ -21,7 +21,7 @@ use crate::points::{Grouping, Points};
 use crate::recording::Recording;
 use crate::statistics::PointMoments;
 use crate::turn::{self, MAX_HARMONICS};
-use crate::weights::{self, Scatter};
+use crate::weights::{self, Scatter, Variance};
 
 pub use calibrate::Calibrated;
 pub use error::{FitError, FitNote};
@@ -157,7 +157,7 @@ fn polynomial(recording: &Recording, mirror: &Mirror, options: &Options) -> Resu
     let parts = result::Parts { recording, mirror, options, selection, prepared: &prepared, data: &data };
     let mut coefficients = result::coefficients(&parts, &c, &residual)?;
     if let Some(unwound) = unwound(recording, &mirror.sensor)? {
-        coefficients.turn = Some(turn::part(recording, &mirror.sensor, &unwound));
+        coefficients.turn = Some(turn::part(recording, turn_of(&mirror.sensor), &unwound));
         coefficients.version = VERSION_TURN;
         let share = (prepared.calibrated.to - prepared.calibrated.from) / turn_of(&mirror.sensor);
         notes.push(FitNote::PartOfTurn { share });
@@ -198,10 +198,8 @@ pub fn choose_order(
     let data = Data::of(&prepared, recording, mirror, &options);
     match data.select(&options)? {
         Some(scores) => {
-            let selection = Some(&scores);
-            let (options, prepared, data) = (&options, &prepared, &data);
-            let parts = result::Parts { recording, mirror, options, selection, prepared, data };
-            Ok(result::selection(&parts, &scores, scores.chosen))
+            let (points, sensor) = (&prepared.points, &mirror.sensor);
+            Ok(order_selection(&scores, scores.chosen, false, &options, points, sensor))
         }
         None => Err(data.too_few_to_hold_out()),
     }
@@ -267,15 +265,12 @@ fn scatter(calibrated: &Calibrated, points: &Points, mirror: &Mirror) -> (Vec<f6
     }
     let scale = mirror.sensor.per_internal();
     let variances = PointMoments::of(points, |row| scale * calibrated.error[row]).variances();
-    let degrees_of_freedom: usize = variances.iter().map(|v| v.freedom).sum();
-    if degrees_of_freedom == 0 {
+    let pooled = Variance::pooled(&variances);
+    if pooled.freedom == 0 {
         return (vec![1.0; points.count()], None);
     }
-    let pooled =
-        variances.iter().map(|v| v.value * v.freedom as f64).sum::<f64>() / degrees_of_freedom as f64;
     let (weights, weighted) = weights::weights(&variances);
-    let standard_deviation = crate::statistics::readable(pooled.sqrt());
-    (weights, Some(Scatter { standard_deviation, degrees_of_freedom, weighted }))
+    (weights, pooled.scatter(weighted))
 }
 
 /// The least-squares problem, ready to be solved for any order.

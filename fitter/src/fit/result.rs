@@ -69,7 +69,9 @@ pub(super) fn coefficients(parts: &Parts, c: &[Double], residual: &[f64]) -> Res
         probe_distance_error_mm: options.probe_distance_error_mm,
         unidentifiable: unidentifiable(parts, &model)?,
     });
-    file.order_selection = parts.selection.map(|scores| selection(parts, scores, order));
+    let given = options.order.is_some();
+    file.order_selection =
+        parts.selection.map(|scores| order_selection(scores, order, given, options, points, sensor));
     let unit = sensor.error_unit();
     file.statistics = Some(statistics(points, &calibrated.error, residual, scale, unit, scatter.clone()));
     Ok(file)
@@ -172,11 +174,6 @@ fn unidentifiable(parts: &Parts, model: &ErrorModel) -> Result<Vec<Unidentifiabl
             readable(found.singular_value)
         },
     }])
-}
-
-pub(super) fn selection(parts: &Parts, scores: &Scores, order: usize) -> OrderSelection {
-    let Parts { mirror, options, prepared, .. } = *parts;
-    order_selection(scores, order, options.order.is_some(), options, &prepared.points, &mirror.sensor)
 }
 
 /// What the scores say, in the unit of the errors.

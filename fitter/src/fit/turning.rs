@@ -44,8 +44,5 @@ pub(super) fn around<'a>(
 
 /// One revolution, where there is one.
 pub(super) fn turn_of(sensor: &Sensor) -> f64 {
-    match sensor {
-        Sensor::Direct { revolution: Some(turn), .. } => *turn,
-        _ => f64::INFINITY,
-    }
+    sensor.revolution().unwrap_or(f64::INFINITY)
 }

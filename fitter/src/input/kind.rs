@@ -36,10 +36,8 @@ impl std::fmt::Display for Kind {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum Misplaced {
-    /// Of another kind.
     #[error("{file}: is {found}, expected {expected}; give that in its place")]
     Kind { file: String, found: Kind, expected: Kind },
-    /// Of another encoding.
     #[error("{file}: is UTF-16, expected UTF-8; save it as UTF-8")]
     Utf16 { file: String },
 }

@@ -49,19 +49,15 @@ fn max_line() -> u64 {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum LimitError {
-    /// The file.
     #[error("holds more than {most} bytes{}; if that is meant, allow more with --max-bytes", if *decompressed { ", decompressed" } else { "" })]
     Bytes { most: u64, decompressed: bool },
-    /// A file that is parsed as a whole.
     #[error("holds more than {most} bytes, a 16th of --max-bytes; if that is meant, allow more with it")]
     Parsed { most: u64 },
-    /// A line.
     #[error(
         "has a line of more than {most} bytes, a 1024th of --max-bytes, expected one line for each reading; if that \
          is meant, allow more with it"
     )]
     Line { most: u64 },
-    /// The columns.
     #[error("has {found} columns, expected at most {most}; drop some, or allow more with --max-columns")]
     Columns { found: u64, most: u64 },
 }

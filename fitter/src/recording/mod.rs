@@ -12,6 +12,8 @@ mod read;
 
 use std::collections::BTreeSet;
 
+#[cfg(feature = "fit")]
+use crate::error_model::Sensor;
 use crate::table::Lines;
 pub use crate::table::{Column, Dialect};
 #[cfg(feature = "fit")]
@@ -65,6 +67,18 @@ pub struct Recording {
     pub notes: Vec<Note>,
     /// Where the rows stand in the file.
     pub(crate) lines: Lines,
+}
+
+impl Readings {
+    /// The sensor whose columns they are, in messages; none where `sensor` is of that kind.
+    #[cfg(feature = "fit")]
+    pub(crate) fn other_than(&self, sensor: &Sensor) -> Option<&'static str> {
+        match (self, sensor) {
+            (Readings::Pair { .. }, Sensor::Direct { .. }) => Some("an eddy-current pair"),
+            (Readings::Direct { .. }, Sensor::EddyCurrentPair { .. }) => Some("a direct sensor"),
+            _ => None,
+        }
+    }
 }
 
 impl Recording {

@@ -50,10 +50,7 @@ impl Reading<'_> {
     }
 
     fn revolution(&self) -> Option<f64> {
-        match self.sensor {
-            Some(Sensor::Direct { revolution, .. }) => *revolution,
-            _ => None,
-        }
+        self.sensor.and_then(Sensor::revolution)
     }
 
     /// How the columns of a header are used.

@@ -14,10 +14,8 @@ use crate::statistics::PointMoments;
 #[derive(Debug, Error)]
 #[allow(missing_docs)] // the messages say what the fields are
 pub enum AfterError {
-    /// It cannot be corrected.
     #[error(transparent)]
     Apply(#[from] ApplyError),
-    /// It has nothing to compare with.
     #[error("{file}: has no reference, expected one in every row; a verification needs it")]
     NoReference { file: String },
 }

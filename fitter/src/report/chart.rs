@@ -72,25 +72,32 @@ pub(super) struct Chart<'a> {
     pub label: &'a str,
     pub x: String,
     pub y: String,
-    /// Whether the ordinate is logarithmic.
-    pub logarithmic: bool,
     pub series: Vec<Series>,
 }
 
 impl Chart<'_> {
     /// The SVG; blank where there is no finite point.
     pub fn draw(&self) -> String {
+        self.drawn(false)
+    }
+
+    /// The same with a logarithmic ordinate.
+    pub fn draw_logarithmic(&self) -> String {
+        self.drawn(true)
+    }
+
+    fn drawn(&self, logarithmic: bool) -> String {
         let mut svg = String::new();
         // Drawing into a string fails only where a range is empty; then there is nothing to show.
-        if self.draw_into(&mut svg).is_err() {
+        if self.draw_into(&mut svg, logarithmic).is_err() {
             return String::new();
         }
-        let label = escape(self.label);
+        let label = self.label.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
         let head = format!("<svg role=\"img\" aria-label=\"{label}\" ");
         themed(&svg.replacen("<svg ", &head, 1))
     }
 
-    fn draw_into(&self, svg: &mut String) -> Result<(), Box<dyn std::error::Error>> {
+    fn draw_into(&self, svg: &mut String, logarithmic: bool) -> Result<(), Box<dyn std::error::Error>> {
         let all = || {
             self.series
                 .iter()
@@ -104,15 +111,15 @@ impl Chart<'_> {
         let x = widened(x, 0.03);
         let mut builder = ChartBuilder::on(&root);
         builder.margin(10).margin_top(30).margin_right(16).x_label_area_size(50).y_label_area_size(70);
-        if self.logarithmic {
+        if logarithmic {
             let chart = builder.build_cartesian_2d(x.0..x.1, (y.0 / 1.4..y.1 * 1.4).log_scale())?;
-            self.fill(chart, x)?;
+            self.fill(chart, x, !logarithmic)?;
         } else {
             let stems = self.series.iter().any(|series| series.mark == Mark::Stems);
             let y = if stems { (y.0.min(0.0), y.1.max(0.0)) } else { y };
             let y = widened(y, 0.08);
             let chart = builder.build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-            self.fill(chart, x)?;
+            self.fill(chart, x, !logarithmic)?;
         }
         root.present()?;
         Ok(())
@@ -137,6 +144,7 @@ impl Chart<'_> {
         &self,
         mut chart: ChartContext<'_, SVGBackend<'_>, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
         x: (f64, f64),
+        zero: bool,
     ) -> Result<(), Box<dyn std::error::Error>>
     where
         Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -157,7 +165,7 @@ impl Chart<'_> {
             .bold_line_style(GRID)
             .light_line_style(TRANSPARENT)
             .draw()?;
-        if !self.logarithmic {
+        if zero {
             chart.draw_series(LineSeries::new([(x.0, 0.0), (x.1, 0.0)], SOFT.stroke_width(1)))?;
         }
         for series in &self.series {
@@ -206,10 +214,6 @@ fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 fn widened((low, high): (f64, f64), part: f64) -> (f64, f64) {
     let room = part * (high - low).max(1e-9 * low.abs().max(high.abs())).max(1e-12);
     (low - room, high + room)
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
 /// Puts CSS variables in the place of the stand-in colours, and leaves the size to the page.

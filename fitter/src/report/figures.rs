@@ -15,8 +15,8 @@ fn series(name: &str, mark: Mark, colour: Colour, points: Vec<(f64, f64)>) -> Se
     Series { name: name.to_string(), points, mark, colour }
 }
 
-fn figure(number: &str, title: &str, caption: String, chart: Chart) -> Figure {
-    Figure { number: number.to_string(), title: title.to_string(), caption, svg: chart.draw() }
+fn figure(number: &str, title: &str, caption: String, svg: String) -> Figure {
+    Figure { number: number.to_string(), title: title.to_string(), caption, svg }
 }
 
 /// Figures 5, 6 and 7.
@@ -54,12 +54,12 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
                 label: "Figure 5a: calibrated angle against calculated angle",
                 x: format!("calculated ({shown})"),
                 y: format!("calibrated ({shown})"),
-                logarithmic: false,
                 series: vec![
                     series("ideal", Mark::Line, Colour::Soft, vec![(ends[0], ends[0]), (ends[1], ends[1])]),
                     series("calibrated", Mark::Dots, Colour::First, calibrated),
                 ],
-            },
+            }
+            .draw(),
         ),
         figure(
             "5b",
@@ -69,9 +69,9 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
                 label: "Figure 5b: error before the correction against the reading",
                 x: reading.clone(),
                 y: format!("error ({unit})"),
-                logarithmic: false,
                 series: vec![series("calibrated error", Mark::Both, Colour::First, by_reading(&means))],
-            },
+            }
+            .draw(),
         ),
     ];
     figures.extend(selection(file));
@@ -84,9 +84,9 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
             label: "Figure 7b: fit error of each calibration point",
             x: reading,
             y: format!("fit error ({unit})"),
-            logarithmic: false,
             series: vec![series("fit error", Mark::Stems, Colour::Second, by_reading(&left))],
-        },
+        }
+        .draw(),
     ));
     figures
 }
@@ -108,12 +108,12 @@ fn fitted(fit: &Fit, offset: f64, reading: &str, means: Vec<(f64, f64)>) -> Figu
             label: "Figure 7a: calibrated error and the fitted curve",
             x: reading.to_string(),
             y: format!("error ({})", file.sensor.error_unit()),
-            logarithmic: false,
             series: vec![
                 series("calibrated error", Mark::Dots, Colour::First, means),
                 series("model", Mark::Line, Colour::Second, curve),
             ],
-        },
+        }
+        .draw(),
     )
 }
 
@@ -143,12 +143,12 @@ pub(super) fn overview(fit: &Fit, corrected: &Corrected) -> Figure {
             label: "Error before and after the correction against the angle",
             x: format!("angle ({})", angle_unit(sensor)),
             y: format!("rms error ({unit})"),
-            logarithmic: true,
             series: vec![
                 series("before", Mark::Both, Colour::First, shown(before)),
                 series("after", Mark::Both, Colour::Second, shown(after)),
             ],
-        },
+        }
+        .draw_logarithmic(),
     )
 }
 
@@ -189,12 +189,12 @@ fn selection(file: &Coefficients) -> Option<Figure> {
             label: "Figure 6: training and testing error against the order",
             x: what.to_string(),
             y: format!("rms error ({})", selection.unit),
-            logarithmic: true,
             series: vec![
                 series("testing", Mark::Both, Colour::First, of(|score| score.testing)),
                 series("training", Mark::Both, Colour::Second, of(|score| score.training)),
             ],
-        },
+        }
+        .draw_logarithmic(),
     ))
 }
 
@@ -242,9 +242,9 @@ pub(super) fn verification(corrected: &Corrected, file: &Coefficients, suffix: &
                 label: "Figure 9a: errors after the correction of every pass",
                 x: x.clone(),
                 y: format!("error ({unit})"),
-                logarithmic: false,
                 series: by_pass,
-            },
+            }
+            .draw(),
         ),
         figure(
             &number("9b"),
@@ -254,9 +254,9 @@ pub(super) fn verification(corrected: &Corrected, file: &Coefficients, suffix: &
                 label: "Figure 9b: mean error of each point after the correction",
                 x: x.clone(),
                 y: format!("mean error ({unit})"),
-                logarithmic: false,
                 series: vec![series("mean error", Mark::Stems, Colour::Second, means)],
-            },
+            }
+            .draw(),
         ),
     ];
     if let Some(largest) = corrected.largest_deviation() {
@@ -268,9 +268,9 @@ pub(super) fn verification(corrected: &Corrected, file: &Coefficients, suffix: &
                 label: "Figure 10: standard deviation of each point",
                 x,
                 y: format!("standard deviation ({unit})"),
-                logarithmic: false,
                 series: vec![series("standard deviation", Mark::Stems, Colour::Second, deviations)],
-            },
+            }
+            .draw(),
         ));
     }
     figures

@@ -130,7 +130,10 @@ impl<'a> Report<'a> {
             before => statistics.map(|s| spread(&s.before)),
             after => statistics.map(|s| spread(&s.after)),
             verified => verified,
-            bad_rows => bad_rows.iter().map(told).collect::<Vec<String>>(),
+            bad_rows => bad_rows
+                .iter()
+                .map(|bad| format!("line {}, {} {}: {}", bad.line, bad.column, bad.value, bad.reason))
+                .collect::<Vec<String>>(),
             notes => self.fit.notes.iter().map(ToString::to_string).collect::<Vec<_>>(),
             depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
@@ -193,8 +196,4 @@ fn angle_unit(sensor: &Sensor) -> &str {
 /// Four significant digits, for a reader.
 pub(crate) fn digits(value: f64) -> String {
     crate::figures::plain(value).replace('-', "−")
-}
-/// A cell that was left out.
-fn told(bad: &BadRow) -> String {
-    format!("line {}, {} {}: {}", bad.line, bad.column, bad.value, bad.reason)
 }

@@ -62,7 +62,7 @@ impl<'a> Observables<'a> {
             ("angle_arcsec", Readings::Pair { .. }) => {
                 Ok(rows.map(|row| arcsec_from_rad(self.sensor.calculated(recording.reading(row)))).collect())
             }
-            ("measured", Readings::Direct { measured, .. }) => Ok(match self.turn() {
+            ("measured", Readings::Direct { measured, .. }) => Ok(match self.sensor.revolution() {
                 Some(turn) => travelled(measured, turn),
                 None => Cow::Borrowed(measured),
             }),
@@ -76,7 +76,7 @@ impl<'a> Observables<'a> {
     /// # Errors
     /// [`Missing`] if there is none of that name.
     pub fn about(&self, name: &str, place: f64) -> Result<Cow<'a, [f64]>, Missing> {
-        match (name, &self.recording.readings, self.turn()) {
+        match (name, &self.recording.readings, self.sensor.revolution()) {
             ("measured", Readings::Direct { measured, .. }, Some(turn)) => {
                 Ok(travelled_about(measured, turn, place))
             }
@@ -91,17 +91,9 @@ impl<'a> Observables<'a> {
     /// [`Missing`] if there is none of that name.
     pub fn nearest(&self, name: &str, place: f64) -> Result<Cow<'a, [f64]>, Missing> {
         let values = self.get(name)?;
-        Ok(match self.turn() {
+        Ok(match self.sensor.revolution() {
             Some(turn) if name == "measured" => nearest(&values, turn, place).into(),
             _ => values,
         })
-    }
-
-    /// One turn, of a sensor that turns.
-    fn turn(&self) -> Option<f64> {
-        match self.sensor {
-            Sensor::Direct { revolution, .. } => *revolution,
-            Sensor::EddyCurrentPair { .. } => None,
-        }
     }
 }

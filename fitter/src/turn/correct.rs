@@ -8,7 +8,7 @@ use crate::error_model::Sensor;
 use crate::figures::plus_minus;
 use crate::fit::FitError;
 use crate::statistics::readable;
-use crate::terms::{Observables, Operator, Product, Rate};
+use crate::terms::{Observables, Operator, Rate};
 
 /// The terms beside the harmonics.
 #[derive(Debug, Clone, Default)]
@@ -138,14 +138,4 @@ impl Slope {
         );
         Slope { per_turn, statement }
     }
-}
-
-/// The operator of the slope.
-pub(super) fn slope_operator(middle: f64) -> Operator {
-    Operator::Product(Product::of("measured", middle))
-}
-
-/// The operator of the lag.
-pub(super) fn lag_operator() -> Operator {
-    Operator::Rate(Rate::of("measured"))
 }

@@ -7,7 +7,6 @@ use super::Turn;
 use super::description::{Directions, Estimate};
 use super::solve::Columns;
 use super::unwind::Unwound;
-use crate::error_model::Sensor;
 use crate::figures::{figure, plus_minus};
 use crate::recording::Recording;
 use crate::statistics::readable;
@@ -76,22 +75,14 @@ impl Motion {
 }
 
 /// What is said of a recording that covers a part of the turn: a polynomial was fitted to it.
-pub(crate) fn part(recording: &Recording, sensor: &Sensor, unwound: &Unwound) -> Turn {
-    let revolution = match sensor {
-        Sensor::Direct { revolution: Some(turn), .. } => *turn,
-        _ => f64::INFINITY,
-    };
+pub(crate) fn part(recording: &Recording, revolution: f64, unwound: &Unwound) -> Turn {
     Turn {
-        revolution,
         from: unwound.from,
         counts_turns: unwound.counts_turns,
         whole: false,
         wraps: unwound.wraps,
-        harmonics: None,
-        amplitudes: Vec::new(),
         directions: untold(recording, unwound),
-        slope: None,
-        left: None,
+        ..Turn::single(revolution)
     }
 }
 
@@ -99,14 +90,12 @@ pub(crate) fn part(recording: &Recording, sensor: &Sensor, unwound: &Unwound) ->
 /// them elsewhere.
 fn untold(recording: &Recording, unwound: &Unwound) -> Directions {
     let motion = Motion::of(recording, unwound);
-    let statement = if motion.both {
-        "a part of the turn: forward and backward are compared by what the fit leaves".to_string()
-    } else {
-        statement(&motion, &Findings::default(), "")
-    };
-    let speed_per_s = motion.speed.map(|speed| speed.map(readable));
-    let [forward, backward] = motion.counts;
-    Directions { forward, backward, speed_per_s, statement, ..Directions::default() }
+    let mut directions = Directions::default().of(&motion, "");
+    if motion.both {
+        directions.statement =
+            "a part of the turn: forward and backward are compared by what the fit leaves".to_string();
+    }
+    directions
 }
 
 /// Chance below which the distance between directions is said to vary over the turn.
@@ -138,35 +127,18 @@ pub(super) fn variation(
     (chance < VARIES).then(|| readable(squares.sqrt()))
 }
 
-/// What a fit found of the directions.
-#[derive(Default)]
-pub(super) struct Findings {
-    pub half_distance: Option<Estimate>,
-    pub lag_s: Option<Estimate>,
-    pub variation_rms: Option<f64>,
-    pub lag_corrected: bool,
-}
-
 impl Directions {
-    /// Puts the findings together.
-    pub(super) fn of(motion: &Motion, findings: Findings, unit: &str) -> Directions {
-        let statement = statement(motion, &findings, unit);
-        let Findings { half_distance, lag_s, variation_rms, lag_corrected } = findings;
-        Directions {
-            forward: motion.counts[0],
-            backward: motion.counts[1],
-            half_distance,
-            lag_s,
-            lag_corrected,
-            variation_rms,
-            speed_per_s: motion.speed.map(|speed| speed.map(readable)),
-            statement,
-        }
+    /// With what the motion shows, and the statement of both.
+    pub(super) fn of(self, motion: &Motion, unit: &str) -> Directions {
+        let [forward, backward] = motion.counts;
+        let speed_per_s = motion.speed.map(|speed| speed.map(readable));
+        let statement = statement(motion, &self, unit);
+        Directions { forward, backward, speed_per_s, statement, ..self }
     }
 }
 
-fn statement(motion: &Motion, findings: &Findings, unit: &str) -> String {
-    let Findings { half_distance, lag_s, variation_rms: variation, lag_corrected } = findings;
+fn statement(motion: &Motion, found: &Directions, unit: &str) -> String {
+    let Directions { half_distance, lag_s, variation_rms: variation, lag_corrected, .. } = found;
     let half = half_distance.as_ref();
     let lag_found = lag_s.as_ref().map(|lag| {
         let reach = 0.5 * (lag.ci95[1] - lag.ci95[0]);

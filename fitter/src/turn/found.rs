@@ -5,9 +5,9 @@ use std::f64::consts::SQRT_2;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::beside::Kind;
-use super::correct::{Corrections, lag_operator, slope_operator};
+use super::correct::Corrections;
 use super::description::{Directions, Estimate, Slope};
-use super::direction::{Findings, variation};
+use super::direction::variation;
 use super::harmonics::Harmonics;
 use super::solve::Solution;
 use super::{Amplitude, Turn};
@@ -15,8 +15,8 @@ use crate::coefficients::{Coefficients, Identification, Parameter, Provenance, V
 use crate::error_model::ErrorModel;
 use crate::order::OrderSelection;
 use crate::statistics::{PointMoments, Statistics, readable, statistics};
-use crate::terms::{Operator, Periodic, Scope, Term};
-use crate::weights::Scatter;
+use crate::terms::{Operator, Periodic, Product, Rate, Scope, Term};
+use crate::weights::{Scatter, Variance};
 
 /// The solution in the sensor's unit.
 pub(super) struct Found {
@@ -86,19 +86,16 @@ impl Found {
     }
 
     fn directions(&self, problem: &Harmonics, solution: &Solution) -> Directions {
-        if self.quantile.is_none() {
-            return Directions::of(&problem.motion, Findings::default(), problem.unit);
+        let mut found = Directions::default();
+        if self.quantile.is_some() {
+            let phase = |row: usize| problem.phase[row];
+            let variation = || variation(problem.recording, &solution.residual, self.freedom, &phase);
+            found.half_distance = self.estimate(problem, Kind::Direction, 1.0);
+            found.lag_s = self.estimate(problem, Kind::Velocity, -1.0);
+            found.lag_corrected = self.corrections.lag;
+            found.variation_rms = problem.motion.both.then(variation).flatten();
         }
-        let phase = |row: usize| problem.phase[row];
-        let findings = Findings {
-            half_distance: self.estimate(problem, Kind::Direction, 1.0),
-            lag_s: self.estimate(problem, Kind::Velocity, -1.0),
-            variation_rms: (problem.motion.both)
-                .then(|| variation(problem.recording, &solution.residual, self.freedom, &phase))
-                .flatten(),
-            lag_corrected: self.corrections.lag,
-        };
-        Directions::of(&problem.motion, findings, problem.unit)
+        found.of(&problem.motion, problem.unit)
     }
 
     /// The slope over the turn, where it is in the model.
@@ -131,10 +128,10 @@ impl Found {
             });
         };
         if let Some(middle) = self.corrections.middle {
-            also("turn_slope", Kind::Slope, slope_operator(middle));
+            also("turn_slope", Kind::Slope, Operator::Product(Product::of("measured", middle)));
         }
         if self.corrections.lag {
-            also("read_lag", Kind::Velocity, lag_operator());
+            also("read_lag", Kind::Velocity, Operator::Rate(Rate::of("measured")));
         }
         terms
     }
@@ -172,13 +169,7 @@ impl Found {
         }
         let value = |row: usize| problem.unwound.error[row] - self.moving(problem, row);
         let variances = PointMoments::of(points, value).variances();
-        let freedom: usize = variances.iter().map(|v| v.freedom).sum();
-        let squares: f64 = variances.iter().map(|v| v.value * v.freedom as f64).sum();
-        (freedom > 0).then(|| Scatter {
-            standard_deviation: readable((squares / freedom as f64).sqrt()),
-            degrees_of_freedom: freedom,
-            weighted: false,
-        })
+        Variance::pooled(&variances).scatter(false)
     }
 
     pub fn file(
@@ -215,16 +206,15 @@ impl Found {
         });
         file.terms = self.terms(problem);
         file.turn = Some(Turn {
-            revolution: *turn,
             from,
             counts_turns: unwound.counts_turns,
-            whole: true,
             wraps: unwound.wraps,
             harmonics: selection,
             amplitudes: self.amplitudes(),
             directions: self.directions(problem, solution),
             slope: self.slope(problem),
             left: self.corrections.left.clone(),
+            ..Turn::single(*turn)
         });
         file
     }

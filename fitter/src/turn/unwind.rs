@@ -6,6 +6,7 @@ use super::arc::{Arc, densest, hull, within, wrapped};
 use super::travelled::jumps;
 use crate::fit::FitError;
 use crate::recording::Recording;
+use crate::statistics::ends;
 
 /// Readings of a turning sensor against their reference, every one on the right turn.
 pub(crate) struct Unwound {
@@ -158,8 +159,7 @@ fn check_jumps(
             // A jump that the other column makes too is a move, unless it is as long as only a counter's is.
             let apart = wrapped(step - (other[row] - other[row - 1]), turn).abs();
             let moved = apart <= 2.0 * typical + 0.02 * turn;
-            let largest = values.iter().fold(f64::NEG_INFINITY, |max, v| max.max(*v));
-            let smallest = values.iter().fold(f64::INFINITY, |min, v| min.min(*v));
+            let (smallest, largest) = ends(values.iter().copied());
             if let Some((_, looks)) =
                 known_turns().into_iter().find(|(known, _)| near(*known) && (!moved || *known >= 1000.0))
                 && jump >= 0.9 * (largest - smallest)
@@ -197,17 +197,15 @@ fn explain(
         let wrong: Vec<usize> = (0..rows).filter(|row| !dense.holds(difference[*row], turn)).collect();
         let centre = wrapped(dense.middle(), turn);
         let right = (0..rows).filter(|row| dense.holds(difference[*row], turn));
-        let (low, high) = right.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| {
-            let error = centre + wrapped(difference[row] - centre, turn);
-            (low.min(error), high.max(error))
-        });
+        let error = |row: usize| centre + wrapped(difference[row] - centre, turn);
+        let (low, high) = ends(right.map(error));
         let row = wrong[0];
         return FitError::TurnRow {
             file: file(),
             line: recording.line(row),
             measured: measured[row],
             reference: reference[row],
-            apart: centre + wrapped(difference[row] - centre, turn),
+            apart: error(row),
             low,
             high,
             unit: unit.to_string(),
@@ -234,6 +232,7 @@ fn explain(
         revolution: turn,
         unit: unit.to_string(),
     };
+    let (low, high) = ends(measured.iter().copied());
     for (known, name) in known_turns() {
         let factor = turn / known;
         if (factor - 1.0).abs() < 1e-9 {
@@ -245,9 +244,7 @@ fn explain(
         if concentrated(&|row| factor * measured[row] - reference[row], turn) {
             return looks("measured", name);
         }
-        let range = measured.iter().fold(f64::NEG_INFINITY, |max, m| max.max(*m))
-            - measured.iter().fold(f64::INFINITY, |min, m| min.min(*m));
-        if range > 0.5 * known && concentrated(&|row| difference[row], known) {
+        if high - low > 0.5 * known && concentrated(&|row| difference[row], known) {
             return looks("measured` and `reference", name);
         }
     }

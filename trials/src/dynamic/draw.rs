@@ -6,10 +6,11 @@ use rand_chacha::ChaCha12Rng;
 use twin::dynamic::effects::{Specification, find};
 use twin::dynamic::{Series, Typical};
 
-use super::matched::{norm, rms};
+use super::matched::rms;
 use super::nearest_effect::{Scene, positions};
 use super::plan::{Assignment, circumstances};
 use super::truth::{Concealed, Truth};
+use crate::linear::norm;
 use crate::workspace::{Undrawn, first_draw};
 
 /// Draws of one assignment before it is given up.
@@ -81,8 +82,8 @@ pub(super) fn drawn_effect(
 fn conceal(scene: &Scene, generator: &mut ChaCha12Rng) -> Option<Vec<Concealed>> {
     let mut concealed = Vec::new();
     for (index, effect) in scene.effects.iter().enumerate() {
-        let alone = norm(&scene.nominal().residual(scene.white(index)));
-        let rest = scene.beside(index).residual(scene.white(index));
+        let alone = norm(&scene.nominal().projected_off(scene.white(index)));
+        let rest = scene.beside(index).projected_off(scene.white(index));
         let rho = norm(&rest);
         if rho < LEAST_RHO || rho < OWN * alone {
             return None;

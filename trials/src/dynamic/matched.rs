@@ -4,6 +4,8 @@
 use twin::Noise;
 use twin::dynamic::Bench;
 
+use crate::linear::norm;
+
 /// Whitens by the true noise.
 #[derive(Debug, Clone, Copy)]
 pub struct Whitener {
@@ -38,38 +40,6 @@ impl Whitener {
     }
 }
 
-/// Orthonormal directions.
-#[derive(Debug, Clone, Default)]
-pub struct Basis(Vec<Vec<f64>>);
-
-impl Basis {
-    /// Adds a direction, unless the others span it already.
-    pub fn push(&mut self, column: &[f64]) {
-        let size = norm(column);
-        // Twice: once leaves rounding of the order of the parts that cancel.
-        let rest = self.residual(&self.residual(column));
-        let left = norm(&rest);
-        if left > 1e-7 * size {
-            self.0.push(rest.into_iter().map(|value| value / left).collect());
-        }
-    }
-
-    /// What is left of a column after projecting the directions off.
-    pub fn residual(&self, column: &[f64]) -> Vec<f64> {
-        let mut rest = column.to_vec();
-        for direction in &self.0 {
-            let along: f64 = direction.iter().zip(&rest).map(|(d, r)| d * r).sum();
-            rest.iter_mut().zip(direction).for_each(|(r, d)| *r -= along * d);
-        }
-        rest
-    }
-}
-
-/// Euclidean norm: ρ of a whitened column.
-pub fn norm(column: &[f64]) -> f64 {
-    column.iter().map(|value| value * value).sum::<f64>().sqrt()
-}
-
 /// Root mean square.
 pub fn rms(values: &[f64]) -> f64 {
     norm(values) / (values.len().max(1) as f64).sqrt()
@@ -93,15 +63,5 @@ mod tests {
         assert!(follows.abs() < 5.0 / 64.0, "{follows}");
         let plain = Bench { noise: Noise::White, ..bench };
         assert!((norm(&Whitener::of(&plain).whiten(&[0.9; 100])) - 10.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn what_is_spanned_is_projected_off() {
-        let mut basis = Basis::default();
-        basis.push(&[1.0, 0.0, 0.0]);
-        basis.push(&[1.0, 1.0, 0.0]);
-        basis.push(&[3.0, 4.0, 0.0]);
-        assert_eq!(basis.0.len(), 2);
-        assert!((norm(&basis.residual(&[5.0, 6.0, 7.0])) - 7.0).abs() < 1e-12);
     }
 }

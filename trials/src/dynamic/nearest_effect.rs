@@ -9,7 +9,8 @@ use twin::dynamic::effects::{Specification, catalogue};
 use twin::dynamic::{Bench, Typical};
 
 use super::draw::drawn_effect;
-use super::matched::{Basis, Whitener, norm};
+use super::matched::Whitener;
+use crate::linear::{Basis, dot, norm};
 
 /// Parts by which the plant's damping, stiffness and gain are changed to see what that changes.
 const CHANGES: [f64; 3] = [0.002, 0.001, 0.001];
@@ -19,6 +20,9 @@ const SHAPES: usize = 2;
 const TRIED: f64 = 0.02;
 /// Corrections of strength and plant: a lag of a few per cent and the plant that takes it up are no small changes.
 const CORRECTIONS: usize = 4;
+
+/// Part of a column's norm below which what other columns leave of it is rounding, of the simulations above all.
+const DEPENDENT: f64 = 1e-7;
 
 /// A mechanism with effects in it.
 pub struct Scene<'a> {
@@ -135,8 +139,8 @@ impl<'a> Scene<'a> {
                 let with = self.with(index, specification, TRIED, generator, [0.0; 3])?;
                 let column: Vec<f64> = self.white[index].iter().zip(with).map(|(a, b)| a - b).collect();
                 let mut wider = beside.clone();
-                wider.push(&column);
-                let left = norm(&wider.residual(rest));
+                wider.push_beyond(&column, DEPENDENT);
+                let left = norm(&wider.projected_off(rest));
                 Some((specification, shape, column, left))
             })
             .min_by(|a, b| a.3.total_cmp(&b.3))?;
@@ -182,7 +186,7 @@ impl<'a> Scene<'a> {
                 break;
             }
             target = self.with(index, specification, strength, &mut shape.clone(), parts)?;
-            least = least.min(norm(&all.residual(&target)));
+            least = least.min(norm(&all.projected_off(&target)));
         }
         Some(least)
     }
@@ -207,15 +211,14 @@ fn changed(bench: &Bench, [damping, stiffness, gain]: [f64; 3]) -> Bench {
 
 fn basis<'b>(columns: impl Iterator<Item = &'b Vec<f64>>) -> Basis {
     let mut basis = Basis::default();
-    columns.for_each(|column| basis.push(column));
+    columns.for_each(|column| basis.push_beyond(column, DEPENDENT));
     basis
 }
 
 /// How much of a column is in a target beside the other columns: its coefficient in their least squares.
 fn along(columns: &[&Vec<f64>], index: usize, target: &[f64]) -> f64 {
     let others = columns.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, column)| *column);
-    let own = basis(others).residual(columns[index]);
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let own = basis(others).projected_off(columns[index]);
     let square = dot(&own, &own);
     if square > 0.0 { dot(&own, target) / square } else { 0.0 }
 }
@@ -243,7 +246,7 @@ mod tests {
         let clean = positions(&bench, 8).unwrap();
         let effects = [lag];
         let scene = Scene::new(&bare, &bench, 8, &effects, &clean, &typical).unwrap();
-        let rest = scene.beside(0).residual(scene.white(0));
+        let rest = scene.beside(0).projected_off(scene.white(0));
         let mut generator = rand_chacha::rand_core::SeedableRng::seed_from_u64(1);
         let (id, left) = scene.closest(0, &rest, &mut generator).unwrap();
         assert_eq!(id, "drive_lag");

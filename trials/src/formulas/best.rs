@@ -10,74 +10,69 @@ pub struct Shaped {
     pub shape: Vec<f64>,
 }
 
-impl Shaped {
-    /// The columns, whitened.
-    pub fn white(&self, columns: &Columns, whitener: &Whitener) -> Vec<Vec<f64>> {
-        (self.formula.signature)(columns, &self.shape).iter().map(|c| whitener.whiten(c)).collect()
-    }
-}
-
 /// Places of the grid from which to climb where one is not enough: a wide bump beside a polynomial has more than one
 /// summit.
 pub const SEVERAL: usize = 8;
 
-/// The nonlinear parameters at which `formula` explains most of the squared norm of `target` (whitened and
-/// orthogonal to `basis`), and how much that is: from the best places of the grid, so many of them.
-pub fn best_shape(
-    formula: &'static Formula,
-    columns: &Columns,
-    whitener: &Whitener,
-    basis: &Basis,
-    target: &[f64],
-    starts: usize,
-) -> (Shaped, f64) {
-    let grid = (formula.grid)(columns);
-    let value = |shape: &[f64]| {
-        let shaped = Shaped { formula, shape: shape.to_vec() };
-        basis.explained(&shaped.white(columns, whitener), target)
-    };
-    let mut tried: Vec<(Vec<f64>, f64)> = grid.places.iter().map(|p| (p.clone(), value(p))).collect();
-    tried.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let climbed =
-        tried.into_iter().take(starts).map(|(place, first)| climb(place, first, &grid.spacing, &value));
-    let (shape, explained) =
-        climbed.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Vec::new(), f64::NEG_INFINITY));
-    (Shaped { formula, shape }, explained)
+/// A recording and the metric in which formulas are fitted to it.
+#[derive(Clone, Copy)]
+pub struct Search<'a> {
+    pub columns: &'a Columns,
+    pub whitener: &'a Whitener,
 }
 
-/// Joint refinement of the nonlinear parameters of several formulas, so that together they explain most.
-pub fn refine_jointly(
-    mut together: Vec<Shaped>,
-    columns: &Columns,
-    whitener: &Whitener,
-    basis: &Basis,
-    target: &[f64],
-) -> Vec<Shaped> {
-    let spacing: Vec<f64> = together.iter().flat_map(|s| (s.formula.grid)(columns).spacing).collect();
-    if spacing.is_empty() {
-        return together;
+impl Search<'_> {
+    /// The columns of a formula, whitened.
+    pub fn white(&self, shaped: &Shaped) -> Vec<Vec<f64>> {
+        let columns = (shaped.formula.signature)(self.columns, &shaped.shape);
+        columns.iter().map(|c| self.whitener.whiten(c)).collect()
     }
-    let start: Vec<f64> = together.iter().flat_map(|s| s.shape.clone()).collect();
-    let formulas: Vec<(&'static Formula, usize)> =
-        together.iter().map(|s| (s.formula, s.shape.len())).collect();
-    let split = |all: &[f64]| -> Vec<Shaped> {
-        let mut rest = all;
-        formulas
-            .iter()
-            .map(|(formula, count)| {
-                let (own, others) = rest.split_at(*count);
+
+    /// The nonlinear parameters at which `formula` explains most of the squared norm of `target` (whitened and
+    /// orthogonal to `basis`), and how much that is: from the best places of the grid, so many of them.
+    pub fn best(
+        &self,
+        formula: &'static Formula,
+        basis: &Basis,
+        target: &[f64],
+        starts: usize,
+    ) -> (Shaped, f64) {
+        let grid = (formula.grid)(self.columns);
+        let value =
+            |shape: &[f64]| basis.explained(&self.white(&Shaped { formula, shape: shape.to_vec() }), target);
+        let mut tried: Vec<(Vec<f64>, f64)> = grid.places.iter().map(|p| (p.clone(), value(p))).collect();
+        tried.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let climbed =
+            tried.into_iter().take(starts).map(|(place, first)| climb(place, first, &grid.spacing, &value));
+        let (shape, explained) =
+            climbed.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((Vec::new(), f64::NEG_INFINITY));
+        (Shaped { formula, shape }, explained)
+    }
+
+    /// Joint refinement of the nonlinear parameters of several formulas, so that together they explain most.
+    pub fn jointly(&self, together: Vec<Shaped>, basis: &Basis, target: &[f64]) -> Vec<Shaped> {
+        let grid = |shaped: &Shaped| (shaped.formula.grid)(self.columns).spacing;
+        let spacing: Vec<f64> = together.iter().flat_map(grid).collect();
+        if spacing.is_empty() {
+            return together;
+        }
+        let start: Vec<f64> = together.iter().flat_map(|s| s.shape.clone()).collect();
+        let at = |all: &[f64]| -> Vec<Shaped> {
+            let mut rest = all;
+            let mut own = |shaped: &Shaped| {
+                let (own, others) = rest.split_at(shaped.shape.len());
                 rest = others;
-                Shaped { formula, shape: own.to_vec() }
-            })
-            .collect()
-    };
-    let value = |all: &[f64]| {
-        let wide: Vec<Vec<f64>> = split(all).iter().flat_map(|s| s.white(columns, whitener)).collect();
-        basis.explained(&wide, target)
-    };
-    let first = value(&start);
-    together = split(&climb(start, first, &spacing, &value).0);
-    together
+                Shaped { formula: shaped.formula, shape: own.to_vec() }
+            };
+            together.iter().map(&mut own).collect()
+        };
+        let value = |all: &[f64]| {
+            let wide: Vec<Vec<f64>> = at(all).iter().flat_map(|s| self.white(s)).collect();
+            basis.explained(&wide, target)
+        };
+        let first = value(&start);
+        at(&climb(start, first, &spacing, &value).0)
+    }
 }
 
 /// Coordinate steps of half the spacing, halved whenever none helps, down to a thousandth.

@@ -6,6 +6,6 @@ mod best;
 mod columns;
 mod table;
 
-pub use best::{SEVERAL, Shaped, best_shape, refine_jointly};
+pub use best::{SEVERAL, Search, Shaped};
 pub use columns::Columns;
 pub use table::{FORMULAS, Formula, find};

@@ -194,9 +194,10 @@ impl Sheet {
         self.figures.push(Figure { figure: figure.into(), wanted, measured: share.to_string(), passed });
     }
 
-    /// A figure: a share that must not exceed a largest value, given in per cent.
-    pub fn at_most(&mut self, figure: impl Into<String>, wanted: String, most: f64, share: Share) {
+    /// A figure: a share that must not exceed a largest value.
+    pub fn at_most(&mut self, figure: impl Into<String>, most: f64, share: Share) {
         let passed = share.value().map(|value| value <= most);
+        let wanted = format!("≤ {} %", 100.0 * most);
         self.figures.push(Figure { figure: figure.into(), wanted, measured: share.to_string(), passed });
     }
 

@@ -124,7 +124,7 @@ pub(super) fn harm(cases: &[Case], sheet: &mut Sheet) -> Harm {
         if !compared.is_empty() {
             let worse = 100.0 * (limit - 1.0);
             let figure = format!("second recordings more than {worse:.0} % worse than by the base alone");
-            sheet.at_most(figure, format!("≤ {} %", 100.0 * most), most, share);
+            sheet.at_most(figure, most, share);
         }
     }
     let ratios: Vec<f64> = compared.iter().map(|(_, ratio)| *ratio).collect();

@@ -15,7 +15,7 @@ pub(super) const TIME_DRIFT: Specification = Specification {
     title: "the zero drifts evenly with time",
     scope: Scope::Recording,
     depends_on: &["t_s"],
-    parameters: &[Parameter::needed("rate_arcsec_per_h", "arcsec/h", (-1e4, 1e4), Drawn::Strength)],
+    parameters: &[Parameter::strength("rate_arcsec_per_h", "arcsec/h", 1e4)],
     build: |values, _| {
         let arcsec_per_s = values["rate_arcsec_per_h"] / 3600.0;
         read(move |pose| -arcsec_per_s * pose.t_s)
@@ -30,7 +30,7 @@ pub(super) const WARMUP_DRIFT: Specification = Specification {
     scope: Scope::Recording,
     depends_on: &["t_s"],
     parameters: &[
-        Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
+        Parameter::strength("amplitude_arcsec", "arcsec", 1e3),
         Parameter::needed("time_constant_s", "s", (1.0, 1e5), Drawn::OfDuration(0.08, 0.3)),
     ],
     build: |values, _| {
@@ -47,7 +47,7 @@ pub(super) const MOUNT_STEP: Specification = Specification {
     scope: Scope::Recording,
     depends_on: &["t_s"],
     parameters: &[
-        Parameter::needed("step_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
+        Parameter::strength("step_arcsec", "arcsec", 1e3),
         Parameter::needed("time_s", "s", (0.0, 1e7), Drawn::OfDuration(0.15, 0.85)),
     ],
     build: |values, _| {
@@ -66,7 +66,7 @@ pub(super) const READ_LAG: Specification = Specification {
     title: "the reference is read later than the probes",
     scope: Scope::Device,
     depends_on: &["velocity", "direction"],
-    parameters: &[Parameter::needed("delay_s", "s", (-10.0, 10.0), Drawn::Strength)],
+    parameters: &[Parameter::strength("delay_s", "s", 10.0)],
     build: |values, device| {
         Ok(Box::new(Camera { delay_s: values["delay_s"] / device.true_per_calculated() }))
     },
@@ -90,12 +90,7 @@ pub(super) const AGING: Specification = Specification {
     title: "creep hastened by heat",
     scope: Scope::Recording,
     depends_on: &["temperature_c", "t_s", "history"],
-    parameters: &[Parameter::needed(
-        "coefficient_arcsec_per_k_h",
-        "arcsec/(K h)",
-        (-1e4, 1e4),
-        Drawn::Strength,
-    )],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_k_h", "arcsec/(K h)", 1e4)],
     build: |values, _| {
         let arcsec_per_k_h = values["coefficient_arcsec_per_k_h"];
         read(move |pose| -arcsec_per_k_h * (pose.temperature_c - LABORATORY_C) * pose.t_s / 3600.0)
@@ -108,7 +103,7 @@ pub(super) const CROSS_SQUARE: Specification = Specification {
     title: "the square of the second axis",
     scope: Scope::Device,
     depends_on: &["cross_arcsec"],
-    parameters: &[Parameter::needed("coefficient_per_arcsec", "1/arcsec", (-20.0, 20.0), Drawn::Strength)],
+    parameters: &[Parameter::strength("coefficient_per_arcsec", "1/arcsec", 20.0)],
     build: |values, _| {
         let per_arcsec = values["coefficient_per_arcsec"];
         read(move |pose| -per_arcsec * pose.cross_arcsec * pose.cross_arcsec)

@@ -12,12 +12,7 @@ pub(super) const THERMAL_ZERO_DRIFT: Specification = Specification {
     title: "the zero drifts with the temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    parameters: &[Parameter::needed(
-        "coefficient_arcsec_per_k",
-        "arcsec/K",
-        (-100.0, 100.0),
-        Drawn::Strength,
-    )],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_k", "arcsec/K", 100.0)],
     build: |values, _| {
         let arcsec_per_k = values["coefficient_arcsec_per_k"];
         seen(move |pose| rad_from_arcsec(arcsec_per_k * (pose.temperature_c - LABORATORY_C)))
@@ -32,7 +27,7 @@ pub(super) const THERMAL_LAG: Specification = Specification {
     scope: Scope::Device,
     depends_on: &["temperature_c", "history", "t_s"],
     parameters: &[
-        Parameter::needed("coefficient_arcsec_per_k", "arcsec/K", (-100.0, 100.0), Drawn::Strength),
+        Parameter::strength("coefficient_arcsec_per_k", "arcsec/K", 100.0),
         Parameter::needed("time_constant_s", "s", (1.0, 1e5), Drawn::OfDuration(0.05, 0.2)),
     ],
     build: |values, _| {
@@ -89,7 +84,7 @@ pub(super) const CROSS_AXIS_COUPLING: Specification = Specification {
     title: "the second axis couples into the angle",
     scope: Scope::Device,
     depends_on: &["cross_arcsec"],
-    parameters: &[Parameter::needed("coefficient_arcsec_per_arcsec", "1", (-20.0, 20.0), Drawn::Strength)],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_arcsec", "1", 20.0)],
     build: |values, _| {
         let relative = values["coefficient_arcsec_per_arcsec"];
         seen(move |pose| relative * rad_from_arcsec(pose.cross_arcsec))
@@ -141,7 +136,7 @@ pub(super) const COIL_HEATING: Specification = Specification {
     scope: Scope::Device,
     depends_on: &["history", "coil_a", "t_s", "pass", "angle_deg", "direction"],
     parameters: &[
-        Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
+        Parameter::strength("amplitude_arcsec", "arcsec", 1e3),
         Parameter::needed("time_constant_s", "s", (1.0, 1e5), Drawn::OfDuration(0.03, 0.15)),
     ],
     build: |values, _| {
@@ -185,12 +180,7 @@ pub(super) const COMMON_MODE_SQUARE: Specification = Specification {
     title: "the square of the common motion of the plate",
     scope: Scope::Device,
     depends_on: &["common_mode_um"],
-    parameters: &[Parameter::needed(
-        "coefficient_arcsec_per_um2",
-        "arcsec/µm²",
-        (-200.0, 200.0),
-        Drawn::Strength,
-    )],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_um2", "arcsec/µm²", 200.0)],
     build: |values, _| {
         let arcsec_per_um2 = values["coefficient_arcsec_per_um2"];
         seen(move |pose| rad_from_arcsec(arcsec_per_um2 * (1e3 * pose.translation_mm).powi(2)))
@@ -204,7 +194,7 @@ pub(super) const DIRECTION_GAIN: Specification = Specification {
     title: "a gain that depends on the direction of travel",
     scope: Scope::Device,
     depends_on: &["direction", "angle_deg", "history"],
-    parameters: &[Parameter::needed("coefficient_ppm", "ppm", (-1e5, 1e5), Drawn::Strength)],
+    parameters: &[Parameter::strength("coefficient_ppm", "ppm", 1e5)],
     build: |values, _| {
         let part = 1e-6 * values["coefficient_ppm"];
         seen(move |pose| part * pose.direction * pose.mirror_rad)
@@ -219,7 +209,7 @@ pub(super) const REMANENCE: Specification = Specification {
     scope: Scope::Device,
     depends_on: &["history", "direction", "angle_deg", "command_deg"],
     parameters: &[
-        Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
+        Parameter::strength("amplitude_arcsec", "arcsec", 1e3),
         Parameter::needed("width_deg", "deg", (0.05, 5.0), Drawn::Uniform(0.4, 1.0)).or(0.6),
         Parameter::needed("beyond_deg", "deg", (0.0, 1.8), Drawn::Uniform(1.1, 1.3)).or(1.2),
     ],
@@ -269,7 +259,7 @@ pub(super) const SOFTENING: Specification = Specification {
     scope: Scope::Device,
     depends_on: &["temperature_c"],
     parameters: &[
-        Parameter::needed("amplitude_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
+        Parameter::strength("amplitude_arcsec", "arcsec", 1e3),
         Parameter::needed("softening_c", "°C", (-40.0, 100.0), Drawn::Uniform(25.0, 30.0)).or(27.0),
         Parameter::needed("width_k", "K", (0.01, 50.0), Drawn::Uniform(0.3, 1.0)).or(0.5),
     ],
@@ -286,12 +276,7 @@ pub(super) const TEMPERATURE_SQUARE: Specification = Specification {
     title: "the zero goes with the square of the temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    parameters: &[Parameter::needed(
-        "coefficient_arcsec_per_k2",
-        "arcsec/K²",
-        (-100.0, 100.0),
-        Drawn::Strength,
-    )],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_k2", "arcsec/K²", 100.0)],
     build: |values, _| {
         let arcsec_per_k2 = values["coefficient_arcsec_per_k2"];
         seen(move |pose| rad_from_arcsec(arcsec_per_k2 * (pose.temperature_c - LABORATORY_C).powi(2)))

@@ -14,7 +14,7 @@ pub(super) const THERMAL_GAIN_DRIFT: Specification = Specification {
     title: "the gain drifts with the temperature",
     scope: Scope::Device,
     depends_on: &["temperature_c"],
-    parameters: &[Parameter::needed("coefficient_ppm_per_k", "ppm/K", (-2000.0, 2000.0), Drawn::Strength)],
+    parameters: &[Parameter::strength("coefficient_ppm_per_k", "ppm/K", 2000.0)],
     build: |values, device| {
         let per_k = 1e-6 * values["coefficient_ppm_per_k"] / device.true_per_calculated();
         Ok(Box::new(Base { per_k }))
@@ -42,12 +42,7 @@ pub(super) const COMMON_MODE_LEAKAGE: Specification = Specification {
     title: "common motion of the plate leaks into the angle",
     scope: Scope::Device,
     depends_on: &["common_mode_um"],
-    parameters: &[Parameter::needed(
-        "coefficient_arcsec_per_um",
-        "arcsec/µm",
-        (-20.0, 20.0),
-        Drawn::Strength,
-    )],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_um", "arcsec/µm", 20.0)],
     build: |values, device| {
         let arcsec_per_mm = 1e3 * values["coefficient_arcsec_per_um"];
         let part = 0.5 * arcsec_per_mm / device.arcsec_per_mm();
@@ -66,7 +61,7 @@ pub(super) const COIL_CROSSTALK: Specification = Specification {
     title: "the coil current is picked up by the probes",
     scope: Scope::Device,
     depends_on: &["coil_a"],
-    parameters: &[Parameter::needed("coefficient_arcsec_per_a", "arcsec/A", (-1e4, 1e4), Drawn::Strength)],
+    parameters: &[Parameter::strength("coefficient_arcsec_per_a", "arcsec/A", 1e4)],
     build: |values, device| {
         let mm_per_a = values["coefficient_arcsec_per_a"] / device.arcsec_per_mm();
         reported(move |pose, reports_mm| {
@@ -90,7 +85,7 @@ pub(super) const SENSOR_CLIPPING: Specification = Specification {
     depends_on: &["angle_deg"],
     parameters: &[
         Parameter::needed("threshold_deg", "deg", (-1.75, 1.75), Drawn::EitherSide(0.55, 0.8)),
-        Parameter::needed("slope_arcsec_per_deg", "arcsec/deg", (-1000.0, 1000.0), Drawn::Strength),
+        Parameter::strength("slope_arcsec_per_deg", "arcsec/deg", 1000.0),
     ],
     build: |values, device| {
         let threshold_deg = values["threshold_deg"];
@@ -122,7 +117,7 @@ pub(super) const LOCAL_DEFECT: Specification = Specification {
     scope: Scope::Device,
     depends_on: &["angle_deg"],
     parameters: &[
-        Parameter::needed("height_arcsec", "arcsec", (-1e3, 1e3), Drawn::Strength),
+        Parameter::strength("height_arcsec", "arcsec", 1e3),
         Parameter::needed("centre_deg", "deg", (-1.75, 1.75), Drawn::EitherSide(0.0, 0.75)),
         Parameter::needed("width_deg", "deg", (0.005, 1.0), Drawn::FromSteps(0.8, 0.05)),
     ],

@@ -4,11 +4,14 @@ use std::sync::Arc;
 
 use super::{Made, Mechanism, Pose};
 
+type Value = dyn Fn(&Pose) -> f64 + Send + Sync;
+type Change = dyn Fn(&Pose, &mut [f64; 2]) + Send + Sync;
+
 #[derive(Clone)]
 enum Simple {
-    Seen(Arc<dyn Fn(&Pose) -> f64 + Send + Sync>),
-    Read(Arc<dyn Fn(&Pose) -> f64 + Send + Sync>),
-    Reported(Arc<dyn Fn(&Pose, &mut [f64; 2]) + Send + Sync>),
+    Seen(Arc<Value>),
+    Read(Arc<Value>),
+    Reported(Arc<Change>),
 }
 
 /// One by [`Mechanism::seen_rotation_rad`].

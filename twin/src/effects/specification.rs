@@ -59,6 +59,11 @@ impl Parameter {
         Self { name, unit, default: None, range, drawn }
     }
 
+    /// The strength of an effect of either sign, up to `most`.
+    pub(super) const fn strength(name: &'static str, unit: &'static str, most: f64) -> Self {
+        Self::needed(name, unit, (-most, most), Drawn::Strength)
+    }
+
     /// The same with a value where it is not given.
     pub(super) const fn or(self, default: f64) -> Self {
         Self { default: Some(default), ..self }
