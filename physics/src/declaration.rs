@@ -19,7 +19,7 @@ pub enum DeclarationError {
     #[error("{file}, effect `{id}`: {what}")]
     Effect { file: String, id: String, what: String },
     #[error("{file}, effect `{id}`, `{field}`: {error}")]
-    Expression { file: String, id: String, field: &'static str, error: ExpressionError },
+    Expression { file: String, id: String, field: &'static str, error: Box<ExpressionError> },
 }
 
 /// A declared effect of a calibration.
@@ -126,7 +126,7 @@ pub fn declared(
             file: file.to_string(),
             id: entry.id.clone(),
             field: "adds",
-            error,
+            error: Box::new(error),
         })?;
         let title = entry.title.clone().unwrap_or_else(|| entry.id.replace('_', " "));
         let Entry { id, source, confused_with, .. } = entry;

@@ -27,8 +27,9 @@ pub use expression::{Expression, Kind};
 pub use interval::Interval;
 pub use operator::{FUNCTIONS, Operator};
 pub use parse::parse;
-pub use quantity::{Quantity, UnitError};
+pub use quantity::{Agreed, Quantity, UnitError};
 pub use unit::Unit;
 
-#[cfg(all(test, feature = "declarations"))]
+#[cfg(test)]
+#[cfg(feature = "declarations")]
 mod tests;

@@ -13,6 +13,9 @@ pub enum Quantity {
     Of(Unit),
 }
 
+/// The unit of a result, and the factors that bring each argument to the unit that is needed.
+pub type Agreed = (Quantity, Vec<f64>);
+
 /// Units that do not go together.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum UnitError {
@@ -60,7 +63,7 @@ impl Quantity {
 ///
 /// # Errors
 /// [`UnitError::Differ`].
-pub(crate) fn common(of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+pub(crate) fn common(of: &[Quantity]) -> Result<Agreed, UnitError> {
     let unit = of.iter().find_map(|quantity| match quantity {
         Quantity::Of(unit) => Some(unit),
         Quantity::Number(_) => None,

@@ -9,7 +9,7 @@ pub mod choose;
 pub(crate) mod describe;
 mod fit;
 #[cfg(test)]
-#[path = "../../tests/turn/encoder.rs"]
+#[path = "../../tests/all/turn/encoder.rs"]
 pub(crate) mod fixtures;
 mod phase;
 mod proof;

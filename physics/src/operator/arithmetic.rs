@@ -7,7 +7,7 @@ use super::Operator;
 use crate::evaluate::{Time, Value, pointwise};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError, common};
+use crate::quantity::{Agreed, Quantity, UnitError, common};
 
 /// An operator between two operands, or before one.
 struct Arithmetic {
@@ -61,7 +61,7 @@ impl Operator for Arithmetic {
         }
     }
 
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         let plain = |unit| (unit, vec![1.0; of.len()]);
         // Numbers alone make a number.
         if let Some(numbers) = of.iter().map(Quantity::number).collect::<Option<Vec<f64>>>() {

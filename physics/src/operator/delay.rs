@@ -6,7 +6,7 @@ use super::Operator;
 use super::lowpass::of_time;
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError};
+use crate::quantity::{Agreed, Quantity, UnitError};
 
 /// See the module.
 pub struct Delay;
@@ -24,7 +24,7 @@ impl Operator for Delay {
         "delay(e, T)"
     }
 
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         Ok((Quantity::Of(of[0].unit()), vec![1.0, of_time(&of[1])?]))
     }
 

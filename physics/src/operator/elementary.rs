@@ -5,18 +5,18 @@ use std::ops::RangeInclusive;
 use super::Operator;
 use crate::evaluate::{Time, Value, pointwise};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError, common};
+use crate::quantity::{Agreed, Quantity, UnitError, common};
 use crate::unit::Unit;
 
 /// A function of the values of one row.
 pub struct Elementary {
-    name: &'static str,
-    usage: &'static str,
-    arguments: usize,
-    unit: fn(&[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError>,
-    interval: fn(&[Interval]) -> Result<Interval, String>,
+    pub(super) name: &'static str,
+    pub(super) usage: &'static str,
+    pub(super) arguments: usize,
+    pub(super) unit: fn(&[Quantity]) -> Result<Agreed, UnitError>,
+    pub(super) interval: fn(&[Interval]) -> Result<Interval, String>,
     /// The value; the derivatives by the arguments are written.
-    at: fn(&[f64], &mut [f64]) -> f64,
+    pub(super) at: fn(&[f64], &mut [f64]) -> f64,
 }
 
 impl Operator for Elementary {
@@ -32,7 +32,7 @@ impl Operator for Elementary {
         self.usage
     }
 
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         (self.unit)(of)
     }
 
@@ -46,12 +46,12 @@ impl Operator for Elementary {
 }
 
 /// A pure number of a pure number.
-fn pure(of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+fn pure(of: &[Quantity]) -> Result<Agreed, UnitError> {
     Ok((Quantity::Of(Unit::one()), vec![of[0].pure()?]))
 }
 
 /// A pure number of an angle, or of a pure number as one in radians.
-fn of_angle(of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+fn of_angle(of: &[Quantity]) -> Result<Agreed, UnitError> {
     let unit = of[0].unit();
     let radian = Unit::of_column("rad");
     let factor = unit.in_units_of(&radian).or_else(|| unit.in_units_of(&Unit::one()));
@@ -212,17 +212,3 @@ pub static TANH: Elementary = Elementary {
         value
     },
 };
-
-impl Elementary {
-    /// A function of several values of one unit, whose own unit is `of` it.
-    pub(super) const fn of_one_unit(
-        name: &'static str,
-        usage: &'static str,
-        arguments: usize,
-        unit: fn(&[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError>,
-        interval: fn(&[Interval]) -> Result<Interval, String>,
-        at: fn(&[f64], &mut [f64]) -> f64,
-    ) -> Elementary {
-        Elementary { name, usage, arguments, unit, interval, at }
-    }
-}

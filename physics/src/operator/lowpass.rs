@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use super::Operator;
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError, common};
+use crate::quantity::{Agreed, Quantity, UnitError, common};
 use crate::unit::Unit;
 
 /// See the module.
@@ -24,7 +24,7 @@ impl Operator for LowPass {
         "lowpass(e, tau) or lowpass(e, tau, start)"
     }
 
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         let seconds = of_time(&of[1])?;
         let values: Vec<Quantity> = of.iter().take(1).chain(of.get(2)).cloned().collect();
         let (unit, mut factors) = common(&values)?;

@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use crate::evaluate::{Time, Value};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError};
+use crate::quantity::{Agreed, Quantity, UnitError};
 
 pub(crate) use arithmetic::{DIFFERENCE, NEGATIVE, POWER, PRODUCT, QUOTIENT, SUM};
 
@@ -31,7 +31,7 @@ pub trait Operator: Sync {
     ///
     /// # Errors
     /// Which units do not go together.
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError>;
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError>;
     /// The interval of its values.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use super::Operator;
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError, common};
+use crate::quantity::{Agreed, Quantity, UnitError, common};
 
 /// See the module.
 pub struct Play {
@@ -32,7 +32,7 @@ impl Operator for Play {
         self.usage
     }
 
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         common(of)
     }
 

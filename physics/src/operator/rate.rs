@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use super::Operator;
 use crate::evaluate::{Time, Value};
 use crate::interval::Interval;
-use crate::quantity::{Quantity, UnitError};
+use crate::quantity::{Agreed, Quantity, UnitError};
 use crate::unit::Unit;
 
 /// See the module.
@@ -25,7 +25,7 @@ impl Operator for Rate {
         "rate(e)"
     }
 
-    fn unit(&self, of: &[Quantity]) -> Result<(Quantity, Vec<f64>), UnitError> {
+    fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         let per_second = Unit::of_column("s").power(-1.0).ok_or(UnitError::Exponent)?;
         Ok((Quantity::Of(of[0].unit().times(&per_second)), vec![1.0]))
     }

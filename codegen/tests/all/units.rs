@@ -1,7 +1,5 @@
 //! Routines for many units: random coefficients and damaged pages through the compiled C and Rust alike.
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

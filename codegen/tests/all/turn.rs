@@ -1,8 +1,6 @@
 //! Routines of encoders: every count of the compiled C and Rust against the fitter's own solution, whose arithmetic
 //! is not the generator's.
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
-
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Command;

@@ -1,7 +1,5 @@
 //! The cost model against instructions that were counted on the cores (`tests/firmware/instructions.json`).
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
-
 use codegen::cost::Core;
 use codegen::format::Format;
 use codegen::options::OutOfRange::{Clamp, Continue};

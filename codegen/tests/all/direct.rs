@@ -1,7 +1,5 @@
 //! Direct sensors in their own units: what is asked for where nothing is named, and what a file of many terms gives.
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
-
 use codegen::claim::Claim;
 use codegen::format::Format;
 use codegen::generate::{GenerateError, generate};

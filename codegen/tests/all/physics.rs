@@ -1,11 +1,7 @@
 //! Routines with terms of further physics: over random sequences of inputs the interpreter stays within the bound
 //! of a reference in `f64` that knows nothing of words, and the compiled C and Rust give the interpreter's bits.
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
-
-#[path = "physics/compiled.rs"]
 mod compiled;
-#[path = "physics/refused.rs"]
 mod refused;
 
 use codegen::format::Format;

@@ -1,7 +1,5 @@
 //! A further language takes one implementation and its templates: a small one, of assignments, is generated here.
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
-
 use std::path::Path;
 
 use codegen::format::Format;

@@ -1,0 +1,10 @@
+//! All tests of this crate from outside, in one binary.
+
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
+
+mod cost;
+mod direct;
+mod language;
+mod physics;
+mod turn;
+mod units;
