@@ -27,6 +27,18 @@ arcsmith excite --seed 7 --samples 110 --periods 2 --out per.csv
 arcsmith diagnose warm.csv --mirror mirror.toml --order 3 --no-report --jobs 1 --out .
 mv warm.coefficients.json warm.json
 unsealed warm.json >open.json
+cat >mine.toml <<'END'
+[[effect]]
+id = "slow_heat"
+title = "heat that arrives late"
+adds = "k * lowpass(temperature_c - 20, tau) + 0 * k * hinge(angle, 1 [deg]) / 1 [arcsec] * 1 [K]"
+k = { unit = "arcsec/K" }
+tau = { unit = "min", from = 0.001, to = 5 }
+END
+arcsmith diagnose warm.csv --mirror mirror.toml --order 3 --effects mine.toml --no-report --jobs 1 --out own \
+    --without thermal_zero_drift,thermal_lag,thermal_gain_drift,time_drift,warmup_drift,mount_step
+unsealed own/warm.coefficients.json >own.json
+rm -r own
 thin cal.csv
 thin warm.csv
 gzip -n <cal.csv >cal.csv.gz
