@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use diagnosis::effects::{declared, page};
+use diagnosis::effects::{self, Effect, declared, page};
 use fitter::Mirror;
 use serde_json::json;
 use twin::dynamic::effects as moving;
 use twin::effects as still;
 
-use crate::terminal::{Common, Result, say, summarise};
+use crate::terminal::{Common, Result, summarise};
 
 /// Examples for the help.
 pub const EXAMPLES: &str = "\
@@ -51,7 +51,7 @@ pub fn run(args: &EffectsArgs, common: Common) -> Result<()> {
             let text = || still::catalogue::listing() + "\nIn motion:\n" + &moving::catalogue::listing();
             summarise(common, simulated, text);
         }
-        None => say(page::markdown().trim_end()),
+        None => summarise(common, catalogued, || page::markdown().trim_end().to_string()),
     }
     Ok(())
 }
@@ -64,6 +64,18 @@ fn check(args: &CheckArgs, common: Common) -> Result<()> {
     let text = || explained.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     summarise(common, || json!(explained), text);
     Ok(())
+}
+
+/// The catalogue of `diagnose` as JSON.
+fn catalogued() -> serde_json::Value {
+    let entry = |effect: &Box<dyn Effect>| {
+        json!({
+            "id": effect.id, "title": effect.title, "formula": effect.formula, "size": effect.size,
+            "confused_with": effect.confused_with, "source": effect.source,
+            "runtime_correctable": !effect.of_one_time,
+        })
+    };
+    effects::catalogue().iter().map(entry).collect()
 }
 
 /// The catalogues of the simulation as JSON.

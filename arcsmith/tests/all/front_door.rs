@@ -94,6 +94,7 @@ const PATH: [&str; 10] = [
     "encode --seed 7 --out e.csv",
     "excite --seed 7 --samples 512 --out m.csv",
     "effects",
+    "effects --simulated",
     "fit c.csv --mirror mirror.toml --out c.json",
     "apply c.csv --coefficients c.json --out angles.csv",
     "report c.csv --mirror mirror.toml --out report.html --overview o.svg",

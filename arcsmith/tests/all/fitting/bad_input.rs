@@ -441,7 +441,7 @@ fn damaged_coefficients() {
         (
             "newer",
             good.replace("\"version\": 1", "\"version\": 7"),
-            &["version 7", "reads up to 2", "newer program"],
+            &["version 7", "reads up to 3", "newer program"],
         ),
         (
             "coefficient lost",

@@ -87,7 +87,7 @@ fn schedules_temperatures_noises_and_effects_are_what_they_are_called() {
     );
     run("lag.csv", "--schedule scan --effect read_lag:delay_s=0.01");
     // The list shows every effect that can be asked for.
-    let listing = String::from_utf8(twin(&["effects"]).stdout).unwrap();
+    let listing = String::from_utf8(twin(&["effects", "--simulated"]).stdout).unwrap();
     assert!(listing.contains("mount_step") && listing.contains("time_constant_s"));
 }
 
