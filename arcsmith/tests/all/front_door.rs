@@ -89,7 +89,7 @@ fn what_is_generated_is_what_codegen_committed() {
 }
 
 /// A user's path; every step once for people, once as JSON, once in silence.
-const PATH: [&str; 10] = [
+const PATH: [&str; 11] = [
     "record --protocol calibration --schedule coarse --seed 7 --out c.csv",
     "encode --seed 7 --out e.csv",
     "excite --seed 7 --samples 512 --out m.csv",
