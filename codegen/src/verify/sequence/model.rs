@@ -221,10 +221,8 @@ fn one(
             let reached = v >= step.at - 4.0 * f64::EPSILON * (v.abs() + step.at.abs());
             (if reached { w } else { 0.0 }, w.abs())
         }
-        // Of the result itself: solved in the end.
-        Operator::Periodic(_) => (0.0, 0.0),
-        // Refused before.
-        Operator::Expression(_) => (f64::NAN, f64::INFINITY),
+        // The first is of the result itself and solved in the end, the second was refused before.
+        Operator::Periodic(_) | Operator::Expression(_) => (0.0, 0.0),
     }
 }
 
