@@ -68,14 +68,14 @@ fn check(args: &CheckArgs, common: Common) -> Result<()> {
 
 /// The catalogue of `diagnose` as JSON.
 fn catalogued() -> serde_json::Value {
-    let entry = |effect: &Box<dyn Effect>| {
+    let entry = |effect: &dyn Effect| {
         json!({
             "id": effect.id, "title": effect.title, "formula": effect.formula, "size": effect.size,
             "confused_with": effect.confused_with, "source": effect.source,
             "runtime_correctable": !effect.of_one_time,
         })
     };
-    effects::catalogue().iter().map(entry).collect()
+    effects::catalogue().iter().map(|effect| entry(effect.as_ref())).collect()
 }
 
 /// The catalogues of the simulation as JSON.
