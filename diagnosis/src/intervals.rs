@@ -49,14 +49,12 @@ impl Beside<'_> {
     fn place(&self, effect: &dyn Effect, shape: &[f64]) -> Option<Place> {
         let columns = effect.signature(self.rows, shape);
         let width = columns.len();
-        let mut unknown_part = 0.0;
         let mut q: Vec<Vec<f64>> = Vec::with_capacity(width);
         // Upper triangle R of the columns' factorisation, by rows.
         let mut r = vec![0.0; width * width];
         for (k, column) in columns.iter().enumerate() {
             let mut w = self.noise.whiten(column);
             let length = dot(&w, &w).sqrt();
-            let noise = if effect.of_common_mode { self.noise_of_common_mode(&w) } else { 0.0 };
             self.basis.project_off(&mut w);
             if dot(&w, &w).sqrt() < 0.1 * length {
                 self.basis.project_off(&mut w);
@@ -71,13 +69,16 @@ impl Beside<'_> {
                 return None;
             }
             r[k * width + k] = left;
-            unknown_part = noise * w.len() as f64 / (left * left);
             w.iter_mut().for_each(|v| *v /= left);
             q.push(w);
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
         let (amplitudes, mut covariance) = of_triangle(&r, &scores);
-        covariance[0] += (unknown_part * amplitudes[0]).powi(2);
+        if effect.of_common_mode {
+            let noise = self.noise_of_common_mode(&self.noise.whiten(&columns[0]));
+            let unknown_part = noise * columns[0].len() as f64 / (r[0] * r[0]);
+            covariance[0] += (unknown_part * amplitudes[0]).powi(2);
+        }
         if !effect.plausible_at(shape, &amplitudes) {
             return None;
         }

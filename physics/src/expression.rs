@@ -10,14 +10,14 @@ use crate::unit::Unit;
 #[derive(Clone, Debug)]
 pub struct Expression {
     /// What it is.
-    pub kind: Kind,
+    pub(crate) kind: Kind,
     /// Bytes of the text.
-    pub span: Range<usize>,
+    pub(crate) span: Range<usize>,
 }
 
 /// What an expression is.
 #[derive(Clone)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// A number; without a unit it takes that of what it is added to or compared with.
     Number(f64, Option<Unit>),
     /// A column of the recording, or a parameter.
@@ -79,7 +79,7 @@ pub(crate) mod binding {
 
 impl Expression {
     /// How tightly it holds together.
-    pub fn binding(&self) -> u8 {
+    pub(crate) fn binding(&self) -> u8 {
         match &self.kind {
             Kind::Call(operator, _) => operator.binding(),
             Kind::Number(value, _) if value.is_sign_negative() => binding::SIGN,

@@ -23,11 +23,9 @@ pub use check::{Names, Parameter, Sentence};
 pub use declaration::{DeclarationError, Declared, declared};
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
-pub use expression::{Expression, Kind};
+pub use expression::Expression;
 pub use interval::Interval;
-pub use operator::{FUNCTIONS, Operator};
 pub use parse::parse;
-pub use quantity::{Agreed, Quantity, UnitError};
 pub use unit::Unit;
 
 #[cfg(test)]

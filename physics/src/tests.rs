@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use proptest::prelude::*;
 
-use crate::{Columns, FUNCTIONS, Interval, Names, Parameter, Sentence, Time, Unit, declared, parse};
+use crate::operator::FUNCTIONS;
+use crate::{Columns, Interval, Names, Parameter, Sentence, Time, Unit, declared, parse};
 
 /// A recording of a few columns.
 struct Made {
@@ -172,11 +173,13 @@ fn expressions() -> impl Strategy<Value = String> {
                 let arguments: Vec<String> = match name {
                     "sqrt" | "log" => vec![positive(&of[0])],
                     "bump" => vec![of[0].clone(), of[1].clone(), positive(&of[2])],
-                    "lowpass" | "delay" | "play" | "plays" => vec![of[0].clone(), "(1 + a^2)".into()],
+                    "lowpass" | "delay" => vec![of[0].clone(), "(1 + a^2) * 1 [s]".into()],
+                    "play" | "plays" => vec![of[0].clone(), "(1 + a^2)".into()],
                     "exp" => vec![format!("tanh({})", of[0])],
                     _ => of[..*count.start()].to_vec(),
                 };
-                format!("{name}({})", arguments.join(", "))
+                let call = format!("{name}({})", arguments.join(", "));
+                if name == "rate" { format!("({call} * 1 [s])") } else { call }
             }),
         ]
     })
@@ -195,6 +198,19 @@ impl Columns for Plain {
     }
 }
 
+/// An expression of pure numbers whose parameters run up to `most` either way.
+fn plain(text: &str, most: f64) -> Sentence {
+    let expression = parse(text).unwrap();
+    let names = expression.names();
+    let parameters: Vec<Parameter> = (["a", "b"].into_iter())
+        .filter(|name| names.contains(name))
+        .map(|name| parameter(name, "1", Some((-most, most))))
+        .collect();
+    let column = |name: &str| (name == "x").then(Unit::one);
+    Sentence::read(text, &Unit::one(), &Names { column: &column, known: &[], parameters: &parameters })
+        .unwrap()
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
@@ -208,15 +224,10 @@ proptest! {
     /// Derivatives are those of the values, but for rows beside a corner, where a small step crosses it.
     #[test]
     fn derivatives_are_those_of_the_values(text in expressions(), a in -2.0..2.0_f64, b in -2.0..2.0_f64) {
-        let one = |name: &str| parameter(name, "1", Some((-5.0, 5.0)));
-        let parameters: Vec<Parameter> =
-            ["a", "b"].into_iter().filter(|name| parse(&text).unwrap().names().contains(name)).map(one).collect();
-        let column = |name: &str| (name == "x").then(Unit::one);
-        let names = Names { column: &column, known: &[], parameters: &parameters };
-        let Ok(sentence) = Sentence::read(&text, &Unit::one(), &names) else { return Ok(()) };
+        let sentence = plain(&text, 5.0);
         let recording = Plain(Made::of(40));
         let values: Vec<f64> =
-            parameters.iter().map(|parameter| if parameter.name == "a" { a } else { b }).collect();
+            sentence.parameters.iter().map(|parameter| if parameter.name == "a" { a } else { b }).collect();
         let here = sentence.evaluate(&recording, &values).unwrap();
         for index in 0..values.len() {
             let step = 1e-6;
@@ -232,24 +243,19 @@ proptest! {
                 let smooth = (up - down).abs() < 1e-8 * size;
                 smooth && ((up + down) / (2.0 * step) - here.slope(index, *row)).abs() > 1e-4 * size
             });
-            prop_assert_eq!(wrong.count(), 0, "{} by {}", text, parameters[index].name);
+            prop_assert_eq!(wrong.count(), 0, "{} by {}", text, sentence.parameters[index].name);
         }
     }
 
     /// A value lies in the interval that is stated of it.
     #[test]
     fn values_lie_in_their_interval(text in expressions(), a in -2.0..2.0_f64, b in -2.0..2.0_f64) {
-        let one = |name: &str| parameter(name, "1", Some((-2.0, 2.0)));
-        let parameters: Vec<Parameter> =
-            ["a", "b"].into_iter().filter(|name| parse(&text).unwrap().names().contains(name)).map(one).collect();
-        let column = |name: &str| (name == "x").then(Unit::one);
-        let names = Names { column: &column, known: &[], parameters: &parameters };
-        let Ok(sentence) = Sentence::read(&text, &Unit::one(), &names) else { return Ok(()) };
+        let sentence = plain(&text, 2.0);
         let recording = Plain(Made::of(40));
         let x = Interval::around(recording.column("x").unwrap().iter().copied()).unwrap();
         let interval = sentence.interval(&|_| x).unwrap();
         let values: Vec<f64> =
-            parameters.iter().map(|parameter| if parameter.name == "a" { a } else { b }).collect();
+            sentence.parameters.iter().map(|parameter| if parameter.name == "a" { a } else { b }).collect();
         let value = sentence.evaluate(&recording, &values).unwrap();
         let slack = 1e-9 * (1.0 + interval.from.abs().max(interval.to.abs())).min(1e300);
         for v in &value.rows {

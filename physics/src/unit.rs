@@ -99,7 +99,7 @@ impl Unit {
     }
 
     /// The unit with a name, or a base unit of that name.
-    fn named(name: &str) -> Unit {
+    pub(crate) fn named(name: &str) -> Unit {
         let (scale, bases) = match KNOWN.iter().find(|known| known.0 == name) {
             Some((_, scale, bases)) => (*scale, bases.to_vec()),
             None => (1.0, vec![(name, 1)]),

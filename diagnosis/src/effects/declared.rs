@@ -7,7 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fitter::error_model::Sensor;
-use fitter::terms::{Expressed, ExpressionFactor, Fixed, Operator, observable, read_by};
+use fitter::terms::{Expressed, ExpressionFactor, Fixed, Operator};
 use physics::{Columns, DeclarationError, Declared, Interval, Time, Unit, Value};
 use serde::Serialize;
 
@@ -38,7 +38,7 @@ pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<DeclaredEffec
     let column = |column: &str| match column {
         // The instrument that knows it is not there at run time.
         "true_angle" | "reference" | "reference_arcsec" => None,
-        _ => observable(column, pair, name).ok().map(|(_, unit)| unit),
+        _ => Expressed::observable(column, pair, name).ok().map(|(_, unit)| unit),
     };
     let known = ["angle", "common_mode", "direction", "t_s", "temperature_c", "coil_a", "cross_arcsec"];
     let declared = physics::declared(file, text, &unit, &column, &known, &taken)?;
@@ -112,7 +112,7 @@ impl DeclaredEffect {
     pub fn explained(&self) -> Explained {
         let Declared { id, title, adds, .. } = &*self.declared;
         let unit_of = |name: &String| {
-            observable(name, self.pair, &adds.unit.to_string())
+            Expressed::observable(name, self.pair, &adds.unit.to_string())
                 .map_or("?".into(), |(_, unit)| unit.to_string())
         };
         let factors = adds.factors().into_iter().map(|index| &adds.parameters[index]);
@@ -242,7 +242,7 @@ impl Effect for DeclaredEffect {
         let operator = Operator::Expression(Expressed {
             text: adds.expression.to_string(),
             unit: rows.unit.clone(),
-            observables: read_by(adds, self.pair, &rows.unit),
+            observables: Expressed::observables_of(adds, self.pair, &rows.unit),
             parameters: fixed.collect(),
             factors,
         });
@@ -267,12 +267,14 @@ impl Columns for Read<'_> {
     fn column(&self, name: &str) -> Option<Cow<'_, [f64]>> {
         let rows = self.0;
         let of = |values: &'_ Option<Vec<f64>>| values.clone().map(Cow::Owned);
-        match name {
-            "angle" | "measured" => Some(Cow::Borrowed(&rows.theta)),
+        let (observable, _) = Expressed::observable(name, rows.pair, &rows.unit).ok()?;
+        match observable {
+            "angle_arcsec" if rows.pair => Some(Cow::Borrowed(&rows.theta)),
+            "measured" if !rows.pair => Some(Cow::Borrowed(&rows.theta)),
             "t_s" => Some(Cow::Borrowed(&rows.t_s)),
             "direction" => Some(Cow::Borrowed(&rows.direction)),
             "pass" => Some(rows.pass.iter().map(|pass| *pass as f64).collect()),
-            "common_mode" | "common_mode_um" => of(&rows.common_mode_um),
+            "common_mode_um" => of(&rows.common_mode_um),
             "cross_arcsec" => of(&rows.cross_arcsec),
             "temperature_c" => of(&rows.temperature_c),
             "coil_a" => of(&rows.coil_a),

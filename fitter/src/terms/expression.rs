@@ -47,30 +47,35 @@ pub struct Fixed {
     pub value: f64,
 }
 
-/// The observable and the unit that a name in an expression stands for: `angle` and `common_mode` by the sensor, anything
-/// else a column by its name, whose end says its unit.
-pub fn observable<'a>(name: &'a str, pair: bool, unit: &str) -> Result<(&'a str, Unit), String> {
-    match (name, pair) {
-        ("angle", true) => Ok(("angle_arcsec", Unit::parse("arcsec")?)),
-        ("angle" | "measured", false) => Ok(("measured", Unit::parse(unit)?)),
-        ("common_mode", true) => Ok(("common_mode_um", Unit::parse("um")?)),
-        ("direction" | "pass", _) => Ok((name, Unit::one())),
-        _ => Ok((name, Unit::of_column(name))),
-    }
-}
-
-/// The observables that an expression reads; the time as well where it remembers.
-pub fn read_by(sentence: &Sentence, pair: bool, unit: &str) -> Vec<String> {
-    let named =
-        |name: &String| observable(name, pair, unit).map_or(name.clone(), |(name, _)| name.to_string());
-    let mut observables: Vec<String> = sentence.columns.iter().map(named).collect();
-    if sentence.remembers() && !observables.iter().any(|name| name == "t_s") {
-        observables.push("t_s".into());
-    }
-    observables
-}
-
 impl Expressed {
+    /// The observable and the unit that a name in an expression stands for: `angle` and `common_mode` by the sensor (a
+    /// pair of probes or not, of this `unit`), anything else a column by its name, whose end says its unit.
+    ///
+    /// # Errors
+    /// The sensor's own unit is none that can be read.
+    pub fn observable<'a>(name: &'a str, pair: bool, unit: &str) -> Result<(&'a str, Unit), String> {
+        match (name, pair) {
+            ("angle", true) => Ok(("angle_arcsec", Unit::parse("arcsec")?)),
+            ("angle" | "measured", false) => Ok(("measured", Unit::parse(unit)?)),
+            ("common_mode", true) => Ok(("common_mode_um", Unit::parse("um")?)),
+            ("direction" | "pass", _) => Ok((name, Unit::one())),
+            _ => Ok((name, Unit::of_column(name))),
+        }
+    }
+
+    /// The observables that an expression reads; the time as well where it remembers.
+    pub fn observables_of(sentence: &Sentence, pair: bool, unit: &str) -> Vec<String> {
+        let named = |name: &String| match Expressed::observable(name, pair, unit) {
+            Ok((observable, _)) => observable.to_string(),
+            Err(_) => name.clone(),
+        };
+        let mut observables: Vec<String> = sentence.columns.iter().map(named).collect();
+        if sentence.remembers() && !observables.iter().any(|name| name == "t_s") {
+            observables.push("t_s".into());
+        }
+        observables
+    }
+
     /// The expression, read again.
     fn sentence(&self, pair: bool) -> Result<Sentence, String> {
         let unit = Unit::parse(&self.unit)?;
@@ -84,7 +89,7 @@ impl Expressed {
             .chain(fixed)
             .map(|(name, unit, range)| Ok(Parameter { name: name.clone(), unit: Unit::parse(unit)?, range }));
         let parameters = parameters.collect::<Result<Vec<_>, String>>()?;
-        let column = |name: &str| observable(name, pair, &self.unit).ok().map(|(_, unit)| unit);
+        let column = |name: &str| Expressed::observable(name, pair, &self.unit).ok().map(|(_, unit)| unit);
         let names = Names { column: &column, known: &[], parameters: &parameters };
         Sentence::read(&self.text, &unit, &names).map_err(|error| error.to_string())
     }
@@ -96,7 +101,9 @@ impl Expressed {
         }
         let wrong = |error: String| format!("the expression `{}` of a term: {error}", self.text);
         let (of_pair, of_other) = (self.sentence(true), self.sentence(false));
-        let stated = |sentence: &Sentence, pair| read_by(sentence, pair, &self.unit) == self.observables;
+        let stated = |sentence: &Sentence, pair| {
+            Expressed::observables_of(sentence, pair, &self.unit) == self.observables
+        };
         match (of_pair, of_other) {
             (Err(error), Err(_)) => Some(wrong(error)),
             (Ok(sentence), _) if stated(&sentence, true) => None,
@@ -121,6 +128,9 @@ impl Expressed {
         let rows = observables.recording.rows();
         let mut columns: Vec<Vec<f64>> =
             (0..self.factors.len()).map(|k| (0..rows).map(|row| value.slope(k, row)).collect()).collect();
+        // Beyond what was recorded an expression may have no value (a division by zero): as a blank cell has none.
+        let without = columns.iter_mut().flatten().filter(|value| !value.is_finite());
+        without.for_each(|value| *value = f64::NAN);
         if !sentence.remembers() {
             for name in &sentence.columns {
                 let cells = read.cells(name).ok_or_else(|| missing(name.clone()))?;
@@ -145,7 +155,7 @@ struct Read<'a> {
 impl Read<'_> {
     /// The cells of a column, NaN where blank.
     fn cells(&self, name: &str) -> Option<Cow<'_, [f64]>> {
-        let (observable, _) = observable(name, self.pair, self.unit).ok()?;
+        let (observable, _) = Expressed::observable(name, self.pair, self.unit).ok()?;
         self.observables.get(observable).ok()
     }
 }

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 pub use evaluate::{Evaluated, evaluate};
 pub use exponential::Exponential;
-pub use expression::{Expressed, Factor as ExpressionFactor, Fixed, observable, read_by};
+pub use expression::{Expressed, Factor as ExpressionFactor, Fixed};
 pub use gaussian::Gaussian;
 pub use hinge::{Hinge, Side};
 pub use lag::Lag;

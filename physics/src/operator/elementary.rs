@@ -53,7 +53,7 @@ fn pure(of: &[Quantity]) -> Result<Agreed, UnitError> {
 /// A pure number of an angle, or of a pure number as one in radians.
 fn of_angle(of: &[Quantity]) -> Result<Agreed, UnitError> {
     let unit = of[0].unit();
-    let radian = Unit::of_column("rad");
+    let radian = Unit::named("rad");
     let factor = unit.in_units_of(&radian).or_else(|| unit.in_units_of(&Unit::one()));
     let factor = factor.ok_or(UnitError::Needs(unit, "an angle or a pure number"))?;
     Ok((Quantity::Of(Unit::one()), vec![factor]))

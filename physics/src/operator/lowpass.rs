@@ -90,7 +90,7 @@ pub(super) fn of_time(quantity: &Quantity) -> Result<f64, UnitError> {
     match quantity {
         Quantity::Number(_) => Ok(1.0),
         Quantity::Of(unit) => {
-            unit.in_units_of(&Unit::of_column("s")).ok_or_else(|| UnitError::Needs(unit.clone(), "a time"))
+            unit.in_units_of(&Unit::named("s")).ok_or_else(|| UnitError::Needs(unit.clone(), "a time"))
         }
     }
 }

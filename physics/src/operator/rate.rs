@@ -26,7 +26,7 @@ impl Operator for Rate {
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
-        let per_second = Unit::of_column("s").power(-1.0).ok_or(UnitError::Exponent)?;
+        let per_second = Unit::named("s").power(-1.0).ok_or(UnitError::Exponent)?;
         Ok((Quantity::Of(of[0].unit().times(&per_second)), vec![1.0]))
     }
 
