@@ -43,7 +43,9 @@ enum Beginning {
 
 pub fn run(options: &Simulate, common: Common) -> Result<()> {
     let plant = PlantFile::read(&options.plant)?;
-    let recording = Series::read(&options.drive)?;
+    let undriven = plant.equations.as_ref().is_some_and(|equations| equations.inputs.0.is_empty());
+    let recording =
+        if undriven { Series::read_undriven(&options.drive)? } else { Series::read(&options.drive)? };
     not_the_input(&options.out, &[&options.drive, &options.plant])?;
     let begin = match options.begin {
         Some(Beginning::Recorded) => Begin::Recorded,

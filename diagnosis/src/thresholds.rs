@@ -174,6 +174,36 @@ pub mod dynamic {
         }
     }
 
+    /// See [`crate::dynamic::equations`].
+    pub mod equations {
+        /// Ratio of the ends of a range from which on it is covered, and estimated, by its logarithm.
+        pub const LOGARITHMIC: f64 = 10.0;
+        /// Starts that are tried over the ranges of the parameters: by judgement, two to four per direction of five.
+        pub const POINTS: usize = 128;
+        /// Starts that are followed.
+        pub const FOLLOWED: usize = 8;
+        /// Steps of an estimate on a stretch that is not the whole yet.
+        pub const STEPS: usize = 12;
+        /// Part of a run that is its first stretch: an oscillation of some periods in it runs out of step by far less than
+        /// one when it doubles.
+        pub const FIRST_PART: usize = 64;
+        /// Rows of the first stretch at least.
+        pub const LEAST_FIRST: usize = 64;
+        /// Most steps of the integration from row to row: beyond them a plant is stiff.
+        pub const MOST_SUBSTEPS: usize = 64;
+        /// Change by twice as many steps, over the largest position, that is none: a tenth of the error of a good converter.
+        pub const ACCURATE: f64 = 1e-5;
+        /// Chance that a random residual of the same spectrum would lose as much to one effect: with a hundred candidates one
+        /// recording in a thousand.
+        pub const BY_CHANCE: f64 = 1e-5;
+        /// Simpler effects beside which a second one is sought, where a richer one is the best.
+        pub const SIMPLER: usize = 2;
+        /// Starts of a parameter with a range beside an effect.
+        pub const STARTS: usize = 5;
+        /// Most starts of one effect: two parameters with a range have their own each, more share them.
+        pub const MOST_STARTS: usize = 25;
+    }
+
     /// See [`crate::dynamic::estimate`].
     pub mod estimate {
         /// Most steps of an estimate.

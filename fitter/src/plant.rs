@@ -4,8 +4,8 @@
 //! With x the position, v its velocity, u the recorded drive and w the drive that reaches the mechanism,
 //! `kind = "second-order"` is x″ = −damping·v − stiffness·x + gain·w, inertia-normalised; `gain` is a list
 //! where there are several drives (their forces add). `kind = "linear"` is a discrete-time state space
-//! (table `[state_space]`): z′ = A z + B w, x = C z + D w from one sample to the next. What is recorded is
-//! y = x. `[[effects]]` add to that:
+//! (table `[state_space]`): z′ = A z + B w, x = C z + D w from one sample to the next; `kind = "equations"` is a module of
+//! its own ([`equations`]). What is recorded is y = x. `[[effects]]` add to that:
 //!
 //! | `id` | what it adds | parameters |
 //! |---|---|---|
@@ -36,6 +36,10 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+pub mod equations;
+
+pub use equations::Equations;
+
 use crate::input;
 use crate::keys::{self, KeyError, quoted};
 use crate::text_safety;
@@ -52,6 +56,9 @@ pub struct PlantFile {
     /// What was found beyond the nominal mechanism.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<PlantEffect>,
+    /// A plant that is stated in equations, with its effects.
+    #[serde(skip)]
+    pub equations: Option<Box<Equations>>,
 }
 
 /// The table `[plant]`. Numbers are absent before the plant is identified.
@@ -92,6 +99,8 @@ pub enum Kind {
     SecondOrder,
     /// Multivariable linear state space.
     Linear,
+    /// Any equations, which the file states.
+    Equations,
 }
 
 /// Order of a `linear` plant: a number of states, or `"auto"`.
@@ -198,7 +207,7 @@ const TABLES: &[&str] = &["plant", "state_space", "effects"];
 const PLANT_KEYS: &[&str] =
     &["kind", "order", "position_unit", "drive_unit", "feedback", "damping", "stiffness", "gain", "hold"];
 const NEEDED: [(&str, &str, &str); 3] = [
-    ("kind", "plant.kind", "\"second-order\" or \"linear\""),
+    ("kind", "plant.kind", "\"second-order\", \"linear\" or \"equations\""),
     ("position_unit", "plant.position_unit", "the unit of `position`, for example \"arcsec\""),
     ("drive_unit", "plant.drive_unit", "the unit of `drive`, for example \"A\""),
 ];
@@ -220,10 +229,35 @@ impl PlantFile {
         input::expect(file, text.as_bytes(), input::Kind::Plant)?;
         let syntax = |error: toml::de::Error| KeyError::syntax(file, text, &error);
         let table: toml::Table = text.parse().map_err(syntax)?;
+        let kind = table.get("plant").and_then(|plant| plant.get("kind")).and_then(toml::Value::as_str);
+        if kind == Some("equations") {
+            return PlantFile::in_equations(file, Equations::parse(text).map_err(syntax)?);
+        }
         check_keys(file, &table)?;
         let plant: PlantFile = toml::from_str(text).map_err(syntax)?;
         plant.check(file)?;
         Ok(plant)
+    }
+
+    /// A plant in equations, in the units of its output and its first input.
+    fn in_equations(file: &str, equations: Equations) -> Result<PlantFile, KeyError> {
+        let wrong = |(key, found, expected)| KeyError::Value { file: file.to_string(), key, found, expected };
+        equations.check().map_err(wrong)?;
+        let drive_unit = equations.inputs.0.first().map_or_else(String::new, |(_, unit)| unit.clone());
+        let position_unit = equations.output_unit().map_err(wrong)?;
+        let plant = Plant {
+            kind: Kind::Equations,
+            order: None,
+            position_unit,
+            drive_unit,
+            feedback: None,
+            damping: None,
+            stiffness: None,
+            gain: None,
+            hold: equations.sampling,
+        };
+        let equations = Some(Box::new(equations));
+        Ok(PlantFile { plant, state_space: None, effects: Vec::new(), equations })
     }
 
     /// Refuses effects that are not among the `known` ones; `file` is the name that stands in the message.
@@ -261,6 +295,9 @@ impl PlantFile {
 
     /// The file's text; [`PlantFile::parse`] gives the same plant back, to the last bit.
     pub fn to_toml(&self) -> String {
+        if let Some(equations) = &self.equations {
+            return equations.to_toml();
+        }
         // Only maps with keys that are no strings and values after tables cannot be written; there are none.
         toml::to_string(self).unwrap_or_default()
     }

@@ -5,6 +5,7 @@
 //! by ([`simulate()`]). Nothing here knows who drew a mechanism, or how one is identified.
 
 pub mod effects;
+pub mod equations;
 pub mod integrate;
 pub mod linear;
 mod linear_loop;
@@ -20,6 +21,6 @@ pub use integrate::SimulationError;
 pub use mechanism::Mechanism;
 pub use model::{Model, RunError, Start};
 pub use series::Series;
-pub use signal::{Edge, Signal};
+pub use signal::{Edge, Flow, Signal};
 pub use simulate::{Begin, simulate};
 pub use values::EffectError;

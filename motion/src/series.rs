@@ -48,7 +48,19 @@ impl Series {
     /// # Errors
     /// [`SeriesError`].
     pub fn read(path: &Path) -> Result<Series, SeriesError> {
-        let uses = |header: &Header| Series::uses(header, false, &[]);
+        Series::read_as(path, true)
+    }
+
+    /// The same of what may move by itself: its drives may be missing as well.
+    ///
+    /// # Errors
+    /// [`SeriesError`].
+    pub fn read_undriven(path: &Path) -> Result<Series, SeriesError> {
+        Series::read_as(path, false)
+    }
+
+    fn read_as(path: &Path, drives: bool) -> Result<Series, SeriesError> {
+        let uses = |header: &Header| Series::uses(header, [drives, false], &[]);
         Series::checked(Table::read(path, &Naming::default(), &uses, &mut |_| {})?)
     }
 
@@ -57,7 +69,7 @@ impl Series {
     /// # Errors
     /// As [`Series::read`].
     pub fn parse(file: &str, bytes: &[u8]) -> Result<Series, SeriesError> {
-        let uses = |header: &Header| Series::uses(header, false, &[]);
+        let uses = |header: &Header| Series::uses(header, [true, false], &[]);
         Series::checked(Table::from_bytes(file, bytes, &Naming::default(), &uses)?)
     }
 
@@ -67,15 +79,20 @@ impl Series {
         Ok(series)
     }
 
-    /// How the columns of a header are used; a drive is needed, and a position where that is said. Columns that are named
+    /// How the columns of a header are used; whether a drive and a position are needed is said. Columns that are named
     /// in `further` are read as well, where they are there.
     ///
     /// # Errors
     /// [`RecordingError::MissingColumns`].
-    pub fn uses(header: &Header, positions: bool, further: &[&str]) -> Result<Vec<Use>, RecordingError> {
+    pub fn uses(
+        header: &Header,
+        [drives, positions]: [bool; 2],
+        further: &[&str],
+    ) -> Result<Vec<Use>, RecordingError> {
         let channels = ["drive", "position"].map(|stem| family(&header.names, stem));
         let absent = |k: usize, stem| channels[k].is_empty().then_some(stem);
-        let needed = [Some("t_s"), absent(0, "drive"), absent(1, "position").filter(|_| positions)];
+        let needed =
+            [Some("t_s"), absent(0, "drive").filter(|_| drives), absent(1, "position").filter(|_| positions)];
         header.require(&needed.into_iter().flatten().collect::<Vec<_>>())?;
         let used = |name: &String| match name.as_str() {
             "t_s" => Use::Printed,

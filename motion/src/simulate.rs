@@ -3,9 +3,11 @@
 use fitter::plant::{Hold, Kind, Numbers, PlantFile};
 
 use super::effects::Context;
+use super::equations::{Course, EquationsError, Input, MotionEffect, Plant, Stopped, System};
 use super::linear::{LinearError, LinearModel};
 use super::model::{Model, REST, RunError, Start};
 use super::series::Series;
+use super::signal::{Edge, Signal};
 use crate::values::EffectError;
 
 /// How a run begins, where its excitation is not periodic.
@@ -55,6 +57,10 @@ pub enum SimulateError {
     LinearState,
     #[error("{file}: {reason}")]
     Run { file: String, reason: RunError },
+    #[error(transparent)]
+    Equations(#[from] EquationsError),
+    #[error("{file}: {stopped}")]
+    Stopped { file: String, stopped: Stopped },
     #[error("{file}: {reason}")]
     Linear { file: String, reason: LinearError },
 }
@@ -96,6 +102,7 @@ pub fn simulate(
                 };
                 vec![model.simulate(&drives, sample_s, start).map_err(wrong)?]
             }
+            Kind::Equations => vec![in_equations(file, plant, &drives, sample_s, rows.len())?],
             Kind::Linear => linear(file, plant)?
                 .simulate(&drives, sample_s, start.ok_or(SimulateError::LinearState)?)
                 .map_err(|reason| SimulateError::Linear { file: file.to_owned(), reason })?,
@@ -104,6 +111,40 @@ pub fn simulate(
         positions.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
     }
     Ok(Series { drives: Vec::new(), positions, ..recording.clone() })
+}
+
+/// The output of a plant in equations, from where its file says that it begins.
+///
+/// # Errors
+/// [`SimulateError`]: an expression that cannot be read, a parameter or a start without a number, or a motion that has no
+/// value.
+fn in_equations(
+    file: &str,
+    plant: &PlantFile,
+    drives: &[Vec<f64>],
+    sample_s: f64,
+    rows: usize,
+) -> Result<Vec<f64>, SimulateError> {
+    let missing = |key| SimulateError::Missing { file: file.to_owned(), key, expected: "a number for each" };
+    let plant = Plant::of(file, plant).ok_or_else(|| missing("plant.equations"))??;
+    let wanted = plant.inputs.len();
+    if wanted > drives.len() {
+        return Err(SimulateError::Drives { file: file.to_owned(), expected: wanted, found: drives.len() });
+    }
+    let start: Option<Vec<f64>> = plant.starts.iter().copied().collect();
+    let start = start.ok_or_else(|| missing("plant.states: start"))?;
+    let values: Option<Vec<f64>> = plant.values.iter().copied().collect();
+    let mut values = values.ok_or_else(|| missing("plant.parameters: value"))?;
+    values.extend(plant.effects.iter().flat_map(|(_, values)| values));
+    let effects: Vec<&MotionEffect> = plant.effects.iter().map(|(effect, _)| effect).collect();
+    let system = System::new(&plant, &effects)?;
+    let hold = plant.sampling.unwrap_or(Hold::ZeroOrder);
+    let signal = |drive: &Vec<f64>| Signal::new(drive, 0.0, sample_s, hold, Edge::Reflected);
+    let signals: Vec<Signal> = drives[..wanted].iter().map(signal).collect();
+    let signals: Vec<&dyn Input> = signals.iter().map(|signal| signal as &dyn Input).collect();
+    let course = Course { signals: &signals, sample_s, rows, start_s: 0.0, substeps: 1 };
+    let stopped = |stopped| SimulateError::Stopped { file: file.to_owned(), stopped };
+    system.converged(&values, &start, course).map_err(stopped)
 }
 
 /// The model of a `second-order` plant file with all its numbers.

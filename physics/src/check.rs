@@ -73,6 +73,14 @@ impl std::fmt::Debug for Node {
     }
 }
 
+/// The unit of an expression.
+///
+/// # Errors
+/// As [`Sentence::read`].
+pub fn unit_of(text: &str, names: &Names) -> Result<Unit, ExpressionError> {
+    Ok(Reader { text, names }.read(&parse(text)?)?.1.unit())
+}
+
 impl Sentence {
     /// Reads an expression whose values are in `unit`.
     ///

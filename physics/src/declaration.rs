@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::check::{Names, Parameter, Sentence};
 use crate::error::ExpressionError;
+use crate::expression::is_identifier;
 use crate::interval::Interval;
 use crate::unit::Unit;
 
@@ -133,11 +134,6 @@ pub fn declared(
         effects.push(Declared { id, title, adds, source, confused_with });
     }
     Ok(effects)
-}
-
-fn is_identifier(id: &str) -> bool {
-    id.starts_with(|sign: char| sign.is_ascii_lowercase())
-        && id.chars().all(|sign| sign.is_ascii_lowercase() || sign.is_ascii_digit() || sign == '_')
 }
 
 fn parameter(name: &str, entry: &ParameterEntry) -> Result<Parameter, String> {

@@ -102,10 +102,29 @@ impl Expression {
         names
     }
 
+    /// The same with other names.
+    #[must_use]
+    pub fn renamed(&self, by: &dyn Fn(&str) -> Option<String>) -> Expression {
+        let kind = match &self.kind {
+            Kind::Name(name) => Kind::Name(by(name).unwrap_or_else(|| name.clone())),
+            Kind::Call(operator, arguments) => {
+                Kind::Call(*operator, arguments.iter().map(|argument| argument.renamed(by)).collect())
+            }
+            number => number.clone(),
+        };
+        Expression { kind, span: self.span.clone() }
+    }
+
     fn visit<'a>(&'a self, see: &mut impl FnMut(&'a Expression)) {
         see(self);
         if let Kind::Call(_, arguments) = &self.kind {
             arguments.iter().for_each(|argument| argument.visit(see));
         }
     }
+}
+
+/// Whether a text is a name in files: small letters, digits and `_`, a letter first.
+pub fn is_identifier(id: &str) -> bool {
+    id.starts_with(|sign: char| sign.is_ascii_lowercase())
+        && id.chars().all(|sign| sign.is_ascii_lowercase() || sign.is_ascii_digit() || sign == '_')
 }

@@ -4,7 +4,8 @@
 //! evaluated over the rows of a recording with its derivatives by the parameters ([`Sentence::evaluate`]). Every
 //! operator takes any expression whose unit fits, so that operators compose: a lag of a square, a rate of a difference.
 //!
-//! [`declared`] reads effects that a user states in a file.
+//! [`declared`] reads effects that a user states in a file. A [`tape::Tape`] is what the right-hand sides of equations of
+//! motion are compiled to.
 
 mod check;
 #[cfg(feature = "declarations")]
@@ -13,17 +14,19 @@ mod error;
 mod evaluate;
 mod expression;
 mod interval;
+pub mod number;
 mod operator;
 mod parse;
 mod quantity;
+pub mod tape;
 mod unit;
 
-pub use check::{Names, Parameter, Sentence};
+pub use check::{Names, Parameter, Sentence, unit_of};
 #[cfg(feature = "declarations")]
 pub use declaration::{DeclarationError, Declared, declared};
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
-pub use expression::Expression;
+pub use expression::{Expression, is_identifier};
 pub use interval::Interval;
 pub use parse::parse;
 pub use unit::Unit;

@@ -1,6 +1,7 @@
 //! Units: a factor and powers of base units. What has another dimension cannot be added; what has the same is converted.
 //!
-//! A plane angle is a dimension of its own, so that arcseconds are never added to kelvin or to a pure number. A name
+//! A plane angle is a dimension of its own, so that arcseconds are never added to kelvin or to a pure number; only the
+//! radian is one. A name
 //! that is no known unit is a base unit of its own (`p`, the unit of a position; `strain`).
 
 use std::collections::BTreeMap;
@@ -143,7 +144,17 @@ impl Unit {
 
     /// How many of `other` one of it is; none where the dimensions differ.
     pub fn in_units_of(&self, other: &Unit) -> Option<f64> {
-        (self.bases == other.bases).then(|| self.scale / other.scale)
+        let plain = || Some(self.without_radians()? == other.without_radians()?);
+        let same = self.bases == other.bases || plain() == Some(true);
+        same.then(|| self.scale / other.scale)
+    }
+
+    /// The dimension, the radian being a pure number: sin x is x for small x. None where an angle is in another unit.
+    fn without_radians(&self) -> Option<BTreeMap<String, i32>> {
+        let is_angle = |name: &String| name != "rad" && Unit::named(name).bases.contains_key("rad");
+        let mut bases = self.bases.clone();
+        bases.remove("rad");
+        (!self.written.iter().any(|(name, _)| is_angle(name))).then_some(bases)
     }
 
     /// The product.
@@ -180,6 +191,16 @@ impl Unit {
         let mut written = written?;
         written.retain(|(_, power)| *power != 0);
         Some(Unit { written, scale: self.scale.powf(exponent), bases })
+    }
+
+    /// The same with another unit in the place of a name in it; none where that has no such power.
+    pub fn with(&self, name: &str, unit: &Unit) -> Option<Unit> {
+        let mut all = Unit::one();
+        for (own, power) in &self.written {
+            let base = if own == name { unit.clone() } else { Unit::named(own) };
+            all = all.times(&base.power(f64::from(*power) / f64::from(PARTS))?);
+        }
+        Some(all)
     }
 
     /// Whether it is 1 without a dimension.

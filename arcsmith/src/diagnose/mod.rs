@@ -48,8 +48,8 @@ pub struct Arguments {
     /// The folder to write into; it is made if it is not there
     #[arg(long)]
     out: PathBuf,
-    /// Effects of your own (TOML), which take part beside the catalogue, in calibrations
-    #[arg(long, value_name = "FILE", conflicts_with = "plant")]
+    /// Effects of your own (TOML), which take part beside the catalogue: in calibrations, and in motion beside a plant in equations
+    #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     #[command(flatten)]
     map: MapArgs,

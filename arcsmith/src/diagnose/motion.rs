@@ -2,11 +2,14 @@
 
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use diagnosis::dynamic::diagnose::Predicted;
 use diagnosis::dynamic::linear;
 use diagnosis::dynamic::model::Term;
 
+use codegen::refused;
+use diagnosis::dynamic::equations::MotionEffect;
 use diagnosis::dynamic::{self, Case, DynamicRecording, Options, OwnSimulation, Reading};
 use diagnosis::simulated;
 use fitter::output::FileSet;
@@ -21,25 +24,39 @@ use crate::terminal::{Common, Result};
 pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let file = PlantFile::read(plant)?;
     let given = given(plant, &file)?;
+    let name = text_safety::path(plant);
+    let effects = own_effects(cli, &name, &file)?;
     let stems = stems(&cli.recordings)?;
-    let ids = dynamic::effects::CATALOGUE.iter().map(|e| e.id).chain([linear::file::ID]);
-    known(&cli.without, &ids.collect::<Vec<_>>())?;
+    let entries = dynamic::equations::entries();
+    let mut ids: Vec<&str> = vec![linear::file::ID];
+    ids.extend(dynamic::effects::CATALOGUE.iter().map(|e| e.id));
+    ids.extend(entries.iter().filter(|_| file.equations.is_some()).map(|entry| entry.id.as_str()));
+    ids.extend(effects.iter().map(|effect| effect.text.id.as_str()));
+    known(&cli.without, &ids)?;
     one_simulation(cli)?;
     let reading = Reading {
         position_unit: &file.plant.position_unit,
         drive_unit: &file.plant.drive_unit,
         command: file.plant.feedback.as_deref(),
         mappings: &cli.map.map,
+        in_equations: file.plant.kind == Kind::Equations,
     };
     let read = |path: &Path| -> Result<_> { Ok(DynamicRecording::read(path, &reading)?) };
     let recordings: Vec<DynamicRecording> =
         cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
-    let options = Options { skip: cli.without.clone(), given };
+    let options = Options { skip: cli.without.clone(), given, own: effects };
     let (simulated, held_out) = (simulated.as_ref(), held_out.as_ref());
     let outcomes = all(cli, common, &recordings, |recording| {
-        Ok(dynamic::diagnose(&Case { recording, plant: &file, simulated, held_out, options: &options })?)
+        Ok(dynamic::diagnose(&Case {
+            recording,
+            plant: &file,
+            plant_file: &name,
+            simulated,
+            held_out,
+            options: &options,
+        })?)
     })?;
     let mut set = FileSet::new();
     set.folder(&cli.out)?;
@@ -71,11 +88,26 @@ fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
             file.check_parameters(&name, names)?;
             Ok(dynamic::plant::given(&name, file)?)
         }
+        Kind::Equations => Ok(Vec::new()),
         Kind::Linear => {
             file.check_effects(&name, &[linear::file::ID, linear::offset::ID])?;
             file.check_parameters(&name, linear::file::names)?;
             Ok(Vec::new())
         }
+    }
+}
+
+/// The user's own effects, which take part beside a plant in equations.
+fn own_effects(cli: &Arguments, name: &str, file: &PlantFile) -> Result<Vec<Arc<MotionEffect>>> {
+    let Some(path) = &cli.effects else { return Ok(Vec::new()) };
+    let effects = text_safety::path(path);
+    let texts = fitter::plant::equations::read_declared(path)?;
+    match dynamic::equations::own(&effects, &texts, name, file) {
+        Some(own) => Ok(own?),
+        None => Err(refused!(
+            "effects of your own in motion need a plant in equations (kind = \"equations\"), and the plant is of another \
+             kind; state it in equations"
+        )),
     }
 }
 

@@ -5,6 +5,7 @@ use std::iter::Sum;
 use std::ops::Range;
 
 use fitter::plant::Hold;
+use motion::equations::Input;
 
 use super::effects::Scale;
 use super::recording::DynamicRecording;
@@ -41,6 +42,7 @@ pub fn over<T: Copy + Sum>(folds: Folds, each: &[T; FOLDS]) -> T {
 }
 
 /// One axis.
+#[derive(Clone)]
 pub struct Data<'a> {
     /// Time from row to row, s.
     pub step_s: f64,
@@ -62,6 +64,7 @@ pub struct Data<'a> {
 }
 
 /// What a run is simulated along.
+#[derive(Clone)]
 struct Lane {
     /// Rows in which the drive ran as it did just before the run.
     lead: Range<usize>,
@@ -69,6 +72,8 @@ struct Lane {
     signals: [Signal; 3],
     /// The extremes of the drive before the run, likewise.
     before: [Vec<f64>; 3],
+    /// Further drives, likewise.
+    further: Vec<[Signal; 3]>,
 }
 
 impl Lane {
@@ -83,7 +88,9 @@ impl Lane {
             let whole = Signal::new(&drive[period.clone()], 0, step_s, hold);
             extremes(&[], &whole, whole.intervals())
         });
-        Lane { lead, signals, before }
+        let own = |drive: &Vec<f64>| HOLDS.map(|hold| Signal::new(&drive[run.clone()], 0, step_s, hold));
+        let further = recording.drives[1..].iter().map(own).collect();
+        Lane { lead, signals, before, further }
     }
 
     /// That of some rows of the run, which begins at row `first`.
@@ -95,7 +102,9 @@ impl Lane {
         let signals = self.signals.each_ref().map(|signal| signal.part(rows.clone(), lead.len()));
         let before =
             std::array::from_fn(|hold| extremes(&self.before[hold], &self.signals[hold], rows.start));
-        Lane { lead, signals, before }
+        let cut = |drive: &[Signal; 3]| drive.each_ref().map(|signal| signal.part(rows.clone(), 0));
+        let further = self.further.iter().map(cut).collect();
+        Lane { lead, signals, before, further }
     }
 }
 
@@ -191,6 +200,13 @@ impl<'a> Data<'a> {
             before: &lane.before[k],
             lead: &self.position[lane.lead.clone()],
         }
+    }
+
+    /// All drives of a run.
+    pub fn inputs(&self, run: usize, hold: Hold) -> Vec<&dyn Input> {
+        let (k, lane) = (HOLDS.iter().position(|h| *h == hold).unwrap_or(0), &self.lanes[run]);
+        let further = lane.further.iter().map(|drive| &drive[k] as &dyn Input);
+        std::iter::once(&lane.signals[k] as &dyn Input).chain(further).collect()
     }
 
     /// Number of rows of the wanted kinds.

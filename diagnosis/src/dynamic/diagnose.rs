@@ -1,6 +1,9 @@
 //! One dynamic recording from rows to everything that is said of it.
 
+use std::sync::Arc;
+
 use fitter::plant::{Kind, PlantFile};
+use motion::equations::MotionEffect;
 use rayon::prelude::*;
 
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
@@ -14,7 +17,7 @@ use super::score;
 use super::search::{Search, gain};
 use super::structure::{Structure, structure};
 use super::verdict::{self, Left};
-use super::{expected, feedback, floor, linear, plant, remainder};
+use super::{equations, expected, feedback, floor, linear, plant, remainder};
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::Fit;
 use crate::numerics::Symmetric;
@@ -30,6 +33,8 @@ pub struct Options {
     pub skip: Vec<String>,
     /// Effects that the nominal plant has: they are fitted with it, and not in question.
     pub given: Vec<Term>,
+    /// The user's own effects, in a plant in equations.
+    pub own: Vec<Arc<MotionEffect>>,
 }
 
 /// Predictions row for row, one column per position.
@@ -111,6 +116,8 @@ pub struct Case<'a> {
     pub recording: &'a DynamicRecording,
     /// The nominal plant.
     pub plant: &'a PlantFile,
+    /// Its file's name in messages.
+    pub plant_file: &'a str,
     /// The user's own simulation of the recording.
     pub simulated: Option<&'a OwnSimulation>,
     /// Another recording of the same device, for the held-out figures.
@@ -134,6 +141,12 @@ impl Case<'_> {
 pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
     let Case { recording, plant, .. } = *case;
     let linear = plant.plant.kind == Kind::Linear;
+    if plant.plant.kind == Kind::Equations {
+        if let Some(other) = case.held_out {
+            recording.comparable(other)?;
+        }
+        return equations::diagnose(case);
+    }
     if !linear && (recording.drives.len() != 1 || recording.positions.len() != 1) {
         return Err(DynamicError::Channels {
             file: recording.file.clone(),
@@ -291,7 +304,7 @@ impl FreeRun<'_> {
         let said = Said {
             verdict,
             unidentifiable: verdict::unidentifiable(&named),
-            next_experiment: verdict::next_experiment(verdict, &named, &locations),
+            next_experiment: verdict::next_experiment(verdict, &named, &locations, &verdict::experiment),
             locations,
             effects: verdict::listed(named),
         };
@@ -407,7 +420,7 @@ fn predicted(recording: &DynamicRecording, model: &Model) -> Vec<Vec<f64>> {
 }
 
 /// Standard deviation of a reading from successive periods of a steady state.
-fn repeated(recording: &DynamicRecording) -> Option<f64> {
+pub(super) fn repeated(recording: &DynamicRecording) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0usize);
     for run in &recording.runs {
         let length = recording.period_of(run)?;

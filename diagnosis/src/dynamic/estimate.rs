@@ -6,25 +6,78 @@ use fitter::plant::Hold;
 use rayon::prelude::*;
 
 use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
-use super::gram::grams;
+use super::gram::{Grams, grams};
 use super::model::Model;
 use super::simulate::{Theta, Unstable, simulate};
 use crate::thresholds::dynamic::estimate::{ENOUGH, PATIENCE};
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
+/// A model that is simulated in free run and estimated by its output error.
+pub trait Simulated: Clone + Send + Sync {
+    /// The state at the start of a run.
+    type Start: Clone + Send + Sync;
+
+    /// The free parameters as an estimate sees them.
+    fn packed(&self) -> Vec<f64>;
+
+    /// The model with its free parameters set.
+    #[must_use]
+    fn unpacked(&self, packed: &[f64]) -> Self;
+
+    /// A start, moved.
+    fn moved(&self, start: &Self::Start, by: &[f64]) -> Self::Start;
+
+    /// The normal equations of a simulation, see [`grams`].
+    ///
+    /// # Errors
+    /// [`Unstable`].
+    fn normal(&self, starts: &[Self::Start], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable>;
+
+    /// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
+    ///
+    /// # Errors
+    /// [`Unstable`].
+    fn positions(&self, starts: &[Self::Start], data: &Data) -> Result<Vec<f64>, Unstable>;
+}
+
+impl Simulated for Model {
+    /// Position and velocity.
+    type Start = [f64; 2];
+
+    fn packed(&self) -> Vec<f64> {
+        self.pack()
+    }
+
+    fn unpacked(&self, packed: &[f64]) -> Model {
+        self.unpack(packed)
+    }
+
+    fn moved(&self, start: &[f64; 2], by: &[f64]) -> [f64; 2] {
+        [start[0] + by[0], start[1] + by[1]]
+    }
+
+    fn normal(&self, starts: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
+        grams(self, starts, data, whitening)
+    }
+
+    fn positions(&self, starts: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
+        positions(self, starts, data)
+    }
+}
+
 /// A model with what belongs to this recording, and how well it does.
 #[derive(Clone)]
-pub struct Fitted {
-    pub model: Model,
-    /// Position and velocity at the start of every run.
-    pub states: Vec<[f64; 2]>,
+pub struct Fitted<M: Simulated = Model> {
+    pub model: M,
+    /// The state at the start of every run.
+    pub states: Vec<M::Start>,
     /// Sum of squared residuals of every kind of row.
     pub costs: [f64; FOLDS],
     /// Rows of every kind.
     pub rows: [usize; FOLDS],
 }
 
-impl Fitted {
+impl<M: Simulated> Fitted<M> {
     /// Sum of squared residuals of the wanted kinds of rows.
     pub fn cost(&self, folds: Folds) -> f64 {
         over(folds, &self.costs)
@@ -40,7 +93,7 @@ impl Fitted {
     /// # Errors
     /// [`Unstable`].
     pub fn positions(&self, data: &Data) -> Result<Vec<f64>, Unstable> {
-        positions(&self.model, &self.states, data)
+        self.model.positions(&self.states, data)
     }
 
     /// What it leaves of the recorded positions; none where its simulation is unstable.
@@ -65,7 +118,7 @@ pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<
 }
 
 /// Fits a model to the wanted kinds of rows; none where it cannot be simulated at all.
-pub fn fit(model: &Model, states: &[[f64; 2]], data: &Data, folds: Folds) -> Option<Fitted> {
+pub fn fit<M: Simulated>(model: &M, states: &[M::Start], data: &Data, folds: Folds) -> Option<Fitted<M>> {
     fit_in(PATIENCE, model, states, data, folds)
 }
 
@@ -82,19 +135,19 @@ pub fn fit_in_ways(
 }
 
 /// The same in so many steps at most.
-pub fn fit_in(
+pub fn fit_in<M: Simulated>(
     patience: usize,
-    model: &Model,
-    states: &[[f64; 2]],
+    model: &M,
+    states: &[M::Start],
     data: &Data,
     folds: Folds,
-) -> Option<Fitted> {
-    if model.free() > MOST_FREE {
+) -> Option<Fitted<M>> {
+    if model.packed().len() > MOST_FREE {
         return None;
     }
     let mut model = model.clone();
     let mut states = states.to_vec();
-    let mut now = grams(&model, &states, data, &[]).ok()?;
+    let mut now = model.normal(&states, data, &[]).ok()?;
     let mut lambda = 1e-3;
     let mut refused = 0;
     for _ in 0..patience {
@@ -103,11 +156,10 @@ pub fn fit_in(
         if promised.is_nan() || promised <= ENOUGH * cost / now.rows(folds).max(1) as f64 {
             break;
         }
-        let packed: Vec<f64> = model.pack().iter().zip(&step).map(|(x, d)| x + d).collect();
-        let there = model.unpack(&packed);
-        let moved: Vec<[f64; 2]> =
-            states.iter().zip(&moves).map(|(s, d)| [s[0] + d[0], s[1] + d[1]]).collect();
-        match grams(&there, &moved, data, &[]) {
+        let packed: Vec<f64> = model.packed().iter().zip(&step).map(|(x, d)| x + d).collect();
+        let there = model.unpacked(&packed);
+        let moved: Vec<M::Start> = states.iter().zip(&moves).map(|(s, d)| model.moved(s, d)).collect();
+        match there.normal(&moved, data, &[]) {
             Ok(next) if next.cost(folds) < cost => {
                 let got = cost - next.cost(folds);
                 (model, states, now) = (there, moved, next);

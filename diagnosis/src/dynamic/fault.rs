@@ -65,6 +65,17 @@ pub enum DynamicError {
          variance); check that `drive` and `position` belong together, or use kind = \"linear\""
     )]
     NoPlant { file: String, percent: f64 },
+    #[error(
+        "{file}: found {found} drives and {positions} positions, expected one position and as many drives as the plant has \
+         inputs ({wanted}); give a recording of this plant, or correct its `inputs`"
+    )]
+    Inputs { file: String, wanted: usize, found: usize, positions: usize },
+    #[error(
+        "{file}: a simulation of one's own stands beside a plant in equations; state that simulation as equations instead"
+    )]
+    OwnSimulation { file: String },
+    #[error(transparent)]
+    Equations(#[from] motion::equations::EquationsError),
     #[error("{file}: effect `{id}`: {reason}")]
     Effect { file: String, id: String, reason: String },
 }

@@ -10,13 +10,14 @@ use crate::numerics::Symmetric;
 use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::gram::STATE;
 
-/// Inner products of the sensitivities (first the run's initial position and velocity, then the free
-/// parameters) and, in the last place, of the residual.
+/// Inner products of the sensitivities (first the run's initial state, then the free parameters) and, in the last place, of the residual.
 pub struct Grams {
     /// One matrix per run and kind of row.
     pub products: Vec<[Symmetric; FOLDS]>,
     /// Rows that went into it, per kind.
     pub rows: [usize; FOLDS],
+    /// Numbers of a run's initial state.
+    pub states: usize,
 }
 
 /// What one run adds to them: products and rows of every kind.
@@ -83,16 +84,32 @@ fn collect<const N: usize, const F: usize>(
     filters: [&[f64]; F],
 ) -> Result<[Grams; F], Unstable> {
     let theta = seeded::<N>(model);
+    through(STATE, STATE + model.free(), data, filters, |number, visit| {
+        let start = [0, 1].map(|k| Dual::variable(states[number][k], k));
+        simulate(model, &theta, &data.course(number, model.hold), start, visit)
+    })
+}
+
+/// The normal equations through several filters of what `run` simulates: a run by number, which gives its visitor every
+/// row's position with `lanes` sensitivities, those by the `states` numbers of the initial state first.
+///
+/// # Errors
+/// [`Unstable`].
+pub fn through<const N: usize, const F: usize>(
+    states: usize,
+    lanes: usize,
+    data: &Data,
+    filters: [&[f64]; F],
+    simulate: impl Fn(usize, &mut dyn FnMut(usize, Dual<N>)) -> Result<(), Unstable> + Sync,
+) -> Result<[Grams; F], Unstable> {
     let kept = filters.iter().map(|f| f.len()).max().unwrap_or(0);
     let of_run = |number: usize| -> Result<[OfRun; F], Unstable> {
         let run = &data.runs[number];
-        let course = data.course(number, model.hold);
         let mut sums = filters.map(|_| ([(); FOLDS].map(|()| Sums::<N>::new()), [0; FOLDS]));
-        let start = [0, 1].map(|k| Dual::variable(states[number][k], k));
         // The last few residuals, the newest at `newest`.
         let mut past = vec![(0.0, [0.0; N]); kept.max(1)];
         let mut newest = 0;
-        simulate(model, &theta, &course, start, &mut |k, y: Dual<N>| {
+        simulate(number, &mut |k, y: Dual<N>| {
             let row = run.start + k;
             let fold = data.fold[row] as usize;
             let now = (data.position[row] - y.value, y.slopes);
@@ -116,11 +133,11 @@ fn collect<const N: usize, const F: usize>(
                 past[newest] = now;
             }
         })?;
-        let lanes = STATE + model.free();
         Ok(sums.map(|(sums, rows)| (sums.map(|s| s.symmetric(lanes)), rows)))
     };
     let runs: Vec<_> = (0..data.runs.len()).into_par_iter().map(of_run).collect();
-    let mut grams = filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS] });
+    let mut grams =
+        filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS], states });
     for run in runs {
         for (grams, (products, rows)) in grams.iter_mut().zip(run?) {
             grams.products.push(products);
@@ -193,19 +210,21 @@ impl Grams {
     /// The normal equations of the parameters alone, the initial states of all runs eliminated (Schur
     /// complement): sensitivities first, the residual last. `lambda` is the damping of Marquardt.
     pub fn reduced(&self, folds: Folds, lambda: f64) -> Symmetric {
-        let size = self.products[0][0].size - STATE;
+        let states = self.states;
+        let size = self.products[0][0].size - states;
         let mut sum = Symmetric::zero(size);
         for run in 0..self.products.len() {
             let whole = self.of_run(run, folds);
-            let block = state_block(&whole, lambda).factor();
+            let block = self.state_block(&whole, lambda).factor();
             for j in 0..size {
-                let solved = block.solve(&[whole.at(0, STATE + j), whole.at(1, STATE + j)]);
+                let column: Vec<f64> = (0..states).map(|k| whole.at(k, states + j)).collect();
+                let solved = block.solve(&column);
                 for i in 0..size {
-                    *sum.at_mut(i, j) += whole.at(STATE + i, STATE + j)
-                        - whole.at(STATE + i, 0) * solved[0]
-                        - whole.at(STATE + i, 1) * solved[1];
+                    let through: f64 =
+                        solved.iter().enumerate().map(|(k, s)| whole.at(states + i, k) * s).sum();
+                    *sum.at_mut(i, j) += whole.at(states + i, states + j) - through;
                     if i == j && i + 1 < size {
-                        *sum.at_mut(i, j) += lambda * whole.at(STATE + i, STATE + i);
+                        *sum.at_mut(i, j) += lambda * whole.at(states + i, states + i);
                     }
                 }
             }
@@ -214,18 +233,19 @@ impl Grams {
     }
 
     /// A run's initial state that goes with a step of the parameters, then that step.
-    pub fn with_state(whole: &Symmetric, step: &[f64], lambda: f64) -> Vec<f64> {
+    pub fn with_state(&self, whole: &Symmetric, step: &[f64], lambda: f64) -> Vec<f64> {
         let last = whole.size - 1;
-        let right = [0, 1].map(|i| {
-            whole.at(i, last) - step.iter().enumerate().map(|(j, s)| whole.at(i, STATE + j) * s).sum::<f64>()
-        });
-        let state = state_block(whole, lambda).factor().solve(&right);
+        let moved = |i: usize| -> f64 {
+            step.iter().enumerate().map(|(j, s)| whole.at(i, self.states + j) * s).sum()
+        };
+        let right: Vec<f64> = (0..self.states).map(|i| whole.at(i, last) - moved(i)).collect();
+        let state = self.state_block(whole, lambda).factor().solve(&right);
         state.iter().chain(step).copied().collect()
     }
 
     /// The step of Levenberg and Marquardt: of the parameters, of every run's initial state, and the
     /// decrease of the cost that the linearised model promises.
-    pub fn step(&self, folds: Folds, lambda: f64) -> (Vec<f64>, Vec<[f64; 2]>, f64) {
+    pub fn step(&self, folds: Folds, lambda: f64) -> (Vec<f64>, Vec<Vec<f64>>, f64) {
         let reduced = self.reduced(folds, lambda);
         let size = reduced.size - 1;
         let right: Vec<f64> = (0..size).map(|i| reduced.at(i, size)).collect();
@@ -235,20 +255,20 @@ impl Grams {
             .map(|run| {
                 let whole = self.of_run(run, folds);
                 let last = whole.size - 1;
-                let full = Grams::with_state(&whole, &step, lambda);
+                let full = self.with_state(&whole, &step, lambda);
                 for i in 0..full.len() {
                     promised += 2.0 * full[i] * whole.at(i, last);
                     promised -= (0..full.len()).map(|j| full[i] * whole.at(i, j) * full[j]).sum::<f64>();
                 }
-                [full[0], full[1]]
+                full[..self.states].to_vec()
             })
             .collect();
         (step, states, promised)
     }
-}
 
-fn state_block(whole: &Symmetric, lambda: f64) -> Symmetric {
-    let mut block = whole.part(0..STATE);
-    (0..STATE).for_each(|i| *block.at_mut(i, i) *= 1.0 + lambda);
-    block
+    fn state_block(&self, whole: &Symmetric, lambda: f64) -> Symmetric {
+        let mut block = whole.part(0..self.states);
+        (0..self.states).for_each(|i| *block.at_mut(i, i) *= 1.0 + lambda);
+        block
+    }
 }

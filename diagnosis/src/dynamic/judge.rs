@@ -2,7 +2,8 @@
 //! effect breaks withdraws it, and the rest is fitted again; what only the verdict claims too much lowers it. The plant
 //! is judged as it will stand in its file, simulated by the code of `simulate`.
 
-use fitter::plant::{Kind, PlantFile};
+use fitter::plant::equations::StateStart;
+use fitter::plant::{Equations, Kind, PlantFile};
 use motion::{Begin, Series, simulate};
 
 use super::diagnose::{Case, DynamicOutcome, Predicted};
@@ -175,6 +176,12 @@ fn simulated(
     // Under feedback a simulated position runs away, and the drive that is predicted is judged by its figures; a linear
     // plant is written by its matrices.
     if file.plant.feedback.is_some() || file.plant.kind == Kind::Linear || recording.rows() > MOST_ROWS {
+        return Ok(None);
+    }
+    let open =
+        |equations: &Equations| equations.states.0.iter().any(|(_, s)| matches!(s.start, StateStart::Fit(_)));
+    if file.equations.as_deref().is_some_and(open) {
+        // Of several runs each begins elsewhere, which the file leaves open.
         return Ok(None);
     }
     let series = Series {

@@ -5,6 +5,7 @@ mod data;
 pub mod diagnose;
 mod drive_path;
 pub mod effects;
+pub mod equations;
 mod estimate;
 mod expected;
 mod fault;

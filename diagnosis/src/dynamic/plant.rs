@@ -20,7 +20,7 @@ pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
         let values: Vec<(&str, f64)> = readings.iter().map(|r| (r.name, r.value)).collect();
         PlantEffect::new(term.effect.id, &values)
     };
-    PlantFile { plant, state_space: None, effects: model.terms.iter().map(one).collect() }
+    PlantFile { plant, state_space: None, effects: model.terms.iter().map(one).collect(), equations: None }
 }
 
 /// The effects that a plant file states.

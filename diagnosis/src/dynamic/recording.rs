@@ -24,6 +24,8 @@ pub struct Reading<'a> {
     pub command: Option<&'a str>,
     /// Columns under other names and in other units.
     pub mappings: &'a [Mapping],
+    /// Whether the plant is stated in equations: it may move by itself, and have limits of its own.
+    pub in_equations: bool,
 }
 
 /// A checked dynamic recording, columnar; every number in it is finite.
@@ -62,12 +64,12 @@ impl DynamicRecording {
         let units = [("position", reading.position_unit), ("drive", reading.drive_unit)];
         let naming = Naming { mappings: reading.mappings, units: &units, revolution: None };
         let further: Vec<&str> = ["amplitude"].into_iter().chain(reading.command).collect();
-        let uses = |header: &Header| Series::uses(header, true, &further);
-        DynamicRecording::of(Table::read(path, &naming, &uses, &mut |_| {})?, reading.command)
+        let uses = |header: &Header| Series::uses(header, [!reading.in_equations, true], &further);
+        DynamicRecording::of(Table::read(path, &naming, &uses, &mut |_| {})?, reading)
     }
 
-    fn of(mut table: Table, command: Option<&str>) -> Result<DynamicRecording, DynamicError> {
-        let command = match command {
+    fn of(mut table: Table, reading: &Reading) -> Result<DynamicRecording, DynamicError> {
+        let command = match reading.command {
             None => None,
             Some(name) => match table.columns.iter().find(|column| column.name == name) {
                 Some(column) => Some(column.values.clone()),
@@ -101,8 +103,11 @@ impl DynamicRecording {
                     Place { file: file.clone(), line, column }
                 };
                 bad_rows.extend(moving::mend(&place, values, &runs, is_position).map_err(Box::new)?);
-                check(file, &table.lines, values, name, is_position)?;
+                check(file, &table.lines, values, (name, is_position), reading.in_equations)?;
             }
+        }
+        if drives.is_empty() {
+            drives.push(vec![0.0; t_s.len()]);
         }
         let amplitude = table.take("amplitude");
         let Table { file, sha256, .. } = table;
@@ -181,22 +186,22 @@ impl DynamicRecording {
     }
 }
 
-/// Refuses a drive or a position that stands still, and a position that is cut off.
+/// Refuses a drive or a position that stands still, and a position that is cut off, as far as the plant has neither.
 fn check(
     file: &str,
     lines: &Lines,
     values: &[f64],
-    name: &str,
-    is_position: bool,
+    (name, is_position): (&str, bool),
+    in_equations: bool,
 ) -> Result<(), DynamicError> {
     let (file, column, value) = (file.to_string(), name.to_string(), values[0]);
     match values.iter().all(|other| *other == value) {
         true if is_position => return Err(DynamicError::ConstantPosition { file, column, value }),
-        true => return Err(DynamicError::ConstantDrive { file, column, value }),
-        false => {}
+        true if !in_equations => return Err(DynamicError::ConstantDrive { file, column, value }),
+        _ => {}
     }
     match moving::cut_off(values) {
-        Some((row, end, rows)) if is_position => {
+        Some((row, end, rows)) if is_position && !in_equations => {
             let (line, value) = (lines.of(row), values[row]);
             Err(DynamicError::Saturated { file, line, column, end, value, rows })
         }

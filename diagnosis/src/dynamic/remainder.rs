@@ -2,7 +2,7 @@
 //! a tone that the drive does not hold.
 
 use super::data::{ALL, Data};
-use super::estimate::Fitted;
+use super::estimate::{Fitted, Simulated};
 use super::noise::Autoregression;
 use super::spectrum::fourier::{coefficients, hann};
 use super::structure::Structure;
@@ -13,7 +13,12 @@ use crate::thresholds::dynamic::remainder::{
 /// The part of a model's squared residual that is no noise. `floor` is the noise where the recording itself shows it;
 /// elsewhere, once the residual is `known` to hold structure, or is such that its own past predicts it, what its past
 /// predicts counts as structure too: what showed it is only the part of it that some family has the shape of.
-pub fn above(found: &Fitted, floor: Option<f64>, noise: &Autoregression, known: bool) -> f64 {
+pub fn above<M: Simulated>(
+    found: &Fitted<M>,
+    floor: Option<f64>,
+    noise: &Autoregression,
+    known: bool,
+) -> f64 {
     let rows: usize = found.rows.iter().sum();
     let level = match floor {
         Some(floor) if found.rms(ALL) > ABOVE * floor => floor,

@@ -125,7 +125,7 @@ fn solved(whole: &Grams, lanes: &[usize], on: Folds, other: Folds) -> (f64, f64)
         let end = here.size - 1;
         let mut along = vec![0.0; last];
         lanes.iter().zip(&step).for_each(|(lane, step)| along[*lane] = *step);
-        let full = Grams::with_state(&here, &along, 0.0);
+        let full = whole.with_state(&here, &along, 0.0);
         left += there.at(end, end);
         for i in 0..end {
             left -= 2.0 * full[i] * there.at(i, end);

@@ -8,7 +8,7 @@ mod rare_saturation;
 
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, over};
 use super::effects::{CATALOGUE, DynamicEffect};
-use super::estimate::{Fitted, fit};
+use super::estimate::{Fitted, Simulated, fit};
 use super::model::{Model, Term};
 use super::noise::autoregression;
 use crate::thresholds::dynamic::search::{
@@ -16,7 +16,7 @@ use crate::thresholds::dynamic::search::{
 };
 
 /// What a model gains over another on some rows, as −2 log likelihood of white noise.
-pub fn gain(before: &Fitted, after: &Fitted, folds: Folds) -> f64 {
+pub fn gain<M: Simulated>(before: &Fitted<M>, after: &Fitted<M>, folds: Folds) -> f64 {
     let ratio = before.cost(folds).max(f64::MIN_POSITIVE) / after.cost(folds).max(f64::MIN_POSITIVE);
     over(folds, &before.rows) as f64 * ratio.ln()
 }
@@ -55,6 +55,55 @@ impl Gains {
     }
 }
 
+/// Whether the last effect of `after` is worth its parameters beside `before`.
+pub fn worth<M: Simulated>(data: &Data, before: &Fitted<M>, after: &Fitted<M>) -> bool {
+    let further = after.model.packed().len().saturating_sub(before.model.packed().len() + 1) as f64;
+    let least = LEAST_GAIN + GAIN_PER_PARAMETER * further;
+    let part = |folds| LEAST_PART * data.count(folds) as f64;
+    compared(data, before, after).is_some_and(|all| {
+        all.iter().all(|gains| {
+            let (fitted, chosen) = (gains.of(FIT_ROWS), gains.of(CHOOSE_ROWS));
+            let plenty = fitted > least.max(part(FIT_ROWS));
+            let there = (0.25 * least).max(part(CHOOSE_ROWS));
+            // What acts rarely may hardly act on the rows that choose.
+            plenty && (chosen > there || (fitted > RARE_GAIN * least && gains.as_due(CHOOSE_ROWS)))
+        })
+    })
+}
+
+/// What a model gains over another, before and, since noise that is alike in samples that follow counts for less
+/// than its rows, after both residuals have passed the filter that whitens the better one's; none where a
+/// model cannot be simulated.
+fn compared<M: Simulated>(data: &Data, before: &Fitted<M>, after: &Fitted<M>) -> Option<Vec<Gains>> {
+    let (old, new) = (before.residual(data)?, after.residual(data)?);
+    let noise = autoregression(&new, &data.runs);
+    let passed = |filter: &[f64], spread: f64| {
+        let mut gains =
+            Gains { old: [0.0; FOLDS], new: [0.0; FOLDS], apart: [0.0; FOLDS], rows: [0; FOLDS], spread };
+        for run in &data.runs {
+            for k in run.start + filter.len()..run.end {
+                let white = |residual: &[f64]| {
+                    let past = filter.iter().enumerate().map(|(j, c)| c * residual[k - 1 - j]);
+                    residual[k] - past.sum::<f64>()
+                };
+                let (old, new, fold) = (white(&old), white(&new), data.fold[k] as usize);
+                gains.old[fold] += old * old;
+                gains.new[fold] += new * new;
+                gains.apart[fold] += (old - new).powi(2);
+                gains.rows[fold] += 1;
+            }
+        }
+        gains
+    };
+    // Noise that is alike in samples that follow spreads a sum over slow terms as its density at rest does.
+    let density = noise.innovation / (1.0 - noise.coefficients.iter().sum::<f64>()).abs().max(1e-3);
+    let mut all = vec![passed(&[], (density / after.rms(ALL).max(f64::MIN_POSITIVE)).powi(2).max(1.0))];
+    if !noise.coefficients.is_empty() {
+        all.push(passed(&noise.coefficients, 1.0));
+    }
+    Some(all)
+}
+
 /// The search.
 pub struct Search<'a> {
     pub data: &'a Data<'a>,
@@ -81,55 +130,6 @@ impl<'a> Search<'a> {
     fn sound(&self, term: &Term) -> bool {
         let finite = term.parameters.iter().all(|v| v.is_finite());
         finite && (term.effect.plausible)(&term.parameters, &self.data.scale)
-    }
-
-    /// Whether the last effect of `after` is worth its parameters beside `before`.
-    fn worth(&self, before: &Fitted, after: &Fitted) -> bool {
-        let further = after.model.free().saturating_sub(before.model.free() + 1) as f64;
-        let least = LEAST_GAIN + GAIN_PER_PARAMETER * further;
-        let part = |folds| LEAST_PART * self.data.count(folds) as f64;
-        self.compared(before, after).is_some_and(|all| {
-            all.iter().all(|gains| {
-                let (fitted, chosen) = (gains.of(FIT_ROWS), gains.of(CHOOSE_ROWS));
-                let plenty = fitted > least.max(part(FIT_ROWS));
-                let there = (0.25 * least).max(part(CHOOSE_ROWS));
-                // What acts rarely may hardly act on the rows that choose.
-                plenty && (chosen > there || (fitted > RARE_GAIN * least && gains.as_due(CHOOSE_ROWS)))
-            })
-        })
-    }
-
-    /// What a model gains over another, before and, since noise that is alike in samples that follow counts for less
-    /// than its rows, after both residuals have passed the filter that whitens the better one's; none where a
-    /// model cannot be simulated.
-    fn compared(&self, before: &Fitted, after: &Fitted) -> Option<Vec<Gains>> {
-        let (old, new) = (before.residual(self.data)?, after.residual(self.data)?);
-        let noise = autoregression(&new, &self.data.runs);
-        let passed = |filter: &[f64], spread: f64| {
-            let mut gains =
-                Gains { old: [0.0; FOLDS], new: [0.0; FOLDS], apart: [0.0; FOLDS], rows: [0; FOLDS], spread };
-            for run in &self.data.runs {
-                for k in run.start + filter.len()..run.end {
-                    let white = |residual: &[f64]| {
-                        let past = filter.iter().enumerate().map(|(j, c)| c * residual[k - 1 - j]);
-                        residual[k] - past.sum::<f64>()
-                    };
-                    let (old, new, fold) = (white(&old), white(&new), self.data.fold[k] as usize);
-                    gains.old[fold] += old * old;
-                    gains.new[fold] += new * new;
-                    gains.apart[fold] += (old - new).powi(2);
-                    gains.rows[fold] += 1;
-                }
-            }
-            gains
-        };
-        // Noise that is alike in samples that follow spreads a sum over slow terms as its density at rest does.
-        let density = noise.innovation / (1.0 - noise.coefficients.iter().sum::<f64>()).abs().max(1e-3);
-        let mut all = vec![passed(&[], (density / after.rms(ALL).max(f64::MIN_POSITIVE)).powi(2).max(1.0))];
-        if !noise.coefficients.is_empty() {
-            all.push(passed(&noise.coefficients, 1.0));
-        }
-        Some(all)
     }
 
     /// A model fitted to the rows that fit.

@@ -1,6 +1,8 @@
 //! The drive between its samples: held, straight, or band-limited by a cubic spline.
 
 use fitter::plant::Hold;
+use motion::Flow;
+use motion::equations::Input;
 
 use super::span::Span;
 use super::turns::Turns;
@@ -93,6 +95,15 @@ impl Signal {
         }
         let rest = T::from_f64(part) - left;
         [Some(piece(first, into, left)), Some(piece(first + 1.0, T::from_f64(0.0), rest))]
+    }
+}
+
+impl Input for Signal {
+    fn at(&self, t_s: f64, within_s: f64) -> Flow {
+        let index = (within_s / self.step_s).floor();
+        let [a, b, c, d] = self.interval(index as isize);
+        let s = t_s / self.step_s - index;
+        Flow { value: a + s * (b + s * (c + s * d)), rate: (b + s * (2.0 * c + 3.0 * s * d)) / self.step_s }
     }
 }
 

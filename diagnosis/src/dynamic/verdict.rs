@@ -7,8 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::{ALL, Data, FIT_ROWS};
 use super::effects::{DynamicEffect, Reading, effect, unit_of};
-use super::estimate::{Fitted, fit};
-use super::gram::grams;
+use super::estimate::{Fitted, Simulated, fit};
 use super::interval::{Sort, around};
 use super::model::{Model, Term};
 use super::noise::Autoregression;
@@ -55,7 +54,7 @@ pub fn verdict(nominal: &Fitted, found: &Fitted, left: &Left) -> Verdict {
 }
 
 /// p-value of a gain in −2 log likelihood for so many parameters.
-fn p_value(gain: f64, parameters: usize) -> f64 {
+pub fn p_value(gain: f64, parameters: usize) -> f64 {
     match ChiSquared::new(parameters.max(1) as f64) {
         Ok(distribution) => distribution.sf(gain.max(0.0)).max(1e-300),
         Err(_) => 1.0,
@@ -163,9 +162,9 @@ fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> V
 }
 
 /// Covariance of the packed parameters, from the whitened normal equations.
-pub fn covariance(found: &Fitted, data: &Data, noise: &Autoregression) -> Symmetric {
-    let free = found.model.free();
-    let Ok(whole) = grams(&found.model, &found.states, data, &noise.coefficients) else {
+pub fn covariance<M: Simulated>(found: &Fitted<M>, data: &Data, noise: &Autoregression) -> Symmetric {
+    let free = found.model.packed().len();
+    let Ok(whole) = found.model.normal(&found.states, data, &noise.coefficients) else {
         return Symmetric::zero(free);
     };
     let reduced = whole.reduced(ALL, 0.0);
@@ -294,13 +293,22 @@ pub fn unidentifiable(named: &[NamedEffect]) -> Vec<String> {
     out
 }
 
-/// What to record to decide what this recording leaves open.
-pub fn next_experiment(verdict: Verdict, named: &[NamedEffect], locations: &[Location]) -> Option<String> {
+/// What tells an effect of the catalogue from those that it is taken for.
+pub fn experiment(id: &str) -> String {
+    effect(id).map_or_else(String::new, |known| known.experiment.into())
+}
+
+/// What to record to decide what this recording leaves open; `experiment` tells an effect from others.
+pub fn next_experiment(
+    verdict: Verdict,
+    named: &[NamedEffect],
+    locations: &[Location],
+    experiment: &dyn Fn(&str) -> String,
+) -> Option<String> {
     let open: Vec<&NamedEffect> = named.iter().filter(|e| !e.alternatives.is_empty()).collect();
     if let Some(e) = open.first() {
         let pair = format!("{} from {}", e.id, e.alternatives.join(", "));
-        let how = effect(&e.id).map_or("", |known| known.experiment);
-        return Some(format!("to tell {pair}: {how}"));
+        return Some(format!("to tell {pair}: {}", experiment(&e.id)));
     }
     let place = locations.first().map(|l| l.variable.as_str());
     match (verdict, place) {

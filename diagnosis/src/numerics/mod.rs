@@ -1,7 +1,6 @@
 //! The one kit of numerics: orthonormal bases, least squares, small symmetric and Hermitian systems, numbers with
-//! derivatives, nonlinear least squares, statistics. Nothing here knows of a recording.
+//! derivatives (from `physics`), nonlinear least squares, statistics. Nothing here knows of a recording.
 
-mod dual;
 pub mod hermitian;
 mod least_squares;
 mod marquardt;
@@ -9,9 +8,9 @@ mod orthogonal;
 mod statistics;
 mod symmetric;
 
-pub use dual::{Dual, Number};
 pub use least_squares::{LeastSquares, least_squares, of_triangle};
 pub use marquardt::{Limits, Normal, minimise};
 pub use orthogonal::{Basis, Columns, add_scaled, dot};
+pub use physics::number::{Dual, Number};
 pub use statistics::{centred, mean, mean_and_error, median, range, rms, widening};
 pub use symmetric::{Symmetric, cholesky, quadratic_form};

@@ -4,7 +4,6 @@ use std::fmt;
 use std::ops::RangeInclusive;
 
 use super::Operator;
-use crate::evaluate::{Time, Value, pointwise};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -114,8 +113,34 @@ impl Operator for Arithmetic {
         })
     }
 
-    fn value(&self, of: &[Value], _: &Time) -> Value {
-        pointwise(of, |x, slopes| self.at(x, slopes))
+    fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
+        let a = x[0];
+        match self.kind {
+            Kind::Sum => {
+                slopes[..2].copy_from_slice(&[1.0, 1.0]);
+                a + x[1]
+            }
+            Kind::Difference => {
+                slopes[..2].copy_from_slice(&[1.0, -1.0]);
+                a - x[1]
+            }
+            Kind::Product => {
+                slopes[..2].copy_from_slice(&[x[1], a]);
+                a * x[1]
+            }
+            Kind::Quotient => {
+                slopes[..2].copy_from_slice(&[1.0 / x[1], -a / (x[1] * x[1])]);
+                a / x[1]
+            }
+            Kind::Power => {
+                slopes[..2].copy_from_slice(&[x[1] * power(a, x[1] - 1.0), 0.0]);
+                power(a, x[1])
+            }
+            Kind::Negative => {
+                slopes[0] = -1.0;
+                -a
+            }
+        }
     }
 
     fn degree(&self, of: &[u32]) -> Option<u32> {
@@ -145,39 +170,6 @@ impl Operator for Arithmetic {
             Kind::Power => write!(f, "{}^{}", of[0].within(own + 1), of[1].within(own)),
             // Equal ones are read from left to right.
             _ => write!(f, "{} {} {}", of[0].within(own), self.sign, of[1].within(own + 1)),
-        }
-    }
-}
-
-impl Arithmetic {
-    /// The value at one place, with the derivatives by the operands.
-    fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
-        let a = x[0];
-        match self.kind {
-            Kind::Sum => {
-                slopes[..2].copy_from_slice(&[1.0, 1.0]);
-                a + x[1]
-            }
-            Kind::Difference => {
-                slopes[..2].copy_from_slice(&[1.0, -1.0]);
-                a - x[1]
-            }
-            Kind::Product => {
-                slopes[..2].copy_from_slice(&[x[1], a]);
-                a * x[1]
-            }
-            Kind::Quotient => {
-                slopes[..2].copy_from_slice(&[1.0 / x[1], -a / (x[1] * x[1])]);
-                a / x[1]
-            }
-            Kind::Power => {
-                slopes[..2].copy_from_slice(&[x[1] * power(a, x[1] - 1.0), 0.0]);
-                power(a, x[1])
-            }
-            Kind::Negative => {
-                slopes[0] = -1.0;
-                -a
-            }
         }
     }
 }

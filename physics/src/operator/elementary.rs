@@ -3,7 +3,6 @@
 use std::ops::RangeInclusive;
 
 use super::Operator;
-use crate::evaluate::{Time, Value, pointwise};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 use crate::unit::Unit;
@@ -40,8 +39,8 @@ impl Operator for Elementary {
         (self.interval)(of)
     }
 
-    fn value(&self, of: &[Value], _: &Time) -> Value {
-        pointwise(of, self.at)
+    fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
+        (self.at)(x, slopes)
     }
 }
 

@@ -12,7 +12,7 @@ mod shapes;
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use crate::evaluate::{Time, Value};
+use crate::evaluate::{Time, Value, pointwise};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
@@ -38,7 +38,13 @@ pub trait Operator: Sync {
     /// A sentence, where a value within the arguments' intervals has none.
     fn interval(&self, of: &[Interval]) -> Result<Interval, String>;
     /// Its value at every row, with the derivatives by the parameters.
-    fn value(&self, of: &[Value], time: &Time) -> Value;
+    fn value(&self, of: &[Value], _: &Time) -> Value {
+        pointwise(of, |x, slopes| self.at(x, slopes))
+    }
+    /// Its value of the values at one instant, the derivatives by them being written; NaN of what remembers.
+    fn at(&self, _: &[f64], _: &mut [f64]) -> f64 {
+        f64::NAN
+    }
     /// How it depends on factors, of which the arguments hold these powers; none where no power describes it.
     fn degree(&self, of: &[u32]) -> Option<u32> {
         of.iter().all(|degree| *degree == 0).then_some(0)

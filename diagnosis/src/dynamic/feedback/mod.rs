@@ -127,7 +127,7 @@ impl Problem for Feedback<'_> {
         plant.retain(|p| present.nominal_free[1] || p.name != "stiffness");
         let said = Said {
             verdict,
-            next_experiment: verdict::next_experiment(verdict, &effects, &locations),
+            next_experiment: verdict::next_experiment(verdict, &effects, &locations, &verdict::experiment),
             locations,
             effects,
             unidentifiable: unidentifiable(present.nominal_free[1]),

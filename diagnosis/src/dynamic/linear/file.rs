@@ -54,7 +54,7 @@ pub fn to_file(model: &Looped, nominal: &Plant) -> PlantFile {
         let parameters = parameters.map(|(name, values)| (name.to_string(), Numbers::Each(values))).into();
         effects.push(PlantEffect { id: ID.to_string(), parameters });
     }
-    PlantFile { plant, state_space: Some(space), effects }
+    PlantFile { plant, state_space: Some(space), effects, equations: None }
 }
 
 /// The model that a plant file states in full; `None` where it has no matrices, or where they are not those

@@ -108,7 +108,7 @@ fn plant() -> PlantFile {
         gain: None,
         hold: None,
     };
-    PlantFile { plant, state_space: None, effects: vec![] }
+    PlantFile { plant, state_space: None, effects: vec![], equations: None }
 }
 
 fn answer(recording: &DynamicRecording, plant: &PlantFile) -> DynamicOutcome {

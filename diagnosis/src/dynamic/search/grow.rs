@@ -4,7 +4,7 @@
 use fitter::plant::Hold;
 use rayon::prelude::*;
 
-use super::{LEAST_GAIN, Search, gain, last_id};
+use super::{LEAST_GAIN, Search, gain, last_id, worth};
 use crate::dynamic::data::{CHOOSE, CHOOSE_ROWS, FIT, FIT_ROWS, Folds, HOLDS};
 use crate::dynamic::effects::{DynamicEffect, TRANSPORT_DELAY};
 use crate::dynamic::estimate::{Fitted, fit_in, fit_in_ways};
@@ -162,7 +162,7 @@ impl Search<'_> {
     pub(super) fn grown(&self, mut present: Fitted) -> Fitted {
         while present.model.terms.len() < MOST_TERMS {
             let worthy: Vec<Fitted> =
-                self.contenders(&present).into_iter().filter(|f| self.worth(&present, f)).collect();
+                self.contenders(&present).into_iter().filter(|f| worth(self.data, &present, f)).collect();
             let Some(next) = self.simplest(&worthy) else { break };
             let next = self.best_hold(next.clone(), FIT_ROWS);
             present = self.creeping(self.pruned(next));
@@ -187,7 +187,7 @@ impl Search<'_> {
             .collect();
         let best = freed.into_iter().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
         match best {
-            Some(f) if self.worth(&present, &f) => f,
+            Some(f) if worth(self.data, &present, &f) => f,
             _ => present,
         }
     }
@@ -213,7 +213,7 @@ impl Search<'_> {
             let shorter: Vec<Fitted> = (self.given..last)
                 .into_par_iter()
                 .filter_map(|k| self.fit(&present.model.without(k), &present.states))
-                .filter(|f| !self.worth(f, &present))
+                .filter(|f| !worth(self.data, f, &present))
                 .collect();
             match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
                 Some(f) => present = f,

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{LEAST_GAIN, LEAST_PART, RARE_GAIN, Search};
+use super::{LEAST_GAIN, LEAST_PART, RARE_GAIN, Search, compared};
 use crate::dynamic::data::{CHOOSE_ROWS, FIT_ROWS, UNSCORED};
 use crate::dynamic::estimate::{Fitted, fit, fit_in};
 use crate::dynamic::model::{Model, Term};
@@ -43,7 +43,7 @@ impl Search<'_> {
 
     fn worth_on_both(&self, before: &Fitted, after: &Fitted) -> bool {
         let least = (RARE_GAIN * LEAST_GAIN).max(LEAST_PART * self.data.count(UNSCORED) as f64);
-        self.compared(before, after).is_some_and(|all| {
+        compared(self.data, before, after).is_some_and(|all| {
             all.iter().all(|gains| {
                 gains.of(UNSCORED) > least && gains.as_due(FIT_ROWS) && gains.as_due(CHOOSE_ROWS)
             })

@@ -24,6 +24,8 @@ pub trait Number:
     fn nudge(&mut self, direction: usize, by: f64);
     /// A function of it, given that function's value and slope.
     fn chain(self, value: f64, slope: f64) -> Self;
+    /// A function of several, given its value and its slopes by them.
+    fn of_several(value: f64, of: &[Self], slopes: &[f64]) -> Self;
     /// e to the power of it.
     fn exp(self) -> Self {
         let e = self.value().exp();
@@ -76,6 +78,9 @@ impl Number for f64 {
     fn chain(self, value: f64, _: f64) -> f64 {
         value
     }
+    fn of_several(value: f64, _: &[f64], _: &[f64]) -> f64 {
+        value
+    }
 }
 
 /// A value and its derivatives along `N` directions.
@@ -116,6 +121,16 @@ impl<const N: usize> Number for Dual<N> {
     #[inline(always)]
     fn chain(self, value: f64, slope: f64) -> Self {
         Dual { value, slopes: self.slopes.map(|s| s * slope) }
+    }
+    #[inline(always)]
+    fn of_several(value: f64, of: &[Self], slopes: &[f64]) -> Self {
+        let mut sum = Self::from_f64(value);
+        for (x, slope) in of.iter().zip(slopes) {
+            for (a, b) in sum.slopes.iter_mut().zip(&x.slopes) {
+                *a += slope * b;
+            }
+        }
+        sum
     }
 }
 

@@ -1,0 +1,202 @@
+//! One recording beside a plant in equations, from rows to everything that is said of it.
+
+use std::sync::Arc;
+
+use motion::equations::Plant;
+use rayon::join;
+
+use super::super::data::{ALL, Data, UNSCORED};
+use super::super::diagnose::{Case, DynamicOutcome, Predicted, repeated};
+use super::super::estimate::{Fitted, Simulated, fit};
+use super::super::fault::DynamicError;
+use super::super::judge::{self, Problem, Withdrawn};
+use super::super::noise::autoregression;
+use super::super::recording::DynamicRecording;
+use super::super::verdict::{covariance, listed, next_experiment, unidentifiable};
+use super::super::{remainder, score};
+use super::model::Model;
+use super::search::Search;
+use super::{catalogue, start, verdict};
+use crate::diagnosis::{Diagnosis, NoiseFloor};
+use crate::numerics::Symmetric;
+use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
+use crate::thresholds::dynamic::estimate::PATIENCE;
+use crate::thresholds::dynamic::expected::LOST;
+use crate::thresholds::dynamic::score::STEADY_ROWS;
+use crate::verdict::{Said, Verdict};
+
+/// A recording, and what was found in it.
+struct Found<'a> {
+    case: &'a Case<'a>,
+    data: &'a Data<'a>,
+    search: &'a Search<'a>,
+    /// Ids of the effects of the catalogue.
+    catalogued: Vec<String>,
+    before: Fitted<Model>,
+    /// The model with effects, on the windows of the search and on the whole recording.
+    chosen: Fitted<Model>,
+    found: Fitted<Model>,
+}
+
+/// Diagnoses one recording beside a plant in equations.
+///
+/// # Errors
+/// One of [`DynamicError`]: the recording or the plant cannot be used at all.
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+    let Case { recording, options, .. } = *case;
+    let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| recording.lost(100.0))??;
+    let (wanted, found) = (plant.inputs.len(), recording.drives.len());
+    if recording.positions.len() != 1 || (wanted != found && wanted > 0) {
+        let positions = recording.positions.len();
+        return Err(DynamicError::Inputs { file: recording.file.clone(), wanted, found, positions });
+    }
+    if case.simulated.is_some() {
+        return Err(DynamicError::OwnSimulation { file: recording.file.clone() });
+    }
+    let plant = Arc::new(plant);
+    let data = Data::new(recording);
+    let lost = || recording.lost(100.0);
+    let rows: usize = data.runs.iter().map(|run| run.len()).sum();
+    let seen = start::nominal(&plant, &data.windows(SEARCH_STEPS.min(rows)))?.ok_or_else(lost)?;
+    let windows = data.windows(SEARCH_STEPS / seen.model.substeps);
+    let middle = crate::numerics::mean(&recording.positions[0]);
+    let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
+    let left = seen.cost(ALL) / seen.rows.iter().sum::<usize>() as f64 * rows as f64 / whole;
+    if left > LOST {
+        return Err(recording.lost(100.0 * left));
+    }
+    let skip = |id: &str| options.skip.iter().any(|skip| skip == id);
+    let mut effects: Vec<_> = options.own.iter().filter(|effect| !skip(&effect.text.id)).cloned().collect();
+    let of_catalogue = catalogue::effects(&plant);
+    let catalogued = verdict::ids(&of_catalogue);
+    effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
+    effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
+    let search = Search { data: &windows, effects, given: seen.model.terms.len() };
+    let chosen = search.run(&seen);
+    let (before, found) = join(|| all_rows(&data, &seen), || all_rows(&data, &chosen));
+    let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
+    judge::standing(&Found { case, data: &data, search: &search, catalogued, before, chosen, found })
+}
+
+/// A model on the whole recording, its initial states as the file has them.
+fn all_rows(data: &Data, seen: &Fitted<Model>) -> Option<Fitted<Model>> {
+    let model = &seen.model;
+    let free_starts: Vec<bool> = model.plant.starts.iter().map(Option::is_none).collect();
+    let first: Vec<Vec<f64>> = data
+        .runs
+        .iter()
+        .map(|run| {
+            // The window that begins where the run does.
+            let number = seen.states.len().min(data.runs.len()) * run.start / data.position.len().max(1);
+            let near = seen.states.get(number).or(seen.states.first());
+            let fitted = near.into_iter().flatten();
+            fitted.zip(&model.plant.starts).map(|(value, given)| given.unwrap_or(*value)).collect()
+        })
+        .collect();
+    let model = Model { free_starts, ..model.clone() };
+    start::estimated(PATIENCE, &model, &first, data, ALL)
+}
+
+impl Problem for Found<'_> {
+    fn case(&self) -> &Case<'_> {
+        self.case
+    }
+
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+        let Some(model) = verdict::without(&self.chosen.model, &withdrawn.effects) else {
+            return Ok(self.said(&self.chosen, &self.found));
+        };
+        let lost = || self.case.recording.lost(100.0);
+        let small = self.search.fit(&model, &self.chosen.states).ok_or_else(lost)?;
+        let found = all_rows(self.data, &small).ok_or_else(lost)?;
+        Ok(self.said(&small, &found))
+    }
+}
+
+impl Found<'_> {
+    /// Everything that is said of a model: `small` on the windows of the search, `found` on the whole recording.
+    fn said(&self, small: &Fitted<Model>, found: &Fitted<Model>) -> DynamicOutcome {
+        let (data, search, before) = (self.data, self.search, &self.before);
+        let nominal = self.case.plant;
+        // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
+        let proof_of = |f: &Fitted<Model>| fit(&f.model, &f.states, data, UNSCORED);
+        let (proof_before, proof_after) = join(|| proof_of(before), || proof_of(found));
+        let (above, floor) = self.floor(found);
+        let named_any = found.model.terms.len() > search.given;
+        let verdict = match (named_any, above > 0.0) {
+            (false, false) => Verdict::Consistent,
+            (false, true) => Verdict::Unexplained,
+            (true, false) => Verdict::Explained,
+            (true, true) => Verdict::PartlyExplained,
+        };
+        let covariance = self.covariance(found);
+        let named = match named_any {
+            true => verdict::effects(search, data, small, found, &covariance, &self.catalogued),
+            false => Vec::new(),
+        };
+        let explained = (1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let locations =
+            verdict::locations(found, &named, explained, |variable| verdict::reach(data, variable));
+        let own = Predicted::by(self.case.recording, [before, found], |f| {
+            vec![f.positions(data).unwrap_or_default()]
+        });
+        let fits = [before, found];
+        let other = self.case.held_out.map(|r| Predicted::by(r, fits, |fitted| held_out(r, fitted)));
+        let idle = proof_after.as_ref().filter(|_| named_any).and_then(|f| verdict::idle(search, data, f));
+        let predicted = |f: &Option<Fitted<Model>>| f.as_ref().and_then(|f| f.positions(data).ok());
+        let without = [predicted(&proof_before), predicted(&proof_after)];
+        let channels: score::Channels = |recording| &recording.positions;
+        let channels = (channels, nominal.plant.position_unit.as_str());
+        let fit = score::fit(self.case, channels, &own, other.as_ref(), without, &data.fold);
+        let said = Said {
+            verdict,
+            unidentifiable: unidentifiable(&named),
+            next_experiment: next_experiment(verdict, &named, &locations, &|id| self.experiment(id)),
+            locations,
+            effects: listed(named),
+        };
+        let identified = verdict::plant(found, &covariance);
+        let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
+        DynamicOutcome { diagnosis, plant: verdict::to_file(found, nominal), own, other, idle }
+    }
+
+    /// What tells an effect from others.
+    fn experiment(&self, id: &str) -> String {
+        let effect = self.search.effects.iter().find(|effect| effect.text.id == id);
+        effect.map_or_else(String::new, |effect| effect.text.experiment.clone())
+    }
+
+    /// What is above the noise, as squared residuals, and the noise.
+    fn floor(&self, found: &Fitted<Model>) -> (f64, NoiseFloor) {
+        let rest = found.residual(self.data).unwrap_or_default();
+        let noise = autoregression(&rest, &self.data.runs);
+        let repeated = repeated(self.case.recording);
+        let above = remainder::above(found, repeated, &noise, found.model.terms.len() > self.search.given);
+        let (value, from) = match repeated {
+            Some(value) => (value, "repeated periods"),
+            None if above == 0.0 => (found.rms(ALL), "what the identified model leaves"),
+            None => (noise.innovation, "what the residual's own past does not predict"),
+        };
+        let autocorrelation = noise.coefficients.first().copied().unwrap_or(0.0);
+        let unit = self.case.plant.plant.position_unit.clone();
+        (above, NoiseFloor { value, unit, from: from.into(), autocorrelation })
+    }
+
+    fn covariance(&self, model: &Fitted<Model>) -> Symmetric {
+        let rest = model.residual(self.data).unwrap_or_default();
+        covariance(model, self.data, &autoregression(&rest, &self.data.runs))
+    }
+}
+
+/// Free run of another recording: its first rows say where its states begin, as far as the plant leaves that open.
+fn held_out(recording: &DynamicRecording, fitted: &Fitted<Model>) -> Vec<Vec<f64>> {
+    let still = || vec![crate::numerics::mean(&recording.positions[0]); recording.rows()];
+    let run = || {
+        let (model, data) = (fitted.model.fixed(), Data::new(recording));
+        let rows = if recording.unscored() == 0 { STEADY_ROWS } else { recording.unscored() };
+        let first = vec![fitted.states[0].clone(); data.runs.len()];
+        let states = fit(&model, &first, &data.clone().head(rows), ALL)?.states;
+        model.positions(&states, &data).ok()
+    };
+    vec![run().unwrap_or_else(still)]
+}

@@ -1,0 +1,222 @@
+//! From what was found in a plant of equations to what is said and written.
+
+use std::sync::Arc;
+
+use fitter::plant::equations::{PlantParameter, StateStart};
+use fitter::plant::{Equations, PlantFile};
+use motion::equations::Target;
+use rayon::prelude::*;
+
+use super::super::data::{ALL, Data, FIT_ROWS};
+use super::super::estimate::{Fitted, fit};
+use super::super::interval::{Sort, around};
+use super::super::search::gain;
+use super::super::verdict::{p_value, shared};
+use super::model::{Model, Term};
+use super::search::Search;
+use crate::numerics::{Symmetric, range};
+use crate::thresholds::dynamic::verdict::ALTERNATIVE_MARGIN;
+use crate::verdict::{CATALOGUED, DECLARED, Location, NamedEffect, Parameter};
+
+/// Standard deviations of the values of the free parameters.
+fn deviations(found: &Fitted<Model>, covariance: &Symmetric) -> Vec<f64> {
+    let slopes = found.model.slopes();
+    slopes.iter().enumerate().map(|(k, slope)| slope.abs() * covariance.at(k, k).max(0.0).sqrt()).collect()
+}
+
+/// What is said of the effects of a model: `small` on the windows of the search, `found` on the whole recording.
+pub fn effects(
+    search: &Search,
+    data: &Data,
+    small: &Fitted<Model>,
+    found: &Fitted<Model>,
+    covariance: &Symmetric,
+    catalogued: &[String],
+) -> Vec<NamedEffect> {
+    let deviations = deviations(found, covariance);
+    let one = |k: usize| {
+        let term = &found.model.terms[k];
+        let without = fit(&found.model.without(k)?, &found.states, data, ALL)?;
+        let packed = found.model.packed_of(k);
+        let parameters = (term.effect.parameters.iter().zip(&term.values).zip(&packed))
+            .map(|((parameter, value), number)| Parameter {
+                name: parameter.name.clone(),
+                value: *value,
+                unit: parameter.unit.to_string(),
+                ci95: around(*value, number.map_or(0.0, |k| deviations[k]), Sort::Amount),
+            })
+            .collect();
+        let text = &term.effect.text;
+        let kind = if catalogued.contains(&text.id) { CATALOGUED } else { DECLARED };
+        let named = NamedEffect {
+            id: text.id.clone(),
+            kind,
+            title: term.effect.title(),
+            formula: term.effect.formula(&found.model.plant),
+            p_value: p_value(gain(&without, found, ALL), packed.iter().flatten().count()),
+            share: 0.0,
+            parameters,
+            alternatives: alternatives(search, small, k),
+            runtime_correctable: true,
+        };
+        Some((without.cost(ALL) - found.cost(ALL), named))
+    };
+    shared((search.given..found.model.terms.len()).filter_map(one).collect())
+}
+
+/// Effects that do as well in a term's place.
+fn alternatives(search: &Search, found: &Fitted<Model>, k: usize) -> Vec<String> {
+    let data = search.data;
+    let text = &found.model.terms[k].effect.text;
+    let confused = |own: &[String], id: &str| own.iter().any(|other| id.starts_with(other.as_str()));
+    let rivals = search.effects.iter().filter(|effect| {
+        !found.model.has(&effect.text.id)
+            && (confused(&text.confused_with, &effect.text.id)
+                || confused(&effect.text.confused_with, &text.id))
+    });
+    let rivals = Search { data, effects: rivals.cloned().collect(), given: search.given };
+    let refit = |model: &Model| search.fit(model, &found.states);
+    let Some((with, without)) = refit(&found.model).zip(found.model.without(k).and_then(|m| refit(&m)))
+    else {
+        return Vec::new();
+    };
+    let mut near: Vec<(f64, String)> = rivals
+        .contenders(&without)
+        .iter()
+        .filter_map(|f| Some((gain(f, &with, FIT_ROWS), f.model.terms.last()?.effect.text.id.clone())))
+        .filter(|(behind, _)| *behind < ALTERNATIVE_MARGIN)
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    near.into_iter().map(|(_, id)| id).collect()
+}
+
+/// The parameters of the plant with their intervals, and where its states begin.
+pub fn plant(found: &Fitted<Model>, covariance: &Symmetric) -> Vec<Parameter> {
+    let (model, deviations) = (&found.model, deviations(found, covariance));
+    let mut number = 0;
+    let own = model.plant.parameters.iter().zip(&model.values).enumerate().map(|(k, (parameter, value))| {
+        let free = model.plant.is_free(k);
+        let deviation = if free { deviations[number] } else { 0.0 };
+        number += usize::from(free);
+        Parameter {
+            name: parameter.name.clone(),
+            value: *value,
+            unit: parameter.unit.to_string(),
+            ci95: around(*value, deviation, Sort::Amount),
+        }
+    });
+    own.collect()
+}
+
+/// The plant as it is written: its parameters at their values, its effects, and where its states begin, if there is one
+/// run.
+pub fn to_file(found: &Fitted<Model>, nominal: &PlantFile) -> PlantFile {
+    let model = &found.model;
+    let Some(mut equations) = nominal.equations.clone() else { return nominal.clone() };
+    for ((_, parameter), value) in equations.parameters.0.iter_mut().zip(&model.values) {
+        parameter.value = Some(*value);
+    }
+    if let [start] = &found.states[..] {
+        for ((_, state), value) in equations.states.0.iter_mut().zip(start) {
+            state.start = StateStart::At(*value);
+        }
+    }
+    equations.sampling = (!equations.inputs.0.is_empty()).then_some(model.hold);
+    equations.effects = model.terms.iter().map(text).collect();
+    PlantFile { equations: Some(Box::<Equations>::new(*equations)), ..nominal.clone() }
+}
+
+/// A term as it is written.
+fn text(term: &Term) -> fitter::plant::equations::EffectText {
+    let mut text = term.effect.text.clone();
+    for (parameter, value) in text.parameters.values_mut().zip(&term.values) {
+        *parameter = PlantParameter { value: Some(*value), ..parameter.clone() };
+    }
+    text
+}
+
+/// Where the mismatch lives: on what the effects read, by what they explain.
+pub fn locations(
+    found: &Fitted<Model>,
+    named: &[NamedEffect],
+    explained: f64,
+    reach: impl Fn(&str) -> (f64, f64),
+) -> Vec<Location> {
+    let mut out: Vec<Location> = Vec::new();
+    for effect in named {
+        let term = found.model.terms.iter().find(|term| term.effect.text.id == effect.id);
+        let Some(variable) = term.map(|term| variable(&found.model, term)) else { continue };
+        if out.iter().any(|location| location.variable == variable) {
+            continue;
+        }
+        let (from, to) = reach(variable);
+        let (share, p_value) = (effect.share * explained, effect.p_value);
+        out.push(Location { variable: variable.into(), times: None, from, to, share, p_value });
+    }
+    out.sort_by(|a, b| b.share.total_cmp(&a.share));
+    out
+}
+
+/// The recorded quantity on which an effect depends.
+fn variable(model: &Model, term: &Term) -> &'static str {
+    let plant = &model.plant;
+    let reads =
+        |name: &str| term.effect.adds.iter().any(|added| added.sentence.columns.iter().any(|c| c == name));
+    let on_input = term.effect.adds.iter().any(|added| matches!(added.to, Target::Input(_)));
+    let output = plant.states.iter().position(|(name, _)| *name == plant.output.1.text);
+    let rate = output.map(|k| plant.rates[k].0.text.as_str());
+    if on_input || plant.inputs.iter().any(|(name, _)| reads(name)) {
+        "drive"
+    } else if rate.is_some_and(&reads) {
+        "velocity"
+    } else {
+        "position"
+    }
+}
+
+/// The range of the recorded drive, position or velocity.
+pub fn reach(data: &Data, variable: &str) -> (f64, f64) {
+    match variable {
+        "drive" => range(data.drive),
+        "position" => range(data.position),
+        _ => {
+            let speeds = data.runs.iter().flat_map(|run| {
+                data.position[run.clone()].windows(9).map(|w| (w[8] - w[0]) / (8.0 * data.step_s))
+            });
+            range(&speeds.collect::<Vec<f64>>())
+        }
+    }
+}
+
+/// The effect without which the rows that score are predicted as well, of those whose part they show.
+pub fn idle(search: &Search, data: &Data, with: &Fitted<Model>) -> Option<String> {
+    use super::super::data::{SCORE, SCORE_ROWS, UNSCORED};
+    use crate::thresholds::dynamic::diagnose::TOLD;
+    let predicted = with.positions(data).ok()?;
+    let scores = |k: &usize| data.fold[*k] as usize == SCORE;
+    let gained = |k: usize| {
+        let without = fit(&with.model.without(k)?, &with.states, data, UNSCORED)?;
+        let other = without.positions(data).ok()?;
+        let rows = data.runs.iter().flat_map(|run| run.clone()).filter(scores);
+        let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
+        let reported = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
+        reported.then(|| (k, gain(&without, with, SCORE_ROWS)))
+    };
+    let worst = (search.given..with.model.terms.len())
+        .into_par_iter()
+        .filter_map(gained)
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.text.id.clone())
+}
+
+/// Effects of a plant without those that were withdrawn.
+pub fn without(model: &Model, withdrawn: &[String]) -> Option<Model> {
+    let kept: Vec<Term> =
+        model.terms.iter().filter(|term| !withdrawn.contains(&term.effect.text.id)).cloned().collect();
+    (kept.len() < model.terms.len()).then(|| model.with_terms(kept)).flatten()
+}
+
+/// Ids of effects.
+pub fn ids(effects: &[Arc<motion::equations::MotionEffect>]) -> Vec<String> {
+    effects.iter().map(|effect| effect.text.id.clone()).collect()
+}
