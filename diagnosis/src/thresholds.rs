@@ -182,6 +182,12 @@ pub mod dynamic {
         pub const POINTS: usize = 128;
         /// Starts that are followed.
         pub const FOLLOWED: usize = 8;
+        /// Factor of the squared residual within which other parameters do as well.
+        pub const AS_WELL: f64 = 1.01;
+        /// Deviation of a parameter, over its range (of a logarithm over 1), from which on the recording leaves it open.
+        pub const OPEN: f64 = 0.5;
+        /// Stride along such a parameter, likewise: short enough for an estimate to follow.
+        pub const STRIDE: f64 = 0.25;
         /// Steps of an estimate on a stretch that is not the whole yet.
         pub const STEPS: usize = 12;
         /// Part of a run that is its first stretch: an oscillation of some periods in it runs out of step by far less than

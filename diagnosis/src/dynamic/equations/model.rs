@@ -44,7 +44,7 @@ pub struct Model {
 }
 
 /// A parameter as an estimate sees it: by its logarithm where its range spans decades.
-fn is_logarithmic(parameter: &Parameter) -> bool {
+pub fn is_logarithmic(parameter: &Parameter) -> bool {
     parameter.range.is_some_and(|range| range.from > 0.0 && range.to > LOGARITHMIC * range.from)
 }
 

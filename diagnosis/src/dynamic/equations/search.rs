@@ -66,16 +66,21 @@ impl<'a> Search<'a> {
         estimated(PATIENCE, model, states, self.data, FIT_ROWS)
     }
 
-    /// The effects beside a plant.
-    pub fn run(&self, nominal: &Fitted<Model>) -> Fitted<Model> {
-        let Some(mut present) = self.fit(&nominal.model, &nominal.states) else { return nominal.clone() };
-        while present.model.terms.len() < MOST_TERMS {
-            let worthy = self.worthy(&present);
-            let Some(next) = simplest(&worthy) else { break };
+    /// The effects beside a plant, which may be fitted by several parameters alike.
+    pub fn run(&self, nominal: &[Fitted<Model>]) -> Option<Fitted<Model>> {
+        let mut bases: Vec<Fitted<Model>> =
+            nominal.iter().filter_map(|f| self.fit(&f.model, &f.states)).collect();
+        loop {
+            let present = bases.first()?;
+            if present.model.terms.len() >= MOST_TERMS {
+                return Some(present.clone());
+            }
+            let mut worthy: Vec<Fitted<Model>> = bases.iter().flat_map(|base| self.worthy(base)).collect();
+            worthy.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
+            let Some(next) = simplest(&worthy) else { return Some(present.clone()) };
             let next = self.divided(next, &worthy).unwrap_or_else(|| next.clone());
-            present = self.pruned(next);
+            bases = vec![self.pruned(next)];
         }
-        present
     }
 
     /// The effects that are worth their parameters beside a model.

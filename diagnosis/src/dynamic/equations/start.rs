@@ -4,23 +4,26 @@
 
 use fitter::plant::Hold;
 use motion::equations::{EquationsError, Plant};
-use physics::Parameter;
+use physics::{Interval, Parameter};
 use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::super::data::{ALL, Data, Folds, HOLDS};
 use super::super::estimate::{Fitted, Simulated, fit, fit_in};
-use super::model::Model;
+use super::super::noise::Autoregression;
+use super::super::verdict::covariance;
+use super::model::{Model, is_logarithmic};
 use crate::thresholds::dynamic::equations::{
-    ACCURATE, FIRST_PART, FOLLOWED, LEAST_FIRST, LOGARITHMIC, MOST_SUBSTEPS, POINTS, STEPS,
+    ACCURATE, AS_WELL, FIRST_PART, FOLLOWED, LEAST_FIRST, MOST_SUBSTEPS, OPEN, POINTS, STEPS, STRIDE,
 };
 
-/// The plant without further effects, fitted to all rows in the best way of running between the samples; none where no
-/// start leads to a plant that can be simulated.
+/// The plant without further effects, fitted to all rows in the best way of running between the samples. Where other
+/// parameters do as well they follow: the recording does not determine them, as an effect may that is found later. Empty
+/// where no start leads to a plant that can be simulated.
 ///
 /// # Errors
 /// [`EquationsError`].
-pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Option<Fitted<Model>>, EquationsError> {
+pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Vec<Fitted<Model>>, EquationsError> {
     let holds: Vec<Hold> = match plant.sampling {
         Some(hold) => vec![hold],
         None if plant.inputs.is_empty() => vec![Hold::ZeroOrder],
@@ -29,14 +32,70 @@ pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Option<Fitted<Model>>,
     let plain = Model::new(plant.clone(), middle(plant), holds[0])?;
     let windowed = data.starts_s.iter().any(|start| *start > 0.0);
     let free_starts = plain.free_starts.iter().map(|free| *free || windowed).collect();
-    let plain = Model { free_starts, ..plain };
-    let best = followed(&plain, data);
+    let mut all = followed(&Model { free_starts, ..plain }, data);
     let others = holds[1..].par_iter().filter_map(|hold| {
-        let best = best.as_ref()?;
+        let best = all.first()?;
         fit(&Model { hold: *hold, ..best.model.clone() }, &best.states, data, ALL)
     });
     let others: Vec<Fitted<Model>> = others.collect();
-    Ok(best.into_iter().chain(others).min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL))))
+    all.extend(others);
+    sort(&mut all);
+    all.truncate(1);
+    let alike = all.first().map_or_else(Vec::new, |best| alike(best, data));
+    all.extend(alike);
+    Ok(all)
+}
+
+/// The same plant with other parameters that do as well, along the one that the recording determines least; none where it
+/// determines all. An offset that no output shows, or the unit of a hidden state, is such a one.
+fn alike(best: &Fitted<Model>, data: &Data) -> Vec<Fitted<Model>> {
+    let free: Vec<usize> = (0..best.model.values.len()).filter(|k| best.model.plant.is_free(*k)).collect();
+    let white = Autoregression { coefficients: Vec::new(), innovation: 0.0 };
+    let covariance = covariance(best, data, &white);
+    let open = |number: usize| {
+        let parameter = &best.model.plant.parameters[free[number]];
+        let width =
+            if is_logarithmic(parameter) { 1.0 } else { parameter.range.map_or(1.0, |r| r.to - r.from) };
+        covariance.at(number, number).sqrt() / width
+    };
+    let least = (0..free.len()).map(|k| (k, open(k))).max_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((number, _)) = least.filter(|(_, open)| *open > OPEN) else { return Vec::new() };
+    let k = free[number];
+    let Some(range) = best.model.plant.parameters[k].range else { return Vec::new() };
+    let walk = |direction: f64| {
+        let (mut found, mut now) = (Vec::new(), best.clone());
+        loop {
+            let mut plant = (*now.model.plant).clone();
+            let packed = direction
+                * if is_logarithmic(&plant.parameters[k]) {
+                    STRIDE
+                } else {
+                    STRIDE * (range.to - range.from)
+                };
+            let there = match is_logarithmic(&plant.parameters[k]) {
+                true => now.model.values[k] * packed.exp(),
+                false => now.model.values[k] + packed,
+            };
+            if !(range.from..=range.to).contains(&there) {
+                return found;
+            }
+            plant.parameters[k].range = Some(Interval { from: there, to: there });
+            let mut model = Model { plant: Arc::new(plant), ..now.model.clone() };
+            model.values[k] = there;
+            let Some(next) = fit(&model, &now.states, data, ALL) else { return found };
+            if next.cost(ALL) > AS_WELL * best.cost(ALL) {
+                return found;
+            }
+            now = Fitted { model: Model { plant: best.model.plant.clone(), ..next.model.clone() }, ..next };
+            found.push(now.clone());
+        }
+    };
+    let (up, down) = rayon::join(|| walk(1.0), || walk(-1.0));
+    up.into_iter().chain(down).collect()
+}
+
+fn sort(all: &mut [Fitted<Model>]) {
+    all.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
 }
 
 /// Every parameter in the middle of its range, or where the file puts it.
@@ -50,9 +109,7 @@ fn middle(plant: &Plant) -> Vec<f64> {
 pub fn within(parameter: &Parameter, part: f64) -> f64 {
     match parameter.range {
         None => 0.0,
-        Some(range) if range.from > 0.0 && range.to > LOGARITHMIC * range.from => {
-            range.from * (range.to / range.from).powf(part)
-        }
+        Some(range) if is_logarithmic(parameter) => range.from * (range.to / range.from).powf(part),
         Some(range) => range.from + part * (range.to - range.from),
     }
 }
@@ -93,8 +150,8 @@ fn first_states(model: &Model, data: &Data) -> Vec<Vec<f64>> {
     data.first_states().into_iter().map(guess).collect()
 }
 
-/// The best estimate over all starts.
-fn followed(plain: &Model, data: &Data) -> Option<Fitted<Model>> {
+/// The best estimates over all starts, on all rows.
+fn followed(plain: &Model, data: &Data) -> Vec<Fitted<Model>> {
     let rows = data.runs.iter().map(|run| run.len()).max().unwrap_or(0);
     let mut length = (rows / FIRST_PART).max(LEAST_FIRST);
     let head = data.clone().head(length);
@@ -116,7 +173,7 @@ fn followed(plain: &Model, data: &Data) -> Option<Fitted<Model>> {
     });
     let mut tried: Vec<Fitted<Model>> = tried.collect();
     loop {
-        tried.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
+        sort(&mut tried);
         tried.truncate(FOLLOWED);
         let stretch = data.clone().head(length);
         let further = |f: &Fitted<Model>| {
@@ -130,7 +187,7 @@ fn followed(plain: &Model, data: &Data) -> Option<Fitted<Model>> {
         let next: Vec<Fitted<Model>> = tried.par_iter().filter_map(further).collect();
         tried = next;
         if length >= rows || tried.is_empty() {
-            return tried.into_iter().min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
+            return tried;
         }
         length *= 2;
     }
