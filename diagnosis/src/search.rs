@@ -65,7 +65,7 @@ pub struct Search<'a> {
     /// The recording.
     pub rows: &'a Rows,
     /// The catalogue.
-    pub catalogue: &'a [Box<dyn Effect>],
+    pub catalogue: &'a [Effect],
     /// The candidates.
     pub dictionary: Arc<Dictionary>,
     /// The noise used for whitening.
@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
     /// Prepares the search: whitens, projects, calibrates.
     pub fn new(
         rows: &'a Rows,
-        catalogue: &'a [Box<dyn Effect>],
+        catalogue: &'a [Effect],
         order: usize,
         noise: Noise,
         skip: &[String],
@@ -336,7 +336,7 @@ impl<'a> Search<'a> {
     /// Whether scores of one sign can be this family's.
     fn possible(&self, family: usize, scores: &[f64]) -> bool {
         match self.effect(family) {
-            Some(e) if scores.len() == 1 => self.catalogue[e].plausible(scores),
+            Some(e) if scores.len() == 1 => self.catalogue[e].plausible_sign(scores[0]),
             _ => true,
         }
     }
@@ -351,7 +351,7 @@ impl<'a> Search<'a> {
             w
         });
         let amplitudes = least_squares(&left.collect::<Vec<_>>(), residual).coefficients;
-        self.catalogue[e].plausible_at(&candidate.shape, &amplitudes)
+        self.catalogue[e].plausible_at(self.rows, &candidate.shape, &amplitudes)
     }
 
     /// Whether a found family passes the threshold of the whole search.

@@ -99,7 +99,7 @@ impl Unit {
     }
 
     /// The unit with a name, or a base unit of that name.
-    pub(crate) fn named(name: &str) -> Unit {
+    pub fn named(name: &str) -> Unit {
         let (scale, bases) = match KNOWN.iter().find(|known| known.0 == name) {
             Some((_, scale, bases)) => (*scale, bases.to_vec()),
             None => (1.0, vec![(name, 1)]),
@@ -180,6 +180,16 @@ impl Unit {
         let mut written = written?;
         written.retain(|(_, power)| *power != 0);
         Some(Unit { written, scale: self.scale.powf(exponent), bases })
+    }
+
+    /// It with `unit` in place of the base unit `name`.
+    pub fn with(&self, name: &str, unit: &Unit) -> Unit {
+        let power = self.written.iter().find(|(own, _)| own == name).map_or(0, |(_, power)| *power);
+        let power = f64::from(power) / f64::from(PARTS);
+        match (Unit::named(name).power(-power), unit.power(power)) {
+            (Some(without), Some(with)) if power != 0.0 => self.times(&without).times(&with),
+            _ => self.clone(),
+        }
     }
 
     /// Whether it is 1 without a dimension.

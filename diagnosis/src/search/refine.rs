@@ -36,7 +36,7 @@ impl Search<'_> {
             left.push(w);
         }
         if columns.len() > 1
-            && !self.catalogue[e].plausible_at(shape, &least_squares(&left, residual).coefficients)
+            && !self.catalogue[e].plausible_at(self.rows, shape, &least_squares(&left, residual).coefficients)
         {
             return None;
         }
@@ -186,8 +186,7 @@ impl Search<'_> {
                 let mut w = self.whitener.whiten(&effect.signature(self.rows, &shape)[0]);
                 basis.project_off(&mut w);
                 let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
-                let Some(next) = effect.consistent_shape(&shape, &[amplitude], self.rows) else { break };
-                shape = next;
+                shape = effect.consistent_shape(&shape, &[amplitude], self.rows);
             }
             let next = self.try_shape(family, &shape, basis, residual);
             let worth = |found: &Found| found.explained - effect.reluctance(&found.term.shape);

@@ -64,8 +64,11 @@ impl Operator for Arithmetic {
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
         let plain = |unit| (unit, vec![1.0; of.len()]);
         // Numbers alone make a number.
-        if let Some(numbers) = of.iter().map(Quantity::number).collect::<Option<Vec<f64>>>() {
-            return Ok(plain(Quantity::Number(self.at(&numbers, &mut [0.0; 2]))));
+        if let Some(numbers) =
+            of.iter().map(|of| of.number().map(Value::constant)).collect::<Option<Vec<_>>>()
+        {
+            let value = self.value(&numbers, &Time { t_s: &[], pass: &[] });
+            return Ok(plain(Quantity::Number(value.at(0))));
         }
         Ok(match self.kind {
             Kind::Sum | Kind::Difference | Kind::Negative => return common(of),
@@ -115,7 +118,15 @@ impl Operator for Arithmetic {
     }
 
     fn value(&self, of: &[Value], _: &Time) -> Value {
-        pointwise(of, |x, slopes| self.at(x, slopes))
+        let slopes = |x: &[f64], slopes: &mut [f64]| self.slopes(x, slopes);
+        match self.kind {
+            Kind::Sum => pointwise(of, |x| x[0] + x[1], slopes),
+            Kind::Difference => pointwise(of, |x| x[0] - x[1], slopes),
+            Kind::Product => pointwise(of, |x| x[0] * x[1], slopes),
+            Kind::Quotient => pointwise(of, |x| x[0] / x[1], slopes),
+            Kind::Power => pointwise(of, |x| power(x[0], x[1]), slopes),
+            Kind::Negative => pointwise(of, |x| -x[0], slopes),
+        }
     }
 
     fn degree(&self, of: &[u32]) -> Option<u32> {
@@ -150,34 +161,16 @@ impl Operator for Arithmetic {
 }
 
 impl Arithmetic {
-    /// The value at one place, with the derivatives by the operands.
-    fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
+    /// Writes the derivatives by the operands.
+    fn slopes(&self, x: &[f64], slopes: &mut [f64]) {
         let a = x[0];
         match self.kind {
-            Kind::Sum => {
-                slopes[..2].copy_from_slice(&[1.0, 1.0]);
-                a + x[1]
-            }
-            Kind::Difference => {
-                slopes[..2].copy_from_slice(&[1.0, -1.0]);
-                a - x[1]
-            }
-            Kind::Product => {
-                slopes[..2].copy_from_slice(&[x[1], a]);
-                a * x[1]
-            }
-            Kind::Quotient => {
-                slopes[..2].copy_from_slice(&[1.0 / x[1], -a / (x[1] * x[1])]);
-                a / x[1]
-            }
-            Kind::Power => {
-                slopes[..2].copy_from_slice(&[x[1] * power(a, x[1] - 1.0), 0.0]);
-                power(a, x[1])
-            }
-            Kind::Negative => {
-                slopes[0] = -1.0;
-                -a
-            }
+            Kind::Sum => slopes[..2].copy_from_slice(&[1.0, 1.0]),
+            Kind::Difference => slopes[..2].copy_from_slice(&[1.0, -1.0]),
+            Kind::Product => slopes[..2].copy_from_slice(&[x[1], a]),
+            Kind::Quotient => slopes[..2].copy_from_slice(&[1.0 / x[1], -a / (x[1] * x[1])]),
+            Kind::Power => slopes[..2].copy_from_slice(&[x[1] * power(a, x[1] - 1.0), 0.0]),
+            Kind::Negative => slopes[0] = -1.0,
         }
     }
 }

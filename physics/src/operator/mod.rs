@@ -4,6 +4,7 @@
 mod arithmetic;
 mod delay;
 mod elementary;
+mod figure;
 mod lowpass;
 mod play;
 mod rate;
@@ -16,6 +17,8 @@ use crate::evaluate::{Time, Value};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
+
+pub use play::USUAL_PLAYS;
 
 pub(crate) use arithmetic::{DIFFERENCE, NEGATIVE, POWER, PRODUCT, QUOTIENT, SUM};
 
@@ -47,6 +50,10 @@ pub trait Operator: Sync {
     fn remembers(&self) -> bool {
         false
     }
+    /// Whether it is one figure of a whole recording.
+    fn of_recording(&self) -> bool {
+        false
+    }
     /// How tightly its text holds together.
     fn binding(&self) -> u8 {
         binding::WHOLE
@@ -62,7 +69,7 @@ pub trait Operator: Sync {
 }
 
 /// All operators that are written as functions.
-pub static FUNCTIONS: [&dyn Operator; 18] = [
+pub static FUNCTIONS: [&dyn Operator; 23] = [
     &elementary::ABS,
     &elementary::SIGN,
     &elementary::MIN,
@@ -81,6 +88,11 @@ pub static FUNCTIONS: [&dyn Operator; 18] = [
     &delay::Delay,
     &play::PLAY,
     &play::PLAYS,
+    &figure::MEAN,
+    &figure::FIRST,
+    &figure::LOWEST,
+    &figure::HIGHEST,
+    &figure::COUNT,
 ];
 
 /// The function of a name.
