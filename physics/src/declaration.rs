@@ -111,7 +111,7 @@ pub struct Reported {
 #[derive(Debug, Clone)]
 pub enum What {
     /// By an expression.
-    Formula(Formula),
+    Formula(Box<Formula>),
     /// By the function of this name.
     Named(String),
 }
@@ -305,7 +305,7 @@ impl Reader<'_> {
             Some(function) => What::Named(function.to_string()),
             None => {
                 let unit = self.vocabulary.unit(unit).map_err(|what| self.refuse(what))?;
-                What::Formula(self.formula(name, value, Some(&unit), plain, true)?)
+                What::Formula(Box::new(self.formula(name, value, Some(&unit), plain, true)?))
             }
         };
         let unit = self.vocabulary.named(unit, "/ ()^");

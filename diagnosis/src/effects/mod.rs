@@ -16,7 +16,7 @@ pub use effect::Effect;
 pub use operators::{low_pass, play_from};
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use fitter::error_model::Sensor;
 use fitter::terms::Operator;
@@ -128,9 +128,10 @@ pub fn catalogue(sensor: &Sensor) -> Arc<[Effect]> {
 
 /// The same for a position in `unit`, of a pair of probes or of a sensor that reports it; read once for each.
 fn catalogue_in(pair: bool, unit: &str) -> Arc<[Effect]> {
-    static READ: OnceLock<Mutex<BTreeMap<(bool, String), Arc<[Effect]>>>> = OnceLock::new();
+    type Known = BTreeMap<(bool, String), Arc<[Effect]>>;
+    static READ: Mutex<Known> = Mutex::new(BTreeMap::new());
     // What a thread that failed left behind is whole: it is put in at once.
-    let mut read = READ.get_or_init(Mutex::default).lock().unwrap_or_else(PoisonError::into_inner);
+    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
     let made = || {
         let effects = declared::catalogued(include_str!("catalogue.toml"), pair, unit);
         effects.unwrap_or_else(|error| unreachable!("the catalogue is read in every test: {error}")).into()

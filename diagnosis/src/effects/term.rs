@@ -315,7 +315,7 @@ impl<'a> Terms<'a> {
         };
         let Line { slope, offset, .. } = self.line_of(of).filter(|line| line.column == "true_angle")?;
         let is_factor = |k: &usize| mentions(node, self.form.of.iter().position(|own| own == k));
-        let factor = self.effect.made.factors.iter().position(|k| is_factor(k))?;
+        let factor = self.effect.made.factors.iter().position(is_factor)?;
         Some(Wave { factor, sine, size, slope, offset })
     }
 

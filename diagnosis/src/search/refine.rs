@@ -91,7 +91,7 @@ impl Search<'_> {
         if effect.shape_follows {
             return self.make_consistent(best, basis, residual);
         }
-        let ranges = effect.ranges(self.rows);
+        let ranges = &self.ranges[e];
         if ranges.is_empty() {
             return best;
         }
@@ -151,7 +151,7 @@ impl Search<'_> {
     /// First steps of the compass: half the distance to the neighbouring starts.
     fn first_steps(&self, family: usize, shape: &[f64]) -> Vec<f64> {
         let Some(e) = self.effect(family) else { return Vec::new() };
-        let ranges = self.catalogue[e].ranges(self.rows);
+        let ranges = &self.ranges[e];
         let candidates = &self.dictionary.candidates[self.dictionary.families[family].candidates.clone()];
         ranges
             .iter()
@@ -234,7 +234,7 @@ impl Search<'_> {
         for sweep in 0..2 {
             for k in 0..terms.len() {
                 let Some(e) = self.effect(terms[k].family) else { continue };
-                if self.catalogue[e].ranges(self.rows).is_empty() || (terms.len() == 1 && sweep > 0) {
+                if self.ranges[e].is_empty() || (terms.len() == 1 && sweep > 0) {
                     continue;
                 }
                 let others: Vec<Term> =

@@ -73,7 +73,7 @@ pub enum Starts {
     At(Vec<Formula>),
     /// At this distance from each other at least, which may depend on other parameters: over the range, or between two
     /// values.
-    Every(Formula, Vec<Formula>),
+    Every(Box<Formula>, Vec<Formula>),
 }
 
 /// A number, or an expression for it.
@@ -184,7 +184,7 @@ impl Reader<'_> {
                 let starts =
                     match (&entry.starts, &entry.every) {
                         (starts, Some(every)) => {
-                            let distance = self.formula(name, &every.text(), None, plain, true)?;
+                            let distance = Box::new(self.formula(name, &every.text(), None, plain, true)?);
                             match starts {
                                 None => Starts::Every(distance, Vec::new()),
                                 Some(StartsEntry::At(ends)) if ends.len() == 2 => {
