@@ -56,7 +56,7 @@ impl fmt::Display for Explained {
         if *remembers {
             writeln!(f, "  memory     its value depends on the rows before")?;
         }
-        writeln!(f, "  applied    by `apply`; firmware for expressions is not generated")
+        writeln!(f, "  applied    by `apply`; in firmware where it has the form of a term")
     }
 }
 
