@@ -59,8 +59,7 @@ pub fn run(args: &EffectsArgs, common: Common) -> Result<()> {
 /// What the declared effects are, a paragraph each.
 fn check(args: &CheckArgs, common: Common) -> Result<()> {
     let effects = declared::read_file(&args.effects, &Mirror::read(&args.mirror)?.sensor)?;
-    let explained: Vec<declared::Explained> =
-        effects.iter().map(declared::DeclaredEffect::explained).collect();
+    let explained: Vec<declared::Explained> = effects.iter().map(Effect::explained).collect();
     let text = || explained.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n");
     summarise(common, || json!(explained), text);
     Ok(())
@@ -68,14 +67,14 @@ fn check(args: &CheckArgs, common: Common) -> Result<()> {
 
 /// The catalogue of `diagnose` as JSON.
 fn catalogued() -> serde_json::Value {
-    let entry = |effect: &dyn Effect| {
+    let entry = |effect: &Effect| {
         json!({
             "id": effect.id, "title": effect.title, "formula": effect.formula, "size": effect.size,
             "confused_with": effect.confused_with, "source": effect.source,
             "runtime_correctable": !effect.of_one_time,
         })
     };
-    effects::catalogue().iter().map(|effect| entry(effect.as_ref())).collect()
+    effects::listed().iter().map(entry).collect()
 }
 
 /// The catalogues of the simulation as JSON.

@@ -25,7 +25,7 @@ pub struct Rival {
 /// is the whitened model with its tangents, `residual` the observations less their part in it.
 pub fn rivals(
     search: &Search,
-    effect: &dyn Effect,
+    effect: &Effect,
     terms: &[Term],
     whole: &Basis,
     residual: &[f64],

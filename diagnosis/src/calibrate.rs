@@ -138,7 +138,7 @@ pub fn chi_squared_at(m: f64, d: usize) -> f64 {
 struct FamilyMaxima<'a> {
     dictionary: &'a Dictionary,
     projected: &'a Projected,
-    catalogue: &'a [Box<dyn Effect>],
+    catalogue: &'a [Effect],
     /// Every projected column's scores in all resamples, one column after another, to be multiplied by the square
     /// root of the resample's scale.
     products: &'a [f64],
@@ -179,7 +179,7 @@ impl FamilyMaxima<'_> {
                 }
             }
             if let (Kind::Effect(e), 1) = (&family.kind, rank) {
-                let possible = [-1.0, 1.0].map(|sign| self.catalogue[*e].plausible(&[sign]));
+                let possible = [-1.0, 1.0].map(|sign| self.catalogue[*e].plausible_sign(sign));
                 if possible != [true, true] {
                     let scores = &self.products[range.start * TOGETHER..];
                     for (sum, v) in sums.iter_mut().zip(scores) {
@@ -213,7 +213,7 @@ impl FamilyMaxima<'_> {
 pub fn calibrate(
     dictionary: &Dictionary,
     projected: &Projected,
-    catalogue: &[Box<dyn Effect>],
+    catalogue: &[Effect],
     base: &Basis,
     noise: &Noise,
     angles: &[f64],

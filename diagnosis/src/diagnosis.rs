@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::attempt::{self, Attempt};
 use crate::condense::{Condensed, condense};
-use crate::effects::declared::DeclaredEffect;
 use crate::effects::{Effect, catalogue};
 use crate::explain::Explanation;
 use crate::generic;
@@ -115,7 +114,7 @@ pub struct Options {
     /// Ids of effects that are left out of the catalogue.
     pub skip: Vec<String>,
     /// Effects that take part beside the catalogue.
-    pub declared: Vec<DeclaredEffect>,
+    pub declared: Vec<Effect>,
     /// The base, where it is not to be chosen.
     pub base: Wanted,
     /// Most harmonics of a periodic error that are handed on; all that were found where none.
@@ -159,8 +158,8 @@ fn of_readings(
     let other = held_out
         .map(|r| observe(r.recording, mirror, None, options.base).map(|rows| (r, rows)))
         .transpose()?;
-    let mut effects: Vec<Box<dyn Effect>> = catalogue();
-    effects.extend(options.declared.iter().cloned().map(|effect| Box::new(effect) as Box<dyn Effect>));
+    let mut effects: Vec<Effect> = catalogue(&mirror.sensor).to_vec();
+    effects.extend(options.declared.iter().cloned());
     let hand_on = HandOn {
         seen,
         mirror,
@@ -232,7 +231,7 @@ fn unusable(recording: &Recording, reason: String) -> ObserveError {
 }
 
 /// For every family of the search its place or effect, and −ln p beside the base.
-fn map(explanation: &Explanation, effects: &[Box<dyn Effect>]) -> Vec<(String, f64)> {
+fn map(explanation: &Explanation, effects: &[Effect]) -> Vec<(String, f64)> {
     let of = |found: &Found| {
         let place = verdict::place_of(explanation, effects, &found.term);
         let name = match &place.times {

@@ -135,18 +135,16 @@ pub struct Scratch {
 
 impl Dictionary {
     /// Builds the dictionary of the effects that the recording can show (`skip` names ids to leave out).
-    pub fn new(rows: &Rows, catalogue: &[Box<dyn Effect>], order: usize, skip: &[String]) -> Dictionary {
+    pub fn new(rows: &Rows, catalogue: &[Effect], order: usize, skip: &[String]) -> Dictionary {
         let mut d = Dictionary { families: Vec::new(), candidates: Vec::new() };
-        let of_effect = |effect: &dyn Effect| -> Option<Vec<Group>> {
-            if effect.testable(rows).is_err() || skip.iter().any(|s| s == effect.id) {
+        let of_effect = |effect: &Effect| -> Option<Vec<Group>> {
+            if effect.testable(rows).is_err() || skip.contains(&effect.id) {
                 return None;
             }
             Some(effect.starts(rows).into_iter().map(|s| (effect.signature(rows, &s), s)).collect())
         };
-        let (of_effects, generic): (Vec<_>, _) = rayon::join(
-            || catalogue.par_iter().map(|effect| of_effect(effect.as_ref())).collect(),
-            || generic::families(rows),
-        );
+        let (of_effects, generic): (Vec<_>, _) =
+            rayon::join(|| catalogue.par_iter().map(of_effect).collect(), || generic::families(rows));
         for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
             let Some(groups) = groups else { continue };
             let begins = match (effect.begins_at_a_row, &effect.ranges(rows)[..]) {

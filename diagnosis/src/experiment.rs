@@ -34,6 +34,28 @@ impl Experiment {
         Experiment::OneByOne,
     ];
 
+    /// Its name in declarations.
+    fn name(self) -> &'static str {
+        match self {
+            Experiment::Levels => "levels",
+            Experiment::Jump => "jump",
+            Experiment::Longer => "longer",
+            Experiment::Loops => "loops",
+            Experiment::FinerSteps => "finer_steps",
+            Experiment::OneByOne => "one_by_one",
+        }
+    }
+
+    /// The experiment of a name.
+    pub fn named(name: &str) -> Option<Experiment> {
+        Experiment::MENU.into_iter().find(|experiment| experiment.name() == name)
+    }
+
+    /// All names.
+    pub fn names() -> String {
+        Experiment::MENU.map(|experiment| format!("`{}`", experiment.name())).join(", ")
+    }
+
     fn advice(self) -> &'static str {
         match self {
             Experiment::Levels => {
@@ -64,10 +86,10 @@ impl Experiment {
     }
 
     /// Whether two effects do different things in it.
-    fn separates(self, catalogue: &[Box<dyn Effect>], (a, b): &(&str, &str)) -> bool {
+    fn separates(self, catalogue: &[Effect], (a, b): &(&str, &str)) -> bool {
         let shown = |id: &str| {
             let effect = catalogue.iter().find(|e| e.id == id)?;
-            effect.told_by.iter().find(|(experiment, _)| *experiment == self).map(|(_, how)| *how)
+            effect.told_by.iter().find(|(experiment, _)| *experiment == self).map(|(_, how)| how.as_str())
         };
         matches!((shown(a), shown(b)), (Some(a), Some(b)) if a != b)
     }
@@ -81,7 +103,7 @@ const BOTH_WAYS: &str = "record the same range in both directions, at two speeds
 /// explain what is not; in both directions, where this recording has one only.
 pub fn next(
     rows: &Rows,
-    catalogue: &[Box<dyn Effect>],
+    catalogue: &[Effect],
     effects: &[NamedEffect],
     locations: &[Location],
     verdict: Verdict,
@@ -94,7 +116,7 @@ pub fn next(
 }
 
 fn deciding(
-    catalogue: &[Box<dyn Effect>],
+    catalogue: &[Effect],
     effects: &[NamedEffect],
     locations: &[Location],
     verdict: Verdict,

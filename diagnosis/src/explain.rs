@@ -68,7 +68,7 @@ pub struct Found<'a> {
 }
 
 /// Explains a recording. `skip` leaves effects out of the catalogue by id.
-pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Box<dyn Effect>], skip: &[String]) -> Found<'a> {
+pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> Found<'a> {
     let order = first_order(rows);
     let base = base_columns(rows, order);
     let covariates = covariates(rows);
@@ -151,9 +151,9 @@ fn reading_noise(noise: &Noise, rows: &Rows) -> f64 {
 /// that is there already would describe it twice.
 fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     let effect_of = |f: usize| search.effect(f).map(|e| &search.catalogue[e]);
-    let taken: Vec<&str> =
-        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| e.confused_with).copied().collect();
-    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&e.id));
+    let taken: Vec<&String> =
+        terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| &e.confused_with).collect();
+    let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&&e.id));
     let mut found = search.contenders_refined(terms, named, usize::MAX);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
@@ -212,7 +212,7 @@ fn stages(
 /// What `fit` already found of a sensor that turns, as terms.
 fn found_by_fit(search: &Search) -> Vec<Term> {
     let Some(turn) = &search.rows.turn else { return Vec::new() };
-    let found = |f: &usize| search.effect(*f).is_some_and(|e| (search.catalogue[e].found_by_fit)(turn));
+    let found = |f: &usize| search.effect(*f).is_some_and(|e| search.catalogue[e].found_by_fit(turn));
     (0..search.dictionary.families.len())
         .filter(found)
         .map(|family| {
@@ -228,7 +228,7 @@ fn found_by_fit(search: &Search) -> Vec<Term> {
 /// found one by one, and fitted with every row alike. None where they do not explain most of the mismatch.
 pub fn explain_gross<'a>(
     rows: &'a Rows,
-    catalogue: &'a [Box<dyn Effect>],
+    catalogue: &'a [Effect],
     skip: &[String],
     floor: f64,
 ) -> Option<Explanation<'a>> {

@@ -30,7 +30,7 @@ pub struct HandOn<'a> {
     /// The row that was searched for every row of the recording.
     pub cell_of: &'a [usize],
     /// The effects.
-    pub catalogue: &'a [Box<dyn Effect>],
+    pub catalogue: &'a [Effect],
     /// Most harmonics of a periodic error.
     pub harmonics: Option<usize>,
     /// The command that stands in the file.
@@ -133,7 +133,7 @@ impl HandOn<'_> {
             let begin = first;
             first += term.amplitudes.len();
             if let Some(e) = term.effect {
-                self.add_term(&mut parts, self.catalogue[e].as_ref(), term, begin);
+                self.add_term(&mut parts, &self.catalogue[e], term, begin);
             }
         }
         let Parts { mut file, linear, .. } = parts;
@@ -190,7 +190,7 @@ impl HandOn<'_> {
     }
 
     /// Adds an effect whose first amplitude is number `begin` of what was fitted.
-    fn add_term(&self, parts: &mut Parts, effect: &dyn Effect, term: &FittedTerm, begin: usize) {
+    fn add_term(&self, parts: &mut Parts, effect: &Effect, term: &FittedTerm, begin: usize) {
         let handed = effect.operator(&parts.rows, &term.term.shape);
         if matches!(handed.operator, Operator::Expression(_)) {
             parts.file.version = VERSION_EXPRESSION;
@@ -209,7 +209,7 @@ impl HandOn<'_> {
             parts.linear.push(whole);
         }
         parts.file.terms.push(Term {
-            effect: effect.id.into(),
+            effect: effect.id.clone(),
             scope: if effect.of_one_time { Scope::Recording } else { Scope::Device },
             operator: handed.operator,
             coefficients,

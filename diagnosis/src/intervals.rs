@@ -46,7 +46,7 @@ struct Place {
 
 impl Beside<'_> {
     /// The amplitudes and the likelihood of a shape; none where nothing of it is left or it is implausible.
-    fn place(&self, effect: &dyn Effect, shape: &[f64]) -> Option<Place> {
+    fn place(&self, effect: &Effect, shape: &[f64]) -> Option<Place> {
         let columns = effect.signature(self.rows, shape);
         let width = columns.len();
         let mut q: Vec<Vec<f64>> = Vec::with_capacity(width);
@@ -79,7 +79,7 @@ impl Beside<'_> {
             let unknown_part = noise * columns[0].len() as f64 / (r[0] * r[0]);
             covariance[0] += (unknown_part * amplitudes[0]).powi(2);
         }
-        if !effect.plausible_at(shape, &amplitudes) {
+        if !effect.plausible_at(self.rows, shape, &amplitudes) {
             return None;
         }
         let log_likelihood = 0.5 * dot(&scores, &scores) / (self.widening * self.widening);
@@ -98,7 +98,7 @@ impl Beside<'_> {
     /// The posterior of an effect's shape over everything that it can be: the whole range of its shape parameters is
     /// divided into cells, and those that may matter again and again, so that no place far from `best` that does nearly
     /// as well is missed, however narrow it is.
-    fn posterior(&self, effect: &dyn Effect, best: &[f64]) -> Vec<Place> {
+    fn posterior(&self, effect: &Effect, best: &[f64]) -> Vec<Place> {
         let ranges = effect.ranges(self.rows);
         let tied = effect.shape_follows;
         let free: Vec<usize> = (0..best.len())
@@ -120,7 +120,7 @@ impl Beside<'_> {
         let log_of = |p: &Option<Place>| p.as_ref().map_or(f64::NEG_INFINITY, |p| p.log_likelihood);
         let home: Vec<f64> = free.iter().map(|k| to(*k, best[*k])).collect();
         let mut top = log_of(&best_place);
-        let mut open: Vec<(Cell, Option<Place>)> = first_cells(&free, &ranges, effect, best)
+        let mut open: Vec<(Cell, Option<Place>)> = first_cells(self.rows, &free, &ranges, effect, best)
             .into_iter()
             .map(|cell| {
                 let place = at(&cell.middle);
@@ -163,7 +163,7 @@ impl Beside<'_> {
     }
 
     /// The posterior of the row at which a step begins, each gap between rows weighted by its length.
-    fn step_places(&self, effect: &dyn Effect, best: &[f64]) -> Vec<Place> {
+    fn step_places(&self, effect: &Effect, best: &[f64]) -> Vec<Place> {
         let t = &self.rows.t_s;
         let centre = best[0] as usize;
         let near = match self.place(effect, best) {
@@ -206,7 +206,7 @@ impl Beside<'_> {
     }
 
     /// The places that matter for a fitted effect, with weights that sum to one.
-    fn weighed(&self, effect: &dyn Effect, shape: &[f64]) -> Vec<Place> {
+    fn weighed(&self, effect: &Effect, shape: &[f64]) -> Vec<Place> {
         let step = effect.begins_at_a_row;
         let mut places = if step { self.step_places(effect, shape) } else { self.posterior(effect, shape) };
         let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
@@ -221,7 +221,7 @@ impl Beside<'_> {
     /// `rivals` more.
     pub fn parameters(
         &self,
-        effect: &dyn Effect,
+        effect: &Effect,
         shape: &[f64],
         amplitudes: &[f64],
         rivals: &[Rival],
@@ -261,7 +261,7 @@ impl Beside<'_> {
     }
 
     /// Every reported parameter at a place, with the deviation that the amplitudes give it.
-    fn read(&self, effect: &dyn Effect, place: &Place) -> Vec<(f64, f64)> {
+    fn read(&self, effect: &Effect, place: &Place) -> Vec<(f64, f64)> {
         let width = place.amplitudes.len();
         let here = effect.readings(self.rows, &place.shape, &place.amplitudes);
         let mut gradients = vec![vec![0.0; width]; here.len()];
@@ -339,7 +339,7 @@ impl Cell {
 
 /// The whole range of the free shape parameters in cells over which a signature stays much the same: the last one
 /// first, since how finely the others are divided may depend on it (the place of a bump on its width).
-fn first_cells(free: &[usize], ranges: &[Range], effect: &dyn Effect, best: &[f64]) -> Vec<Cell> {
+fn first_cells(rows: &Rows, free: &[usize], ranges: &[Range], effect: &Effect, best: &[f64]) -> Vec<Cell> {
     let mut cells = vec![(Cell { middle: Vec::new(), half: Vec::new() }, best.to_vec())];
     for &k in free.iter().rev() {
         let Range { low, high, logarithmic, .. } = ranges[k];
@@ -347,7 +347,7 @@ fn first_cells(free: &[usize], ranges: &[Range], effect: &dyn Effect, best: &[f6
         cells = cells
             .into_iter()
             .flat_map(|(cell, shape)| {
-                let spacing = effect.spacing(k, &shape).unwrap_or((to - from) / PARTS);
+                let spacing = effect.spacing(rows, k, &shape).unwrap_or((to - from) / PARTS);
                 let count = ((to - from) / spacing).ceil().max(1.0);
                 let half = 0.5 * (to - from) / count;
                 (0..count as usize).map(move |i| {

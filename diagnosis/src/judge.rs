@@ -53,7 +53,7 @@ pub struct Judge<'a, 'b> {
     /// What was found.
     pub explanation: &'b Explanation<'a>,
     /// The effects.
-    pub catalogue: &'b [Box<dyn Effect>],
+    pub catalogue: &'b [Effect],
     /// How a model is handed on.
     pub hand_on: &'b HandOn<'b>,
     /// The base alone.
@@ -129,7 +129,7 @@ impl<'a> Judge<'a, '_> {
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
         let of_one_time = |t: &Term| {
             let effect = self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
-            effect.is_some_and(|e| e.of_one_time || e.begins_before(&t.shape))
+            effect.is_some_and(|e| e.of_one_time || e.begins_before(self.explanation.search.rows, &t.shape))
         };
         if !named.iter().any(of_one_time) {
             return self.proof;
@@ -139,8 +139,8 @@ impl<'a> Judge<'a, '_> {
             .as_ref()
     }
 
-    fn id(&self, term: &Term) -> &'static str {
-        self.explanation.search.effect(term.family).map_or("structure", |e| self.catalogue[e].id)
+    fn id(&self, term: &Term) -> &str {
+        self.explanation.search.effect(term.family).map_or("structure", |e| &self.catalogue[e].id)
     }
 
     /// The first named effect of which nothing is determined, by its place among the named ones, and why.

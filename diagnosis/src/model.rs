@@ -208,12 +208,7 @@ pub fn predictive(explanation: &Explanation, terms: &[Term], order: usize) -> Mo
 }
 
 /// Fits base and terms jointly. `order` none chooses it.
-pub fn fit(
-    explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
-    terms: &[Term],
-    order: Option<usize>,
-) -> Model {
+pub fn fit(explanation: &Explanation, catalogue: &[Effect], terms: &[Term], order: Option<usize>) -> Model {
     let search = &explanation.search;
     let rows = search.rows;
     let is_order = |t: &&Term| matches!(search.dictionary.families[t.family].kind, Kind::Order);
@@ -234,7 +229,7 @@ pub fn fit(
         let without: Vec<Vec<f64>> = columns.map(|(_, c)| c.clone()).collect();
         let fitted = &mut model.terms[index];
         fitted.explained = least_squares(&without, &joint.target).rss - joint.solution.rss;
-        let Some(effect) = fitted.effect.map(|e| catalogue[e].as_ref()) else { continue };
+        let Some(effect) = fitted.effect.map(|e| &catalogue[e]) else { continue };
         let beside = tangents.beside(search, &joint, own.start, index, &left[index]);
         let rivals = rivals(search, effect, &terms, &tangents.basis, &tangents.residual);
         fitted.parameters = beside.parameters(effect, &term.shape, &fitted.amplitudes, &rivals);
@@ -253,14 +248,14 @@ struct Tangents {
 }
 
 impl Tangents {
-    fn of(search: &Search, catalogue: &[Box<dyn Effect>], joint: &Joint, terms: &[Term]) -> Tangents {
+    fn of(search: &Search, catalogue: &[Effect], joint: &Joint, terms: &[Term]) -> Tangents {
         let rows = search.rows;
         let mut columns = joint.columns.clone();
         let mut of_term = Vec::new();
         for (term, own) in joint.places(terms) {
             let amplitudes = &joint.solution.coefficients[own.clone()];
             let mut all: Vec<usize> = own.collect();
-            if let Some(effect) = search.effect(term.family).map(|e| catalogue[e].as_ref()) {
+            if let Some(effect) = search.effect(term.family).map(|e| &catalogue[e]) {
                 for (k, step) in tangent_steps(effect, rows, &term.shape).into_iter().enumerate() {
                     let Some(h) = step else { continue };
                     let tangent = tangent(effect, rows, &term.shape, amplitudes, k, h);
@@ -316,12 +311,7 @@ fn undetermined_rows(search: &Search, terms: &[Term]) -> Vec<Vec<f64>> {
 }
 
 /// What the observations as they were read leave without each step; empty for other terms.
-fn without_steps(
-    search: &Search,
-    catalogue: &[Box<dyn Effect>],
-    joint: &Joint,
-    terms: &[Term],
-) -> Vec<Vec<f64>> {
+fn without_steps(search: &Search, catalogue: &[Effect], joint: &Joint, terms: &[Term]) -> Vec<Vec<f64>> {
     let coefficients = &joint.solution.coefficients;
     let mut residual = search.rows.error.clone();
     let raw = joint.base.iter().chain(terms.iter().flat_map(|t| t.columns.iter()));
@@ -340,7 +330,7 @@ fn without_steps(
 }
 
 /// Puts every step at its likeliest row; whether any moved.
-fn place_steps(catalogue: &[Box<dyn Effect>], search: &Search, joint: &Joint, terms: &mut [Term]) -> bool {
+fn place_steps(catalogue: &[Effect], search: &Search, joint: &Joint, terms: &mut [Term]) -> bool {
     let rows = search.rows;
     let left = without_steps(search, catalogue, joint, terms);
     let heights = joint.places(terms).into_iter().map(|(_, own)| joint.solution.coefficients[own.start]);
@@ -359,7 +349,7 @@ fn place_steps(catalogue: &[Box<dyn Effect>], search: &Search, joint: &Joint, te
 }
 
 /// Step of the numerical derivative for every shape parameter; none for one that is fixed or whole.
-fn tangent_steps(effect: &dyn Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<f64>> {
+fn tangent_steps(effect: &Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<f64>> {
     if effect.shape_follows {
         return vec![None; shape.len()];
     }
@@ -375,14 +365,7 @@ fn tangent_steps(effect: &dyn Effect, rows: &Rows, shape: &[f64]) -> Vec<Option<
 }
 
 /// Derivative of the contribution with respect to shape parameter `k`.
-fn tangent(
-    effect: &dyn Effect,
-    rows: &Rows,
-    shape: &[f64],
-    amplitudes: &[f64],
-    k: usize,
-    h: f64,
-) -> Vec<f64> {
+fn tangent(effect: &Effect, rows: &Rows, shape: &[f64], amplitudes: &[f64], k: usize, h: f64) -> Vec<f64> {
     let at = |value: f64| {
         let mut moved = shape.to_vec();
         moved[k] = value;
@@ -397,7 +380,7 @@ fn tangent(
 }
 
 /// The base alone, of the order that `fit` chooses where there is one: what is handed on where nothing has a name.
-pub fn expected(explanation: &Explanation, catalogue: &[Box<dyn Effect>], order: Option<usize>) -> Model {
+pub fn expected(explanation: &Explanation, catalogue: &[Effect], order: Option<usize>) -> Model {
     let rows = explanation.search.rows;
     let own = || choose_order(explanation, &[]).max(rows.order.unwrap_or(first_order(rows).min(3)));
     fit(explanation, catalogue, &[], Some(order.map_or_else(own, |order| order.min(highest_order(rows)))))

@@ -23,7 +23,7 @@ use crate::verdict::{Rival, without};
 /// Says so in sentences.
 pub fn reach(
     explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
+    catalogue: &[Effect],
     settled: &mut Settled,
     rivals: &[Vec<Rival>],
 ) -> Vec<String> {
@@ -53,7 +53,7 @@ pub fn reach(
         }
         handed.reach = 1.0 - rest;
         let others: BTreeSet<&str> =
-            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id).collect();
+            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id.as_str()).collect();
         said.push(format!(
             "{}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed on \
              to them",
@@ -69,7 +69,7 @@ pub fn reach(
 /// Bayesian information criterion says, an effect more its odds.
 fn pair(
     explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
+    catalogue: &[Effect],
     model: &Model,
     term: &Term,
 ) -> Option<(f64, Vec<usize>)> {

@@ -65,7 +65,7 @@ pub struct Search<'a> {
     /// The recording.
     pub rows: &'a Rows,
     /// The catalogue.
-    pub catalogue: &'a [Box<dyn Effect>],
+    pub catalogue: &'a [Effect],
     /// The candidates.
     pub dictionary: Arc<Dictionary>,
     /// The noise used for whitening.
@@ -78,8 +78,8 @@ pub struct Search<'a> {
     pub shares: Vec<f64>,
     /// Price of a term by family and rank.
     prices: Vec<Vec<f64>>,
-    /// Free shape parameters of every effect of the catalogue.
-    free_shapes: Vec<usize>,
+    /// Ranges of the shape parameters of every effect of the catalogue.
+    ranges: Vec<Vec<Range>>,
     base_order: usize,
     /// The candidates beside the base, made when they are first asked for.
     projected: OnceLock<Projected>,
@@ -94,7 +94,7 @@ impl<'a> Search<'a> {
     /// Prepares the search: whitens, projects, calibrates.
     pub fn new(
         rows: &'a Rows,
-        catalogue: &'a [Box<dyn Effect>],
+        catalogue: &'a [Effect],
         order: usize,
         noise: Noise,
         skip: &[String],
@@ -134,15 +134,7 @@ impl<'a> Search<'a> {
             calibration,
             shares,
             prices,
-            free_shapes: catalogue
-                .iter()
-                .map(|e| {
-                    if e.shape_follows {
-                        return 0;
-                    }
-                    e.ranges(rows).iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()
-                })
-                .collect(),
+            ranges: catalogue.iter().map(|effect| effect.ranges(rows)).collect(),
             base_order: order,
             projected: OnceLock::from(projected),
             base,
@@ -165,7 +157,7 @@ impl<'a> Search<'a> {
             calibration: whole.calibration.clone(),
             shares: whole.shares.clone(),
             prices: whole.prices.clone(),
-            free_shapes: whole.free_shapes.clone(),
+            ranges: whole.ranges.clone(),
             base_order: order,
             projected: OnceLock::new(),
             base,
@@ -218,7 +210,10 @@ impl<'a> Search<'a> {
 
     /// How many shape parameters of an effect of the catalogue are free to take any value.
     pub fn free_shapes(&self, effect: usize) -> usize {
-        self.free_shapes[effect]
+        if self.catalogue[effect].shape_follows {
+            return 0;
+        }
+        self.ranges[effect].iter().filter(|r| r.high > r.low && !(r.whole && r.high <= 1.0)).count()
     }
 
     /// The price without what is set on top of it for comparisons.
@@ -316,8 +311,7 @@ impl<'a> Search<'a> {
     /// The place of an effect's shape parameter that is free to take any value, where that is one alone.
     fn only_free_shape(&self, effect: usize) -> Option<usize> {
         let free = |range: &Range| range.high > range.low && !range.whole;
-        let ranges = self.catalogue[effect].ranges(self.rows);
-        if self.free_shapes(effect) == 1 { ranges.iter().position(free) } else { None }
+        if self.free_shapes(effect) == 1 { self.ranges[effect].iter().position(free) } else { None }
     }
 
     /// The best step of a family that begins at a row.
@@ -336,7 +330,7 @@ impl<'a> Search<'a> {
     /// Whether scores of one sign can be this family's.
     fn possible(&self, family: usize, scores: &[f64]) -> bool {
         match self.effect(family) {
-            Some(e) if scores.len() == 1 => self.catalogue[e].plausible(scores),
+            Some(e) if scores.len() == 1 => self.catalogue[e].plausible_sign(scores[0]),
             _ => true,
         }
     }
@@ -351,7 +345,7 @@ impl<'a> Search<'a> {
             w
         });
         let amplitudes = least_squares(&left.collect::<Vec<_>>(), residual).coefficients;
-        self.catalogue[e].plausible_at(&candidate.shape, &amplitudes)
+        self.catalogue[e].plausible_at(self.rows, &candidate.shape, &amplitudes)
     }
 
     /// Whether a found family passes the threshold of the whole search.

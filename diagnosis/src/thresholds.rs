@@ -631,81 +631,34 @@ pub mod dynamic {
 /// See [`crate::effects`].
 pub mod effects {
 
-    /// See [`crate::effects::backlash`].
-    pub mod backlash {
+    /// See [`crate::effects::Effect`].
+    pub mod effect {
         /// What the stated direction must explain beyond the play of the readings, in −2 log likelihood: a correction can follow
         /// the readings, and has to be told the direction.
         pub const RELUCTANCE: f64 = 12.0;
         /// Motion from which on the play is taken to have turned over, in standard deviations of a reading: more than two
         /// readings differ by chance.
         pub const MOVED: f64 = 6.0;
-    }
-
-    /// See [`crate::effects::hysteresis`].
-    pub mod hysteresis {
-        /// Number of play elements between 0 and R.
-        pub const ELEMENTS: usize = 12;
-        /// Steps of the steady loop from the middle to either end.
-        pub const LOOP_STEPS: i32 = 34;
-        /// Least R, as a part of half the stroke.
-        pub const LEAST_RADIUS: f64 = 0.25;
-        /// Values of the second shape parameter: where the elements are before the first row.
-        pub const AT_EASE: f64 = 0.0;
-        pub const FROM_ZERO: f64 = 1.0;
-    }
-
-    /// See [`crate::effects::local_defect`].
-    pub mod local_defect {
-        /// Fewest readings within a width of the centre.
-        pub const FEWEST_SEEN: usize = 3;
-        /// Narrowest width in steps of the angle, and the narrowest from which the search starts. Below a third of a step one
-        /// position alone sees it, and every width does as well: what is narrower than a twentieth would have to be hit by
-        /// chance.
-        pub const NARROWEST: f64 = 0.05;
-        pub const NARROWEST_START: f64 = 0.5;
-        /// Distances over which a bump stays much the same: in its place in widths, and in the logarithm of its width.
-        pub const ALIKE: [f64; 2] = [0.7, 0.35];
-    }
-
-    /// See [`crate::effects::periodic_error`].
-    pub mod periodic_error {
-        /// Most periods over the stroke that are searched.
-        pub const MOST_CYCLES: f64 = 256.0;
-        /// Steepest slope that the harmonics may have together: from 1 on the reading would stand still or run back while the
-        /// sensor moves, and no correction could undo it. Before that the harmonics follow the reference itself, which stands
-        /// in the error, rather than an error of the sensor.
+        /// Steepest slope that harmonics of the true angle may have together: from 1 on the reading would stand still or run
+        /// back while the sensor moves, and no correction could undo it. Before that the harmonics follow the reference itself,
+        /// which stands in the error, rather than an error of the sensor.
         pub const STEEPEST: f64 = 0.9;
-        /// Fewer places than these, in many readings, lie far apart.
-        pub const FEW_PLACES: usize = 20;
-        /// Most harmonics.
-        pub const MOST_HARMONICS: f64 = 12.0;
     }
 
-    /// See [`crate::effects::sensor_clipping`].
-    pub mod sensor_clipping {
-        /// A probe runs out of its range towards an end of the stroke: no threshold lies nearer to the middle than
-        /// this part of half the stroke.
-        pub const INNERMOST: f64 = 0.3;
-    }
-
-    /// See [`crate::effects::declared`].
-    pub mod declared {
+    /// See [`crate::effects::grid`].
+    pub mod grid {
         /// Ratio of the ends of a parameter's range from which on it is searched on a logarithmic scale. By judgement.
         pub const LOGARITHMIC: f64 = 10.0;
         /// Starts over the range of each parameter, as many as a thermal lag has over its own.
         pub const STARTS: usize = 8;
+        /// Most rows that stand for all at which a step may begin.
+        pub const MOST_ROWS: usize = 160;
     }
 
-    /// See [`crate::effects::thermal_lag`].
-    pub mod thermal_lag {
-        /// Longest time constant, in recordings.
-        pub const LONGEST: f64 = 1.0;
-    }
-
-    /// See [`crate::effects::warmup_drift`].
-    pub mod warmup_drift {
-        /// Longest time constant, in recordings.
-        pub const LONGEST: f64 = 1.5;
+    /// See [`crate::effects::report`].
+    pub mod report {
+        /// Steps of the steady loop from the middle to either end.
+        pub const LOOP_STEPS: i32 = 34;
     }
 }
 

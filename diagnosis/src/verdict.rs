@@ -142,7 +142,7 @@ pub struct Rival {
 }
 
 /// For every term the effects that do nearly as well in its place, the likeliest first.
-pub fn rivals(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &Model) -> Vec<Vec<Rival>> {
+pub fn rivals(explanation: &Explanation, catalogue: &[Effect], model: &Model) -> Vec<Vec<Rival>> {
     let of = |term: &FittedTerm| match term.effect {
         Some(_) => alternatives(explanation, catalogue, model, &term.term),
         None => Vec::new(),
@@ -153,7 +153,7 @@ pub fn rivals(explanation: &Explanation, catalogue: &[Box<dyn Effect>], model: &
 /// Forms the verdict. An effect that was withdrawn is structure, and keeps its place.
 pub fn say(
     explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
+    catalogue: &[Effect],
     settled: &Settled,
     rivals: &[Vec<Rival>],
 ) -> Said {
@@ -187,17 +187,17 @@ pub fn say(
         let place = place_of(explanation, catalogue, &term.term);
         push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
         let Some(e) = term.effect else { continue };
-        open.extend(too_many(catalogue[e].id, rivals.len()));
+        open.extend(too_many(&catalogue[e].id, rivals.len()));
         let rivals = &rivals[..rivals.len().min(MOST_ALTERNATIVES)];
         for rival in rivals {
-            let place = catalogue[rival.effect].place();
-            further.push(locate(rows, &place, &term.contribution, (share * rival.part).min(share), p_value));
+            let place = &catalogue[rival.effect].place;
+            further.push(locate(rows, place, &term.contribution, (share * rival.part).min(share), p_value));
         }
         effects.push(NamedEffect {
-            id: catalogue[e].id.into(),
+            id: catalogue[e].id.clone(),
             kind: if catalogue[e].declared { DECLARED } else { CATALOGUED },
             title: catalogue[e].found_as(&term.amplitudes).into(),
-            formula: catalogue[e].formula.into(),
+            formula: catalogue[e].formula_at(&term.term.shape),
             p_value,
             share,
             parameters: term
@@ -229,12 +229,7 @@ pub(crate) fn too_many(id: &str, alternatives: usize) -> Option<String> {
 }
 
 /// Adds the place of the strongest dependence, of whatever kind, that the handed-on model leaves.
-pub fn locate_rest(
-    explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
-    handed: &Model,
-    said: &mut Said,
-) {
+pub fn locate_rest(explanation: &Explanation, catalogue: &[Effect], handed: &Model, said: &mut Said) {
     let search = &explanation.search;
     let terms: Vec<Term> = handed.terms.iter().map(|t| t.term.clone()).collect();
     let found = search.contenders(&terms, |_| true);
@@ -256,9 +251,9 @@ fn push_location(locations: &mut Vec<Location>, location: Location) {
 }
 
 /// The place of a term.
-pub fn place_of(explanation: &Explanation, catalogue: &[Box<dyn Effect>], term: &Term) -> Place {
+pub fn place_of(explanation: &Explanation, catalogue: &[Effect], term: &Term) -> Place {
     match &explanation.search.dictionary.families[term.family].kind {
-        Kind::Effect(e) => catalogue[*e].place(),
+        Kind::Effect(e) => catalogue[*e].place.clone(),
         Kind::Generic(place) => place.clone(),
         Kind::Order => Place::on("angle_deg"),
     }
@@ -278,12 +273,7 @@ pub fn without(explanation: &Explanation, model: &Model, term: &Term) -> Vec<Ter
 }
 
 /// Catalogued effects that do nearly as well in the term's place.
-fn alternatives(
-    explanation: &Explanation,
-    catalogue: &[Box<dyn Effect>],
-    model: &Model,
-    term: &Term,
-) -> Vec<Rival> {
+fn alternatives(explanation: &Explanation, catalogue: &[Effect], model: &Model, term: &Term) -> Vec<Rival> {
     let search = &explanation.search;
     let others = without(explanation, model, term);
     let mut with = others.clone();
@@ -293,7 +283,7 @@ fn alternatives(
     let rough = search.rows.temperature_c.as_ref().map_or(0.0, |t| roughness(t));
     let blurred = (BLUR * rough).min(MOST_BLURRED).max(rough.min(1.0));
     let is_thermal =
-        |f: usize| search.effect(f).is_some_and(|e| catalogue[e].place().variable == "temperature_c");
+        |f: usize| search.effect(f).is_some_and(|e| catalogue[e].place.variable == "temperature_c");
     let free = |f: usize| search.effect(f).map_or(0, |e| search.free_shapes(e));
     let mut found: Vec<Rival> = search
         .contenders(&others, |f| search.effect(f).is_some() && f != term.family)
@@ -380,7 +370,7 @@ fn narrow(contribution: &[f64], middle: f64) -> bool {
 }
 
 /// What no recording of this kind, and what not this one, determines.
-fn unidentifiable(rows: &Rows, catalogue: &[Box<dyn Effect>], model: &Model) -> Vec<String> {
+fn unidentifiable(rows: &Rows, catalogue: &[Effect], model: &Model) -> Vec<String> {
     let mut out = Vec::new();
     if rows.pair {
         out.push("probe distance error and a1: only a1 - Δd/d is determined".to_string());
@@ -401,8 +391,8 @@ fn unidentifiable(rows: &Rows, catalogue: &[Box<dyn Effect>], model: &Model) -> 
     for effect in catalogue {
         let Err(reason) = effect.testable(rows) else { continue };
         match reasons.iter_mut().find(|(known, _)| *known == reason) {
-            Some((_, ids)) => ids.push(effect.id),
-            None => reasons.push((reason, vec![effect.id])),
+            Some((_, ids)) => ids.push(&effect.id),
+            None => reasons.push((reason, vec![&effect.id])),
         }
     }
     out.extend(reasons.iter().map(|(reason, ids)| format!("not testable: {} ({reason})", ids.join(", "))));

@@ -44,21 +44,29 @@ pub struct Sentence {
     pub columns: Vec<String>,
     /// Its parameters, in the order in which their values are given.
     pub parameters: Vec<Parameter>,
-    pub(crate) root: Node,
+    /// What is evaluated.
+    pub root: Node,
 }
 
 /// What is evaluated.
 #[derive(Clone)]
-pub(crate) enum Node {
+pub enum Node {
+    /// A number.
     Constant(f64),
+    /// A column of the recording.
     Column(String),
-    /// By index.
+    /// A parameter, by index.
     Parameter(usize),
-    /// Every argument with the factor that brings it to the unit that the operator needs.
+    /// An operator.
     Apply {
+        /// Which.
         operator: &'static dyn Operator,
+        /// Every argument with the factor that brings it to the unit that the operator needs.
         arguments: Vec<(Node, f64)>,
+        /// Bytes of the text.
         span: Range<usize>,
+        /// The unit of a figure of the recording; none of anything else.
+        unit: Option<Unit>,
     },
 }
 
@@ -73,29 +81,22 @@ impl std::fmt::Debug for Node {
     }
 }
 
-/// The unit of an expression.
-///
-/// # Errors
-/// As [`Sentence::read`].
-pub fn unit_of(text: &str, names: &Names) -> Result<Unit, ExpressionError> {
-    Ok(Reader { text, names }.read(&parse(text)?)?.1.unit())
-}
-
 impl Sentence {
-    /// Reads an expression whose values are in `unit`.
+    /// Reads an expression whose values are in `unit`; without one, in whatever unit it has.
     ///
     /// # Errors
     /// The place, with the name that is not known, the units that do not go together, or the parameter without a range
     /// that is no factor.
-    pub fn read(text: &str, unit: &Unit, names: &Names) -> Result<Sentence, ExpressionError> {
+    pub fn read(text: &str, unit: Option<&Unit>, names: &Names) -> Result<Sentence, ExpressionError> {
         let expression = parse(text)?;
         let reader = Reader { text, names };
         let (root, found, _) = reader.read(&expression)?;
+        let unit = unit.cloned().unwrap_or_else(|| found.unit());
         let whole = |what: String| ExpressionError::new(text, &expression.span, what);
         let factor = match &found {
             Quantity::Number(_) => 1.0,
             Quantity::Of(found) => found
-                .in_units_of(unit)
+                .in_units_of(&unit)
                 .ok_or_else(|| whole(format!("the expression is in {found}, expected a value in {unit}")))?,
         };
         let root = scaled(root, factor, &expression.span);
@@ -110,7 +111,7 @@ impl Sentence {
         let is_parameter = |name: &&str| names.parameters.iter().any(|parameter| parameter.name == **name);
         let columns = used.iter().filter(|name| !is_parameter(name)).map(ToString::to_string).collect();
         let parameters = names.parameters.to_vec();
-        Ok(Sentence { text: text.to_string(), unit: unit.clone(), columns, parameters, root, expression })
+        Ok(Sentence { text: text.to_string(), unit, columns, parameters, root, expression })
     }
 
     /// The interval of its values, in its unit.
@@ -134,7 +135,7 @@ impl Sentence {
                 let unbounded = Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
                 Ok(self.parameters[*index].range.unwrap_or(unbounded))
             }
-            Node::Apply { operator, arguments, span } => {
+            Node::Apply { operator, arguments, span, .. } => {
                 let of = arguments.iter().map(|(argument, factor)| {
                     self.interval_of(argument, column)
                         .map(|interval| Interval::corners(interval, Interval::point(*factor), |a, b| a * b))
@@ -149,7 +150,7 @@ impl Sentence {
     pub fn remembers(&self) -> bool {
         fn remembers(node: &Node) -> bool {
             match node {
-                Node::Apply { operator, arguments, .. } => {
+                Node::Apply { operator, arguments, .. } if !operator.of_recording() => {
                     operator.remembers() || arguments.iter().any(|(argument, _)| remembers(argument))
                 }
                 _ => false,
@@ -169,7 +170,7 @@ fn scaled(node: Node, factor: f64, span: &Range<usize>) -> Node {
         return node;
     }
     let arguments = vec![(node, factor), (Node::Constant(1.0), 1.0)];
-    Node::Apply { operator: crate::operator::PRODUCT, arguments, span: span.clone() }
+    Node::Apply { operator: crate::operator::PRODUCT, arguments, span: span.clone(), unit: None }
 }
 
 /// Looks names and units up.
@@ -245,8 +246,8 @@ impl Reader<'_> {
                 format!("`{name}` is no mere factor of the whole here: give it a range (from, to), or correct the expression"),
             )
         })?;
-        let node =
-            Node::Apply { operator, arguments: nodes.into_iter().zip(factors).collect(), span: span.clone() };
-        Ok((node, quantity, degree))
+        let arguments = nodes.into_iter().zip(factors).collect();
+        let unit = operator.of_recording().then(|| quantity.unit());
+        Ok((Node::Apply { operator, arguments, span: span.clone(), unit }, quantity, degree))
     }
 }

@@ -1,8 +1,10 @@
 //! Values over the rows of a recording, with their derivatives by the parameters.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use crate::check::{Node, Sentence};
+use crate::unit::Unit;
 
 /// Most arguments of an operator.
 const MOST_ARGUMENTS: usize = 4;
@@ -72,19 +74,47 @@ pub(crate) fn parameters(of: &[Value]) -> Vec<usize> {
     all
 }
 
-/// A function of the values of one row: `function` returns its value and writes its derivatives by the arguments.
-pub(crate) fn pointwise(of: &[Value], function: impl Fn(&[f64], &mut [f64]) -> f64) -> Value {
-    let parameters = parameters(of);
+/// A function of the values of one row, with the function that writes its derivatives by the arguments.
+pub(crate) fn pointwise(
+    of: &[Value],
+    at: impl Fn(&[f64]) -> f64,
+    derivatives: impl Fn(&[f64], &mut [f64]),
+) -> Value {
     let count = of.iter().map(|value| value.rows.len()).max().unwrap_or(1);
-    let mut rows = Vec::with_capacity(count);
+    let (mut x, mut partial) = ([0.0; MOST_ARGUMENTS], [0.0; MOST_ARGUMENTS]);
+    let fill = |x: &mut [f64; MOST_ARGUMENTS], row: usize| {
+        x.iter_mut().zip(of).for_each(|(x, value)| *x = value.at(row));
+    };
+    let rows = match of {
+        [a] => a.rows.iter().map(|a| at(&[*a])).collect(),
+        [a, b] if b.rows.len() == 1 => {
+            let b = b.rows[0];
+            a.rows.iter().map(|a| at(&[*a, b])).collect()
+        }
+        [a, b] if a.rows.len() == 1 => {
+            let a = a.rows[0];
+            b.rows.iter().map(|b| at(&[a, *b])).collect()
+        }
+        [a, b, c] if b.rows.len() == 1 && c.rows.len() == 1 => {
+            let (b, c) = (b.rows[0], c.rows[0]);
+            a.rows.iter().map(|a| at(&[*a, b, c])).collect()
+        }
+        [a, b] if a.rows.len() == b.rows.len() => {
+            a.rows.iter().zip(&b.rows).map(|(a, b)| at(&[*a, *b])).collect()
+        }
+        _ => (0..count)
+            .map(|row| {
+                fill(&mut x, row);
+                at(&x[..of.len()])
+            })
+            .collect(),
+    };
+    let parameters = parameters(of);
     let mut slopes: Vec<(usize, Vec<f64>)> =
         parameters.iter().map(|index| (*index, Vec::with_capacity(count))).collect();
-    let (mut x, mut partial) = ([0.0; MOST_ARGUMENTS], [0.0; MOST_ARGUMENTS]);
-    for row in 0..count {
-        for (x, value) in x.iter_mut().zip(of) {
-            *x = value.at(row);
-        }
-        rows.push(function(&x[..of.len()], &mut partial[..of.len()]));
+    for row in 0..if slopes.is_empty() { 0 } else { count } {
+        fill(&mut x, row);
+        derivatives(&x[..of.len()], &mut partial[..of.len()]);
         for (index, slopes) in &mut slopes {
             let sum = of.iter().zip(&partial).map(|(value, partial)| match value.slope(*index, row) {
                 0.0 => 0.0,
@@ -102,23 +132,79 @@ impl Sentence {
     /// # Errors
     /// The name of a column that is missing.
     pub fn evaluate(&self, columns: &dyn Columns, values: &[f64]) -> Result<Value, String> {
-        evaluate(&self.root, columns, values)
+        self.root.value(columns, values, true)
+    }
+
+    /// Its value at every row, in its unit; a single one holds for all.
+    ///
+    /// # Errors
+    /// The name of a column that is missing.
+    pub fn values(&self, columns: &dyn Columns, values: &[f64]) -> Result<Vec<f64>, String> {
+        Ok(self.root.value(columns, values, false)?.rows)
+    }
+
+    /// Its text with a number in place of every figure of the recording.
+    ///
+    /// # Errors
+    /// The name of a column that is missing.
+    pub fn settled(&self, columns: &dyn Columns, values: &[f64]) -> Result<String, String> {
+        let mut text = self.text.clone();
+        let mut figures = Vec::new();
+        self.root.figures(&mut figures);
+        // From the end, so that the places before stay.
+        figures.sort_by_key(|(span, ..)| std::cmp::Reverse(span.start));
+        for (span, figure, unit) in figures {
+            let value = figure.value(columns, values, false)?.at(0);
+            let number = if unit.is_one() { format!("{value}") } else { format!("{value} [{unit}]") };
+            text.replace_range(span, &if value < 0.0 { format!("({number})") } else { number });
+        }
+        Ok(text)
     }
 }
 
-fn evaluate(node: &Node, columns: &dyn Columns, values: &[f64]) -> Result<Value, String> {
-    Ok(match node {
-        Node::Constant(value) => Value::constant(*value),
-        Node::Column(name) => {
-            let rows = columns.column(name).ok_or_else(|| name.clone())?.into_owned();
-            Value { rows, slopes: Vec::new() }
+impl Node {
+    /// Its value at every row, with the derivatives by the parameters where `derivatives` are wanted.
+    ///
+    /// # Errors
+    /// The name of a column that is missing.
+    pub fn value(&self, columns: &dyn Columns, values: &[f64], derivatives: bool) -> Result<Value, String> {
+        Ok(match self {
+            Node::Constant(value) => Value::constant(*value),
+            Node::Column(name) => {
+                let rows = columns.column(name).ok_or_else(|| name.clone())?.into_owned();
+                Value { rows, slopes: Vec::new() }
+            }
+            Node::Parameter(index) if derivatives => {
+                Value { rows: vec![values[*index]], slopes: vec![(*index, vec![1.0])] }
+            }
+            Node::Parameter(index) => Value::constant(values[*index]),
+            Node::Apply { operator, arguments, .. } if !derivatives && operator.name() == "*" => {
+                let of = |k: usize| -> Result<Value, String> {
+                    Ok(arguments[k].0.value(columns, values, false)?.times(arguments[k].1))
+                };
+                // What is multiplied by nothing need not be known.
+                match of(0)? {
+                    first if first.rows[..] == [0.0] => first,
+                    first if first.rows.len() == 1 => of(1)?.times(first.at(0)),
+                    first => operator.value(&[first, of(1)?], &columns.time()),
+                }
+            }
+            Node::Apply { operator, arguments, .. } => {
+                let of = arguments.iter().map(|(argument, factor)| {
+                    Ok(argument.value(columns, values, derivatives)?.times(*factor))
+                });
+                operator.value(&of.collect::<Result<Vec<_>, String>>()?, &columns.time())
+            }
+        })
+    }
+
+    /// The figures of the recording in it, with their places and units.
+    fn figures<'a>(&'a self, found: &mut Vec<(Range<usize>, &'a Node, &'a Unit)>) {
+        if let Node::Apply { operator, arguments, span, unit } = self {
+            match unit {
+                Some(unit) if operator.of_recording() => found.push((span.clone(), self, unit)),
+                _ => arguments.iter().for_each(|(argument, _)| argument.figures(found)),
+            }
         }
-        Node::Parameter(index) => Value { rows: vec![values[*index]], slopes: vec![(*index, vec![1.0])] },
-        Node::Apply { operator, arguments, .. } => {
-            let of = arguments
-                .iter()
-                .map(|(argument, factor)| Ok(evaluate(argument, columns, values)?.times(*factor)));
-            operator.value(&of.collect::<Result<Vec<_>, String>>()?, &columns.time())
-        }
-    })
+    }
 }

@@ -21,13 +21,17 @@ mod quantity;
 pub mod tape;
 mod unit;
 
-pub use check::{Names, Parameter, Sentence, unit_of};
+pub use check::{Names, Node, Parameter, Sentence};
 #[cfg(feature = "declarations")]
-pub use declaration::{DeclarationError, Declared, declared};
+pub use declaration::{
+    DeclarationError, Declared, DeclaredParameter, Formula, Grid, Known, Reported, Role, Scale, Starts,
+    Vocabulary, What, declared,
+};
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
 pub use expression::{Expression, is_identifier};
 pub use interval::Interval;
+pub use operator::{Operator, USUAL_PLAYS};
 pub use parse::parse;
 pub use unit::Unit;
 

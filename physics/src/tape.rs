@@ -174,7 +174,7 @@ impl Tape {
                 };
                 return Ok(self.value_of(place.ok_or_else(unknown)?));
             }
-            Node::Apply { operator, arguments, span } => (*operator, arguments, span),
+            Node::Apply { operator, arguments, span, .. } => (*operator, arguments, span),
         };
         let mut of = [0; MOST_ARGUMENTS];
         for (place, (argument, factor)) in of.iter_mut().zip(arguments) {
@@ -197,7 +197,7 @@ impl Tape {
                 self.lags.push(Lag { state, input: of[0], tau: of[1], start });
                 self.push(Step::State(state))
             }
-            _ if operator.remembers() => {
+            _ if operator.remembers() || operator.of_recording() => {
                 let what = format!(
                     "`{}` is not computed in an equation of motion: write its state as a state of its own",
                     operator.name()
@@ -288,7 +288,7 @@ mod tests {
         let used: Vec<Parameter> =
             all.into_iter().filter(|p| names.names().contains(&p.name.as_str())).collect();
         let names = Names { column: &units, known: &[], parameters: &used };
-        Sentence::read(text, &Unit::parse(unit).unwrap(), &names).unwrap()
+        Sentence::read(text, Some(&Unit::parse(unit).unwrap()), &names).unwrap()
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use proptest::prelude::*;
 
 use crate::operator::FUNCTIONS;
-use crate::{Columns, Interval, Names, Parameter, Sentence, Time, Unit, declared, parse};
+use crate::{Columns, Interval, Names, Parameter, Sentence, Time, Unit, Vocabulary, declared, parse};
 
 /// A recording of a few columns.
 struct Made {
@@ -56,7 +56,7 @@ fn parameter(name: &str, of: &str, range: Option<(f64, f64)>) -> Parameter {
 
 fn read(text: &str, of: &str, parameters: &[Parameter]) -> Result<Sentence, String> {
     let names = Names { column: &column, known: &["temperature_c", "coil_a", "angle", "t_s"], parameters };
-    Sentence::read(text, &unit(of), &names).map_err(|error| error.to_string())
+    Sentence::read(text, Some(&unit(of)), &names).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -135,7 +135,17 @@ fn declarations_are_refused_with_the_effect_and_the_place() {
     let file =
         |adds: &str| format!("[[effect]]\nid = \"heat\"\nadds = \"{adds}\"\nk = {{ unit = \"arcsec/K\" }}\n");
     let read = |text: &str, taken: &[&str]| {
-        let effects = declared("mine.toml", text, &unit("arcsec"), &column, &["temperature_c"], taken);
+        let (position, place) = (unit("arcsec"), unit("deg"));
+        let vocabulary = Vocabulary {
+            position: &position,
+            places: (&place, "deg"),
+            name: "arcsec",
+            column: &column,
+            known: &["temperature_c"],
+            figure: &|name| (name == "duration").then(|| unit("s")),
+            taken,
+        };
+        let effects = declared("mine.toml", text, &vocabulary);
         effects.map(|effects| effects.len()).map_err(|error| error.to_string())
     };
     assert_eq!(read(&file("k * temperature_c"), &[]), Ok(1));
@@ -149,6 +159,9 @@ fn declarations_are_refused_with_the_effect_and_the_place() {
     assert!(read(&twice, &[]).unwrap_err().contains("there is an effect of this id"));
     let no_factor = file("k * temperature_c").replace("arcsec/K\"", "arcsec/K\", from = 1, to = 2");
     assert!(read(&no_factor, &[]).unwrap_err().contains("has no factor"));
+    let of_a_range =
+        file("k * lowpass(temperature_c, tau)") + "tau = { unit = \"s\", from = 1, to = \"2 * duratio\" }";
+    assert!(read(&of_a_range, &[]).unwrap_err().contains("`tau`: column 5: `duratio` is not known"));
 }
 
 /// An expression of pure numbers, whose parameters are `a` and `b`, made of every function.
@@ -207,7 +220,7 @@ fn plain(text: &str, most: f64) -> Sentence {
         .map(|name| parameter(name, "1", Some((-most, most))))
         .collect();
     let column = |name: &str| (name == "x").then(Unit::one);
-    Sentence::read(text, &Unit::one(), &Names { column: &column, known: &[], parameters: &parameters })
+    Sentence::read(text, Some(&Unit::one()), &Names { column: &column, known: &[], parameters: &parameters })
         .unwrap()
 }
 
@@ -261,5 +274,31 @@ proptest! {
         for v in &value.rows {
             prop_assert!(interval.from - slack <= *v && *v <= interval.to + slack, "{} in {:?}: {}", v, interval, text);
         }
+    }
+}
+
+#[test]
+fn figures_of_a_recording_become_numbers() {
+    let parameters = [parameter("k", "arcsec/K", None)];
+    let sentence = read("k * (temperature_c - mean(temperature_c))", "arcsec", &parameters).unwrap();
+    let recording = Made::of(60);
+    let text = sentence.settled(&recording, &[1.0]).unwrap();
+    let settled = read(&text, "arcsec", &parameters).unwrap();
+    assert!(!text.contains("mean") && settled.columns == ["temperature_c"], "{text}");
+    let (values, expected) = (settled.values(&recording, &[2.0]), sentence.values(&recording, &[2.0]));
+    assert_eq!(values, expected);
+    // A mean has been taken off: what is left is rounding.
+    assert!(expected.unwrap().iter().sum::<f64>().abs() < 1e-11);
+}
+
+#[test]
+fn many_plays_abreast_are_those_one_by_one() {
+    let parameters = [parameter("r", "arcsec", Some((100.0, 9000.0)))];
+    let sentence = read("plays(angle, r, 100, 17)", "arcsec", &parameters).unwrap();
+    let recording = Made::of(80);
+    // With derivatives the elements are taken one by one.
+    let one_by_one = sentence.evaluate(&recording, &[4000.0]).unwrap().rows;
+    for (value, expected) in sentence.values(&recording, &[4000.0]).unwrap().iter().zip(one_by_one) {
+        approx::assert_abs_diff_eq!(*value, expected, epsilon = 1e-9);
     }
 }

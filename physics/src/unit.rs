@@ -100,7 +100,7 @@ impl Unit {
     }
 
     /// The unit with a name, or a base unit of that name.
-    pub(crate) fn named(name: &str) -> Unit {
+    pub fn named(name: &str) -> Unit {
         let (scale, bases) = match KNOWN.iter().find(|known| known.0 == name) {
             Some((_, scale, bases)) => (*scale, bases.to_vec()),
             None => (1.0, vec![(name, 1)]),
@@ -193,14 +193,14 @@ impl Unit {
         Some(Unit { written, scale: self.scale.powf(exponent), bases })
     }
 
-    /// The same with another unit in the place of a name in it; none where that has no such power.
-    pub fn with(&self, name: &str, unit: &Unit) -> Option<Unit> {
-        let mut all = Unit::one();
-        for (own, power) in &self.written {
-            let base = if own == name { unit.clone() } else { Unit::named(own) };
-            all = all.times(&base.power(f64::from(*power) / f64::from(PARTS))?);
+    /// It with `unit` in place of the base unit `name`.
+    pub fn with(&self, name: &str, unit: &Unit) -> Unit {
+        let power = self.written.iter().find(|(own, _)| own == name).map_or(0, |(_, power)| *power);
+        let power = f64::from(power) / f64::from(PARTS);
+        match (Unit::named(name).power(-power), unit.power(power)) {
+            (Some(without), Some(with)) if power != 0.0 => self.times(&without).times(&with),
+            _ => self.clone(),
         }
-        Some(all)
     }
 
     /// Whether it is 1 without a dimension.

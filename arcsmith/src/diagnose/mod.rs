@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use codegen::refused;
-use diagnosis::effects::{Effect, declared};
+use diagnosis::effects::declared;
 use diagnosis::observe::{Simulated, Wanted};
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
@@ -96,8 +96,8 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
         .map(|path| declared::read_file(path, &mirror.sensor))
         .transpose()?
         .unwrap_or_default();
-    let catalogued = effects::catalogue();
-    let ids = catalogued.iter().map(|e| e.id()).chain(declared.iter().map(|e| e.facts().id));
+    let catalogued = effects::catalogue(&mirror.sensor);
+    let ids = catalogued.iter().chain(&declared).map(|effect| effect.id.as_str());
     known(&cli.without, &ids.collect::<Vec<_>>())?;
     one_simulation(cli)?;
     let reading = Reading { purpose: Purpose::Fit, mappings: &cli.map.map, sensor: Some(&mirror.sensor) };

@@ -1,293 +1,179 @@
-//! An effect that the user declared: an expression, linear in its factors, whose other parameters are searched in their
-//! ranges.
+//! Effects from declarations: those of the catalogue, and a file of the user's own.
 
-use std::borrow::Cow;
-use std::fmt;
+mod explained;
+
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use fitter::error_model::Sensor;
-use fitter::terms::{Expressed, ExpressionFactor, Fixed, Operator};
-use physics::{Columns, DeclarationError, Declared, Interval, Time, Unit, Value};
-use serde::Serialize;
+use fitter::terms::Expressed;
+use fitter::turn::Turn;
+use physics::{DeclarationError, Declared, Role, Unit, Vocabulary, What};
 
-use super::{Effect, Facts, Handed, Range, Reading, logarithmic, reading};
+use super::effect::Made;
+use super::needs::Need;
+use super::{Effect, Experiment, Facts, Place, read, report};
 use crate::rows::Rows;
-use crate::thresholds::effects::declared::{LOGARITHMIC, STARTS};
 
-/// Effects that a user declared, for recordings of one kind of sensor.
-#[derive(Clone)]
-pub struct DeclaredEffect {
-    facts: &'static Facts,
-    declared: Arc<Declared>,
-    pair: bool,
+pub use explained::{Explained, Searched};
+
+/// Whether a sensor is a pair of probes, and the unit of its position.
+pub(super) fn of_sensor(sensor: &Sensor) -> (bool, &str) {
+    match sensor {
+        Sensor::EddyCurrentPair { .. } => (true, "arcsec"),
+        Sensor::Direct { unit, .. } => (false, unit.as_str()),
+    }
 }
 
 /// Reads a file of declared effects for a sensor.
 ///
 /// # Errors
 /// [`DeclarationError`], with the effect and the place in its expression.
-pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<DeclaredEffect>, DeclarationError> {
-    let (pair, name) = match sensor {
-        Sensor::EddyCurrentPair { .. } => (true, "arcsec"),
-        Sensor::Direct { unit, .. } => (false, unit.as_str()),
-    };
+pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<Effect>, DeclarationError> {
+    let (pair, name) = of_sensor(sensor);
     let of_file = |what: String| DeclarationError::File { file: file.to_string(), what };
-    let unit = Unit::parse(name).map_err(of_file)?;
-    let taken = super::catalogue().iter().map(|effect| effect.id()).collect::<Vec<_>>();
-    let column = |column: &str| match column {
-        // The instrument that knows it is not there at run time.
-        "true_angle" | "reference" | "reference_arcsec" => None,
-        _ => Expressed::observable(column, pair, name).ok().map(|(_, unit)| unit),
-    };
-    let known = ["angle", "common_mode", "direction", "t_s", "temperature_c", "coil_a", "cross_arcsec"];
-    let declared = physics::declared(file, text, &unit, &column, &known, &taken)?;
-    Ok(declared.into_iter().map(|declared| DeclaredEffect::of(declared, pair)).collect())
+    Unit::parse(name).map_err(of_file)?;
+    let catalogue = super::catalogue(sensor);
+    let taken: Vec<&str> = catalogue.iter().map(|effect| effect.id.as_str()).collect();
+    effects(file, text, pair, name, &taken)
 }
 
 /// Reads declared effects from a file.
 ///
 /// # Errors
 /// As [`read`], or the file cannot be read.
-pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<DeclaredEffect>, DeclarationError> {
+pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<Effect>, DeclarationError> {
     let file = fitter::text_safety::path(path);
     let text = fitter::input::parsed(path)
         .map_err(|error| DeclarationError::File { file: file.clone(), what: error.to_string() })?;
     read(&file, &text, sensor)
 }
 
-/// What a declared effect says, for its author.
-#[derive(Debug, Clone, Serialize)]
-pub struct Explained {
-    /// Its id.
-    pub id: String,
-    /// Its title.
-    pub title: String,
-    /// What it adds, as it was understood.
-    pub adds: String,
-    /// The unit of that.
-    pub unit: String,
-    /// The columns that it reads, with their units.
-    pub columns: Vec<[String; 2]>,
-    /// The parameters whose size is fitted, with their units.
-    pub factors: Vec<[String; 2]>,
-    /// The parameters that are searched in a range, with their units.
-    pub searched: Vec<Searched>,
-    /// Whether its value depends on the rows before.
-    pub remembers: bool,
+/// The effects of the catalogue for a position in unit `name`.
+pub(super) fn catalogued(text: &str, pair: bool, name: &str) -> Result<Vec<Effect>, DeclarationError> {
+    effects("catalogue.toml", text, pair, name, &[])
 }
 
-/// A parameter that is searched.
-#[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)] // the names say it
-pub struct Searched {
-    pub name: String,
-    pub unit: String,
-    pub from: f64,
-    pub to: f64,
+/// Reads effects; those beside `taken` ids are the user's own.
+fn effects(
+    file: &str,
+    text: &str,
+    pair: bool,
+    name: &str,
+    taken: &[&str],
+) -> Result<Vec<Effect>, DeclarationError> {
+    // A sensor's unit may be any name.
+    let position = Unit::parse(name).unwrap_or_else(|_| Unit::named(name));
+    let place = if name == "arcsec" { "deg" } else { name };
+    let place_unit = if name == "arcsec" { Unit::named(place) } else { position.clone() };
+    let column = |column: &str| match column {
+        "angle" | "true_angle" => Some(position.clone()),
+        "measured" if !pair => Some(position.clone()),
+        "common_mode" => Some(Unit::named("um")),
+        // The instrument that knows it is not there at run time.
+        "reference" | "reference_arcsec" => None,
+        _ => Expressed::observable(column, pair, name).ok().map(|(_, unit)| unit),
+    };
+    let vocabulary = Vocabulary {
+        position: &position,
+        places: (&place_unit, place),
+        name,
+        column: &column,
+        known: &["angle", "common_mode", "direction", "t_s", "temperature_c", "coil_a", "cross_arcsec"],
+        figure: &|figure| read::unit_of_figure(figure, &position),
+        taken,
+    };
+    let declared = physics::declared(file, text, &vocabulary)?;
+    let refuse = |id: String, what: String| DeclarationError::Effect { file: file.to_string(), id, what };
+    let made = |declared: Declared| {
+        let id = declared.id.clone();
+        made(declared, pair, !taken.is_empty()).map_err(|what| refuse(id, what))
+    };
+    declared.into_iter().map(made).collect()
 }
 
-impl fmt::Display for Explained {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Explained { id, title, adds, unit, columns, factors, searched, remembers } = self;
-        let pairs = |pairs: &[[String; 2]]| {
-            pairs.iter().map(|[name, unit]| format!("{name} ({unit})")).collect::<Vec<_>>().join(", ")
-        };
-        writeln!(f, "{id}: {title}")?;
-        writeln!(f, "  adds       {adds}, in {unit}")?;
-        writeln!(f, "  columns    {}", pairs(columns))?;
-        writeln!(f, "  fitted     {}", pairs(factors))?;
-        for Searched { name, unit, from, to } in searched {
-            writeln!(f, "  searched   {name} from {from} to {to} {unit}")?;
-        }
-        if *remembers {
-            writeln!(f, "  memory     its value depends on the rows before")?;
-        }
-        writeln!(f, "  applied    by `apply`; firmware for expressions is not generated")
+/// An effect of its declaration.
+fn made(declared: Declared, pair: bool, own: bool) -> Result<Effect, String> {
+    let needs = declared.known.needs.iter().map(|need| Need::read(need)).collect::<Result<Vec<_>, _>>()?;
+    let functions = declared.reported.iter().filter_map(|reported| match &reported.value {
+        What::Named(name) => Some(name.clone()),
+        What::Formula(_) => None,
+    });
+    let function = |name: String| {
+        let known = report::named(&name).ok_or_else(|| format!("`{name}()` is no function of an effect"))?;
+        Ok((name, known))
+    };
+    let functions = functions.map(function).collect::<Result<BTreeMap<_, _>, String>>()?;
+    let found_by_fit: fn(&Turn) -> bool = match declared.known.found_by_fit.as_deref() {
+        None => |_| false,
+        Some("lag") => |turn| turn.directions.lag_corrected,
+        Some("slope") => |turn| turn.slope.is_some(),
+        Some(other) => return Err(format!("`fit` finds no `{other}`, expected `lag` or `slope`")),
+    };
+    let is_factor = |index: &usize| matches!(declared.parameters[*index].role, Role::Factor(_));
+    let (factors, shaped) = (0..declared.parameters.len()).partition(is_factor);
+    let facts = facts(&declared, own)?;
+    let of_sum = declared.parameters.iter().any(|parameter| matches!(parameter.role, Role::Sum(_)));
+    let effect = Effect {
+        made: Arc::new(Made { facts, declared, needs, functions, found_by_fit, pair, shaped, factors }),
+    };
+    if (effect.of_true_angle() || of_sum) && !repeats(&effect) {
+        return Err("`true_angle` is not known at run time: it stands in a * sin(e) + b * cos(e) alone, e in proportion \
+                    to it, and `sum` there alone"
+            .into());
     }
+    Ok(effect)
 }
 
-impl DeclaredEffect {
-    /// What it says, for its author.
-    pub fn explained(&self) -> Explained {
-        let Declared { id, title, adds, .. } = &*self.declared;
-        let unit_of = |name: &String| {
-            Expressed::observable(name, self.pair, &adds.unit.to_string())
-                .map_or("?".into(), |(_, unit)| unit.to_string())
-        };
-        let factors = adds.factors().into_iter().map(|index| &adds.parameters[index]);
-        Explained {
-            id: id.clone(),
-            title: title.clone(),
-            adds: adds.expression.to_string(),
-            unit: adds.unit.to_string(),
-            columns: adds.columns.iter().map(|name| [name.clone(), unit_of(name)]).collect(),
-            factors: factors.map(|factor| [factor.name.clone(), factor.unit.to_string()]).collect(),
-            searched: (self.ranged())
-                .map(|(parameter, Interval { from, to })| Searched {
-                    name: parameter.name.clone(),
-                    unit: parameter.unit.to_string(),
-                    from,
-                    to,
-                })
-                .collect(),
-            remembers: adds.remembers(),
-        }
-    }
-
-    fn of(declared: Declared, pair: bool) -> DeclaredEffect {
-        // The catalogue lasts as long as the program; so do declared effects, which are read once.
-        let kept = |text: String| -> &'static str { text.leak() };
-        let confused_with: Vec<&'static str> = declared.confused_with.iter().cloned().map(kept).collect();
-        let place = match declared.adds.columns.first().map(String::as_str) {
-            Some("angle" | "measured") | None => "angle_deg",
-            Some("common_mode") => "common_mode_um",
-            Some(column) => column,
-        };
-        let facts = Facts {
-            id: kept(declared.id.clone()),
-            title: kept(declared.title.clone()),
-            formula: kept(declared.adds.expression.to_string()),
-            source: kept(declared.source.clone()),
-            size: "as declared",
-            confused_with: confused_with.leak(),
-            variable: kept(place.to_string()),
-            measured: true,
-            declared: true,
-            ..Facts::USUAL
-        };
-        DeclaredEffect { facts: Box::leak(Box::new(facts)), declared: Arc::new(declared), pair }
-    }
-
-    /// What it adds per unit of each factor, at these values of the other parameters.
-    fn value(&self, rows: &Rows, shape: &[f64]) -> Option<Value> {
-        let mut shape = shape.iter();
-        let values: Option<Vec<f64>> = (self.declared.adds.parameters.iter())
-            .map(|parameter| if parameter.range.is_some() { shape.next().copied() } else { Some(1.0) })
-            .collect();
-        self.declared.adds.evaluate(&Read(rows), &values?).ok()
-    }
-
-    fn ranged(&self) -> impl Iterator<Item = (&physics::Parameter, Interval)> {
-        self.declared.adds.parameters.iter().filter_map(|parameter| Some((parameter, parameter.range?)))
-    }
-
-    fn range(interval: Interval) -> Range {
-        let Interval { from, to } = interval;
-        Range { low: from, high: to, logarithmic: from > 0.0 && to > LOGARITHMIC * from, whole: false }
-    }
+/// Whether all that it adds are harmonics of the true angle.
+fn repeats(effect: &Effect) -> bool {
+    let two = || vec![0.0, 1.0];
+    let rows =
+        Rows { pair: true, t_s: two(), pass: vec![0; 2], theta: two(), truth: two(), ..Rows::default() };
+    let shape = vec![1.0; effect.made.shaped.len() + 1];
+    effect.period(&rows, &shape).is_some()
 }
 
-impl Effect for DeclaredEffect {
-    fn facts(&self) -> &Facts {
-        self.facts
-    }
-
-    fn testable(&self, rows: &Rows) -> Result<(), String> {
-        let read = Read(rows);
-        let missing = self.declared.adds.columns.iter().find(|name| read.column(name).is_none());
-        if let Some(name) = missing {
-            return Err(format!("the recording has no usable column {name}"));
-        }
-        let over = |name: &str| {
-            let values = read.column(name).unwrap_or_default();
-            Interval::around(values.iter().copied()).unwrap_or(Interval::point(0.0))
-        };
-        let adds = &self.declared.adds;
-        adds.interval(&over).map(drop).map_err(|error| format!("its expression has no value here: {error}"))
-    }
-
-    fn starts(&self, _: &Rows) -> Vec<Vec<f64>> {
-        let mut starts = vec![Vec::new()];
-        for (_, interval) in self.ranged() {
-            let Range { low, high, logarithmic: by_ratio, .. } = DeclaredEffect::range(interval);
-            let even = |k: usize| low + (high - low) * (k as f64 + 0.5) / STARTS as f64;
-            let values: Vec<f64> =
-                if by_ratio { logarithmic(low, high, STARTS) } else { (0..STARTS).map(even).collect() };
-            starts = (starts.iter())
-                .flat_map(|start: &Vec<f64>| values.iter().map(move |value| [&start[..], &[*value]].concat()))
-                .collect();
-        }
-        starts
-    }
-
-    fn ranges(&self, _: &Rows) -> Vec<Range> {
-        self.ranged().map(|(_, interval)| DeclaredEffect::range(interval)).collect()
-    }
-
-    fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
-        let Some(value) = self.value(rows, shape) else { return Vec::new() };
-        let column = |factor: usize| (0..rows.len()).map(|row| value.slope(factor, row)).collect();
-        self.declared.adds.factors().into_iter().map(column).collect()
-    }
-
-    fn possible_shape(&self, rows: &Rows, shape: &[f64]) -> bool {
-        let finite = |values: &Vec<f64>| values.iter().all(|value| value.is_finite());
-        self.value(rows, shape).is_some_and(|value| value.slopes.iter().all(|(_, slopes)| finite(slopes)))
-    }
-
-    fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
-        let adds = &self.declared.adds;
-        let factors: Vec<ExpressionFactor> = (adds.factors().into_iter())
-            .map(|index| &adds.parameters[index])
-            .map(|factor| ExpressionFactor { name: factor.name.clone(), unit: factor.unit.to_string() })
-            .collect();
-        let fixed = self.ranged().zip(shape).map(|((parameter, _), value)| Fixed {
-            name: parameter.name.clone(),
-            unit: parameter.unit.to_string(),
-            value: *value,
-        });
-        let width = factors.len();
-        let map = (0..width).map(|row| (0..width).map(|k| f64::from(u8::from(row == k))).collect()).collect();
-        let operator = Operator::Expression(Expressed {
-            text: adds.expression.to_string(),
-            unit: rows.unit.clone(),
-            observables: Expressed::observables_of(adds, self.pair, &rows.unit),
-            parameters: fixed.collect(),
-            factors,
-        });
-        Handed { operator, map }
-    }
-
-    fn readings(&self, _: &Rows, shape: &[f64], amplitudes: &[f64]) -> Vec<Reading> {
-        let adds = &self.declared.adds;
-        let factors = adds.factors().into_iter().map(|index| &adds.parameters[index]).zip(amplitudes);
-        let others = self.ranged().map(|(parameter, _)| parameter).zip(shape);
-        factors
-            .chain(others)
-            .map(|(parameter, value)| reading(parameter.name.as_str(), *value, parameter.unit.to_string()))
-            .collect()
-    }
-}
-
-/// The rows of a diagnosis as an expression reads them.
-struct Read<'a>(&'a Rows);
-
-impl Columns for Read<'_> {
-    fn column(&self, name: &str) -> Option<Cow<'_, [f64]>> {
-        let rows = self.0;
-        let of = |values: &'_ Option<Vec<f64>>| values.clone().map(Cow::Owned);
-        let (observable, _) = Expressed::observable(name, rows.pair, &rows.unit).ok()?;
-        match observable {
-            "angle_arcsec" if rows.pair => Some(Cow::Borrowed(&rows.theta)),
-            "measured" if !rows.pair => Some(Cow::Borrowed(&rows.theta)),
-            "t_s" => Some(Cow::Borrowed(&rows.t_s)),
-            "direction" => Some(Cow::Borrowed(&rows.direction)),
-            "pass" => Some(rows.pass.iter().map(|pass| *pass as f64).collect()),
-            "common_mode_um" => of(&rows.common_mode_um),
-            "cross_arcsec" => of(&rows.cross_arcsec),
-            "temperature_c" => of(&rows.temperature_c),
-            "coil_a" => of(&rows.coil_a),
-            "command_deg" => of(&rows.command_deg),
-            _ => rows
-                .extra
-                .iter()
-                .find(|column| column.name == name)
-                .map(|column| Cow::Borrowed(&column.values[..])),
-        }
-    }
-
-    fn time(&self) -> Time<'_> {
-        Time { t_s: &self.0.t_s, pass: &self.0.pass }
-    }
+fn facts(declared: &Declared, own: bool) -> Result<Facts, String> {
+    let known = &declared.known;
+    let columns = &declared.adds[0].sentence.columns;
+    let place = match (&known.place[..], columns.first().map(String::as_str)) {
+        ([on], _) => Place::on(on),
+        ([on, times], _) => Place::product(on, times),
+        (_, Some("angle" | "measured" | "true_angle") | None) => Place::on("angle_deg"),
+        (_, Some("common_mode")) => Place::on("common_mode_um"),
+        (_, Some(column)) => Place::on(column),
+    };
+    let of_others = |name: &String| read::Read::need_not_be(name).is_some();
+    let probe = known.of_a_probe.as_ref().map(|name| {
+        let found = declared.reported.iter().position(|reported| reported.written == *name);
+        found.ok_or_else(|| format!("`{name}` is not among what is reported"))
+    });
+    let told_by = known.told_by.iter().map(|(experiment, how)| {
+        let found = Experiment::named(experiment);
+        let found = found
+            .ok_or_else(|| format!("`{experiment}` is no experiment, expected {}", Experiment::names()))?;
+        Ok((found, how.clone()))
+    });
+    let is = |role: fn(&Role) -> bool| declared.parameters.iter().any(|parameter| role(&parameter.role));
+    let forms: Vec<String> = declared.adds.iter().map(|form| form.sentence.expression.to_string()).collect();
+    Ok(Facts {
+        id: declared.id.clone(),
+        title: declared.title.clone(),
+        formula: forms.join(", or "),
+        source: known.source.clone(),
+        size: if known.size.is_empty() { "as declared".into() } else { known.size.clone() },
+        confused_with: known.confused_with.clone(),
+        place,
+        of_one_time: known.of_one_time,
+        measured: known.measured.unwrap_or_else(|| columns.iter().all(of_others)),
+        begins_at_a_row: is(|role| matches!(role, Role::Row)),
+        repeatable: known.repeatable,
+        shape_follows: is(|role| matches!(role, Role::Follows(..))),
+        place_of_a_probe: probe.transpose()?,
+        of_common_mode: columns[..] == ["common_mode"] && !declared.adds[0].sentence.remembers(),
+        declared: own,
+        told_by: told_by.collect::<Result<_, String>>()?,
+    })
 }

@@ -13,22 +13,6 @@ pub fn play_from(x: &[f64], r: f64, start: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Σ (x − play_r(x)) over the radii at every row, all elements starting from `start`: abreast, since each of them
-/// waits for its own last value.
-pub fn plays_apart<const N: usize>(x: &[f64], radii: &[f64; N], start: f64) -> impl Iterator<Item = f64> {
-    let mut p = [start; N];
-    x.iter().map(move |&x| {
-        let mut apart = [0.0; N];
-        for k in 0..N {
-            let (low, high) = (x - radii[k], x + radii[k]);
-            let above = if p[k] < low { low } else { p[k] };
-            p[k] = if above > high { high } else { above };
-            apart[k] = x - p[k];
-        }
-        apart.iter().sum()
-    })
-}
-
 /// First-order low pass, τ dz/dt = x − z, z(first row) = x(first row), with x linear between rows: exact for
 /// unequal steps.
 pub fn low_pass(t_s: &[f64], x: &[f64], tau_s: f64) -> Vec<f64> {

@@ -1,13 +1,13 @@
 //! The catalogue as a page: what `arcsmith effects` prints and `docs/effects.md` holds.
 
-use super::{Effect, catalogue};
+use super::{Effect, listed};
 
 /// One paragraph of Markdown for every effect, in the order of the catalogue.
 pub fn markdown() -> String {
-    catalogue().iter().map(|effect| one(effect.as_ref())).collect::<Vec<String>>().join("\n")
+    listed().iter().map(one).collect::<Vec<String>>().join("\n")
 }
 
-fn one(effect: &dyn Effect) -> String {
+fn one(effect: &Effect) -> String {
     let confused: Vec<String> = effect.confused_with.iter().map(|id| format!("`{id}`")).collect();
     let confused = if confused.is_empty() { "nothing of the catalogue".into() } else { confused.join(", ") };
     let firmware = if effect.of_one_time {
@@ -15,10 +15,17 @@ fn one(effect: &dyn Effect) -> String {
     } else {
         "yes, from what the mirror measures at run time"
     };
+    let units: Vec<String> =
+        effect.made.declared.parameters.iter().map(|p| format!("{} in {}", p.name, p.unit_text)).collect();
     format!(
-        "### `{}`: {}\n\n- adds to the angular error: {}\n- size: {}\n- taken for: {confused}\n- correctable in \
+        "### `{}`: {}\n\n- adds to the angular error: `{}`; {}\n- size: {}\n- taken for: {confused}\n- correctable in \
          firmware: {firmware}\n- source: {}\n",
-        effect.id, effect.title, effect.formula, effect.size, effect.source
+        effect.id,
+        effect.title,
+        effect.formula.replace(", or ", "`, or `"),
+        units.join(", "),
+        effect.size,
+        effect.source
     )
 }
 

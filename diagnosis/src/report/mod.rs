@@ -260,11 +260,11 @@ fn effect(e: &NamedEffect) -> Value {
 
 /// The same with what the catalogue says of it.
 fn catalogued(e: &NamedEffect) -> Value {
-    let known = crate::effects::catalogue().into_iter().find(|c| c.id == e.id);
-    let known = known.map(|c| {
+    let listed = crate::effects::listed();
+    let known = listed.iter().find(|c| c.id == e.id).map(|c| {
         context! {
-            source => c.source,
-            size => c.size,
+            source => &c.source,
+            size => &c.size,
             confused => c.confused_with.iter().map(|id| id.replace('_', " ")).collect::<Vec<_>>().join(", "),
         }
     });

@@ -36,7 +36,7 @@ impl Search<'_> {
             left.push(w);
         }
         if columns.len() > 1
-            && !self.catalogue[e].plausible_at(shape, &least_squares(&left, residual).coefficients)
+            && !self.catalogue[e].plausible_at(self.rows, shape, &least_squares(&left, residual).coefficients)
         {
             return None;
         }
@@ -91,7 +91,7 @@ impl Search<'_> {
         if effect.shape_follows {
             return self.make_consistent(best, basis, residual);
         }
-        let ranges = effect.ranges(self.rows);
+        let ranges = &self.ranges[e];
         if ranges.is_empty() {
             return best;
         }
@@ -151,7 +151,7 @@ impl Search<'_> {
     /// First steps of the compass: half the distance to the neighbouring starts.
     fn first_steps(&self, family: usize, shape: &[f64]) -> Vec<f64> {
         let Some(e) = self.effect(family) else { return Vec::new() };
-        let ranges = self.catalogue[e].ranges(self.rows);
+        let ranges = &self.ranges[e];
         let candidates = &self.dictionary.candidates[self.dictionary.families[family].candidates.clone()];
         ranges
             .iter()
@@ -186,8 +186,7 @@ impl Search<'_> {
                 let mut w = self.whitener.whiten(&effect.signature(self.rows, &shape)[0]);
                 basis.project_off(&mut w);
                 let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
-                let Some(next) = effect.consistent_shape(&shape, &[amplitude], self.rows) else { break };
-                shape = next;
+                shape = effect.consistent_shape(&shape, &[amplitude], self.rows);
             }
             let next = self.try_shape(family, &shape, basis, residual);
             let worth = |found: &Found| found.explained - effect.reluctance(&found.term.shape);
@@ -235,7 +234,7 @@ impl Search<'_> {
         for sweep in 0..2 {
             for k in 0..terms.len() {
                 let Some(e) = self.effect(terms[k].family) else { continue };
-                if self.catalogue[e].ranges(self.rows).is_empty() || (terms.len() == 1 && sweep > 0) {
+                if self.ranges[e].is_empty() || (terms.len() == 1 && sweep > 0) {
                     continue;
                 }
                 let others: Vec<Term> =

@@ -42,7 +42,7 @@ impl Search<'_> {
             observables(self.rows).into_iter().map(|o| (o.name, own_part(&o.z, &x))).collect();
         moving.push(("t_s".into(), scaled(&self.rows.t_s)));
         let of_the_angle = |term: &&Term| {
-            let place = self.effect(term.family).map(|e| self.catalogue[e].place());
+            let place = self.effect(term.family).map(|e| self.catalogue[e].place.clone());
             place.is_some_and(|place| place == Place::on("angle_deg"))
         };
         let named: Vec<&Term> = terms.iter().filter(of_the_angle).collect();

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use physics::{ExpressionError, Interval, Names, Parameter, Unit};
+use physics::{ExpressionError, Interval, Names, Parameter, Sentence, Unit};
 use serde::de::Deserializer;
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
@@ -344,7 +344,15 @@ impl Equations {
         let parameters: Vec<Parameter> =
             self.parameters.0.iter().filter_map(PlantParameter::checked).collect();
         let column = |name: &str| units.get(name).cloned();
-        let unit = physics::unit_of(text, &Names { column: &column, known: &[], parameters: &parameters });
+        let held = |expression: &physics::Expression, parameter: &Parameter| {
+            expression.names().contains(&parameter.name.as_str())
+        };
+        let unit = physics::parse(text).and_then(|expression| {
+            let parameters: Vec<Parameter> =
+                parameters.into_iter().filter(|parameter| held(&expression, parameter)).collect();
+            let names = Names { column: &column, known: &[], parameters: &parameters };
+            Ok(Sentence::read(text, None, &names)?.unit)
+        });
         let wrong = |error: ExpressionError| {
             (format!("plant.output.{name}"), error.to_string(), "an expression of states and inputs")
         };

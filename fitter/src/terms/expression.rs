@@ -64,7 +64,7 @@ impl Expressed {
     }
 
     /// The observables that an expression reads; the time as well where it remembers.
-    pub fn observables_of(sentence: &Sentence, pair: bool, unit: &str) -> Vec<String> {
+    fn observables_of(sentence: &Sentence, pair: bool, unit: &str) -> Vec<String> {
         let named = |name: &String| match Expressed::observable(name, pair, unit) {
             Ok((observable, _)) => observable.to_string(),
             Err(_) => name.clone(),
@@ -74,6 +74,20 @@ impl Expressed {
             observables.push("t_s".into());
         }
         observables
+    }
+
+    /// An expression for a sensor: a pair of probes or not, of this unit. What is wrong in it is said when it is read.
+    pub fn of(
+        text: String,
+        unit: &str,
+        pair: bool,
+        factors: Vec<Factor>,
+        parameters: Vec<Fixed>,
+    ) -> Expressed {
+        let made = Expressed { text, unit: unit.to_string(), observables: Vec::new(), factors, parameters };
+        let sentence = made.sentence(pair);
+        let observables = sentence.map(|sentence| Expressed::observables_of(&sentence, pair, unit));
+        Expressed { observables: observables.unwrap_or_default(), ..made }
     }
 
     /// The expression, read again.
@@ -91,7 +105,7 @@ impl Expressed {
         let parameters = parameters.collect::<Result<Vec<_>, String>>()?;
         let column = |name: &str| Expressed::observable(name, pair, &self.unit).ok().map(|(_, unit)| unit);
         let names = Names { column: &column, known: &[], parameters: &parameters };
-        Sentence::read(&self.text, &unit, &names).map_err(|error| error.to_string())
+        Sentence::read(&self.text, Some(&unit), &names).map_err(|error| error.to_string())
     }
 
     /// What contradicts itself in it; none if it can be evaluated.

@@ -171,9 +171,5 @@ fn sentence(
     let numbers: Vec<usize> = (0..parameters.len()).filter(held).collect();
     let own: Vec<Parameter> = numbers.iter().map(|k| parameters[*k].clone()).collect();
     let names = Names { column, known, parameters: &own };
-    let unit = match unit {
-        Some(unit) => unit.clone(),
-        None => physics::unit_of(text, &names)?,
-    };
-    Ok((Sentence::read(text, &unit, &names)?, numbers))
+    Ok((Sentence::read(text, unit, &names)?, numbers))
 }

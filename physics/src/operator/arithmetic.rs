@@ -4,6 +4,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 
 use super::Operator;
+use crate::evaluate::{Time, Value, pointwise};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -113,33 +114,27 @@ impl Operator for Arithmetic {
         })
     }
 
-    fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
-        let a = x[0];
+    fn value(&self, of: &[Value], _: &Time) -> Value {
+        let slopes = |x: &[f64], slopes: &mut [f64]| self.slopes(x, slopes);
         match self.kind {
-            Kind::Sum => {
-                slopes[..2].copy_from_slice(&[1.0, 1.0]);
-                a + x[1]
-            }
-            Kind::Difference => {
-                slopes[..2].copy_from_slice(&[1.0, -1.0]);
-                a - x[1]
-            }
-            Kind::Product => {
-                slopes[..2].copy_from_slice(&[x[1], a]);
-                a * x[1]
-            }
-            Kind::Quotient => {
-                slopes[..2].copy_from_slice(&[1.0 / x[1], -a / (x[1] * x[1])]);
-                a / x[1]
-            }
-            Kind::Power => {
-                slopes[..2].copy_from_slice(&[x[1] * power(a, x[1] - 1.0), 0.0]);
-                power(a, x[1])
-            }
-            Kind::Negative => {
-                slopes[0] = -1.0;
-                -a
-            }
+            Kind::Sum => pointwise(of, |x| x[0] + x[1], slopes),
+            Kind::Difference => pointwise(of, |x| x[0] - x[1], slopes),
+            Kind::Product => pointwise(of, |x| x[0] * x[1], slopes),
+            Kind::Quotient => pointwise(of, |x| x[0] / x[1], slopes),
+            Kind::Power => pointwise(of, |x| power(x[0], x[1]), slopes),
+            Kind::Negative => pointwise(of, |x| -x[0], slopes),
+        }
+    }
+
+    fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
+        self.slopes(x, slopes);
+        match self.kind {
+            Kind::Sum => x[0] + x[1],
+            Kind::Difference => x[0] - x[1],
+            Kind::Product => x[0] * x[1],
+            Kind::Quotient => x[0] / x[1],
+            Kind::Power => power(x[0], x[1]),
+            Kind::Negative => -x[0],
         }
     }
 
@@ -170,6 +165,21 @@ impl Operator for Arithmetic {
             Kind::Power => write!(f, "{}^{}", of[0].within(own + 1), of[1].within(own)),
             // Equal ones are read from left to right.
             _ => write!(f, "{} {} {}", of[0].within(own), self.sign, of[1].within(own + 1)),
+        }
+    }
+}
+
+impl Arithmetic {
+    /// Writes the derivatives by the operands.
+    fn slopes(&self, x: &[f64], slopes: &mut [f64]) {
+        let a = x[0];
+        match self.kind {
+            Kind::Sum => slopes[..2].copy_from_slice(&[1.0, 1.0]),
+            Kind::Difference => slopes[..2].copy_from_slice(&[1.0, -1.0]),
+            Kind::Product => slopes[..2].copy_from_slice(&[x[1], a]),
+            Kind::Quotient => slopes[..2].copy_from_slice(&[1.0 / x[1], -a / (x[1] * x[1])]),
+            Kind::Power => slopes[..2].copy_from_slice(&[x[1] * power(a, x[1] - 1.0), 0.0]),
+            Kind::Negative => slopes[0] = -1.0,
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::Operator;
+use crate::evaluate::{Time, Value, pointwise};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 use crate::unit::Unit;
@@ -14,8 +15,9 @@ pub struct Elementary {
     pub(super) arguments: usize,
     pub(super) unit: fn(&[Quantity]) -> Result<Agreed, UnitError>,
     pub(super) interval: fn(&[Interval]) -> Result<Interval, String>,
-    /// The value; the derivatives by the arguments are written.
-    pub(super) at: fn(&[f64], &mut [f64]) -> f64,
+    pub(super) at: fn(&[f64]) -> f64,
+    /// Writes the derivatives by the arguments.
+    pub(super) slopes: fn(&[f64], &mut [f64]),
 }
 
 impl Operator for Elementary {
@@ -39,8 +41,13 @@ impl Operator for Elementary {
         (self.interval)(of)
     }
 
+    fn value(&self, of: &[Value], _: &Time) -> Value {
+        pointwise(of, self.at, self.slopes)
+    }
+
     fn at(&self, x: &[f64], slopes: &mut [f64]) -> f64 {
-        (self.at)(x, slopes)
+        (self.slopes)(x, slopes);
+        (self.at)(x)
     }
 }
 
@@ -68,10 +75,8 @@ pub static ABS: Elementary = Elementary {
         let least = if of[0].holds(0.0) { 0.0 } else { of[0].from.abs().min(of[0].to.abs()) };
         Ok(Interval { from: least, to: most })
     },
-    at: |x, slopes| {
-        slopes[0] = if x[0] < 0.0 { -1.0 } else { 1.0 };
-        x[0].abs()
-    },
+    at: |x| x[0].abs(),
+    slopes: |x, slopes| slopes[0] = if x[0] < 0.0 { -1.0 } else { 1.0 },
 };
 
 pub static SIGN: Elementary = Elementary {
@@ -80,10 +85,8 @@ pub static SIGN: Elementary = Elementary {
     arguments: 1,
     unit: |_| Ok((Quantity::Of(Unit::one()), vec![1.0])),
     interval: |of| Ok(of[0].rising(sign)),
-    at: |x, slopes| {
-        slopes[0] = 0.0;
-        sign(x[0])
-    },
+    at: |x| sign(x[0]),
+    slopes: |_, slopes| slopes[0] = 0.0,
 };
 
 /// −1, 0 or 1.
@@ -97,11 +100,8 @@ pub static MIN: Elementary = Elementary {
     arguments: 2,
     unit: common,
     interval: |of| Ok(Interval { from: of[0].from.min(of[1].from), to: of[0].to.min(of[1].to) }),
-    at: |x, slopes| {
-        let first = x[0] <= x[1];
-        slopes[..2].copy_from_slice(if first { &[1.0, 0.0] } else { &[0.0, 1.0] });
-        if first { x[0] } else { x[1] }
-    },
+    at: |x| if x[0] <= x[1] { x[0] } else { x[1] },
+    slopes: |x, slopes| slopes[..2].copy_from_slice(if x[0] <= x[1] { &[1.0, 0.0] } else { &[0.0, 1.0] }),
 };
 
 pub static MAX: Elementary = Elementary {
@@ -110,11 +110,8 @@ pub static MAX: Elementary = Elementary {
     arguments: 2,
     unit: common,
     interval: |of| Ok(Interval { from: of[0].from.max(of[1].from), to: of[0].to.max(of[1].to) }),
-    at: |x, slopes| {
-        let first = x[0] >= x[1];
-        slopes[..2].copy_from_slice(if first { &[1.0, 0.0] } else { &[0.0, 1.0] });
-        if first { x[0] } else { x[1] }
-    },
+    at: |x| if x[0] >= x[1] { x[0] } else { x[1] },
+    slopes: |x, slopes| slopes[..2].copy_from_slice(if x[0] >= x[1] { &[1.0, 0.0] } else { &[0.0, 1.0] }),
 };
 
 pub static SQRT: Elementary = Elementary {
@@ -129,12 +126,9 @@ pub static SQRT: Elementary = Elementary {
         true => Err(format!("a value down to {} has no square root", of[0].from)),
         false => Ok(of[0].rising(f64::sqrt)),
     },
-    at: |x, slopes| {
-        let root = x[0].sqrt();
-        // At zero the slope is infinite; a parameter moves nothing there that could be seen.
-        slopes[0] = if root > 0.0 { 0.5 / root } else { 0.0 };
-        root
-    },
+    at: |x| x[0].sqrt(),
+    // At zero the slope is infinite; a parameter moves nothing there that could be seen.
+    slopes: |x, slopes| slopes[0] = if x[0] > 0.0 { 0.5 / x[0].sqrt() } else { 0.0 },
 };
 
 pub static EXP: Elementary = Elementary {
@@ -143,10 +137,8 @@ pub static EXP: Elementary = Elementary {
     arguments: 1,
     unit: pure,
     interval: |of| Ok(of[0].rising(f64::exp)),
-    at: |x, slopes| {
-        slopes[0] = x[0].exp();
-        slopes[0]
-    },
+    at: |x| x[0].exp(),
+    slopes: |x, slopes| slopes[0] = x[0].exp(),
 };
 
 pub static LOG: Elementary = Elementary {
@@ -158,10 +150,8 @@ pub static LOG: Elementary = Elementary {
         true => Err(format!("a value down to {} has no logarithm", of[0].from)),
         false => Ok(of[0].rising(f64::ln)),
     },
-    at: |x, slopes| {
-        slopes[0] = 1.0 / x[0];
-        x[0].ln()
-    },
+    at: |x| x[0].ln(),
+    slopes: |x, slopes| slopes[0] = 1.0 / x[0],
 };
 
 pub static SIN: Elementary = Elementary {
@@ -170,10 +160,8 @@ pub static SIN: Elementary = Elementary {
     arguments: 1,
     unit: of_angle,
     interval: |of| Ok(of_wave(of[0], f64::sin, std::f64::consts::FRAC_PI_2)),
-    at: |x, slopes| {
-        slopes[0] = x[0].cos();
-        x[0].sin()
-    },
+    at: |x| x[0].sin(),
+    slopes: |x, slopes| slopes[0] = x[0].cos(),
 };
 
 pub static COS: Elementary = Elementary {
@@ -182,10 +170,8 @@ pub static COS: Elementary = Elementary {
     arguments: 1,
     unit: of_angle,
     interval: |of| Ok(of_wave(of[0], f64::cos, 0.0)),
-    at: |x, slopes| {
-        slopes[0] = -x[0].sin();
-        x[0].cos()
-    },
+    at: |x| x[0].cos(),
+    slopes: |x, slopes| slopes[0] = -x[0].sin(),
 };
 
 /// The values of a wave with a crest at `crest`.
@@ -205,9 +191,6 @@ pub static TANH: Elementary = Elementary {
     arguments: 1,
     unit: pure,
     interval: |of| Ok(of[0].rising(f64::tanh)),
-    at: |x, slopes| {
-        let value = x[0].tanh();
-        slopes[0] = 1.0 - value * value;
-        value
-    },
+    at: |x| x[0].tanh(),
+    slopes: |x, slopes| slopes[0] = 1.0 - x[0].tanh().powi(2),
 };

@@ -49,13 +49,18 @@ impl Operator for LowPass {
             indices.iter().map(|p| (*p, Vec::with_capacity(count))).collect();
         let mut state = start.at(0);
         let mut states: Vec<f64> = indices.iter().map(|p| start.slope(*p, 0)).collect();
+        // Most steps are as long as the one before.
+        let mut last = (0.0, (0.0, 0.0));
         for row in 0..count {
             let before = row.saturating_sub(1);
             let ratio = (time.t_s[row] - time.t_s[before]).max(0.0) / tau.at(row);
             if ratio > 0.0 {
                 // y' = y + gone (e − y) + (e' − e) rest, with gone = 1 − exp(−Δt/τ) and rest = 1 − gone τ/Δt.
-                let gone = -(-ratio).exp_m1();
-                let rest = 1.0 - gone / ratio;
+                if ratio != last.0 {
+                    let gone = -(-ratio).exp_m1();
+                    last = (ratio, (gone, 1.0 - gone / ratio));
+                }
+                let (gone, rest) = last.1;
                 let (e, next) = (value.at(before), value.at(row));
                 // Derivatives of both by Δt/τ.
                 let (d_gone, d_rest) = (1.0 - gone, (gone / ratio - (1.0 - gone)) / ratio);

@@ -4,6 +4,7 @@
 mod arithmetic;
 mod delay;
 mod elementary;
+mod figure;
 mod lowpass;
 mod play;
 mod rate;
@@ -12,10 +13,12 @@ mod shapes;
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use crate::evaluate::{Time, Value, pointwise};
+use crate::evaluate::{Time, Value};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
+
+pub use play::USUAL_PLAYS;
 
 pub(crate) use arithmetic::{DIFFERENCE, NEGATIVE, POWER, PRODUCT, QUOTIENT, SUM};
 
@@ -38,9 +41,7 @@ pub trait Operator: Sync {
     /// A sentence, where a value within the arguments' intervals has none.
     fn interval(&self, of: &[Interval]) -> Result<Interval, String>;
     /// Its value at every row, with the derivatives by the parameters.
-    fn value(&self, of: &[Value], _: &Time) -> Value {
-        pointwise(of, |x, slopes| self.at(x, slopes))
-    }
+    fn value(&self, of: &[Value], time: &Time) -> Value;
     /// Its value of the values at one instant, the derivatives by them being written; NaN of what remembers.
     fn at(&self, _: &[f64], _: &mut [f64]) -> f64 {
         f64::NAN
@@ -51,6 +52,10 @@ pub trait Operator: Sync {
     }
     /// Whether its value depends on the rows before.
     fn remembers(&self) -> bool {
+        false
+    }
+    /// Whether it is one figure of a whole recording.
+    fn of_recording(&self) -> bool {
         false
     }
     /// How tightly its text holds together.
@@ -68,7 +73,7 @@ pub trait Operator: Sync {
 }
 
 /// All operators that are written as functions.
-pub static FUNCTIONS: [&dyn Operator; 18] = [
+pub static FUNCTIONS: [&dyn Operator; 23] = [
     &elementary::ABS,
     &elementary::SIGN,
     &elementary::MIN,
@@ -87,6 +92,11 @@ pub static FUNCTIONS: [&dyn Operator; 18] = [
     &delay::Delay,
     &play::PLAY,
     &play::PLAYS,
+    &figure::MEAN,
+    &figure::FIRST,
+    &figure::LOWEST,
+    &figure::HIGHEST,
+    &figure::COUNT,
 ];
 
 /// The function of a name.

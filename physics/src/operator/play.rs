@@ -16,8 +16,40 @@ pub struct Play {
 }
 
 pub static PLAY: Play = Play { name: "play", usage: "play(e, r) or play(e, r, start)", elements: 1 };
+/// Elements of a distributed play unless they are stated.
+pub const USUAL_PLAYS: usize = 8;
 /// Distributed play, as a flexure has it.
-pub static PLAYS: Play = Play { name: "plays", usage: "plays(e, r) or plays(e, r, start)", elements: 8 };
+pub static PLAYS: Play = Play {
+    name: "plays",
+    usage: "plays(e, r), plays(e, r, start) or plays(e, r, start, how_many)",
+    elements: USUAL_PLAYS,
+};
+
+/// Elements that are run abreast, since each waits for its own last value.
+const ABREAST: usize = 12;
+/// Most elements of one operator.
+const MOST: f64 = 64.0;
+
+/// The mean of plays of constant gaps evenly up to `gap`, some of them at a time.
+fn abreast<const ABREAST: usize>(x: &Value, gap: f64, start: f64, elements: usize, count: usize) -> Vec<f64> {
+    let part = 1.0 / elements as f64;
+    let mut apart = vec![0.0; count];
+    for first in (0..elements).step_by(ABREAST) {
+        // Beyond the last one a gap of nothing, which is never apart.
+        let gap_of = |k: usize| if first + k < elements { gap * (first + k + 1) as f64 * part } else { 0.0 };
+        let gaps: [f64; ABREAST] = std::array::from_fn(gap_of);
+        let mut states = [start; ABREAST];
+        for (row, apart) in apart.iter_mut().enumerate() {
+            let x = x.at(row);
+            for (state, gap) in states.iter_mut().zip(&gaps) {
+                let above = if *state < x - gap { x - gap } else { *state };
+                *state = if above > x + gap { x + gap } else { above };
+                *apart += x - *state;
+            }
+        }
+    }
+    apart.iter().enumerate().map(|(row, apart)| x.at(row) - part * apart).collect()
+}
 
 impl Operator for Play {
     fn name(&self) -> &'static str {
@@ -25,7 +57,7 @@ impl Operator for Play {
     }
 
     fn arguments(&self) -> RangeInclusive<usize> {
-        2..=3
+        2..=if self.elements > 1 { 4 } else { 3 }
     }
 
     fn usage(&self) -> &'static str {
@@ -33,7 +65,15 @@ impl Operator for Play {
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
-        common(of)
+        let (unit, mut factors) = common(&of[..of.len().min(3)])?;
+        if let Some(how_many) = of.get(3) {
+            how_many
+                .number()
+                .filter(|n| n.fract() == 0.0 && (1.0..=MOST).contains(n))
+                .ok_or_else(|| UnitError::Needs(how_many.unit(), "a whole number of elements, 64 at most"))?;
+            factors.push(1.0);
+        }
+        Ok((unit, factors))
     }
 
     fn interval(&self, of: &[Interval]) -> Result<Interval, String> {
@@ -47,10 +87,16 @@ impl Operator for Play {
     fn value(&self, of: &[Value], time: &Time) -> Value {
         let indices = parameters(of);
         let count = time.t_s.len();
-        let part = 1.0 / self.elements as f64;
+        let elements = of.get(3).map_or(self.elements, |how_many| how_many.at(0) as usize);
+        let first = of.get(2).unwrap_or(&of[0]).at(0);
+        if indices.is_empty() && of[1].rows.len() == 1 && !first.is_nan() {
+            let run = if elements == 1 { abreast::<1> } else { abreast::<ABREAST> };
+            return Value { rows: run(&of[0], of[1].at(0), first, elements, count), slopes: Vec::new() };
+        }
+        let part = 1.0 / elements as f64;
         let mut rows = vec![0.0; count];
         let mut slopes: Vec<(usize, Vec<f64>)> = indices.iter().map(|p| (*p, vec![0.0; count])).collect();
-        for element in 1..=self.elements {
+        for element in 1..=elements {
             let share = element as f64 * part;
             let start = of.get(2).unwrap_or(&of[0]);
             let mut state = start.at(0);

@@ -18,11 +18,8 @@ pub static HINGE: Elementary = Elementary {
     interval: |of| {
         Ok(Interval { from: (of[0].from - of[1].to).max(0.0), to: (of[0].to - of[1].from).max(0.0) })
     },
-    at: |x, slopes| {
-        let beyond = x[0] > x[1];
-        slopes[..2].copy_from_slice(if beyond { &[1.0, -1.0] } else { &[0.0, 0.0] });
-        if beyond { x[0] - x[1] } else { 0.0 }
-    },
+    at: |x| if x[0] > x[1] { x[0] - x[1] } else { 0.0 },
+    slopes: |x, slopes| slopes[..2].copy_from_slice(if x[0] > x[1] { &[1.0, -1.0] } else { &[0.0, 0.0] }),
 };
 
 pub static BUMP: Elementary = Elementary {
@@ -34,12 +31,11 @@ pub static BUMP: Elementary = Elementary {
         true => Err(format!("the width of a bump runs from {} to {}, and can be zero", of[2].from, of[2].to)),
         false => Ok(Interval { from: 0.0, to: 1.0 }),
     },
-    at: |x, slopes| {
+    at: |x| (-0.5 * ((x[0] - x[1]) / x[2]).powi(2)).exp(),
+    slopes: |x, slopes| {
         let away = (x[0] - x[1]) / x[2];
-        let value = (-0.5 * away * away).exp();
-        let slope = -value * away / x[2];
+        let slope = -(-0.5 * away * away).exp() * away / x[2];
         slopes[..3].copy_from_slice(&[slope, -slope, -slope * away]);
-        value
     },
 };
 
@@ -49,8 +45,6 @@ pub static STEP: Elementary = Elementary {
     arguments: 2,
     unit: pure_of_common,
     interval: |_| Ok(Interval { from: 0.0, to: 1.0 }),
-    at: |x, slopes| {
-        slopes[..2].fill(0.0);
-        if x[0] >= x[1] { 1.0 } else { 0.0 }
-    },
+    at: |x| if x[0] >= x[1] { 1.0 } else { 0.0 },
+    slopes: |_, slopes| slopes[..2].fill(0.0),
 };

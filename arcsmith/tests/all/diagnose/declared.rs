@@ -123,7 +123,7 @@ fn a_wrong_declaration_is_refused_with_its_place() {
         ("coil_a^2", "coil_a^2 + temperature_c", "A^2 and K do not go together"),
         ("coil_a^2", "coil_b^2 + t_s", "do not go together"),
         ("lowpass", "lowpas", "expected perhaps `lowpass`"),
-        ("k * ", "true_angle * k * ", "`true_angle` is not known"),
+        ("k * ", "true_angle * k * ", "the expression is in arcsec^2, expected a value in arcsec"),
         (", from = 5, to = 5000", "", "`tau` is no mere factor"),
         ("coil_heating", "thermal_lag", "there is an effect of this id already"),
         ("\"s\"", "\"s*/ int evil;\"", "is no unit"),

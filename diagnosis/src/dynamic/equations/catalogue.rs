@@ -93,7 +93,7 @@ fn bound(entry: &EffectText, binding: &Binding) -> Option<EffectText> {
         let mut unit = Unit::parse(&parameter.unit).ok()?;
         for (own, of_plant) in [("p", position), ("q", binding.input.map(|(_, unit)| unit))] {
             if let Some(of_plant) = of_plant {
-                unit = unit.with(own, of_plant)?;
+                unit = unit.with(own, of_plant);
             }
         }
         Some((name.clone(), PlantParameter { unit: unit.to_string(), ..parameter.clone() }))

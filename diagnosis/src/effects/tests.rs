@@ -1,0 +1,89 @@
+//! The catalogue as a whole.
+
+use fitter::terms::Operator;
+
+use super::{Handed, catalogue_in, listed};
+use crate::rows::Rows;
+
+#[test]
+fn every_confusion_names_an_effect_of_the_catalogue() {
+    let effects = listed();
+    for effect in effects.iter() {
+        for other in &effect.confused_with {
+            assert!(effects.iter().any(|e| e.id == *other), "{}: {other}", effect.id);
+            assert_ne!(*other, effect.id);
+        }
+    }
+}
+
+#[test]
+fn the_catalogue_is_read_in_any_unit() {
+    for unit in ["arcsec", "deg", "mm", "counts", "m2_per_s"] {
+        assert_eq!(catalogue_in(unit == "arcsec", unit).len(), listed().len());
+    }
+}
+
+/// A recording of four passes in which everything moves.
+fn rows() -> Rows {
+    let count = 80;
+    let t_s: Vec<f64> = (0..count).map(|i| 2.0 * f64::from(i)).collect();
+    let theta: Vec<f64> = t_s.iter().map(|t| 3000.0 * (t / 25.0).sin() + 7.0).collect();
+    let of = |rate: f64| Some(t_s.iter().map(|t| 20.0 + (rate * t).cos()).collect::<Vec<f64>>());
+    Rows {
+        unit: "arcsec".into(),
+        pair: true,
+        pass: (0..count).map(|i| i64::from(i / 20)).collect(),
+        direction: t_s.iter().map(|t| (t / 25.0).cos().signum()).collect(),
+        truth: theta.iter().map(|theta| theta + 3.0).collect(),
+        temperature_c: of(0.01),
+        coil_a: of(0.3),
+        cross_arcsec: of(0.2),
+        common_mode_um: of(0.05),
+        theta,
+        t_s,
+        ..Rows::default()
+    }
+}
+
+#[test]
+fn every_effect_of_the_catalogue_is_a_term_of_its_own_kind() {
+    let rows = rows();
+    for effect in catalogue_in(true, "arcsec").iter() {
+        for shape in effect.starts(&rows) {
+            let handed = effect.operator(&rows, &shape);
+            assert_ne!(handed.operator.kind(), "expression", "{} at {shape:?}", effect.id);
+            assert_eq!(handed.map.len(), handed.operator.width());
+            let columns = effect.signature(&rows, &shape);
+            assert_eq!(handed.map[0].len(), columns.len());
+            assert!(columns.iter().flatten().all(|value| value.is_finite()), "{} at {shape:?}", effect.id);
+        }
+    }
+}
+
+#[test]
+fn a_term_read_off_an_expression_is_that_expression() {
+    let rows = rows();
+    let effects = super::declared::read(
+        "mine.toml",
+        r#"
+            [[effect]]
+            id = "scaled"
+            adds = "-3 * k * (2 * coil_a - 1 [A])^2 * (angle / 60 - 4 [arcsec])"
+            k = { unit = "1/A^2" }
+        "#,
+        &fitter::error_model::Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 },
+    );
+    let effects = effects.unwrap();
+    let Handed { operator: Operator::Product(product), map } = effects[0].operator(&rows, &[]) else {
+        panic!("a product")
+    };
+    let (coil, column) = (rows.coil_a.as_ref().unwrap(), &effects[0].signature(&rows, &[])[0]);
+    for row in 0..rows.len() {
+        let values = [coil[row], rows.theta[row]];
+        let of_product =
+            product.factors.iter().zip(values).map(|(f, v)| (v - f.mean).powi(i32::from(f.power)));
+        let value = map[0][0] * of_product.product::<f64>();
+        // Rounding of a few products.
+        assert!((value - column[row]).abs() < 1e-9 * value.abs().max(1.0), "{value} {}", column[row]);
+    }
+}
