@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::error::{ExpressionError, nearest};
 use crate::expression::{Expression, Kind};
 use crate::interval::Interval;
-use crate::operator::Operator;
+use crate::operator::{Operation, Operator};
 use crate::parse::parse;
 use crate::quantity::{Quantity, UnitError};
 use crate::unit::Unit;
@@ -47,19 +47,33 @@ pub struct Sentence {
     pub(crate) root: Node,
 }
 
-/// What is evaluated.
+/// What is evaluated: the tree of a sentence, whose units are settled.
 #[derive(Clone)]
-pub(crate) enum Node {
+pub enum Node {
+    /// A number.
     Constant(f64),
+    /// The value of a column, by its name in the sentence, in the column's own unit.
     Column(String),
-    /// By index.
+    /// A parameter, by its index in [`Sentence::parameters`], in its own unit.
     Parameter(usize),
+    /// An operator on its arguments.
+    Apply(Applied),
+}
+
+/// An operator on its arguments.
+#[derive(Clone)]
+pub struct Applied {
+    pub(crate) operator: &'static dyn Operator,
     /// Every argument with the factor that brings it to the unit that the operator needs.
-    Apply {
-        operator: &'static dyn Operator,
-        arguments: Vec<(Node, f64)>,
-        span: Range<usize>,
-    },
+    pub arguments: Vec<(Node, f64)>,
+    pub(crate) span: Range<usize>,
+}
+
+impl Applied {
+    /// Which operator it is.
+    pub fn operation(&self) -> Operation {
+        self.operator.operation()
+    }
 }
 
 impl std::fmt::Debug for Node {
@@ -68,7 +82,7 @@ impl std::fmt::Debug for Node {
             Node::Constant(value) => write!(f, "{value}"),
             Node::Column(name) => f.write_str(name),
             Node::Parameter(index) => write!(f, "#{index}"),
-            Node::Apply { operator, arguments, .. } => write!(f, "{}{arguments:?}", operator.name()),
+            Node::Apply(Applied { operator, arguments, .. }) => write!(f, "{}{arguments:?}", operator.name()),
         }
     }
 }
@@ -105,6 +119,11 @@ impl Sentence {
         Ok(Sentence { text: text.to_string(), unit: unit.clone(), columns, parameters, root, expression })
     }
 
+    /// What is evaluated, in its unit.
+    pub fn tree(&self) -> &Node {
+        &self.root
+    }
+
     /// The interval of its values, in its unit.
     ///
     /// # Errors
@@ -126,7 +145,7 @@ impl Sentence {
                 let unbounded = Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
                 Ok(self.parameters[*index].range.unwrap_or(unbounded))
             }
-            Node::Apply { operator, arguments, span } => {
+            Node::Apply(Applied { operator, arguments, span }) => {
                 let of = arguments.iter().map(|(argument, factor)| {
                     self.interval_of(argument, column)
                         .map(|interval| Interval::corners(interval, Interval::point(*factor), |a, b| a * b))
@@ -141,7 +160,7 @@ impl Sentence {
     pub fn remembers(&self) -> bool {
         fn remembers(node: &Node) -> bool {
             match node {
-                Node::Apply { operator, arguments, .. } => {
+                Node::Apply(Applied { operator, arguments, .. }) => {
                     operator.remembers() || arguments.iter().any(|(argument, _)| remembers(argument))
                 }
                 _ => false,
@@ -161,7 +180,7 @@ fn scaled(node: Node, factor: f64, span: &Range<usize>) -> Node {
         return node;
     }
     let arguments = vec![(node, factor), (Node::Constant(1.0), 1.0)];
-    Node::Apply { operator: crate::operator::PRODUCT, arguments, span: span.clone() }
+    Node::Apply(Applied { operator: crate::operator::PRODUCT, arguments, span: span.clone() })
 }
 
 /// Looks names and units up.
@@ -237,8 +256,7 @@ impl Reader<'_> {
                 format!("`{name}` is no mere factor of the whole here: give it a range (from, to), or correct the expression"),
             )
         })?;
-        let node =
-            Node::Apply { operator, arguments: nodes.into_iter().zip(factors).collect(), span: span.clone() };
-        Ok((node, quantity, degree))
+        let arguments = nodes.into_iter().zip(factors).collect();
+        Ok((Node::Apply(Applied { operator, arguments, span: span.clone() }), quantity, degree))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::check::{Node, Sentence};
+use crate::check::{Applied, Node, Sentence};
 
 /// Most arguments of an operator.
 const MOST_ARGUMENTS: usize = 4;
@@ -114,7 +114,7 @@ fn evaluate(node: &Node, columns: &dyn Columns, values: &[f64]) -> Result<Value,
             Value { rows, slopes: Vec::new() }
         }
         Node::Parameter(index) => Value { rows: vec![values[*index]], slopes: vec![(*index, vec![1.0])] },
-        Node::Apply { operator, arguments, .. } => {
+        Node::Apply(Applied { operator, arguments, .. }) => {
             let of = arguments
                 .iter()
                 .map(|(argument, factor)| Ok(evaluate(argument, columns, values)?.times(*factor)));

@@ -4,6 +4,9 @@
 //! evaluated over the rows of a recording with its derivatives by the parameters ([`Sentence::evaluate`]). Every
 //! operator takes any expression whose unit fits, so that operators compose: a lag of a square, a rate of a difference.
 //!
+//! A sentence whose units are settled is a tree of operators ([`Sentence::tree`]), for whoever computes it otherwise than
+//! over a recording; an [`Operation`] says which operator it is.
+//!
 //! [`declared`] reads effects that a user states in a file.
 
 mod check;
@@ -18,13 +21,14 @@ mod parse;
 mod quantity;
 mod unit;
 
-pub use check::{Names, Parameter, Sentence};
+pub use check::{Applied, Names, Node, Parameter, Sentence};
 #[cfg(feature = "declarations")]
 pub use declaration::{DeclarationError, Declared, declared};
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
 pub use expression::Expression;
 pub use interval::Interval;
+pub use operator::{ELEMENTS, Operation};
 pub use parse::parse;
 pub use unit::Unit;
 

@@ -6,6 +6,7 @@ use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::Operator;
 
 use super::builder::{Builder, ErrorAccount, Tracked};
+use super::expression::{Lowering, Shared, Tree};
 use super::further::Given;
 use super::observed::Observed;
 use super::selection::by_time;
@@ -113,11 +114,13 @@ impl Physics {
             given.push((input.observable.clone(), input.push(b, centre)?));
         }
         let mut expanded = product::Expanded::new();
+        let mut shared = Shared::default();
         for term in &self.terms {
             // Coefficients are in the statistics' unit per unit of the observable.
             let weights: Vec<Interval> =
                 term.coefficients.iter().map(|c| &Interval::from_f64(*c) * &statistic).collect();
-            let weight = &weights[0];
+            let nothing = Interval::zero();
+            let weight = weights.first().unwrap_or(&nothing);
             let observe = |name: &str| {
                 let (effect, kind) = (term.effect.clone(), term.operator.kind());
                 let needs = || PhysicsError::Needs { effect, kind, observable: name.into() };
@@ -142,10 +145,21 @@ impl Physics {
                 }
                 // Of the result itself: solved in the end.
                 Operator::Periodic(_) => {}
-                Operator::Expression(_) => {
-                    let (effect, kind, why) =
-                        (term.effect.clone(), term.operator.kind(), ": no firmware computes it yet");
-                    return Err(PhysicsError::NotGenerated { effect, kind, why });
+                Operator::Expression(expressed) => {
+                    let pair = matches!(model.sensor, Sensor::EddyCurrentPair { .. });
+                    let kind = (&*term.effect, term.operator.kind());
+                    let unread = |why| PhysicsError::NotGenerated {
+                        effect: term.effect.clone(),
+                        kind: kind.1,
+                        why: format!(": {why}"),
+                    };
+                    let tree = Tree::of(expressed, &term.coefficients, pair).map_err(unread)?;
+                    let (variable, given, period_s) = (&variable, &given[..], self.period_s);
+                    Lowering { b, shared: &mut shared, variable, given, period_s, term: kind }.subtract(
+                        &tree,
+                        &statistic,
+                        &term.effect,
+                    )?;
                 }
             }
         }

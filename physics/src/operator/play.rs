@@ -3,23 +3,36 @@
 
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 
 /// See the module.
 pub struct Play {
+    operation: Operation,
     name: &'static str,
     usage: &'static str,
     elements: usize,
 }
 
-pub static PLAY: Play = Play { name: "play", usage: "play(e, r) or play(e, r, start)", elements: 1 };
+pub static PLAY: Play =
+    Play { operation: Operation::Play, name: "play", usage: "play(e, r) or play(e, r, start)", elements: 1 };
 /// Distributed play, as a flexure has it.
-pub static PLAYS: Play = Play { name: "plays", usage: "plays(e, r) or plays(e, r, start)", elements: 8 };
+pub static PLAYS: Play = Play {
+    operation: Operation::Plays,
+    name: "plays",
+    usage: "plays(e, r) or plays(e, r, start)",
+    elements: ELEMENTS,
+};
+/// Elements of a distributed play; the k-th has the gap k/8·r.
+pub const ELEMENTS: usize = 8;
 
 impl Operator for Play {
+    fn operation(&self) -> Operation {
+        self.operation
+    }
+
     fn name(&self) -> &'static str {
         self.name
     }
