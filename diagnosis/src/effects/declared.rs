@@ -100,10 +100,10 @@ impl fmt::Display for Explained {
         for Searched { name, unit, from, to } in searched {
             writeln!(f, "  searched   {name} from {from} to {to} {unit}")?;
         }
-        if *remembers {
-            writeln!(f, "  memory     its value depends on the rows before")?;
+        match remembers {
+            true => writeln!(f, "  memory     its value depends on the rows before"),
+            false => Ok(()),
         }
-        writeln!(f, "  applied    by `apply`; firmware for expressions is not generated")
     }
 }
 
@@ -133,6 +133,36 @@ impl DeclaredEffect {
                 .collect(),
             remembers: adds.remembers(),
         }
+    }
+
+    /// As a coefficients file has it, in the unit of the statistics, with these values of the parameters that are
+    /// searched.
+    pub fn expressed(&self, unit: &str, shape: &[f64]) -> Expressed {
+        let adds = &self.declared.adds;
+        let factors = (adds.factors().into_iter())
+            .map(|index| &adds.parameters[index])
+            .map(|factor| ExpressionFactor { name: factor.name.clone(), unit: factor.unit.to_string() });
+        let fixed = self.ranged().zip(shape).map(|((parameter, _), value)| Fixed {
+            name: parameter.name.clone(),
+            unit: parameter.unit.to_string(),
+            value: *value,
+        });
+        Expressed {
+            text: adds.expression.to_string(),
+            unit: unit.to_string(),
+            observables: Expressed::observables_of(adds, self.pair, unit),
+            parameters: fixed.collect(),
+            factors: factors.collect(),
+        }
+    }
+
+    /// The same, every parameter that is searched in the middle of its range.
+    pub fn in_the_middle(&self) -> Expressed {
+        let middle = |(_, interval): (&physics::Parameter, Interval)| {
+            let Range { low, high, logarithmic, .. } = DeclaredEffect::range(interval);
+            if logarithmic { (low * high).sqrt() } else { 0.5 * (low + high) }
+        };
+        self.expressed(&self.declared.adds.unit.to_string(), &self.ranged().map(middle).collect::<Vec<f64>>())
     }
 
     fn of(declared: Declared, pair: bool) -> DeclaredEffect {
@@ -227,25 +257,10 @@ impl Effect for DeclaredEffect {
     }
 
     fn operator(&self, rows: &Rows, shape: &[f64]) -> Handed {
-        let adds = &self.declared.adds;
-        let factors: Vec<ExpressionFactor> = (adds.factors().into_iter())
-            .map(|index| &adds.parameters[index])
-            .map(|factor| ExpressionFactor { name: factor.name.clone(), unit: factor.unit.to_string() })
-            .collect();
-        let fixed = self.ranged().zip(shape).map(|((parameter, _), value)| Fixed {
-            name: parameter.name.clone(),
-            unit: parameter.unit.to_string(),
-            value: *value,
-        });
-        let width = factors.len();
+        let expressed = self.expressed(&rows.unit, shape);
+        let width = expressed.factors.len();
         let map = (0..width).map(|row| (0..width).map(|k| f64::from(u8::from(row == k))).collect()).collect();
-        let operator = Operator::Expression(Expressed {
-            text: adds.expression.to_string(),
-            unit: rows.unit.clone(),
-            observables: Expressed::observables_of(adds, self.pair, &rows.unit),
-            parameters: fixed.collect(),
-            factors,
-        });
+        let operator = Operator::Expression(expressed);
         Handed { operator, map }
     }
 
