@@ -1,6 +1,6 @@
 //! An expression as firmware computes it: parameters are numbers, names are observables, units are settled.
 
-use fitter::terms::Expressed;
+use fitter::terms::{Expressed, Operator, Side, Term};
 use physics::{ELEMENTS, Interval, Node, Operation};
 
 /// See the module.
@@ -15,6 +15,35 @@ pub(crate) enum Tree {
 }
 
 impl Tree {
+    /// What a term adds, of a kind that is an expression or can be written as one.
+    ///
+    /// # Errors
+    /// It is of another kind, or cannot be read.
+    pub fn of_term(term: &Term, pair: bool) -> Result<Tree, String> {
+        let observed = |name: &String| Tree::Observed(name.clone());
+        let number = Tree::Number;
+        let tree = match &term.operator {
+            Operator::Expression(expressed) => return Tree::of(expressed, &term.coefficients, pair),
+            Operator::Lag(lag) => {
+                let mut of = vec![observed(&lag.observable), number(lag.time_constant_s)];
+                of.extend(lag.initial.map(number));
+                let lagged = Tree::Apply(Operation::LowPass, of);
+                Tree::Apply(Operation::Difference, vec![lagged, number(lag.mean)])
+            }
+            Operator::Rate(rate) => Tree::Apply(Operation::Rate, vec![observed(&rate.observable)]),
+            Operator::Hinge(hinge) => {
+                let ends = [observed(&hinge.observable), number(hinge.threshold)];
+                let [from, to] = if hinge.side == Side::Above { [1, 0] } else { [0, 1] };
+                Tree::Apply(Operation::Hinge, vec![ends[to].clone(), ends[from].clone()])
+            }
+            Operator::Step(step) => {
+                Tree::Apply(Operation::Step, vec![observed(&step.observable), number(step.at)])
+            }
+            other => return Err(format!("`{}` is no expression", other.kind())),
+        };
+        Ok(tree.times(term.coefficients[0]))
+    }
+
     /// The expression of a term with these coefficients of its factors.
     ///
     /// # Errors
