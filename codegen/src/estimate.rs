@@ -172,13 +172,31 @@ impl Model<'_> {
                 known(-(-since / e.scale).exp_m1())
             }
             Operator::Step(step) => known(f64::from(u8::from(observed(&step.observable) >= step.at))),
-            // Refused before.
-            Operator::Expression(_) => [f64::NEG_INFINITY, f64::INFINITY],
+            Operator::Expression(_) => {
+                return into.extend((0..term.coefficients.len()).map(|k| self.of_factor(term, k, &observed)));
+            }
             Operator::Periodic(periodic) => {
                 let truth = self.coefficients.error_model().corrected(reading) * self.per_unit;
                 return into.extend(periodic.columns_at(truth).into_iter().map(known));
             }
         });
+    }
+
+    /// What factor `k` of an expression is multiplied by: of one that remembers, anything that it can be over the range
+    /// and the boxes.
+    fn of_factor(&self, term: &Term, k: usize, observed: &dyn Fn(&str) -> f64) -> Column {
+        let mut unit = Term { coefficients: vec![0.0; term.coefficients.len()], ..term.clone() };
+        unit.coefficients[k] = 1.0;
+        let anything = [f64::NEG_INFINITY, f64::INFINITY];
+        let Some(tree) = self.physics.tree(&unit) else { return anything };
+        if !tree.remembers() {
+            return known(tree.at(observed));
+        }
+        let over = |name: &str| {
+            let [from, to] = self.ends(name);
+            physics::Interval { from, to }
+        };
+        tree.interval(&over, self.physics.period_s).map_or(anything, |found| [found.from, found.to])
     }
 
     /// How much an error of the model is enlarged where the result is a solution with harmonics of itself.

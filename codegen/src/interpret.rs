@@ -155,8 +155,9 @@ fn integer(program: &Program, index: usize, results: &[Word]) -> Result<Word, Ov
         Op::ShiftLeft { a, by } => narrowed(int(a) << by),
         Op::ShiftRight { a, add, by } => narrowed((int(a) + i128::from(*add)) >> by),
         Op::Index { a, add, by } => {
-            let sum = narrow(index, Type::U32, int(a) + i128::from(*add))?;
-            narrowed(i128::from(sum.bits()) >> by)
+            let sum = int(a) + i128::from(*add);
+            let sum = if step.ty == Type::U32 { narrow(index, Type::U32, sum)?.bits().into() } else { sum };
+            narrowed(sum >> by)
         }
         Op::Wrap { a, add, by } => Ok(Word::Int(i64::from(((int(a) + i128::from(*add)) << by) as i32))),
         Op::Bits { a, from, bits } => narrowed(i128::from((int(a) as u32) >> from) & ((1i128 << bits) - 1)),

@@ -6,6 +6,7 @@
 //! with a [`certificate`].
 
 pub mod accepted;
+pub mod afford;
 mod approximate;
 mod bound;
 pub mod builder;

@@ -78,7 +78,7 @@ pub enum Op {
     ShiftLeft { a: Operand, by: u32 },
     /// ⌊(a + add)·2^−by⌋, of integers.
     ShiftRight { a: Operand, add: i64, by: u32 },
-    /// ⌊(a + add)·2^−by⌋ where 0 ≤ a + add < 2³²: the number of a table's segment.
+    /// ⌊(a + add)·2^−by⌋, of an unsigned result where 0 ≤ a + add < 2³²: the number of a table's segment.
     Index { a: Operand, add: i64, by: u32 },
     /// ⌊a·factor·2^−by⌋ less the multiple of 2³² that makes it a signed word: a phase, the turn being 2³².
     Phase { a: Operand, factor: i64, by: u32 },

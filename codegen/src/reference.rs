@@ -33,7 +33,7 @@ impl ReadingMap {
 }
 
 /// The corrected angle in radians (direct sensor: corrected reading in its unit) as a function of v.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Reference {
     /// A polynomial of v that is within `remainder` of the function over the range.
     pub polynomial: Polynomial,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::error::{ExpressionError, nearest};
 use crate::expression::{Expression, Kind};
 use crate::interval::Interval;
-use crate::operator::Operator;
+use crate::operator::{Operation, Operator};
 use crate::parse::parse;
 use crate::quantity::{Quantity, UnitError};
 use crate::unit::Unit;
@@ -48,26 +48,36 @@ pub struct Sentence {
     pub root: Node,
 }
 
-/// What is evaluated.
+/// What is evaluated: the tree of a sentence, whose units are settled.
 #[derive(Clone)]
 pub enum Node {
     /// A number.
     Constant(f64),
-    /// A column of the recording.
+    /// The value of a column, by its name in the sentence, in the column's own unit.
     Column(String),
-    /// A parameter, by index.
+    /// A parameter, by its index in [`Sentence::parameters`], in its own unit.
     Parameter(usize),
-    /// An operator.
-    Apply {
-        /// Which.
-        operator: &'static dyn Operator,
-        /// Every argument with the factor that brings it to the unit that the operator needs.
-        arguments: Vec<(Node, f64)>,
-        /// Bytes of the text.
-        span: Range<usize>,
-        /// The unit of a figure of the recording; none of anything else.
-        unit: Option<Unit>,
-    },
+    /// An operator on its arguments.
+    Apply(Applied),
+}
+
+/// An operator on its arguments.
+#[derive(Clone)]
+pub struct Applied {
+    /// The operator.
+    pub operator: &'static dyn Operator,
+    /// Every argument with the factor that brings it to the unit that the operator needs.
+    pub arguments: Vec<(Node, f64)>,
+    pub(crate) span: Range<usize>,
+    /// The unit of a figure of the recording; none of anything else.
+    pub(crate) unit: Option<Unit>,
+}
+
+impl Applied {
+    /// Which operator it is.
+    pub fn operation(&self) -> Operation {
+        self.operator.operation()
+    }
 }
 
 impl std::fmt::Debug for Node {
@@ -76,7 +86,7 @@ impl std::fmt::Debug for Node {
             Node::Constant(value) => write!(f, "{value}"),
             Node::Column(name) => f.write_str(name),
             Node::Parameter(index) => write!(f, "#{index}"),
-            Node::Apply { operator, arguments, .. } => write!(f, "{}{arguments:?}", operator.name()),
+            Node::Apply(Applied { operator, arguments, .. }) => write!(f, "{}{arguments:?}", operator.name()),
         }
     }
 }
@@ -114,6 +124,11 @@ impl Sentence {
         Ok(Sentence { text: text.to_string(), unit, columns, parameters, root, expression })
     }
 
+    /// What is evaluated, in its unit.
+    pub fn tree(&self) -> &Node {
+        &self.root
+    }
+
     /// The interval of its values, in its unit.
     ///
     /// # Errors
@@ -135,7 +150,7 @@ impl Sentence {
                 let unbounded = Interval { from: f64::NEG_INFINITY, to: f64::INFINITY };
                 Ok(self.parameters[*index].range.unwrap_or(unbounded))
             }
-            Node::Apply { operator, arguments, span, .. } => {
+            Node::Apply(Applied { operator, arguments, span, .. }) => {
                 let of = arguments.iter().map(|(argument, factor)| {
                     self.interval_of(argument, column)
                         .map(|interval| Interval::corners(interval, Interval::point(*factor), |a, b| a * b))
@@ -150,7 +165,7 @@ impl Sentence {
     pub fn remembers(&self) -> bool {
         fn remembers(node: &Node) -> bool {
             match node {
-                Node::Apply { operator, arguments, .. } if !operator.of_recording() => {
+                Node::Apply(Applied { operator, arguments, .. }) if !operator.of_recording() => {
                     operator.remembers() || arguments.iter().any(|(argument, _)| remembers(argument))
                 }
                 _ => false,
@@ -170,7 +185,7 @@ fn scaled(node: Node, factor: f64, span: &Range<usize>) -> Node {
         return node;
     }
     let arguments = vec![(node, factor), (Node::Constant(1.0), 1.0)];
-    Node::Apply { operator: crate::operator::PRODUCT, arguments, span: span.clone(), unit: None }
+    Node::Apply(Applied { operator: crate::operator::PRODUCT, arguments, span: span.clone(), unit: None })
 }
 
 /// Looks names and units up.
@@ -248,6 +263,6 @@ impl Reader<'_> {
         })?;
         let arguments = nodes.into_iter().zip(factors).collect();
         let unit = operator.of_recording().then(|| quantity.unit());
-        Ok((Node::Apply { operator, arguments, span: span.clone(), unit }, quantity, degree))
+        Ok((Node::Apply(Applied { operator, arguments, span: span.clone(), unit }), quantity, degree))
     }
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use crate::check::{Node, Sentence};
+use crate::check::{Applied, Node, Sentence};
 use crate::unit::Unit;
 
 /// Most arguments of an operator.
@@ -178,7 +178,7 @@ impl Node {
                 Value { rows: vec![values[*index]], slopes: vec![(*index, vec![1.0])] }
             }
             Node::Parameter(index) => Value::constant(values[*index]),
-            Node::Apply { operator, arguments, .. } if !derivatives && operator.name() == "*" => {
+            Node::Apply(Applied { operator, arguments, .. }) if !derivatives && operator.name() == "*" => {
                 let of = |k: usize| -> Result<Value, String> {
                     Ok(arguments[k].0.value(columns, values, false)?.times(arguments[k].1))
                 };
@@ -189,7 +189,7 @@ impl Node {
                     first => operator.value(&[first, of(1)?], &columns.time()),
                 }
             }
-            Node::Apply { operator, arguments, .. } => {
+            Node::Apply(Applied { operator, arguments, .. }) => {
                 let of = arguments.iter().map(|(argument, factor)| {
                     Ok(argument.value(columns, values, derivatives)?.times(*factor))
                 });
@@ -200,7 +200,7 @@ impl Node {
 
     /// The figures of the recording in it, with their places and units.
     fn figures<'a>(&'a self, found: &mut Vec<(Range<usize>, &'a Node, &'a Unit)>) {
-        if let Node::Apply { operator, arguments, span, unit } = self {
+        if let Node::Apply(Applied { operator, arguments, span, unit }) = self {
             match unit {
                 Some(unit) if operator.of_recording() => found.push((span.clone(), self, unit)),
                 _ => arguments.iter().for_each(|(argument, _)| argument.figures(found)),

@@ -4,6 +4,9 @@
 //! evaluated over the rows of a recording with its derivatives by the parameters ([`Sentence::evaluate`]). Every
 //! operator takes any expression whose unit fits, so that operators compose: a lag of a square, a rate of a difference.
 //!
+//! A sentence whose units are settled is a tree of operators ([`Sentence::tree`]), for whoever computes it otherwise than
+//! over a recording; an [`Operation`] says which operator it is.
+//!
 //! [`declared`] reads effects that a user states in a file. A [`tape::Tape`] is what the right-hand sides of equations of
 //! motion are compiled to.
 
@@ -21,7 +24,7 @@ mod quantity;
 pub mod tape;
 mod unit;
 
-pub use check::{Names, Node, Parameter, Sentence};
+pub use check::{Applied, Names, Node, Parameter, Sentence};
 #[cfg(feature = "declarations")]
 pub use declaration::{
     DeclarationError, Declared, DeclaredParameter, Formula, Grid, Known, Reported, Role, Scale, Starts,
@@ -31,7 +34,7 @@ pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
 pub use expression::{Expression, is_identifier};
 pub use interval::Interval;
-pub use operator::{Operator, USUAL_PLAYS};
+pub use operator::{ELEMENTS, Operation, Operator};
 pub use parse::parse;
 pub use unit::Unit;
 

@@ -6,10 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use crate::check::{Node, Sentence};
+use crate::check::{Applied, Node, Sentence};
 use crate::error::ExpressionError;
 use crate::number::Number;
-use crate::operator::Operator;
+use crate::operator::{Operation, Operator};
 
 /// Most arguments of an operator.
 const MOST_ARGUMENTS: usize = 4;
@@ -146,7 +146,7 @@ impl Tape {
             | (Step::Subtract(a, b), Step::Subtract(c, d))
             | (Step::Multiply(a, b), Step::Multiply(c, d)) => (a, b) == (c, d),
             (Step::Apply { operator: p, of: a, count: n }, Step::Apply { operator: q, of: b, count: m }) => {
-                p.name() == q.name() && n == m && a == b
+                p.operation() == q.operation() && n == m && a == b
             }
             _ => false,
         };
@@ -174,7 +174,7 @@ impl Tape {
                 };
                 return Ok(self.value_of(place.ok_or_else(unknown)?));
             }
-            Node::Apply { operator, arguments, span, .. } => (*operator, arguments, span),
+            Node::Apply(Applied { operator, arguments, span, .. }) => (*operator, arguments, span),
         };
         let mut of = [0; MOST_ARGUMENTS];
         for (place, (argument, factor)) in of.iter_mut().zip(arguments) {
@@ -182,16 +182,16 @@ impl Tape {
             *place = if *factor == 1.0 { register } else { self.push(Step::Scale(register, *factor)) };
         }
         let count = arguments.len();
-        Ok(match (operator.name(), count) {
-            ("+", 2) => self.push(Step::Add(of[0], of[1])),
-            ("-", 2) => self.push(Step::Subtract(of[0], of[1])),
-            ("*", 2) => self.push(Step::Multiply(of[0], of[1])),
-            ("sign", _) => self.switch(of[0], [-1.0, 1.0]),
-            ("step", _) => {
+        Ok(match operator.operation() {
+            Operation::Sum => self.push(Step::Add(of[0], of[1])),
+            Operation::Difference => self.push(Step::Subtract(of[0], of[1])),
+            Operation::Product => self.push(Step::Multiply(of[0], of[1])),
+            Operation::Sign => self.switch(of[0], [-1.0, 1.0]),
+            Operation::Step => {
                 let above = self.push(Step::Subtract(of[0], of[1]));
                 self.switch(above, [0.0, 1.0])
             }
-            ("lowpass", _) => {
+            Operation::LowPass => {
                 let state = self.states + self.lags.len();
                 let start = if count > 2 { of[2] } else { of[0] };
                 self.lags.push(Lag { state, input: of[0], tau: of[1], start });

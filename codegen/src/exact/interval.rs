@@ -60,6 +60,11 @@ impl Interval {
         Interval { lo: self.lo.clone().min(other.lo.clone()), hi: self.hi.clone().max(other.hi.clone()) }
     }
 
+    /// What it has in common with an interval that is known to hold the same number.
+    pub fn meet(&self, other: &Interval) -> Self {
+        Interval { lo: self.lo.clone().max(other.lo.clone()), hi: self.hi.clone().min(other.hi.clone()) }
+    }
+
     /// [−r, r] for the largest magnitude r of `self`.
     pub fn symmetric(&self) -> Self {
         let r = self.magnitude();

@@ -16,7 +16,7 @@ use minijinja::{Value, context};
 
 use crate::bound;
 use crate::exact::Interval;
-use crate::program::{Op, Operand, Program, Step, Type};
+use crate::program::{Op, Program, Step, Type};
 use crate::render::{RenderError, Renderer};
 use crate::routine::Routine;
 use crate::text;
@@ -42,9 +42,11 @@ pub fn script(
     let program = &routine.design.program;
     let fixed = program.steps[program.variable].ty != Type::F32;
     let words = bound::words(program, &routine.plan);
-    // Whether the function of the reading is a table: a segment is chosen by the variable itself.
-    let of_variable = Operand::Step(program.variable);
-    let table = program.steps.iter().any(|s| matches!(s.op, Op::Index { a, .. } if a == of_variable));
+    // Whether the function of the reading is a table, and not only one of a term.
+    let account = routine.design.account.as_ref();
+    let of_term = |i: &usize| account.is_some_and(|account| account.steps.contains_key(i));
+    let mut own = (0..program.steps.len()).filter(|i| !of_term(i));
+    let table = own.any(|i| matches!(program.steps[i].op, Op::Index { .. }));
     let mut variables = Vec::new();
     if !table || routine.design.account.is_some() {
         let (from, to) = &words;
@@ -58,7 +60,7 @@ pub fn script(
         variables.push(context! { name => "x_", from => ends.0, to => ends.1, integer => true });
     }
     if table {
-        variables.extend(of_table(program, words));
+        variables.extend(of_table(program, words, &of_term));
     }
     let Some(steps) = steps::of(program, routine.design.account.as_ref()) else { return Ok(None) };
     variables.extend(steps.variables);
@@ -81,7 +83,7 @@ pub fn script(
 
 /// The place in a segment, and a coefficient of each column: the hull of what any segment that words between
 /// two ends reach has.
-fn of_table(program: &Program, words: (Interval, Interval)) -> Vec<Value> {
+fn of_table(program: &Program, words: (Interval, Interval), of_term: &dyn Fn(&usize) -> bool) -> Vec<Value> {
     let segments = bound::segments(program, words);
     let hull = |values: &mut dyn Iterator<Item = i64>| {
         let first = values.next().unwrap_or(0);
@@ -99,10 +101,9 @@ fn of_table(program: &Program, words: (Interval, Interval)) -> Vec<Value> {
         )),
         _ => None,
     };
-    let base = program.steps.iter().take_while(|s| !matches!(s.op, Op::Phase { .. }));
-    let named = base.enumerate().skip(program.variable + 1);
-    let of = |(i, step): (usize, &Step)| {
-        range(step).map(|(from, to)| {
+    let named = (program.variable + 1..program.steps.len()).filter(|i| !of_term(i));
+    let of = |i: usize| {
+        range(&program.steps[i]).map(|(from, to)| {
             let name = steps::of_segment(program, i);
             context! { name, from => from.to_string(), to => to.to_string(), integer => true }
         })

@@ -133,7 +133,7 @@ impl Language for C {
                 0 => format!("to_signed((uint32_t){} << {by})", text(a)),
                 add => format!("to_signed(((uint32_t){} << {by}) + {add}u)", text(a)),
             },
-            Op::Entry { column, .. } => format!("row[{column}]"),
+            Op::Entry { index, column } => format!("{}[{column}]", body.row_name(index)),
             Op::MulAddWide { a, b, c } => format!("((int64_t){} * {}){}", text(a), text(b), plus(c)),
             Op::High { a, by } => format!("high_word({}, {by}u)", text(a)),
             Op::Phase { a, factor, by } => format!("phase_of({}, {factor}, {by}u)", text(a)),
@@ -167,8 +167,8 @@ impl Language for C {
         };
         let mut lines = Vec::new();
         for (index, step) in body.written(which) {
-            if let Some(row) = body.row_before(index) {
-                lines.push(format!("const int32_t *const row = table[{}];", self.operand(program, row)));
+            if let Some((row, name)) = body.row_before(index, which) {
+                lines.push(format!("const int32_t *const {name} = table[{}];", self.operand(program, row)));
             }
             let note = body.note(step, ("/*", " */"));
             let declared = match (assigned(&step.name, index), assigned(&step.name, program.steps.len())) {

@@ -87,12 +87,29 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The table's row that is read by the entries that follow, where step `index` is the first of them.
-    fn row_before(&self, index: usize) -> Option<&Operand> {
+    /// The table's row that is read by the entries that follow, where step `index` is the first of them in what is
+    /// written: the step that says which, and the name of the row.
+    fn row_before(&self, index: usize, which: &[usize]) -> Option<(&Operand, String)> {
         let entry = |op: &'a Op| if let Op::Entry { index, .. } = op { Some(index) } else { None };
-        let steps = &self.program.steps;
-        let first = !steps[..index].iter().any(|s| entry(&s.op).is_some());
-        entry(&steps[index].op).filter(|_| first && !self.counts)
+        let row = entry(&self.program.steps[index].op).filter(|_| !self.counts)?;
+        let read = |i: &usize| *i < index && entry(&self.program.steps[*i].op) == Some(row);
+        (!which.iter().any(read)).then(|| (row, self.row_name(row)))
+    }
+
+    /// The name of the table's row that a step says.
+    fn row_name(&self, row: &Operand) -> String {
+        let mut rows: Vec<&Operand> = Vec::new();
+        for step in &self.program.steps {
+            if let Op::Entry { index, .. } = &step.op
+                && !rows.contains(&index)
+            {
+                rows.push(index);
+            }
+        }
+        match rows.iter().position(|other| *other == row) {
+            Some(before) if before > 0 => format!("row_{}", before + 1),
+            _ => "row".into(),
+        }
     }
 
     /// The operations that no expression of most languages writes, in the order in which they occur.
@@ -275,8 +292,8 @@ pub fn laid_out(language: &dyn Language, body: &Body<'_>, ends: bool) -> Value {
         state_bytes => program.state.iter().map(|w| if w.ty == Type::I64 { 8 } else { 4 }).sum::<usize>(),
         result_name => &*program.steps[program.output()].name,
         output_type => language.type_name(program.output_type()),
-        table => table(language, program),
-        rows => program.table.len(),
+        table => table(language, program), rows => program.table.len(),
+        start_reads_table => start.iter().any(|i| matches!(program.steps[*i].op, Op::Entry { .. })),
         entry_bits => 8 * program.entry_bytes(),
         helpers => language.helpers(body, &program.written_steps()),
         counts => body.counts,

@@ -137,6 +137,8 @@ impl Language for Rust {
             Op::Sub { a, b: b @ Operand::Step(_) } if differs(a) => {
                 format!("({} as {ty}).wrapping_sub({} as {ty})", text(a), text(b))
             }
+            // A number by itself has no type.
+            Op::Sub { a: a @ Operand::Int(_), b } => format!("i32::wrapping_sub({}, {})", text(a), text(b)),
             Op::Sub { a, b } => format!("{}.wrapping_sub({})", text(a), text(b)),
             Op::Clamp { a, lo, hi } => {
                 let from = body.type_of(a);
@@ -166,7 +168,7 @@ impl Language for Rust {
                 0 => format!("{} << {by}", text(a)),
                 add => format!("({} << {by}).wrapping_add({})", text(a), grouped((add as i32).into())),
             },
-            Op::Entry { column, .. } => format!("row[{column}]"),
+            Op::Entry { index, column } => format!("{}[{column}]", body.row_name(index)),
             Op::MulAddWide { a, b, c } => {
                 format!("({} as i64).wrapping_mul({}){}", text(a), text(b), plus(c))
             }
@@ -196,9 +198,9 @@ impl Language for Rust {
     fn statements(&self, body: &Body<'_>, which: &[usize], ends: bool) -> Vec<String> {
         let mut lines = Vec::new();
         for (index, step) in body.written(which) {
-            if let Some(row) = body.row_before(index) {
+            if let Some((row, name)) = body.row_before(index, which) {
                 let row = self.operand(body.program, row);
-                lines.push(format!("let row = &TABLE[{row} as usize];"));
+                lines.push(format!("let {name} = &TABLE[{row} as usize];"));
             }
             let note = body.note(step, ("//", ""));
             let expression = self.expression(body, step);

@@ -66,7 +66,7 @@ pub enum PhysicsError {
         "the term `{kind}` of {effect} cannot be generated{why}: leave it out with --without {effect}, and the heads \
          of the files will say so"
     )]
-    NotGenerated { effect: String, kind: &'static str, why: &'static str },
+    NotGenerated { effect: String, kind: &'static str, why: String },
     /// A format without long products.
     #[error("terms of further physics need the format q31 or q31-split, not {0}: add --format q31")]
     Format(&'static str),

@@ -6,15 +6,13 @@ use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::Operator;
 
 use super::builder::{Builder, ErrorAccount, Tracked};
+use super::expression::{Lowering, Shared, Tree};
 use super::further::Given;
 use super::observed::Observed;
 use super::selection::by_time;
 use super::shape::Variable;
 use super::sum::Sum;
-use super::{
-    Physics, PhysicsError, Result, exponential, gaussian, hinge, lag, periodic, play, product, rate, step,
-    warm_up,
-};
+use super::{Physics, PhysicsError, Result, exponential, gaussian, periodic, play, product, warm_up};
 use crate::bound::{self, Overflows};
 use crate::design::{Design, DesignError};
 use crate::exact::{Interval, arcsec_per_rad};
@@ -113,11 +111,13 @@ impl Physics {
             given.push((input.observable.clone(), input.push(b, centre)?));
         }
         let mut expanded = product::Expanded::new();
+        let mut shared = Shared::default();
         for term in &self.terms {
             // Coefficients are in the statistics' unit per unit of the observable.
             let weights: Vec<Interval> =
                 term.coefficients.iter().map(|c| &Interval::from_f64(*c) * &statistic).collect();
-            let weight = &weights[0];
+            let nothing = Interval::zero();
+            let weight = weights.first().unwrap_or(&nothing);
             let observe = |name: &str| {
                 let (effect, kind) = (term.effect.clone(), term.operator.kind());
                 let needs = || PhysicsError::Needs { effect, kind, observable: name.into() };
@@ -126,26 +126,32 @@ impl Physics {
             match &term.operator {
                 Operator::Product(p) => product::expand(&mut expanded, p, weight, &variable, &given)?,
                 Operator::Play(p) => play::subtract(b, p, &weights, observe(&p.observable)?)?,
-                Operator::Lag(l) => lag::subtract(b, l, weight, &observe(&l.observable)?, self.period_s)?,
-                Operator::Rate(r) => rate::subtract(b, weight, observe(&r.observable)?, self.period_s)?,
-                Operator::Hinge(h) => hinge::subtract(b, h, weight, &observe(&h.observable)?)?,
                 Operator::Gaussian(g) => gaussian::subtract(b, g, weight, &observe(&g.observable)?)?,
                 Operator::Exponential(e) if by_time(e, &self.further) => {
                     warm_up::subtract(b, e, weight, self.period_s)?;
                 }
                 Operator::Exponential(e) => exponential::subtract(b, e, weight, &observe(&e.observable)?)?,
-                Operator::Step(s) => {
-                    // Of the reading it was refused where terms are selected.
-                    if let Observed::Given(given) = observe(&s.observable)? {
-                        step::subtract(b, s, weight, &given)?;
-                    }
-                }
                 // Of the result itself: solved in the end.
                 Operator::Periodic(_) => {}
-                Operator::Expression(_) => {
-                    let (effect, kind, why) =
-                        (term.effect.clone(), term.operator.kind(), ": no firmware computes it yet");
-                    return Err(PhysicsError::NotGenerated { effect, kind, why });
+                Operator::Lag(_)
+                | Operator::Rate(_)
+                | Operator::Hinge(_)
+                | Operator::Step(_)
+                | Operator::Expression(_) => {
+                    let pair = matches!(model.sensor, Sensor::EddyCurrentPair { .. });
+                    let kind = (&*term.effect, term.operator.kind());
+                    let unread = |why| PhysicsError::NotGenerated {
+                        effect: term.effect.clone(),
+                        kind: kind.1,
+                        why: format!(": {why}"),
+                    };
+                    let tree = Tree::of_term(term, pair).map_err(unread)?;
+                    let (variable, given, period_s) = (&variable, &given[..], self.period_s);
+                    Lowering { b, shared: &mut shared, variable, given, period_s, term: kind }.subtract(
+                        &tree,
+                        &statistic,
+                        &term.effect,
+                    )?;
                 }
             }
         }

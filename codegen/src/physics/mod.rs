@@ -10,19 +10,16 @@ mod builder;
 mod error;
 mod exponent;
 mod exponential;
+mod expression;
 mod extend;
 mod further;
 mod gaussian;
-mod hinge;
-mod lag;
 mod observed;
 mod periodic;
 mod play;
 mod product;
-mod rate;
 mod selection;
 mod shape;
-mod step;
 mod sum;
 mod warm_up;
 mod words;
@@ -35,6 +32,7 @@ use crate::extent::LeftOut;
 
 pub use builder::{ErrorAccount, Known, Tracked};
 pub use error::PhysicsError;
+pub(crate) use expression::Tree;
 pub use further::{Further, FurtherEncoding};
 pub(crate) use selection::by_time;
 
@@ -74,6 +72,14 @@ impl Physics {
     /// An observable of the reading, in its unit, where it is one.
     pub(crate) fn of_reading(&self, name: &str, reading: f64) -> Option<f64> {
         self.sensor.as_ref().and_then(|sensor| of_reading(sensor, name, reading))
+    }
+
+    /// The expression of a term with its coefficients, where it is one.
+    pub(crate) fn tree(&self, term: &Term) -> Option<Tree> {
+        let Operator::Expression(expressed) = &term.operator else { return None };
+        let pair = matches!(self.sensor, Some(Sensor::EddyCurrentPair { .. }));
+        // It was read where the term was lowered.
+        Tree::of(expressed, &term.coefficients, pair).ok()
     }
 
     /// Whether a term is one of harmonics, which have a table of their own.

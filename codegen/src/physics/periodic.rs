@@ -68,7 +68,8 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     };
     let harmonics = Harmonics::of(&periodic, period, middle, one_period);
     let sizes = if one_period { SEGMENTS_LOG2 } else { harmonics.least_segments()..=MOST_SEGMENTS_LOG2 };
-    let refuse = |why| PhysicsError::NotGenerated { effect: effect.clone(), kind: "periodic", why };
+    let refuse =
+        |why: &str| PhysicsError::NotGenerated { effect: effect.clone(), kind: "periodic", why: why.into() };
     let one = Interval::from_int(1);
     let rest = &one - &harmonics.steepest;
     if !one.mul_pow2(-10).certainly_le(&rest.lower()) {

@@ -11,7 +11,7 @@ use crate::options::Options;
 /// The observable that is the time.
 const TIME: &str = "t_s";
 /// Columns of a recording that only the reference instrument of a calibration has.
-const REFERENCE: [&str; 2] = ["reference_arcsec", "reference"];
+const REFERENCE: [&str; 3] = ["reference_arcsec", "reference", "cross_arcsec"];
 
 impl Physics {
     /// The terms of the file: those of the device are generated, but for the effects in `without`; those of
@@ -147,7 +147,8 @@ fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(
         Sensor::Direct { .. } => name == "measured",
     };
     let given = |name: &str| options.further.iter().any(|f| f.observable == name);
-    let refuse = |why: &'static str| Err(PhysicsError::NotGenerated { effect: effect.clone(), kind, why });
+    let refuse =
+        |why: &str| Err(PhysicsError::NotGenerated { effect: effect.clone(), kind, why: why.into() });
     let periodically = matches!(term.operator, Operator::Lag(_) | Operator::Rate(_));
     let needs_period = || PhysicsError::NeedsPeriod { effect: effect.clone(), kind };
     match &term.operator {
@@ -166,6 +167,13 @@ fn can_be_generated(term: &Term, sensor: &Sensor, options: &Options) -> Result<(
     if periodically {
         // The time is that of the calls.
         observables.truncate(1);
+    }
+    if let Operator::Expression(_) = &term.operator {
+        if observables.contains(&"pass") {
+            return refuse(": firmware does not know the number of a pass");
+        }
+        // Of what remembers, the time is that of the calls; where the time is a column, the lowering asks for it.
+        observables.retain(|name| *name != TIME);
     }
     if let Some(name) = observables.into_iter().find(|name| !of_reading(name) && !given(name)) {
         return Err(PhysicsError::Needs { effect, kind, observable: name.into() });

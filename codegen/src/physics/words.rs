@@ -49,7 +49,18 @@ impl Physics {
                 if h.side == fitter::terms::Side::Above { "above" } else { "below" },
                 h.threshold
             ),
-            Operator::Expression(expression) => format!("{}: {}", term.effect, expression.text),
+            Operator::Expression(expression) => {
+                let factors = expression.factors.iter().zip(&term.coefficients);
+                let factors = factors.map(|(factor, c)| format!(", {} = {c:?} {}", factor.name, factor.unit));
+                let fixed = expression.parameters.iter();
+                let fixed = fixed.map(|fixed| format!(", {} = {:?} {}", fixed.name, fixed.value, fixed.unit));
+                let calls = match self.tree(term).is_some_and(|tree| tree.remembers()) {
+                    true => format!(", a call every {:?} s", self.period_s),
+                    false => String::new(),
+                };
+                let stated: String = factors.chain(fixed).chain([calls]).collect();
+                format!("{}: {}{stated}", term.effect, expression.text)
+            }
             Operator::Gaussian(g) => format!(
                 "{}: {:?}·exp(−z²/2), z = ({} − {:?})/{:?}",
                 term.effect, term.coefficients[0], g.observable, g.centre, g.width

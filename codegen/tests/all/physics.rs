@@ -2,6 +2,7 @@
 //! of a reference in `f64` that knows nothing of words, and the compiled C and Rust give the interpreter's bits.
 
 mod compiled;
+mod expression;
 mod refused;
 
 use codegen::format::Format;

@@ -308,6 +308,14 @@ impl Effect {
         let values = self.values(rows, shape, &factors);
         let text = form.sentence.settled(&Read(rows), &form.own(&values));
         let text = text.unwrap_or_else(|_| form.sentence.text.clone());
+        let expressed = self.expressed(form, text, &rows.unit, &values);
+        let width = expressed.factors.len();
+        let map = (0..width).map(|row| (0..width).map(|k| f64::from(u8::from(row == k))).collect()).collect();
+        Handed { operator: Operator::Expression(expressed), map }
+    }
+
+    /// A form of the effect as an expression of these values.
+    fn expressed(&self, form: &Formula, text: String, unit: &str, values: &[f64]) -> Expressed {
         let name =
             |index: &usize| (self.parameter(*index).name.clone(), self.parameter(*index).unit.to_string());
         let is_factor = |index: &&usize| self.made.factors.contains(index);
@@ -319,10 +327,24 @@ impl Effect {
             let (name, unit) = name(index);
             Fixed { name, unit, value: values[*index] }
         });
-        let expressed = Expressed::of(text, &rows.unit, self.made.pair, factors.collect(), fixed.collect());
-        let width = expressed.factors.len();
-        let map = (0..width).map(|row| (0..width).map(|k| f64::from(u8::from(row == k))).collect()).collect();
-        Handed { operator: Operator::Expression(expressed), map }
+        Expressed::of(text, unit, self.made.pair, factors.collect(), fixed.collect())
+    }
+
+    /// The effect as an expression without a recording, every parameter that is searched between numbers in the middle of
+    /// its range, and any other 1.
+    pub fn in_the_middle(&self) -> Expressed {
+        let form = &self.made.declared.adds[0];
+        let middle = |range: Interval| match range {
+            Interval { from, to } if !(from.is_finite() && to.is_finite()) => 1.0,
+            Interval { from, to } if from > 0.0 => (from * to).sqrt(),
+            Interval { from, to } => 0.5 * (from + to),
+        };
+        let mut values = vec![1.0; self.made.declared.parameters.len()];
+        for (parameter, index) in form.sentence.parameters.iter().zip(&form.of) {
+            values[*index] = parameter.range.map_or(1.0, middle);
+        }
+        let sentence = &form.sentence;
+        self.expressed(form, sentence.text.clone(), &sentence.unit.to_string(), &values)
     }
 
     /// The parameters as they are reported.

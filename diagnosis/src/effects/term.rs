@@ -48,7 +48,7 @@ struct Wave {
 /// An operator with its arguments, each with the factor that brings it to the unit that is needed.
 fn parts(node: &Node) -> Option<(&str, &[(Node, f64)])> {
     match node {
-        Node::Apply { operator, arguments, .. } => Some((operator.name(), arguments)),
+        Node::Apply(physics::Applied { operator, arguments, .. }) => Some((operator.name(), arguments)),
         _ => None,
     }
 }
@@ -57,7 +57,7 @@ fn parts(node: &Node) -> Option<(&str, &[(Node, f64)])> {
 fn reads_rows(node: &Node) -> bool {
     match node {
         Node::Column(_) => true,
-        Node::Apply { operator, arguments, .. } => {
+        Node::Apply(physics::Applied { operator, arguments, .. }) => {
             !operator.of_recording() && arguments.iter().any(|(argument, _)| reads_rows(argument))
         }
         _ => false,
@@ -221,7 +221,7 @@ impl<'a> Terms<'a> {
                     self.exponential(self.line_of(&of[0])?, b.1)
                 }
                 (_, Some(("play", of))) => self.play(self.line_of(a)?, of, 1, b.1),
-                (_, Some(("plays", of))) => self.play(self.line_of(a)?, of, physics::USUAL_PLAYS, b.1),
+                (_, Some(("plays", of))) => self.play(self.line_of(a)?, of, physics::ELEMENTS, b.1),
                 _ => None,
             },
             _ => None,
@@ -335,7 +335,9 @@ impl<'a> Terms<'a> {
 fn mentions(node: &Node, parameter: Option<usize>) -> bool {
     match node {
         Node::Parameter(index) => Some(*index) == parameter,
-        Node::Apply { arguments, .. } => arguments.iter().any(|(argument, _)| mentions(argument, parameter)),
+        Node::Apply(physics::Applied { arguments, .. }) => {
+            arguments.iter().any(|(argument, _)| mentions(argument, parameter))
+        }
         _ => false,
     }
 }

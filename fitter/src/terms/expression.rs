@@ -90,8 +90,11 @@ impl Expressed {
         Expressed { observables: observables.unwrap_or_default(), ..made }
     }
 
-    /// The expression, read again.
-    fn sentence(&self, pair: bool) -> Result<Sentence, String> {
+    /// The expression, read again for a pair of probes or another sensor.
+    ///
+    /// # Errors
+    /// A sentence that says what is wrong with it and where.
+    pub fn sentence(&self, pair: bool) -> Result<Sentence, String> {
         let unit = Unit::parse(&self.unit)?;
         let factors = self.factors.iter().map(|factor| (&factor.name, &factor.unit, None));
         // A value is a range of one number: of a factor there is none.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value, pointwise};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
@@ -42,6 +42,17 @@ fn power(x: f64, exponent: f64) -> f64 {
 }
 
 impl Operator for Arithmetic {
+    fn operation(&self) -> Operation {
+        match self.kind {
+            Kind::Sum => Operation::Sum,
+            Kind::Difference => Operation::Difference,
+            Kind::Product => Operation::Product,
+            Kind::Quotient => Operation::Quotient,
+            Kind::Power => Operation::Power,
+            Kind::Negative => Operation::Negative,
+        }
+    }
+
     fn name(&self) -> &'static str {
         self.sign
     }

@@ -2,8 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use super::Operator;
 use super::lowpass::of_time;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
@@ -12,6 +12,10 @@ use crate::quantity::{Agreed, Quantity, UnitError};
 pub struct Delay;
 
 impl Operator for Delay {
+    fn operation(&self) -> Operation {
+        Operation::Delay
+    }
+
     fn name(&self) -> &'static str {
         "delay"
     }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value, pointwise};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -10,6 +10,7 @@ use crate::unit::Unit;
 
 /// A function of the values of one row.
 pub struct Elementary {
+    pub(super) operation: Operation,
     pub(super) name: &'static str,
     pub(super) usage: &'static str,
     pub(super) arguments: usize,
@@ -21,6 +22,10 @@ pub struct Elementary {
 }
 
 impl Operator for Elementary {
+    fn operation(&self) -> Operation {
+        self.operation
+    }
+
     fn name(&self) -> &'static str {
         self.name
     }
@@ -66,6 +71,7 @@ fn of_angle(of: &[Quantity]) -> Result<Agreed, UnitError> {
 }
 
 pub static ABS: Elementary = Elementary {
+    operation: Operation::Abs,
     name: "abs",
     usage: "abs(e)",
     arguments: 1,
@@ -80,6 +86,7 @@ pub static ABS: Elementary = Elementary {
 };
 
 pub static SIGN: Elementary = Elementary {
+    operation: Operation::Sign,
     name: "sign",
     usage: "sign(e)",
     arguments: 1,
@@ -95,6 +102,7 @@ fn sign(x: f64) -> f64 {
 }
 
 pub static MIN: Elementary = Elementary {
+    operation: Operation::Min,
     name: "min",
     usage: "min(a, b)",
     arguments: 2,
@@ -105,6 +113,7 @@ pub static MIN: Elementary = Elementary {
 };
 
 pub static MAX: Elementary = Elementary {
+    operation: Operation::Max,
     name: "max",
     usage: "max(a, b)",
     arguments: 2,
@@ -115,6 +124,7 @@ pub static MAX: Elementary = Elementary {
 };
 
 pub static SQRT: Elementary = Elementary {
+    operation: Operation::Sqrt,
     name: "sqrt",
     usage: "sqrt(e)",
     arguments: 1,
@@ -132,6 +142,7 @@ pub static SQRT: Elementary = Elementary {
 };
 
 pub static EXP: Elementary = Elementary {
+    operation: Operation::Exp,
     name: "exp",
     usage: "exp(e)",
     arguments: 1,
@@ -142,6 +153,7 @@ pub static EXP: Elementary = Elementary {
 };
 
 pub static LOG: Elementary = Elementary {
+    operation: Operation::Log,
     name: "log",
     usage: "log(e)",
     arguments: 1,
@@ -155,6 +167,7 @@ pub static LOG: Elementary = Elementary {
 };
 
 pub static SIN: Elementary = Elementary {
+    operation: Operation::Sin,
     name: "sin",
     usage: "sin(e)",
     arguments: 1,
@@ -165,6 +178,7 @@ pub static SIN: Elementary = Elementary {
 };
 
 pub static COS: Elementary = Elementary {
+    operation: Operation::Cos,
     name: "cos",
     usage: "cos(e)",
     arguments: 1,
@@ -186,6 +200,7 @@ fn of_wave(of: Interval, wave: fn(f64) -> f64, crest: f64) -> Interval {
 }
 
 pub static TANH: Elementary = Elementary {
+    operation: Operation::Tanh,
     name: "tanh",
     usage: "tanh(e)",
     arguments: 1,

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -11,6 +11,7 @@ use crate::unit::Unit;
 
 /// See the module.
 pub struct Figure {
+    operation: Operation,
     name: &'static str,
     usage: &'static str,
     /// Of the values at all rows.
@@ -22,6 +23,7 @@ pub struct Figure {
 }
 
 pub static MEAN: Figure = Figure {
+    operation: Operation::Mean,
     name: "mean",
     usage: "mean(e), over all rows",
     of: mean,
@@ -30,6 +32,7 @@ pub static MEAN: Figure = Figure {
 };
 
 pub static FIRST: Figure = Figure {
+    operation: Operation::First,
     name: "first",
     usage: "first(e), at the first row",
     of: |rows| rows[0],
@@ -38,6 +41,7 @@ pub static FIRST: Figure = Figure {
 };
 
 pub static LOWEST: Figure = Figure {
+    operation: Operation::Lowest,
     name: "lowest",
     usage: "lowest(e), over all rows",
     of: |rows| rows.iter().copied().fold(f64::INFINITY, f64::min),
@@ -46,6 +50,7 @@ pub static LOWEST: Figure = Figure {
 };
 
 pub static HIGHEST: Figure = Figure {
+    operation: Operation::Highest,
     name: "highest",
     usage: "highest(e), over all rows",
     of: |rows| rows.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -54,6 +59,7 @@ pub static HIGHEST: Figure = Figure {
 };
 
 pub static COUNT: Figure = Figure {
+    operation: Operation::Count,
     name: "count",
     usage: "count(e), of the rows at which e is positive",
     of: |rows| rows.iter().filter(|value| **value > 0.0).count() as f64,
@@ -71,6 +77,10 @@ fn place(rows: &[f64], beyond: fn(f64, f64) -> bool) -> usize {
 }
 
 impl Operator for Figure {
+    fn operation(&self) -> Operation {
+        self.operation
+    }
+
     fn name(&self) -> &'static str {
         self.name
     }

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -12,6 +12,10 @@ use crate::unit::Unit;
 pub struct LowPass;
 
 impl Operator for LowPass {
+    fn operation(&self) -> Operation {
+        Operation::LowPass
+    }
+
     fn name(&self) -> &'static str {
         "lowpass"
     }

@@ -18,12 +18,89 @@ use crate::expression::{Expression, binding};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
 
-pub use play::USUAL_PLAYS;
+pub use play::ELEMENTS;
 
 pub(crate) use arithmetic::{DIFFERENCE, NEGATIVE, POWER, PRODUCT, QUOTIENT, SUM};
 
+/// Which operator it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[allow(missing_docs)] // `Operation::usage` says of each how it is written
+pub enum Operation {
+    Sum,
+    Difference,
+    Product,
+    Quotient,
+    Power,
+    Negative,
+    Abs,
+    Sign,
+    Min,
+    Max,
+    Sqrt,
+    Exp,
+    Log,
+    Sin,
+    Cos,
+    Tanh,
+    Hinge,
+    Bump,
+    Step,
+    LowPass,
+    Rate,
+    Delay,
+    Play,
+    Plays,
+    Mean,
+    First,
+    Lowest,
+    Highest,
+    Count,
+}
+
+impl Operation {
+    fn operator(self) -> &'static dyn Operator {
+        let all = FUNCTIONS.iter().chain(&SIGNS);
+        let own = all.copied().find(|operator| operator.operation() == self);
+        own.unwrap_or_else(|| unreachable!("{self:?} is in no list of operators"))
+    }
+
+    /// Its name, or its sign.
+    pub fn name(self) -> &'static str {
+        self.operator().name()
+    }
+
+    /// How it is written.
+    pub fn usage(self) -> &'static str {
+        self.operator().usage()
+    }
+
+    /// Whether its value depends on the rows before.
+    pub fn remembers(self) -> bool {
+        self.operator().remembers()
+    }
+
+    /// The interval of its values, of arguments in the units that it needs.
+    ///
+    /// # Errors
+    /// A sentence, where a value within the arguments' intervals has none.
+    pub fn interval(self, of: &[Interval]) -> Result<Interval, String> {
+        self.operator().interval(of)
+    }
+
+    /// Its value, of arguments in the units that it needs, and the derivatives by them; of a row alone, so that what
+    /// remembers has its value at a first row.
+    pub fn at(self, x: &[f64]) -> (f64, Vec<f64>) {
+        let own = |(index, x): (usize, &f64)| Value { rows: vec![*x], slopes: vec![(index, vec![1.0])] };
+        let of: Vec<Value> = x.iter().enumerate().map(own).collect();
+        let value = self.operator().value(&of, &Time { t_s: &[0.0], pass: &[0] });
+        (value.at(0), (0..x.len()).map(|index| value.slope(index, 0)).collect())
+    }
+}
+
 /// One operator of the language.
 pub trait Operator: Sync {
+    /// Which it is.
+    fn operation(&self) -> Operation;
     /// Its name, or its sign.
     fn name(&self) -> &'static str;
     /// How many arguments it takes.
@@ -71,6 +148,9 @@ pub trait Operator: Sync {
         write!(f, "{}({})", self.name(), arguments.join(", "))
     }
 }
+
+/// All operators that are written as signs.
+static SIGNS: [&dyn Operator; 6] = [SUM, DIFFERENCE, PRODUCT, QUOTIENT, POWER, NEGATIVE];
 
 /// All operators that are written as functions.
 pub static FUNCTIONS: [&dyn Operator; 23] = [

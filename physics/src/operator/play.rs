@@ -3,26 +3,29 @@
 
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 
 /// See the module.
 pub struct Play {
+    operation: Operation,
     name: &'static str,
     usage: &'static str,
     elements: usize,
 }
 
-pub static PLAY: Play = Play { name: "play", usage: "play(e, r) or play(e, r, start)", elements: 1 };
-/// Elements of a distributed play unless they are stated.
-pub const USUAL_PLAYS: usize = 8;
+pub static PLAY: Play =
+    Play { operation: Operation::Play, name: "play", usage: "play(e, r) or play(e, r, start)", elements: 1 };
+/// Elements of a distributed play unless they are stated; the k-th of n has the gap k/n·r.
+pub const ELEMENTS: usize = 8;
 /// Distributed play, as a flexure has it.
 pub static PLAYS: Play = Play {
+    operation: Operation::Plays,
     name: "plays",
     usage: "plays(e, r), plays(e, r, start) or plays(e, r, start, how_many)",
-    elements: USUAL_PLAYS,
+    elements: ELEMENTS,
 };
 
 /// Elements that are run abreast, since each waits for its own last value.
@@ -52,6 +55,10 @@ fn abreast<const ABREAST: usize>(x: &Value, gap: f64, start: f64, elements: usiz
 }
 
 impl Operator for Play {
+    fn operation(&self) -> Operation {
+        self.operation
+    }
+
     fn name(&self) -> &'static str {
         self.name
     }

@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::Operator;
+use super::{Operation, Operator};
 use crate::evaluate::{Time, Value};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
@@ -13,6 +13,10 @@ use crate::unit::Unit;
 pub struct Rate;
 
 impl Operator for Rate {
+    fn operation(&self) -> Operation {
+        Operation::Rate
+    }
+
     fn name(&self) -> &'static str {
         "rate"
     }

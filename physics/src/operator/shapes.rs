@@ -1,5 +1,6 @@
 //! Shapes over a quantity: a slope from a threshold on, a bump, a step.
 
+use super::Operation;
 use super::elementary::Elementary;
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -11,6 +12,7 @@ fn pure_of_common(of: &[Quantity]) -> Result<Agreed, UnitError> {
 }
 
 pub static HINGE: Elementary = Elementary {
+    operation: Operation::Hinge,
     name: "hinge",
     usage: "hinge(e, at), which is max(0, e - at)",
     arguments: 2,
@@ -23,6 +25,7 @@ pub static HINGE: Elementary = Elementary {
 };
 
 pub static BUMP: Elementary = Elementary {
+    operation: Operation::Bump,
     name: "bump",
     usage: "bump(e, centre, width), which is exp(-((e - centre)/width)^2/2)",
     arguments: 3,
@@ -40,6 +43,7 @@ pub static BUMP: Elementary = Elementary {
 };
 
 pub static STEP: Elementary = Elementary {
+    operation: Operation::Step,
     name: "step",
     usage: "step(e, at), which is 1 where e is at or beyond it, else 0",
     arguments: 2,

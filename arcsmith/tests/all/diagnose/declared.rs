@@ -1,4 +1,4 @@
-//! Effects of one's own: named, fitted, applied, and refused where they are wrong.
+//! Effects of one's own: named, fitted, applied, generated, and refused where they are wrong.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -94,12 +94,22 @@ fn a_declared_effect_is_named_fitted_and_applied() {
     let (after, floor) = (left(&angles, &second), 0.5);
     assert!(after < 1.15 * floor, "{after}");
 
-    // Firmware is refused by name.
+    // Firmware needs the current and the period, and then computes it within its bound.
     let out = scene.folder.path().join("firmware").display().to_string();
-    let generated = arcsmith(&["generate", "--coefficients", &coefficients, "--out", &out]);
-    let said = String::from_utf8_lossy(&generated.stderr).into_owned();
-    assert_eq!(generated.status.code(), Some(2), "{said}");
-    assert!(said.contains("coil_heating") && said.contains("expression"), "{said}");
+    let plain = ["--coefficients", &coefficients, "--out", &out];
+    let refused = arcsmith(&[&["generate"], &plain[..]].concat());
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    assert!(said.contains("coil_heating") && said.contains("--further coil_a"), "{said}");
+    let whole =
+        [&plain[..], &["--further", "coil_a=0.06..0.44:counts:12:0.0002:0", "--period-s", "0.1"]].concat();
+    for command in ["generate", "verify"] {
+        let done = arcsmith(&[&[command], &whole[..]].concat());
+        let said = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{command}: {said}");
+    }
+    let head = std::fs::read_to_string(Path::new(&out).join("c/corrected_angle.h")).expect("the head");
+    assert!(head.contains("k * lowpass(coil_a^2, tau), k = "), "{head}");
 }
 
 #[test]
@@ -109,9 +119,16 @@ fn the_check_explains_units_and_columns() {
     let output = arcsmith(&["effects", "check", &effects, "--mirror", &scene.mirror]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    for said in ["coil_a (A)", "k (arcsec/A^2)", "tau from 5 to 5000 s", "rows before"] {
+    for said in ["coil_a (A)", "k (arcsec/A^2)", "tau from 5 to 5000 s", "rows before", "yes, about "] {
         assert!(text.contains(said), "{said}: {text}");
     }
+    let jumping = declare(
+        &scene,
+        &HEATING.replace("lowpass(coil_a^2, tau)", "coil_a^2 * sign(angle) * (1 + tau / 1 [s])"),
+    );
+    let output = arcsmith(&["effects", "check", &jumping, "--mirror", &scene.mirror]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("firmware   no: at a jump (`sign`)"), "{text}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! `strata` makes the sequences, `calls` runs the compiled routine over them, [`model`] is the fitted model in `f64`
 //! with what that may be off; the outputs are held against the bound and against the interpreter's.
 
+mod expression;
 pub mod model;
 mod strata;
 

@@ -9,12 +9,13 @@
 use fitter::error_model::Sensor;
 use fitter::terms::{Operator, Periodic, Side, Term};
 
-use crate::physics::{Further, FurtherEncoding};
+use super::expression::{Cell, Running};
+use crate::physics::{Further, FurtherEncoding, Tree};
 use crate::routine::Routine;
 use crate::verify::fast_reference::FastReference;
 
 /// What a chain of operations may be off, relative to the largest number in it.
-const CHAIN: f64 = 1.0 / (1u64 << 48) as f64;
+pub(super) const CHAIN: f64 = 1.0 / (1u64 << 48) as f64;
 
 /// A further input as its words are read.
 struct Input {
@@ -32,6 +33,8 @@ struct Kept {
     values: Vec<f64>,
     /// The observable at the call before.
     before: f64,
+    /// Of an expression.
+    cells: Vec<Cell>,
 }
 
 /// The model of a routine, somewhere in a sequence of calls.
@@ -39,6 +42,8 @@ pub struct Model<'a> {
     fast_reference: &'a FastReference,
     routine: &'a Routine,
     terms: &'a [Term],
+    /// Of the terms that are expressions.
+    trees: Vec<Option<Tree>>,
     inputs: Vec<Input>,
     period_s: f64,
     /// What one output word is, in the unit of the statistics.
@@ -69,6 +74,7 @@ impl<'a> Model<'a> {
             fast_reference,
             routine,
             terms: &routine.physics.terms,
+            trees: routine.physics.terms.iter().map(|term| routine.physics.tree(term)).collect(),
             inputs: routine.physics.further.iter().map(|f| Input::new(routine, f)).collect(),
             period_s: routine.physics.period_s,
             unit: routine.design.unit.to_f64() * statistic,
@@ -89,18 +95,27 @@ impl<'a> Model<'a> {
         let limited = if reading >= lo { reading.min(hi) } else { lo };
         let measured = self.reading.0 + self.reading.1 * limited;
         let values: Vec<f64> = self.inputs.iter().zip(further).map(|(input, w)| input.value(*w)).collect();
-        let (mut sum, mut size) = (0.0, 0.0);
+        let (mut sum, mut size, mut off) = (0.0, 0.0, 0.0);
         for (index, term) in self.terms.iter().enumerate() {
             let mut kept = std::mem::take(&mut self.kept[index]);
             let observe = |name: &str| self.observe(name, measured, &values);
-            let (value, largest) = one(term, &observe, &mut kept, (begins, self.calls), self.period_s);
+            let calls = (begins, self.calls);
+            if let Some(tree) = &self.trees[index] {
+                let (cells, observe, period_s) = (&mut kept.cells, &observe, self.period_s);
+                let near = Running { cells, next: 0, observe, calls, period_s }.value(tree);
+                sum += near.value;
+                size += near.value.abs();
+                off += near.error;
+            } else {
+                let (value, largest) = one(term, &observe, &mut kept, calls, self.period_s);
+                sum += value;
+                size += largest;
+            }
             self.kept[index] = kept;
-            sum += value;
-            size += largest;
         }
         self.calls += 1;
         let observed = base * self.unit - sum;
-        let mut error = self.fast_reference.error * self.unit + (size + observed.abs()) * CHAIN;
+        let mut error = self.fast_reference.error * self.unit + (size + observed.abs()) * CHAIN + off;
         let periodic: Vec<(&Periodic, &[f64])> = (self.terms.iter())
             .filter_map(|t| match &t.operator {
                 Operator::Periodic(p) => Some((p, t.coefficients.as_slice())),
@@ -221,7 +236,7 @@ fn one(
             let reached = v >= step.at - 4.0 * f64::EPSILON * (v.abs() + step.at.abs());
             (if reached { w } else { 0.0 }, w.abs())
         }
-        // The first is of the result itself and solved in the end, the second was refused before.
+        // The first is of the result itself and solved in the end, the second is not evaluated here.
         Operator::Periodic(_) | Operator::Expression(_) => (0.0, 0.0),
     }
 }

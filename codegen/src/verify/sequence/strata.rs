@@ -197,6 +197,7 @@ fn breaks(routine: &Routine) -> Vec<f64> {
             [-8.0, -1.0, 0.0, 1.0, 8.0].map(|z| (g.observable.clone(), g.centre + z * g.width)).to_vec()
         }
         Operator::Exponential(e) => vec![(e.observable.clone(), e.start)],
+        Operator::Expression(_) => routine.physics.tree(term).map_or(Vec::new(), |tree| tree.thresholds()),
         _ => Vec::new(),
     });
     let (offset, per_word) = measured_by_word(routine);

@@ -53,10 +53,10 @@ impl fmt::Display for Explained {
         for Searched { name, unit, from, to } in searched {
             writeln!(f, "  searched   {name} from {from} to {to} {unit}")?;
         }
-        if *remembers {
-            writeln!(f, "  memory     its value depends on the rows before")?;
+        match remembers {
+            true => writeln!(f, "  memory     its value depends on the rows before"),
+            false => Ok(()),
         }
-        writeln!(f, "  applied    by `apply`; in firmware where it has the form of a term")
     }
 }
 
