@@ -16,6 +16,7 @@ pub mod cli;
 pub mod cost;
 pub mod describe;
 pub mod design;
+pub mod devices;
 mod emit;
 mod estimate;
 mod exact;
@@ -45,7 +46,6 @@ pub mod routine;
 pub mod source;
 pub mod text;
 pub mod turn;
-pub mod units;
 pub mod verify;
 
 pub use builder::Builder;

@@ -5,6 +5,7 @@
 //! by ([`simulate()`]). Nothing here knows who drew a mechanism, or how one is identified.
 
 pub mod effects;
+mod error;
 pub mod integrate;
 pub mod linear;
 mod linear_loop;
@@ -16,9 +17,9 @@ pub mod simulate;
 pub mod values;
 
 pub use effects::{Context, Typical};
-pub use integrate::SimulationError;
+pub use error::RunError;
 pub use mechanism::Mechanism;
-pub use model::{Model, RunError, Start};
+pub use model::{Model, Start};
 pub use series::Series;
 pub use signal::{Edge, Signal};
 pub use simulate::{Begin, simulate};

@@ -7,7 +7,6 @@ mod drive_path;
 pub mod effects;
 mod estimate;
 mod expected;
-mod fault;
 mod feedback;
 mod floor;
 mod gram;
@@ -34,10 +33,7 @@ mod structure;
 mod turns;
 mod verdict;
 
-/// The report of a recording.
-pub use crate::report::of_motion as page;
 pub use diagnose::{Case, DynamicOutcome, Options, OwnSimulation, diagnose};
-pub use fault::DynamicError;
 #[doc(hidden)]
 pub use feedback::filter::low_pass;
 pub use recording::{DynamicRecording, Reading};

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fitter::error_model::Sensor;
+use fitter::message::Message;
 use fitter::terms::{Expressed, ExpressionFactor, Fixed, Operator};
 use physics::{Columns, DeclarationError, Declared, Interval, Time, Unit, Value};
 use serde::Serialize;
@@ -49,11 +50,10 @@ pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<DeclaredEffec
 ///
 /// # Errors
 /// As [`read`], or the file cannot be read.
-pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<DeclaredEffect>, DeclarationError> {
+pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<DeclaredEffect>, Message> {
     let file = fitter::text_safety::path(path);
-    let text = fitter::input::parsed(path)
-        .map_err(|error| DeclarationError::File { file: file.clone(), what: error.to_string() })?;
-    read(&file, &text, sensor)
+    let text = fitter::input::parsed(path, "file of effects (TOML)")?;
+    read(&file, &text, sensor).map_err(Message::of)
 }
 
 /// What a declared effect says, for its author.
