@@ -89,8 +89,8 @@ errors! {
         Separator { at: FileLine } =>
             at(at) found("columns separated by spaces") expected("commas, semicolons or tabs")
             mend("export it as comma-separated values");
-        MappedColumn { file: String, target: String, column: String, found: String, similar: Option<String> } =>
-            at(file) says("{target}={column} is mapped, but there is no column `{column}`")
+        MappedColumn { file: String, mapping: String, found: String, similar: Option<String> } =>
+            at(file) says("{mapping} is mapped, but there is no such column")
             found("{found}")
             mend("{}", similar.as_ref().map_or("map one of these".into(), |name| format!("did you mean `{name}`?")))
             by(map);
