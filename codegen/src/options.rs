@@ -165,7 +165,7 @@ impl Options {
             "bound",
             self.bound.map_or(Ok(()), |bound| above_zero(bound.min(limits::LARGEST))),
         )?;
-        named("the range", "from", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
+        named("the range", "range", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
         named("the time between two calls", "period_s", self.period_s.map_or(Ok(()), above_zero))?;
         for routine in &self.routines {
             match routine.input.encoding {

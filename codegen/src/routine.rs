@@ -51,16 +51,16 @@ fitter::errors! {
             says("the range {from}…{to} {unit} is wider than the recording, which covers \
                 {covered_from}…{covered_to} {unit}: nothing is known of the error beyond")
             mend("narrow it, or allow to extrapolate and read what the generated head says")
-            by(from) by(to) by(extrapolate);
+            by(range) by(extrapolate);
         EmptyRange(a: f64, b: f64) =>
-            says("the range {a}…{b} is empty") mend("give its lower end first, both as finite numbers") by(from) by(to);
+            says("the range {a}…{b} is empty") mend("give its lower end first, both as finite numbers") by(range);
         Unreachable { format: &'static str, wanted: f64, reachable: f64, degree: usize, unit: String } =>
             says("no {format} routine of degree {LARGEST_DEGREE} or less is proven within {wanted:e} {unit}: \
                 the best is {reachable:.3e} {unit} at degree {degree}")
             mend("ask for that, or for another format, input or output");
         Table { degree: usize, segments: usize } =>
             says("a table of {segments} polynomials of degree {degree}")
-            mend("give degree 1 to 3 and 2 to 4096 segments, 2x32 for example");
+            mend("give degree 1 to 3 and 2 to 4096 segments, 2x32 for example") by(table);
         TableFormat(it: &'static str) =>
             says("a table needs 32-bit words") found("format {it}") expected("q31 or q31-split") by(format);
         TableUnreachable { suffix: String, wanted: f64, reachable: f64, unit: String } =>

@@ -30,9 +30,12 @@ macro_rules! refused {
     ($($text:tt)*) => { ::fitter::message::Message::of(format_args!($($text)*)) };
 }
 
-/// The option of every command that sets a value: it has the value's name.
+/// The option of every command that sets a value: it has the value's name, but for the range, whose ends are two.
 fn option(value: &str) -> String {
-    format!("--{}", value.replace('_', "-"))
+    match value {
+        "range" => "--from, --to".into(),
+        value => format!("--{}", value.replace('_', "-")),
+    }
 }
 
 /// How much is said and read, for every command.

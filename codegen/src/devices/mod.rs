@@ -113,10 +113,10 @@ fitter::errors! {
             says("device {device} is an encoder, of a whole turn") mend("generate its routine by itself");
         Range { low: String, from: f64, high: String, to: f64, unit: String } =>
             says("the devices have no range in common: {low} begins at {from} {unit} and {high} ends at {to} {unit}")
-            mend("state a range and allow to extrapolate, or leave one of them out") by(from) by(to) by(extrapolate);
+            mend("state a range and allow to extrapolate, or leave one of them out") by(range) by(extrapolate);
         BeyondRecording { name: String, from: f64, to: f64, covered_from: f64, covered_to: f64, unit: String } =>
             says("device {name} covers {covered_from}…{covered_to} {unit}, not {from}…{to} {unit}")
-            mend("narrow the range, or allow to extrapolate") by(from) by(to) by(extrapolate);
+            mend("narrow the range, or allow to extrapolate") by(range) by(extrapolate);
         Format(it: &'static str) =>
             says("pages hold 32-bit words") found("format {it}") expected("q31 or q31-split") by(format);
         Margin(it: f64) =>

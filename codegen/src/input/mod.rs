@@ -83,7 +83,7 @@ fitter::errors! {
             mend("give the reading that the largest word stands for, a positive number") by(full_scale);
         DoesNotReach { from: f64, to: f64, range_from: f64, range_to: f64, what: &'static str } =>
             says("the input reaches {from}…{to} only, the range is {range_from}…{range_to}")
-            mend("narrow the range or change {what}") by(from) by(to);
+            mend("narrow the range or change {what}") by(range);
         NoResolution(a: f64, b: f64) => says("the range {a}…{b} holds fewer than two inputs of this form");
         Unlimited =>
             says("this input needs its limits, or some argument would overflow")
