@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use codegen::refused;
 use fitter::recording::{Purpose, Reading};
-use fitter::{acceptance, apply, coefficients, output, text_safety};
+use fitter::{acceptance, apply, coefficients, output};
 use serde_json::json;
 
 use crate::fit::{MapArgs, read, waiting};
@@ -39,7 +39,7 @@ pub fn run(args: &ApplyArgs, common: Common) -> Result<()> {
     output::not_the_input(&args.out, &[&args.recording, &args.coefficients])?;
     let coefficients = coefficients::read(&args.coefficients)?;
     let usable = acceptance::to_apply(&coefficients);
-    usable.map_err(|refusal| refused!("{}: {refusal}; fit again", text_safety::path(&args.coefficients)))?;
+    usable.map_err(|refusal| refused!("{refusal}").at(&args.coefficients).mend("fit again"))?;
     let reading =
         Reading { purpose: Purpose::Apply, mappings: &args.map.map, sensor: Some(&coefficients.sensor) };
     let recording = read(&args.recording, &reading, common)?;

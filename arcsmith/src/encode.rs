@@ -64,9 +64,8 @@ enum Family {
 pub fn run(options: &Encode, common: Common) -> Result<()> {
     for (name, value, most) in [("--turns", options.turns, 1000.0), ("--speed", options.speed, 36_000.0)] {
         if !(value > 0.0 && value <= most) {
-            return Err(refused!(
-                "{name} is {value}, expected a number above 0 and up to {most}; correct it"
-            ));
+            let expected = format!("a number above 0 and up to {most}");
+            return Err(refused!("{name} is {value}").expected(expected).mend("correct it"));
         }
     }
     let encoder = Encoder::from_seed(options.device_seed.unwrap_or(options.seed));

@@ -40,7 +40,9 @@ enum Kind {
 pub fn run(args: &InitArgs, common: Common) -> Result<()> {
     let out = args.out.display().to_string();
     if args.out.is_file() && !args.force {
-        return Err(refused!("{out}: is there already; give another --out, or --force to write over it"));
+        return Err(refused!("is there already")
+            .at(&out)
+            .mend("give another --out, or --force to write over it"));
     }
     let text = match args.kind {
         Kind::Mirror => mirror::PAIR_FILE,

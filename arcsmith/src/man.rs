@@ -29,7 +29,7 @@ pub fn run(args: &ManArgs, mut program: Command, common: Common) -> Result<()> {
         return Ok(());
     };
     if !folder.is_dir() {
-        return Err(refused!("{}: is no folder; make it, or give another --out", folder.display()));
+        return Err(refused!("is no folder").at(folder).mend("make it, or give another --out"));
     }
     let mut pages = Vec::new();
     collect("", program, &mut pages)?;

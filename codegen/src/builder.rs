@@ -26,38 +26,33 @@
 
 use std::path::{Path, PathBuf};
 
+use fitter::message::Message;
 use fitter::output::OutputError;
 
 use crate::accepted::{NotAccepted, accepted};
 use crate::cost::Core;
-use crate::explore::{self, ChoiceError, Wanted};
+use crate::explore::{self, Wanted};
 use crate::files;
 use crate::format::Format;
 use crate::generate::{self, GenerateError, Generated};
 use crate::language;
 use crate::options::{CShift, Ends, Method, Options, OutOfRange};
-use crate::source::{Source, SourceError};
+use crate::routine::RoutineError;
+use crate::source::Source;
 
-/// Why a build script could not generate; each is a sentence that says what to change.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum BuildError {
-    /// Nothing is named to generate from.
-    #[error("nothing is named to generate from: call `coefficients` or `recording`")]
-    NoSource,
-    /// The coefficients leave more than they explain, or cannot be evaluated.
-    #[error(transparent)]
-    NotAccepted(#[from] NotAccepted),
-    /// The coefficients or the recording.
-    #[error(transparent)]
-    Source(Box<SourceError>),
-    /// No routine for the target meets the bound in the flash.
-    #[error(transparent)]
-    Choose(#[from] ChoiceError),
-    #[error(transparent)]
-    Generate(#[from] GenerateError),
-    #[error(transparent)]
-    Write(#[from] OutputError),
+fitter::errors! {
+    /// Why a build script could not generate; each is a sentence that says what to change.
+    #[derive(Debug)]
+    pub enum BuildError {
+        NoSource => says("nothing is named to generate from: call `coefficients` or `recording`");
+    }
+    from {
+        NotAccepted(NotAccepted),
+        Source(Message),
+        Choose(RoutineError),
+        Generate(GenerateError),
+        Write(OutputError),
+    }
 }
 
 /// What is to be generated; see the [module](self).
@@ -187,7 +182,7 @@ impl Builder {
     /// [`BuildError`]: the source cannot be read, or no routine meets what is asked.
     pub fn generate(&self) -> Result<Generated, BuildError> {
         let source = self.source.as_ref().ok_or(BuildError::NoSource)?;
-        let (coefficients, sha256) = source.load().map_err(|error| BuildError::Source(Box::new(error)))?;
+        let (coefficients, sha256) = source.load()?;
         let mut options = self.options.clone();
         accepted(&coefficients, &options)?;
         if coefficients.whole_turn() {
@@ -257,7 +252,10 @@ mod tests {
         let builder = Builder::new().demo().target(Core::CortexM0).bound_arcsec(1e-9);
         let error = builder.write_to(folder.path()).unwrap_err();
         assert!(
-            matches!(error, BuildError::Choose(ChoiceError::Flash { .. } | ChoiceError::Bound { .. })),
+            matches!(
+                error,
+                BuildError::Choose(RoutineError::NoneFits { .. } | RoutineError::NoneWithin { .. })
+            ),
             "{error}"
         );
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -283,7 +281,7 @@ mod tests {
         assert!(error.to_string().contains("leaves 12.0 arcsec rms at a noise of 0.200 arcsec"), "{error}");
         let generated = builder.accept_unexplained().generate().unwrap();
         let open = generated.certificate.reservation.unwrap();
-        assert!(open.contains("ended `unexplained`") && open.contains("--accept-unexplained"), "{open}");
+        assert!(open.contains("ended `unexplained`") && open.contains("as was asked for"), "{open}");
         for path in ["c/corrected_angle.h", "c/corrected_angle.c", "src/corrected_angle_q31.rs"] {
             let head = generated.files[Path::new(path)].lines().take(20).collect::<Vec<_>>().join(" ");
             assert!(

@@ -2,8 +2,8 @@
 
 use crate::bound::{Bound, Overflows};
 use crate::exact::Interval;
-use crate::output::{Output, OutputError};
-use crate::physics::ErrorAccount;
+use crate::output::Output;
+use crate::physics::{ErrorAccount, PhysicsError};
 use crate::program::{Program, Stage};
 
 /// A routine as designed: program, bound, and what its output word stands for.
@@ -27,18 +27,16 @@ pub struct Design {
     pub account: Option<ErrorAccount>,
 }
 
-/// Why there is no design.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum DesignError {
-    /// The output cannot be expressed.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// The terms of further physics cannot be generated.
-    #[error(transparent)]
-    Physics(crate::physics::PhysicsError),
-    /// No format is coarse enough.
-    #[error(transparent)]
-    Overflows(#[from] Overflows),
+fitter::errors! {
+    /// Why there is no design.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum DesignError {
+        FloatOnly => says("float arithmetic gives a float") mend("use output f32, or a fixed-point format");
+        /// A decimal unit too fine or too coarse for the range.
+        Decimal { digits: u32 } =>
+            says("10^-{digits} of the unit does not suit this range in 32 bits") mend("use another output");
+    }
+    from { Physics(PhysicsError), Overflows(Overflows) }
 }
 
 impl DesignError {
@@ -48,7 +46,7 @@ impl DesignError {
     pub fn for_output(self, output: Output) -> Self {
         match (&self, output.decimal_digits()) {
             (DesignError::Overflows(Overflows { stage: Stage::Output, .. }), Some(digits)) => {
-                DesignError::Output(OutputError::Decimal { digits })
+                DesignError::Decimal { digits }
             }
             _ => self,
         }

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use minijinja::value::Serde;
 use minijinja::{Value, context};
 
 use crate::certificate::{Certificate, Entry};
@@ -26,7 +27,7 @@ pub struct Described<'a> {
     pub program: &'a Program,
     /// Whether it corrects the counts of a turn.
     pub counts: bool,
-    /// What contract and frames say of it beside that: see `templates/contract.txt.jinja`.
+    /// What contract and frames say of it beside `entry`, all of which they can read: see `templates/contract.txt.jinja`.
     pub words: Value,
 }
 
@@ -113,6 +114,7 @@ impl<'a> Printer<'a> {
         let state: Vec<String> = program.state.iter().map(|w| each(&w.name, &w.meaning)).collect();
         let said = context! {
             name,
+            entry => Value::from(Serde(entry)),
             type_name => text::camel_case(name),
             upper => name.to_uppercase(),
             names => program.arguments.iter().map(|a| &*a.name).collect::<String>(),

@@ -171,36 +171,17 @@ pub struct Wanted<'a> {
     pub flash_bytes: Option<usize>,
 }
 
-/// Why nothing was chosen.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum ChoiceError {
-    /// No candidate could be designed at all.
-    #[error(transparent)]
-    Routine(#[from] RoutineError),
-    /// None meets the bound.
-    #[error(
-        "no routine for {core} is proven within {wanted:e} {unit}: the nearest that can be had is {nearest}"
-    )]
-    Bound { core: &'static str, wanted: f64, unit: String, nearest: String },
-    /// None that meets the bound is small enough.
-    #[error(
-        "no routine for {core} within {wanted:e} {unit} fits {flash} bytes of flash: the nearest that can be had is {nearest}"
-    )]
-    Flash { core: &'static str, wanted: f64, unit: String, flash: usize, nearest: String },
-}
-
 /// Puts the chosen routine and its degree into `options`; `done` is told how many candidates of how many are
 /// through.
 ///
 /// # Errors
-/// [`ChoiceError`], which names the nearest that can be had.
+/// [`RoutineError`], which names the nearest that can be had.
 pub fn choose(
     coefficients: &Coefficients,
     options: &mut Options,
     wanted: &Wanted,
     done: &(dyn Fn(usize, usize) + Sync),
-) -> Result<(), ChoiceError> {
+) -> Result<(), RoutineError> {
     let quantity = Quantity::of(&coefficients.error_model());
     let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
     let bound =
@@ -217,14 +198,14 @@ pub fn choose(
 /// ones the smaller, then the more exact.
 ///
 /// # Errors
-/// [`ChoiceError`], which names the nearest candidate that can be had.
+/// [`RoutineError`], which names the nearest candidate that can be had.
 pub fn cheapest<'a>(
     candidates: &'a [Candidate],
     core: Core,
     bound: f64,
     flash_bytes: Option<usize>,
     unit: &str,
-) -> Result<&'a Candidate, ChoiceError> {
+) -> Result<&'a Candidate, RoutineError> {
     let told = |c: &Candidate| {
         let cost = c.cost(core);
         format!(
@@ -240,7 +221,7 @@ pub fn cheapest<'a>(
     if exact.is_empty() {
         let nearest =
             candidates.iter().min_by(|a, b| a.bound.total_cmp(&b.bound)).map(told).unwrap_or_default();
-        return Err(ChoiceError::Bound { core: core_name, wanted: bound, unit, nearest });
+        return Err(RoutineError::NoneWithin { core: core_name, wanted: bound, unit, nearest });
     }
     let small = exact.iter().filter(|c| flash_bytes.is_none_or(|f| c.cost(core).flash_bytes <= f));
     let key = |c: &Candidate| {
@@ -251,7 +232,7 @@ pub fn cheapest<'a>(
     small.min_by(order).copied().ok_or_else(|| {
         let smallest =
             exact.iter().min_by_key(|c| c.cost(core).flash_bytes).map(|c| told(c)).unwrap_or_default();
-        ChoiceError::Flash {
+        RoutineError::NoneFits {
             core: core_name,
             wanted: bound,
             unit,

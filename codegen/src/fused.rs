@@ -7,7 +7,7 @@ use crate::design::{Design, DesignError};
 use crate::exact::{Interval, Polynomial};
 use crate::format::Format;
 use crate::input::InputPlan;
-use crate::output::{Output, OutputError};
+use crate::output::Output;
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
@@ -161,7 +161,7 @@ impl Grid {
         format: Format,
         output: Output,
         units: &[i64],
-    ) -> Result<(Program, Interval), OutputError> {
+    ) -> Result<(Program, Interval), DesignError> {
         let mut p = plan.program.clone();
         let x = Operand::Step(p.variable);
         let n = units.len() - 1;
@@ -193,7 +193,7 @@ impl Grid {
                 if output == Output::F32 {
                     Ok((p, Interval::from_int(1)))
                 } else {
-                    Err(OutputError::FloatOnly)
+                    Err(DesignError::FloatOnly)
                 }
             }
         }

@@ -43,35 +43,24 @@ pub struct Generated {
     pub unreachable: Vec<RoutineError>,
 }
 
-/// Why nothing was generated.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum GenerateError {
-    #[error(transparent)]
-    NotAccepted(#[from] NotAccepted),
-    /// A routine could not be designed.
-    #[error(transparent)]
-    Routine(#[from] RoutineError),
-    /// A name that no source can carry.
-    #[error(
-        "{what} {name:?} is not an identifier: give letters, digits and underscores, a letter first, and no keyword of C or Rust"
-    )]
-    Name { what: &'static str, name: String },
-    /// A name that already means something.
-    #[error("--name {name}: this is {why}; give another name")]
-    ReservedName { name: String, why: &'static str },
-    /// The routine of a sensor that turns round and round.
-    #[error(transparent)]
-    Turn(#[from] TurnError),
-    /// Two routines would have one name.
-    #[error("{0} is asked for twice: each format and table gives one routine")]
-    Twice(String),
-    /// A defect of a template.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// A defect of serialisation.
-    #[error("the certificate cannot be written as JSON: {0}")]
-    Json(#[from] serde_json::Error),
+fitter::errors! {
+    /// Why nothing was generated.
+    #[derive(Debug)]
+    pub enum GenerateError {
+        Name { what: &'static str, name: String } =>
+            says("{what} {name:?} is not an identifier")
+            mend("give letters, digits and underscores, a letter first, and no keyword of C or Rust");
+        ReservedName { name: String, why: &'static str } =>
+            says("the name {name} cannot be taken: this is {why}") mend("give another name") by(name);
+        Twice(it: String) => says("{it} is asked for twice: each format and table gives one routine");
+    }
+    from {
+        NotAccepted(NotAccepted),
+        Routine(RoutineError),
+        Turn(TurnError),
+        Render(RenderError),
+        Json(serde_json::Error),
+    }
 }
 
 /// SHA-256 in hexadecimal.

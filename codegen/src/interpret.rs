@@ -42,6 +42,8 @@ pub struct Overflow {
     pub ty: Type,
 }
 
+fitter::errors!(plain Overflow);
+
 /// Runs `program` on one word for each argument.
 ///
 /// # Errors

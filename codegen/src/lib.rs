@@ -17,6 +17,7 @@ pub mod cli;
 pub mod cost;
 pub mod describe;
 pub mod design;
+pub mod devices;
 mod emit;
 mod estimate;
 mod exact;
@@ -46,7 +47,6 @@ pub mod routine;
 pub mod source;
 pub mod text;
 pub mod turn;
-pub mod units;
 pub mod verify;
 
 pub use builder::Builder;

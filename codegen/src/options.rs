@@ -2,6 +2,7 @@
 
 use fitter::limits;
 
+use crate::accepted::NotAccepted;
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
@@ -149,47 +150,43 @@ pub struct Options {
     pub encoder: Encoder,
 }
 
-/// A number that nothing can be computed with.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{option} {reason}; give a number that a sensor can have")]
-pub struct OptionError {
-    /// The option.
-    pub option: String,
-    /// What it is and what was expected.
-    pub reason: String,
-}
-
 impl Options {
     /// Whether all numbers that are asked for can be computed with, see [`fitter::limits`].
     ///
     /// # Errors
-    /// [`OptionError`], the first that cannot.
-    pub fn within_limits(&self) -> Result<(), OptionError> {
-        let named = |option: &str, checked: Result<(), String>| {
-            checked.map_err(|reason| OptionError { option: option.into(), reason })
+    /// [`NotAccepted::Number`], the first that cannot.
+    pub fn within_limits(&self) -> Result<(), NotAccepted> {
+        let named = |of: &str, value, checked: Result<(), String>| {
+            checked.map_err(|reason| NotAccepted::Number { of: of.into(), reason, value })
         };
         // No bound is too large: it is met at once.
-        named("--bound", self.bound.map_or(Ok(()), |bound| above_zero(bound.min(limits::LARGEST))))?;
-        named("--from … --to", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
-        named("--period-s", self.period_s.map_or(Ok(()), above_zero))?;
+        named(
+            "the bound",
+            "bound",
+            self.bound.map_or(Ok(()), |bound| above_zero(bound.min(limits::LARGEST))),
+        )?;
+        named("the range", "range", self.range.map_or(Ok(()), |(from, to)| ends(from, to)))?;
+        named("the time between two calls", "period_s", self.period_s.map_or(Ok(()), above_zero))?;
         for routine in &self.routines {
             match routine.input.encoding {
                 Encoding::F32 => {}
                 Encoding::Q31 { full_scale } => {
-                    named("--full-scale", full_scale.map_or(Ok(()), above_zero))?;
+                    named("the full scale", "full_scale", full_scale.map_or(Ok(()), above_zero))?;
                 }
                 Encoding::Counts { gain, offset, .. } => {
-                    named("--gain", above_zero(gain))?;
-                    named("--offset", limits::place(offset))?;
+                    named("the gain", "gain", above_zero(gain))?;
+                    named("the count of zero", "offset", limits::place(offset))?;
                 }
             }
         }
         for input in &self.further {
-            let option = |what: &str| format!("--further {}: the {what}", input.observable);
-            named(&option("range"), ends(input.from, input.to))?;
+            let named = |what: &str, checked| {
+                named(&format!("the {what} of {}", input.observable), "further", checked)
+            };
+            named("range", ends(input.from, input.to))?;
             if let FurtherEncoding::Counts { gain, offset, .. } = input.encoding {
-                named(&option("gain"), above_zero(gain))?;
-                named(&option("count of zero"), limits::place(offset))?;
+                named("gain", above_zero(gain))?;
+                named("count of zero", limits::place(offset))?;
             }
         }
         Ok(())

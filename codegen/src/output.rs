@@ -1,5 +1,6 @@
 //! What a routine returns: the angle in floats, as a power-of-two fraction of its unit, or as a decimal one.
 
+use crate::design::DesignError;
 use crate::exact::Interval;
 use crate::format::Format;
 use crate::program::{Op, Operand, Program, Stage, Type};
@@ -17,20 +18,6 @@ pub enum Output {
     Micro,
     /// `f32` in the unit.
     F32,
-}
-
-/// The output's format does not fit the routine.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum OutputError {
-    /// Integer output from float arithmetic.
-    #[error("float arithmetic gives a float: use output f32, or a fixed-point format")]
-    FloatOnly,
-    /// A decimal unit too fine or too coarse for the range.
-    #[error("10^-{digits} of the unit does not suit this range in 32 bits: use another output")]
-    Decimal {
-        /// The number of decimal digits.
-        digits: u32,
-    },
 }
 
 impl Output {
@@ -56,21 +43,21 @@ impl Output {
     /// Appends the steps from y·2^−`bits` to the result; gives what one unit of the result stands for.
     ///
     /// # Errors
-    /// [`OutputError::Decimal`] where the factor does not fit 32 bits.
+    /// [`DesignError::Decimal`] where the factor does not fit 32 bits.
     pub fn from_fixed(
         self,
         p: &mut Program,
         format: Format,
         y: Operand,
         bits: i64,
-    ) -> Result<Interval, OutputError> {
+    ) -> Result<Interval, DesignError> {
         let decimal = |p: &mut Program, digits: u32, note: &str| {
             // y·10^digits·2^−bits = ⌊y·m·2⁻³²⌋·2^shift with m = 10^digits·2^(32 − bits − shift).
             let power = Interval::from_int(10i64.pow(digits));
             let shift = (0..8).find(|shift| {
                 power.mul_pow2(32 - bits - shift).certainly_le(&Interval::from_int(i64::from(i32::MAX)))
             });
-            let error = OutputError::Decimal { digits };
+            let error = DesignError::Decimal { digits };
             let shift = shift.ok_or_else(|| error.clone())?;
             let factor = power.mul_pow2(32 - bits - shift);
             let m = factor.floor_to_i64().filter(|m| Interval::from_int(*m) == factor).ok_or(error)?;

@@ -243,7 +243,7 @@ pub struct Program {
     pub variable_exponent: i64,
     /// What is kept from call to call; empty for a function.
     pub state: Vec<StateWord>,
-    /// Coefficients that arrive in a page ([`crate::units`]); empty for a routine with its own.
+    /// Coefficients that arrive in a page ([`crate::devices`]); empty for a routine with its own.
     pub page: Vec<PageWord>,
 }
 

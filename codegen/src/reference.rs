@@ -54,6 +54,8 @@ pub struct TooSteep {
     pub probe_distance_mm: f64,
 }
 
+fitter::errors!(plain TooSteep);
+
 impl Reference {
     /// Encloses the corrected angle of `model` for v from `from` to `to` (points), |v| ≤ 1.
     ///

@@ -18,6 +18,8 @@ pub struct RenderError {
     pub cause: Box<minijinja::Error>,
 }
 
+fitter::errors!(plain RenderError);
+
 /// The templates of no language.
 const COMMON: &[(&str, &str)] = &[
     ("provenance.txt", include_str!("../../templates/provenance.txt.jinja")),

@@ -43,62 +43,44 @@ const MOST_HEADROOM: i64 = 6;
 /// Part of the bound that is wanted below which the distance of the polynomial does not matter.
 const NO_MATTER: f64 = 1e-3;
 
-/// Why there is no routine.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum RoutineError {
-    /// The range is wider than the recording.
-    #[error(
-        "the range {from}…{to} {unit} is wider than the recording, which covers {covered_from}…{covered_to} {unit}: \
-         nothing is known of the error beyond; narrow it, or give --extrapolate and read what the generated head says"
-    )]
-    BeyondRecording { from: f64, to: f64, covered_from: f64, covered_to: f64, unit: String },
-    /// An empty, reversed or not finite range.
-    #[error("the range {0}…{1} is empty: give its lower end first, both as finite numbers")]
-    EmptyRange(f64, f64),
-    /// The bound cannot be met.
-    #[error(
-        "no {format} routine of degree {LARGEST_DEGREE} or less is proven within {wanted:e} {unit}: \
-         the best is {reachable:.3e} {unit} at degree {degree}; ask for that, or for another format, input or output"
-    )]
-    Unreachable { format: &'static str, wanted: f64, reachable: f64, degree: usize, unit: String },
-    /// A table of unusual size.
-    #[error(
-        "a table of {segments} polynomials of degree {degree}: give degree 1 to 3 and 2 to 4096 segments, 2x32 for example"
-    )]
-    Table { degree: usize, segments: usize },
-    /// A table in a format without 32-bit words.
-    #[error("a table needs 32-bit words: format q31 or q31-split, not {0}")]
-    TableFormat(&'static str),
-    /// The table's bound is too large.
-    #[error(
-        "{suffix} is proven within {reachable:.3e} {unit} only, not {wanted:e}: ask for more segments or a higher degree"
-    )]
-    TableUnreachable { suffix: String, wanted: f64, reachable: f64, unit: String },
-    /// The output's unit alone is coarser than the bound.
-    #[error(
-        "the output counts in 10^-{digits} of the unit, that is {step:.3e} {unit}, of which half may be rounded away: \
-         nothing is proven within {wanted:e} {unit}; ask for a finer output or a larger bound"
-    )]
-    CoarseOutput { digits: u32, step: f64, wanted: f64, unit: String },
-    /// A bound that is 0, negative or not finite.
-    #[error("the bound is {0}: give a positive number")]
-    Bound(f64),
-    /// A degree that is not tried.
-    #[error("the degree is {0}: give 1 to {LARGEST_DEGREE}")]
-    Degree(usize),
-    /// The input does not fit.
-    #[error(transparent)]
-    Input(#[from] InputError),
-    /// The terms of further physics.
-    #[error(transparent)]
-    Physics(#[from] PhysicsError),
-    /// The range is too wide for the geometry.
-    #[error(transparent)]
-    TooSteep(#[from] TooSteep),
-    /// No program of this format.
-    #[error(transparent)]
-    Design(#[from] DesignError),
+fitter::errors! {
+    /// Why there is no routine.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum RoutineError {
+        BeyondRecording { from: f64, to: f64, covered_from: f64, covered_to: f64, unit: String } =>
+            says("the range {from}…{to} {unit} is wider than the recording, which covers \
+                {covered_from}…{covered_to} {unit}: nothing is known of the error beyond")
+            mend("narrow it, or allow to extrapolate and read what the generated head says")
+            by(range) by(extrapolate);
+        EmptyRange(a: f64, b: f64) =>
+            says("the range {a}…{b} is empty") mend("give its lower end first, both as finite numbers") by(range);
+        Unreachable { format: &'static str, wanted: f64, reachable: f64, degree: usize, unit: String } =>
+            says("no {format} routine of degree {LARGEST_DEGREE} or less is proven within {wanted:e} {unit}: \
+                the best is {reachable:.3e} {unit} at degree {degree}")
+            mend("ask for that, or for another format, input or output");
+        Table { degree: usize, segments: usize } =>
+            says("a table of {segments} polynomials of degree {degree}")
+            mend("give degree 1 to 3 and 2 to 4096 segments, 2x32 for example") by(table);
+        TableFormat(it: &'static str) =>
+            says("a table needs 32-bit words") found("format {it}") expected("q31 or q31-split") by(format);
+        TableUnreachable { suffix: String, wanted: f64, reachable: f64, unit: String } =>
+            says("{suffix} is proven within {reachable:.3e} {unit} only, not {wanted:e}")
+            mend("ask for more segments or a higher degree");
+        CoarseOutput { digits: u32, step: f64, wanted: f64, unit: String } =>
+            says("the output counts in 10^-{digits} of the unit, that is {step:.3e} {unit}, of which half \
+                may be rounded away: nothing is proven within {wanted:e} {unit}")
+            mend("ask for a finer output or a larger bound");
+        Bound(it: f64) => says("the bound is {it}") mend("give a positive number") by(bound);
+        Degree(it: usize) => says("the degree is {it}") mend("give 1 to {LARGEST_DEGREE}") by(degree);
+        /// No candidate for a core meets the bound.
+        NoneWithin { core: &'static str, wanted: f64, unit: String, nearest: String } =>
+            says("no routine for {core} is proven within {wanted:e} {unit}: the nearest that can be had is {nearest}");
+        /// None that meets it is small enough.
+        NoneFits { core: &'static str, wanted: f64, unit: String, flash: usize, nearest: String } =>
+            says("no routine for {core} within {wanted:e} {unit} fits {flash} bytes of flash: the nearest that can be \
+                had is {nearest}") by(flash_bytes);
+    }
+    from { Input(InputError), Physics(PhysicsError), TooSteep(TooSteep), Design(DesignError) }
 }
 
 /// Designs the routine `wanted` for `coefficients`: of the lowest degree whose proven bound is small enough.

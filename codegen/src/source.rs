@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use fitter::coefficients::{Coefficients, CoefficientsError};
+use fitter::coefficients::Coefficients;
+use fitter::message::Message;
 #[cfg(feature = "recordings")]
-use fitter::{FitError, KeyError, Mirror, Recording, RecordingError, text_safety};
+use fitter::{Mirror, Recording, text_safety};
 
 use crate::generate::sha256;
 
@@ -26,23 +27,6 @@ pub enum Source {
     Embedded,
 }
 
-/// The source cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum SourceError {
-    #[error(transparent)]
-    Coefficients(#[from] CoefficientsError),
-    #[cfg(feature = "recordings")]
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    #[cfg(feature = "recordings")]
-    #[error(transparent)]
-    Mirror(#[from] KeyError),
-    #[cfg(feature = "recordings")]
-    #[error(transparent)]
-    Fit(#[from] FitError),
-}
-
 impl Source {
     /// The files that it reads.
     pub fn files(&self) -> Vec<&Path> {
@@ -59,8 +43,8 @@ impl Source {
     /// would have written).
     ///
     /// # Errors
-    /// [`SourceError`] where a file cannot be read or the fit fails.
-    pub fn load(&self) -> Result<(Coefficients, String), SourceError> {
+    /// A [`Message`] where a file cannot be read or the fit fails.
+    pub fn load(&self) -> Result<(Coefficients, String), Message> {
         match self {
             Source::Coefficients(path) => {
                 let (coefficients, text) = fitter::coefficients::read_with_text(path)?;
@@ -82,11 +66,7 @@ impl Source {
 }
 
 #[cfg(feature = "recordings")]
-fn fitted(
-    recording: &Recording,
-    mirror: &Mirror,
-    command: &str,
-) -> Result<(Coefficients, String), SourceError> {
+fn fitted(recording: &Recording, mirror: &Mirror, command: &str) -> Result<(Coefficients, String), Message> {
     let options = fitter::Options { command: command.into(), ..fitter::Options::default() };
     let coefficients = fitter::fit(recording, mirror, &options)?.coefficients;
     let sha256 = sha256(coefficients.to_json());

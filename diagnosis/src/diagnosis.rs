@@ -8,13 +8,14 @@ use serde::Serialize;
 use crate::attempt::{self, Attempt};
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
+use crate::error::DiagnosisError;
 use crate::explain::Explanation;
 use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
 use crate::model::Model;
 use crate::numerics::{mean, rms};
-use crate::observe::{ObserveError, Simulated, Wanted, observe};
+use crate::observe::{Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::Rows;
 use crate::screened::{Screened, Seen};
@@ -126,14 +127,14 @@ pub struct Options {
 /// Diagnoses a recording.
 ///
 /// # Errors
-/// [`ObserveError`] where the recording cannot be diagnosed at all.
+/// [`DiagnosisError`] where the recording cannot be diagnosed at all.
 pub fn diagnose(
     recording: &Recording,
     mirror: &Mirror,
     simulated: Option<&Simulated>,
     held_out: Option<&Recording>,
     options: &Options,
-) -> Result<Outcome, ObserveError> {
+) -> Result<Outcome, DiagnosisError> {
     let screened = Screened::of(recording, mirror, simulated, held_out)?;
     let (outcome, far_out) = of_readings(&screened, mirror, options)?;
     if far_out.is_empty() {
@@ -148,7 +149,7 @@ fn of_readings(
     screened: &Screened<'_>,
     mirror: &Mirror,
     options: &Options,
-) -> Result<(Outcome, Vec<(usize, BadRow)>), ObserveError> {
+) -> Result<(Outcome, Vec<(usize, BadRow)>), DiagnosisError> {
     let (seen, simulated, held_out) = screened.parts();
     let recording = seen.recording;
     let full = observe(recording, mirror, simulated, options.base)?;
@@ -226,8 +227,8 @@ fn of_readings(
 }
 
 /// The error of a recording of which not even the base makes a model.
-fn unusable(recording: &Recording, reason: String) -> ObserveError {
-    ObserveError::NoModel { file: recording.file.clone(), reason }
+fn unusable(recording: &Recording, reason: String) -> DiagnosisError {
+    DiagnosisError::NoModel { file: recording.file.clone(), reason }
 }
 
 /// For every family of the search its place or effect, and −ln p beside the base.

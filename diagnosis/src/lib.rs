@@ -30,6 +30,7 @@ mod diagnosis;
 mod dictionary;
 pub mod dynamic;
 pub mod effects;
+mod error;
 mod experiment;
 mod explain;
 mod generic;
@@ -57,5 +58,6 @@ mod thresholds;
 pub mod verdict;
 
 pub use diagnosis::{Diagnosis, NoiseFloor, Options, Outcome, diagnose};
+pub use error::DiagnosisError;
 pub use held_out::{Fit, Gain, Score};
 pub use verdict::Verdict;

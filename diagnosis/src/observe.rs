@@ -5,56 +5,13 @@ use fitter::error_model::Sensor;
 use fitter::recording::{Note, Readings};
 use fitter::turn::Turn;
 use fitter::{Mirror, Recording};
-use thiserror::Error;
 
 use crate::content::is_noise_alone;
+use crate::error::DiagnosisError;
 use crate::numerics::{mean, range};
 use crate::rows::{Column, Rows};
 use crate::slow_channel::without_noise;
 use crate::thresholds::observe::FEWEST_ROWS;
-
-/// Why a recording cannot be diagnosed at all.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum ObserveError {
-    /// The mirror file is for another kind of sensor.
-    #[error(
-        "{file}: the recording holds {found}, but the mirror file describes {expected}; give the mirror file that belongs to it"
-    )]
-    Kind { file: String, found: &'static str, expected: &'static str },
-    /// There is no reference.
-    #[error(
-        "{file}: no reference column, expected {expected}; without a reference there is no error to diagnose"
-    )]
-    NoReference { file: String, expected: &'static str },
-    /// Too few rows for any statement.
-    #[error(
-        "{file}: {rows} readings, expected at least {needed}: too short to hold anything against the noise; record more passes"
-    )]
-    TooShort { file: String, rows: usize, needed: usize },
-    /// Readings of a sensor that turns cannot be put on their turns.
-    #[error(transparent)]
-    Turn(Box<fitter::FitError>),
-    /// Not even the base makes a model.
-    #[error("{file}: no model can be made of it ({reason}); check the readings against the reference")]
-    NoModel { file: String, reason: String },
-    /// Harmonics of the turn are asked for, and nothing turns.
-    #[error(
-        "{file}: --turn-harmonics needs a sensor that turns, found none; state `revolution` in the mirror file, or give \
-         --order"
-    )]
-    NoTurn { file: String },
-    /// Too much of the recording cannot be readings.
-    #[error(transparent)]
-    Faults(#[from] Box<fitter::faults::FaultError>),
-    /// The recording cannot be a calibration.
-    #[error(transparent)]
-    Implausible(Box<fitter::FitError>),
-    /// The simulation does not fit the recording's rows.
-    #[error("{file}: {found}, expected {expected}; simulate exactly the rows of the recording")]
-    Simulation { file: String, found: String, expected: String },
-}
 
 /// The user's own simulation of the same rows.
 #[derive(Debug, Clone)]
@@ -75,13 +32,13 @@ pub struct Wanted {
 /// Prepares a recording for diagnosis.
 ///
 /// # Errors
-/// See [`ObserveError`].
+/// See [`DiagnosisError`].
 pub fn observe(
     recording: &Recording,
     mirror: &Mirror,
     simulated: Option<&Simulated>,
     wanted: Wanted,
-) -> Result<Rows, ObserveError> {
+) -> Result<Rows, DiagnosisError> {
     let truth = reference(recording, mirror, simulated)?;
     let n = recording.rows();
     let sensor = &mirror.sensor;
@@ -155,7 +112,7 @@ fn reference(
     recording: &Recording,
     mirror: &Mirror,
     simulated: Option<&Simulated>,
-) -> Result<Vec<f64>, ObserveError> {
+) -> Result<Vec<f64>, DiagnosisError> {
     const PAIR: &str = "an eddy-current pair (x1_mm, x2_mm)";
     const DIRECT: &str = "a sensor that reports the angle or position itself (measured)";
     let (file, rows) = (recording.file.clone(), recording.rows());
@@ -165,18 +122,18 @@ fn reference(
         Readings::Direct { reference, .. } => (reference, DIRECT, "reference"),
     };
     if pair != (found == PAIR) {
-        return Err(ObserveError::Kind { file, found, expected: if pair { PAIR } else { DIRECT } });
+        return Err(DiagnosisError::Kind { file, found, expected: if pair { PAIR } else { DIRECT } });
     }
     let Some(truth) = reference.clone() else {
-        return Err(ObserveError::NoReference { file, expected });
+        return Err(DiagnosisError::NoReference { file, expected });
     };
     if rows < FEWEST_ROWS {
-        return Err(ObserveError::TooShort { file, rows, needed: FEWEST_ROWS });
+        return Err(DiagnosisError::TooShort { file, rows, needed: FEWEST_ROWS });
     }
-    fitter::check(recording, mirror).map_err(|error| ObserveError::Implausible(Box::new(error)))?;
+    fitter::check(recording, mirror)?;
     match simulated.map(|simulated| simulated.reference.len()).filter(|simulated| *simulated != rows) {
         None => Ok(truth),
-        Some(simulated) => Err(ObserveError::Simulation {
+        Some(simulated) => Err(DiagnosisError::Rows {
             file,
             found: format!("{simulated} simulated rows"),
             expected: format!("{rows}"),
@@ -245,10 +202,10 @@ fn unwound(
     mirror: &Mirror,
     simulated: Option<&Simulated>,
     wanted: Wanted,
-) -> Result<Option<Unwound>, ObserveError> {
+) -> Result<Option<Unwound>, DiagnosisError> {
     let Sensor::Direct { revolution: Some(turn), .. } = mirror.sensor else {
         return match wanted.turn_harmonics {
-            Some(_) => Err(ObserveError::NoTurn { file: recording.file.clone() }),
+            Some(_) => Err(DiagnosisError::NoTurn { file: recording.file.clone() }),
             None => Ok(None),
         };
     };
@@ -260,8 +217,7 @@ fn unwound(
         harmonics: wanted.turn_harmonics,
         ..fitter::Options::default()
     };
-    let fit =
-        fitter::fit(recording, mirror, &options).map_err(|error| ObserveError::Turn(Box::new(error)))?;
+    let fit = fitter::fit(recording, mirror, &options)?;
     let whole = fit.coefficients.whole_turn();
     // The fit's readings lie within one turn, its errors on the turn of their reading. Over a whole turn a reading that
     // passes the end goes on.

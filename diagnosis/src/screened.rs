@@ -5,7 +5,8 @@ use std::borrow::Cow;
 use fitter::faults::{self, BadRow};
 use fitter::{Coefficients, Mirror, Recording};
 
-use crate::observe::{ObserveError, Simulated};
+use crate::error::DiagnosisError;
+use crate::observe::Simulated;
 use crate::thresholds::screened::{GOLDEN, MOST_ROWS};
 
 /// What a diagnosis goes on with.
@@ -49,8 +50,8 @@ impl Seen<'_> {
 }
 
 impl<'a> Own<'a> {
-    fn of(whole: &'a Recording, mirror: &Mirror) -> Result<Own<'a>, ObserveError> {
-        let screened = faults::screen(Cow::Borrowed(whole), &mirror.sensor).map_err(Box::new)?;
+    fn of(whole: &'a Recording, mirror: &Mirror) -> Result<Own<'a>, DiagnosisError> {
+        let screened = faults::screen(Cow::Borrowed(whole), &mirror.sensor)?;
         let (shown, is_thinned) = (screened.bad_rows.clone(), screened.kept.len() > MOST_ROWS);
         Ok(Own { rest: thinned(screened), whole, shown, is_thinned })
     }
@@ -64,13 +65,13 @@ impl<'a> Screened<'a> {
     /// Screens the recording and the one that is held out; the simulation keeps the same rows.
     ///
     /// # Errors
-    /// [`ObserveError`] where too much of a recording cannot be readings, or it cannot be a calibration at all.
+    /// [`DiagnosisError`] where too much of a recording cannot be readings, or it cannot be a calibration at all.
     pub fn of(
         recording: &'a Recording,
         mirror: &Mirror,
         simulated: Option<&Simulated>,
         held_out: Option<&'a Recording>,
-    ) -> Result<Screened<'a>, ObserveError> {
+    ) -> Result<Screened<'a>, DiagnosisError> {
         let held_out = held_out.map(|recording| Own::of(recording, mirror)).transpose()?;
         let rows = recording.rows();
         let recording = Own::of(recording, mirror)?;

@@ -494,29 +494,6 @@ pub mod dynamic {
         pub const LEAST_PART: f64 = 0.005;
     }
 
-    /// See [`crate::dynamic::report`].
-    pub mod report {
-        /// See [`crate::dynamic::report::spectra`].
-        pub mod spectra {
-            /// Points of a curve.
-            pub const POINTS: usize = 300;
-        }
-        /// See [`crate::dynamic::report::surface`].
-        pub mod surface {
-            /// Least readings of a cell that is shown.
-            pub const LEAST: usize = 3;
-            /// Half-width of the local polynomial as a part of the natural period.
-            pub const REACH: f64 = 0.06;
-        }
-        /// See [`crate::dynamic::report::traces`].
-        pub mod traces {
-            /// Rows that are shown closely.
-            pub const CLOSE: usize = 160;
-            /// Points of the residual's envelope.
-            pub const ENVELOPE: usize = 240;
-        }
-    }
-
     /// See [`crate::dynamic::score`].
     pub mod score {
         /// Rows that give the initial state where the whole record is a periodic steady state.
@@ -829,6 +806,25 @@ pub mod report {
         pub const RANGES: usize = 10;
         /// Deviation in units of its uncertainty at which a cell has its full colour.
         pub const FULL: f64 = 8.0;
+    }
+    /// See [`crate::report::spectra`].
+    pub mod spectra {
+        /// Points of a curve.
+        pub const POINTS: usize = 300;
+    }
+    /// See [`crate::report::surface`].
+    pub mod surface {
+        /// Least readings of a cell that is shown.
+        pub const LEAST: usize = 3;
+        /// Half-width of the local polynomial as a part of the natural period.
+        pub const REACH: f64 = 0.06;
+    }
+    /// See [`crate::report::traces`].
+    pub mod traces {
+        /// Rows that are shown closely.
+        pub const CLOSE: usize = 160;
+        /// Points of the residual's envelope.
+        pub const ENVELOPE: usize = 240;
     }
 }
 

@@ -10,8 +10,6 @@
 use std::io::Write;
 use std::path::Path;
 
-use thiserror::Error;
-
 use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
 use crate::faults::{self, BadRow};
@@ -20,25 +18,25 @@ use crate::recording::Recording;
 use crate::statistics::ends;
 use crate::terms::{self, Evaluated, Observables};
 
-/// Why coefficients cannot be applied to a recording.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum ApplyError {
-    #[error(
-        "{file}: has the columns of {recording}, and the coefficients are those of {model}; give the coefficients \
-         of this sensor"
-    )]
-    OtherSensor { file: String, recording: &'static str, model: &'static str },
-    #[error(
-        "{file}: column `{column}` is missing, which `{effect}` of the coefficients depends on; record it, or map it: \
-         {column}=<your column>"
-    )]
-    MissingColumn { file: String, column: String, effect: String },
-    #[error(
-        "{file}: found readings {variable} from {from:.6} to {to:.6}, a thousand times beyond the calibrated range \
-         {valid_from:.6} to {valid_to:.6}, expected the same unit; convert them"
-    )]
-    Unit { file: String, variable: String, from: f64, to: f64, valid_from: f64, valid_to: f64 },
+errors! {
+    /// Why coefficients cannot be applied to a recording.
+    #[derive(Debug)]
+    pub enum ApplyError {
+        OtherSensor { file: String, recording: &'static str, model: &'static str } =>
+            at(file) says("has the columns of {recording}, and the coefficients are those of {model}")
+            mend("give the coefficients of this sensor");
+        MissingColumn { file: String, column: String, effect: String } =>
+            at(file) says("column `{column}` is missing, which `{effect}` of the coefficients depends on")
+            mend("record it, or map it: {column}=<your column>") by(map);
+        Unit { file: String, variable: String, from: f64, to: f64, valid_from: f64, valid_to: f64 } =>
+            at(file)
+            found("readings {variable} from {from:.6} to {to:.6}, a thousand times beyond the calibrated \
+                range {valid_from:.6} to {valid_to:.6}")
+            expected("the same unit") mend("convert them");
+        /// To verify a correction.
+        NoReference { file: String } =>
+            at(file) says("has no reference") expected("one in every row") mend("a verification needs it");
+    }
 }
 
 /// Refuses a recording that lacks a column which a term of the coefficients reads.

@@ -2,31 +2,25 @@
 
 use std::path::Path;
 
-use thiserror::Error;
-
-use crate::input::{self, Misplaced};
+use crate::input::{self, FileError};
 use crate::table::nearest;
 use crate::text_safety;
 
-/// Why such a file is refused.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum KeyError {
-    #[error(transparent)]
-    Misplaced(#[from] Misplaced),
-    #[error("{file}: cannot be read ({reason}); give the path of a {expected}")]
-    Unreadable { file: String, reason: String, expected: &'static str },
-    #[error("{file}, line {line}: {reason}; correct the line")]
-    Syntax { file: String, line: usize, reason: String },
-    #[error(
-        "{file}: {found}, expected {expected}{}",
-        nearest.as_ref().map_or(String::from("; remove it"), |n| format!("; did you mean `{n}`?"))
-    )]
-    Unknown { file: String, found: String, expected: String, nearest: Option<String> },
-    #[error("{file}: `{key}` is missing, expected {expected}; add it")]
-    MissingKey { file: String, key: &'static str, expected: &'static str },
-    #[error("{file}: `{key}` is {found}, expected {expected}; correct it")]
-    Value { file: String, key: String, found: String, expected: &'static str },
+errors! {
+    /// Why such a file is refused.
+    #[derive(Debug)]
+    pub enum KeyError {
+        Syntax { file: String, line: usize, reason: String } =>
+            at(file) line(line) says("{reason}") mend("correct the line");
+        Unknown { file: String, found: String, expected: String, nearest: Option<String> } =>
+            at(file) says("{found}") expected("{expected}")
+            mend("{}", nearest.as_ref().map_or("remove it".into(), |n| format!("did you mean `{n}`?")));
+        MissingKey { file: String, key: &'static str, expected: &'static str } =>
+            at(file) says("`{key}` is missing") expected("{expected}") mend("add it");
+        Value { file: String, key: String, found: String, expected: &'static str } =>
+            at(file) says("`{key}` is {found}") expected("{expected}") mend("correct it");
+    }
+    from { File(FileError) }
 }
 
 impl KeyError {
@@ -61,9 +55,5 @@ pub(crate) fn read<T>(
     expected: &'static str,
     parse: impl FnOnce(&str, &str) -> Result<T, KeyError>,
 ) -> Result<T, KeyError> {
-    let file = text_safety::path(path);
-    match input::parsed(path) {
-        Ok(text) => parse(&file, &text),
-        Err(error) => Err(KeyError::Unreadable { file, reason: error.to_string(), expected }),
-    }
+    parse(&text_safety::path(path), &input::parsed(path, expected)?)
 }

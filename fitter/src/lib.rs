@@ -9,6 +9,9 @@
 
 #![cfg_attr(not(feature = "fit"), allow(dead_code))] // what only a fit calls
 
+#[macro_use] // before what uses it
+pub mod message;
+
 pub mod acceptance;
 #[cfg(feature = "fit")]
 pub mod apply;

@@ -23,6 +23,9 @@ use crate::gram::{Grams, Sums};
 
 pub use crate::coefficients::{OrderScore, OrderSelection};
 
+/// The rule by which an order is chosen, as the coefficients file names it.
+pub(crate) const RULE: &str = "one standard error";
+
 /// How the splits are made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Splits {

@@ -12,7 +12,7 @@ use crate::double_double::Double;
 use crate::fit::FitError;
 use crate::identify::Problem;
 
-/// The Jacobian is held whole; above so many rows `--solver qr` is the way.
+/// The Jacobian is held whole; above so many rows the solver by QR is the way.
 const MOST_ROWS: usize = 200_000;
 
 /// Unknowns: q = Δd/d, scaled to the half-width of the readings, then the coefficients of the basis.

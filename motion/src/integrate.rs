@@ -8,6 +8,7 @@ use differential_equations::methods::{DormandPrince, ExplicitRungeKutta, Ordinar
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 
 use super::effects::Typical;
+use super::error::RunError;
 use super::mechanism::{Instant, Mechanism, Mode};
 use super::signal::Signal;
 
@@ -24,45 +25,15 @@ const STABLE: f64 = 3.3;
 /// Pauses between two samples beyond which something rattles without end.
 const PAUSES: usize = 2000;
 
-/// Why a simulation ended early.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum SimulationError {
-    #[error(
-        "the simulation runs away {t_s:.4} s after its start: the plant is unstable with these numbers; \
-         check signs and units"
-    )]
-    RunsAway { t_s: f64 },
-    #[error(
-        "the simulation does not get on {t_s:.4} s after its start ({reason}); a time constant may be far \
-         shorter than the time between samples"
-    )]
-    Stalls { t_s: f64, reason: String },
-    #[error(
-        "the simulation would take about {steps:.1e} steps of integration for {} s of rows {} s apart, \
-         at most {most:.1e} are made: the plant moves far faster than the rows follow each other; check the units of \
-         `t_s` and of the plant's numbers, or record with shorter steps",
-        short(*duration_s), short(*sample_s)
-    )]
-    TooManySteps { steps: f64, most: f64, duration_s: f64, sample_s: f64 },
-    #[error("the plant has {states} states, at most {most} can be simulated; leave effects out")]
-    TooLarge { states: usize, most: usize },
-}
-
-/// A number to six digits, for a message.
-fn short(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
-}
-
 /// Refuses a motion whose rates, at most `fastest` per second, need far more steps than there are rows.
 ///
 /// # Errors
-/// [`SimulationError::TooManySteps`].
-pub(crate) fn check_steps(fastest: f64, rows: usize, sample_s: f64) -> Result<(), SimulationError> {
+/// [`RunError::TooManySteps`].
+pub(crate) fn check_steps(fastest: f64, rows: usize, sample_s: f64) -> Result<(), RunError> {
     let (duration_s, most) = (rows as f64 * sample_s, STEPS.0 as f64 + STEPS.1 as f64 * rows as f64);
     let steps = fastest * duration_s / STABLE;
     if steps > most {
-        return Err(SimulationError::TooManySteps { steps, most, duration_s, sample_s });
+        return Err(RunError::TooManySteps { steps, most, duration_s, sample_s });
     }
     Ok(())
 }
@@ -84,13 +55,8 @@ pub trait Integrator {
     /// Integrates to `t_s` under the drives.
     ///
     /// # Errors
-    /// [`SimulationError`].
-    fn advance(
-        &mut self,
-        mechanism: &mut Mechanism,
-        signals: &[Signal],
-        t_s: f64,
-    ) -> Result<(), SimulationError>;
+    /// [`RunError`].
+    fn advance(&mut self, mechanism: &mut Mechanism, signals: &[Signal], t_s: f64) -> Result<(), RunError>;
 
     /// Where it is.
     fn progress(&self) -> Progress;
@@ -102,12 +68,12 @@ pub trait Integrator {
 /// An integrator for the mechanism, started at `start`.
 ///
 /// # Errors
-/// [`SimulationError::TooLarge`].
+/// [`RunError::TooLarge`].
 pub fn integrator(
     mechanism: &Mechanism,
     typical: &Typical,
     start: &Progress,
-) -> Result<Box<dyn Integrator>, SimulationError> {
+) -> Result<Box<dyn Integrator>, RunError> {
     let states = mechanism.states();
     Ok(match states {
         0..=2 => Box::new(Stepper::<2>::new(mechanism, typical, start)),
@@ -115,7 +81,7 @@ pub fn integrator(
         5..=8 => Box::new(Stepper::<8>::new(mechanism, typical, start)),
         9..=16 => Box::new(Stepper::<16>::new(mechanism, typical, start)),
         17..=MOST_STATES => Box::new(Stepper::<MOST_STATES>::new(mechanism, typical, start)),
-        _ => return Err(SimulationError::TooLarge { states, most: MOST_STATES }),
+        _ => return Err(RunError::TooLarge { states, most: MOST_STATES }),
     })
 }
 
@@ -204,14 +170,14 @@ impl<const N: usize> Stepper<N> {
     }
 
     /// Counts a step that begins at `t_s`.
-    fn count(&mut self, t_s: f64) -> Result<(), SimulationError> {
+    fn count(&mut self, t_s: f64) -> Result<(), RunError> {
         self.steps += 1;
         if self.steps <= self.most {
             return Ok(());
         }
         let covered_s = self.covered_s + (t_s - self.t_s);
         let (steps, most) = (self.steps as f64, self.most as f64);
-        Err(SimulationError::TooManySteps {
+        Err(RunError::TooManySteps {
             // More than were taken, however short the stretch that they led over.
             steps: steps * (self.duration_s / covered_s.max(f64::MIN_POSITIVE)).max(1.0),
             most,
@@ -243,12 +209,7 @@ impl<const N: usize> Stepper<N> {
     }
 
     /// Integrates over a stretch in which no drive jumps or bends.
-    fn stretch(
-        &mut self,
-        mechanism: &mut Mechanism,
-        signals: &[Signal],
-        end_s: f64,
-    ) -> Result<(), SimulationError> {
+    fn stretch(&mut self, mechanism: &mut Mechanism, signals: &[Signal], end_s: f64) -> Result<(), RunError> {
         let within_s = 0.5 * (self.t_s + end_s);
         let mut mode = self.mode_at(mechanism, signals, within_s);
         // What the drives jumped to.
@@ -271,12 +232,12 @@ impl<const N: usize> Stepper<N> {
                 return Ok(());
             }
         }
-        Err(SimulationError::Stalls { t_s: self.t_s, reason: String::from("it rattles without end") })
+        Err(RunError::Stalls { t_s: self.t_s, reason: String::from("it rattles without end") })
     }
 
     /// Steps to `end_s`, or to just behind the first change of sign of a watched function; whether it paused
     /// there.
-    fn go(&mut self, equations: &Equations, end_s: f64) -> Result<bool, SimulationError> {
+    fn go(&mut self, equations: &Equations, end_s: f64) -> Result<bool, RunError> {
         let watches = equations.mode != Mode::Free || equations.mechanism.remembers_turns();
         let mut signs: Vec<f64> = Vec::new();
         if watches {
@@ -290,7 +251,7 @@ impl<const N: usize> Stepper<N> {
             self.t_s = end_s;
             return Ok(false);
         }
-        let refused = |t_s: f64, error| SimulationError::Stalls { t_s, reason: reason(&error) };
+        let refused = |t_s: f64, error| RunError::Stalls { t_s, reason: reason(&error) };
         self.method.init(equations, self.t_s, end_s, &self.y).map_err(|e| refused(self.t_s, e))?;
         self.method.set_h(self.step_s.min(end_s - self.t_s));
         while end_s - self.method.t() > least_s {
@@ -314,7 +275,7 @@ impl<const N: usize> Stepper<N> {
             let y = *self.method.y();
             let runs = |i: usize| !y[i].is_finite() || y[i].abs() > RUNAWAY * self.scales[i];
             if (0..self.states).any(runs) {
-                return Err(SimulationError::RunsAway { t_s: self.method.t() });
+                return Err(RunError::RunsAway { t_s: self.method.t() });
             }
             if watches && changed(&equations.watched(self.method.t(), &y), &mut signs) {
                 (self.t_s, self.y) = self.behind(equations, before_s, &mut signs)?;
@@ -332,7 +293,7 @@ impl<const N: usize> Stepper<N> {
         equations: &Equations,
         before_s: f64,
         signs: &mut [f64],
-    ) -> Result<(f64, [f64; N]), SimulationError> {
+    ) -> Result<(f64, [f64; N]), RunError> {
         let (mut low, mut high) = (before_s, self.method.t());
         let mut found = *self.method.y();
         for _ in 0..60 {
@@ -343,7 +304,7 @@ impl<const N: usize> Stepper<N> {
             let y = self
                 .method
                 .interpolate(middle)
-                .map_err(|error| SimulationError::Stalls { t_s: before_s, reason: reason(&error) })?;
+                .map_err(|error| RunError::Stalls { t_s: before_s, reason: reason(&error) })?;
             if changed(&equations.watched(middle, &y), signs) {
                 (high, found) = (middle, y);
             } else {
@@ -355,12 +316,7 @@ impl<const N: usize> Stepper<N> {
 }
 
 impl<const N: usize> Integrator for Stepper<N> {
-    fn advance(
-        &mut self,
-        mechanism: &mut Mechanism,
-        signals: &[Signal],
-        t_s: f64,
-    ) -> Result<(), SimulationError> {
+    fn advance(&mut self, mechanism: &mut Mechanism, signals: &[Signal], t_s: f64) -> Result<(), RunError> {
         // Drives that are delayed bend between the samples.
         let length_s = t_s - self.t_s;
         let start_s = self.t_s;

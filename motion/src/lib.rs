@@ -6,6 +6,7 @@
 
 pub mod effects;
 pub mod equations;
+mod error;
 pub mod integrate;
 pub mod linear;
 mod linear_loop;
@@ -17,9 +18,9 @@ pub mod simulate;
 pub mod values;
 
 pub use effects::{Context, Typical};
-pub use integrate::SimulationError;
+pub use error::RunError;
 pub use mechanism::Mechanism;
-pub use model::{Model, RunError, Start};
+pub use model::{Model, Start};
 pub use series::Series;
 pub use signal::{Edge, Flow, Signal};
 pub use simulate::{Begin, simulate};

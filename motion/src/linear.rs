@@ -4,8 +4,9 @@
 use fitter::plant::{Hold, Numbers, PlantEffect, StateSpace};
 
 use super::effects::Context;
+use super::error::RunError;
 use super::linear_loop::{Loops, dot, is_loop};
-use super::model::{Model, RunError, Start};
+use super::model::{Model, Start};
 
 /// A linear plant.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,30 +17,6 @@ pub struct LinearModel {
     pub effects: Vec<PlantEffect>,
     /// How the drives run between their samples, where an effect needs to know.
     pub hold: Hold,
-}
-
-/// Why a linear plant cannot be run.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum LinearError {
-    #[error(
-        "effect `{id}` acts on an inertia, which a `linear` plant has not; expected one of the drive or of the \
-         read-out, or `kind = \"second-order\"`"
-    )]
-    Inertia { id: String },
-    #[error("the plant has {expected} drives and the recording {found}; give a recording of the same plant")]
-    Drives { expected: usize, found: usize },
-    #[error(
-        "the plant's matrices hold for a sample every {expected} s, and the recording has one every {found} s; \
-         record at that rate, or identify the plant again"
-    )]
-    Rate { expected: f64, found: f64 },
-    #[error("effect `rayleigh_hysteresis`: {reason}; give the plant as `diagnose` wrote it")]
-    Loop { reason: String },
-    #[error(transparent)]
-    Run(#[from] RunError),
-    #[error("the simulation runs away at sample {row}: the plant's matrices are unstable")]
-    RunsAway { row: usize },
 }
 
 const ON_DRIVES: [&str; 7] = [
@@ -57,24 +34,24 @@ impl LinearModel {
     /// The positions at every sample of the drives, each a column.
     ///
     /// # Errors
-    /// [`LinearError`].
+    /// [`RunError`].
     pub fn simulate(
         &self,
         drives: &[Vec<f64>],
         sample_s: f64,
         start: Start,
-    ) -> Result<Vec<Vec<f64>>, LinearError> {
+    ) -> Result<Vec<Vec<f64>>, RunError> {
         let (states, inputs, outputs) = self.space.sizes();
         if drives.len() != inputs {
-            return Err(LinearError::Drives { expected: inputs, found: drives.len() });
+            return Err(RunError::Drives { expected: inputs, found: drives.len() });
         }
         // Printed times are rounded; a rate that is really another differs by far more.
         if (sample_s / self.space.sample_time_s - 1.0).abs() > 1e-3 {
-            return Err(LinearError::Rate { expected: self.space.sample_time_s, found: sample_s });
+            return Err(RunError::Rate { expected: self.space.sample_time_s, found: sample_s });
         }
         let known = |e: &&PlantEffect| !ON_DRIVES.contains(&&*e.id) && !ON_READ_OUT.contains(&&*e.id);
         if let Some(effect) = self.effects.iter().find(known) {
-            return Err(LinearError::Inertia { id: effect.id.clone() });
+            return Err(RunError::Inertia { id: effect.id.clone() });
         }
         let sample_s = self.space.sample_time_s;
         let passed = drives
@@ -83,8 +60,8 @@ impl LinearModel {
             .map(|(index, drive)| self.pass(index, drive, sample_s, start, &ON_DRIVES))
             .collect::<Result<Vec<_>, _>>()?;
         let count = drives.first().map_or(0, Vec::len);
-        let mut inside = Loops::of(&self.effects, states, inputs, outputs)
-            .map_err(|reason| LinearError::Loop { reason })?;
+        let mut inside =
+            Loops::of(&self.effects, states, inputs, outputs).map_err(|reason| RunError::Loop { reason })?;
         let driven = |row: usize| -> Vec<f64> { passed.iter().map(|u| u[row]).collect() };
         let mut state = vec![0.0; states];
         if let Start::Steady { period } = start {
@@ -114,10 +91,10 @@ impl LinearModel {
             }
             state = self.next(&state, &u, &inside, &w);
             if state.iter().any(|z| !z.is_finite() || z.abs() > 1e30) {
-                return Err(LinearError::RunsAway { row });
+                return Err(RunError::Unstable { row });
             }
         }
-        positions.iter().map(|position| Ok(self.pass(0, position, sample_s, start, &ON_READ_OUT)?)).collect()
+        positions.iter().map(|position| self.pass(0, position, sample_s, start, &ON_READ_OUT)).collect()
     }
 
     fn next(&self, state: &[f64], u: &[f64], inside: &Loops, w: &[f64]) -> Vec<f64> {

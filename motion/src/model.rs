@@ -3,7 +3,8 @@
 use fitter::plant::{Hold, PlantEffect};
 
 use super::effects::{Context, Typical};
-use super::integrate::{Progress, SimulationError, check_steps, integrator};
+use super::error::RunError;
+use super::integrate::{Progress, check_steps, integrator};
 use super::mechanism::{Instant, Mechanism, Mode};
 use super::signal::{Edge, Signal};
 use crate::values::EffectError;
@@ -93,7 +94,7 @@ impl Model {
     }
 
     /// Refuses a recording that is sampled so slowly that its simulation would not end.
-    fn check_steps(&self, drives: &[Vec<f64>], sample_s: f64) -> Result<(), SimulationError> {
+    fn check_steps(&self, drives: &[Vec<f64>], sample_s: f64) -> Result<(), RunError> {
         let fastest = self.stiffness.abs().sqrt().max(self.damping.abs());
         check_steps(fastest, drives.first().map_or(0, Vec::len), sample_s)
     }
@@ -199,16 +200,6 @@ impl Model {
         }
         Ok(Start::At { position, velocity })
     }
-}
-
-/// Why a run ended early.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum RunError {
-    #[error(transparent)]
-    Effect(#[from] EffectError),
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
 }
 
 impl Typical {

@@ -22,24 +22,22 @@ pub struct Series {
     pub positions: Vec<Vec<f64>>,
 }
 
-/// Why a recording is refused.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum SeriesError {
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    #[error("{file}: run {run} has {found} rows, expected {least} or more; record longer")]
-    Short { file: String, run: i64, found: usize, least: usize },
-    #[error(
-        "{file}, line {line}, column `t_s`: found a step of {found} s, expected {expected} s as between most \
-         rows: {what}; record without gaps, or resample it yourself (a resampling is never silent)"
-    )]
-    Step { file: String, line: u64, found: f64, expected: f64, what: &'static str },
-    #[error(
-        "{file}, line {line}, column `t_s`: found {found} s after {before} s, expected times that increase \
-         within a run; sort the rows, or number the runs in a column `run`"
-    )]
-    TimeBackward { file: String, line: u64, found: f64, before: f64 },
+fitter::errors! {
+    /// Why a recording is refused.
+    #[derive(Debug)]
+    pub enum SeriesError {
+        Short { file: String, run: i64, found: usize, least: usize } =>
+            at(file) says("run {run} has {found} rows") expected("{least} or more") mend("record longer");
+        Step { file: String, line: u64, found: f64, expected: f64, what: &'static str } =>
+            at(file) line(line) column("t_s") found("a step of {found} s")
+            expected("{expected} s as between most rows: {what}")
+            mend("record without gaps, or resample it yourself (a resampling is never silent)");
+        TimeBackward { file: String, line: u64, found: f64, before: f64 } =>
+            at(file) line(line) column("t_s") found("{found} s after {before} s")
+            expected("times that increase within a run")
+            mend("sort the rows, or number the runs in a column `run`");
+    }
+    from { Recording(RecordingError) }
 }
 
 impl Series {

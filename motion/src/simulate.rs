@@ -4,8 +4,9 @@ use fitter::plant::{Hold, Kind, Numbers, PlantFile};
 
 use super::effects::Context;
 use super::equations::{Course, EquationsError, Input, MotionEffect, Plant, Stopped, System};
-use super::linear::{LinearError, LinearModel};
-use super::model::{Model, REST, RunError, Start};
+use super::error::RunError;
+use super::linear::LinearModel;
+use super::model::{Model, REST, Start};
 use super::series::Series;
 use super::signal::{Edge, Signal};
 use crate::values::EffectError;
@@ -32,37 +33,26 @@ fn initial_rows(model: &Model, sample_s: f64, rows: usize) -> usize {
     (period.ceil() as usize).min(rows / INITIAL_PART).max(INITIAL_ROWS)
 }
 
-/// Why a plant cannot be simulated.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum SimulateError {
-    #[error(
-        "{file}: `{key}` is missing, expected {expected}; identify the plant with `diagnose`, which writes it, \
-         or add it"
-    )]
-    Missing { file: String, key: &'static str, expected: &'static str },
-    #[error(
-        "{file}: `plant.gain` has {expected} numbers and the recording {found} drives; give one for each"
-    )]
-    Drives { file: String, expected: usize, found: usize },
-    #[error(
-        "the recording has {found} positions and the plant {expected}, expected as many to take the initial \
-         state from; start at rest instead"
-    )]
-    Positions { expected: usize, found: usize },
-    #[error(
-        "the initial state of a `linear` plant is not taken from a recording; start at rest, or give a \
-         recording in its periodic steady state"
-    )]
-    LinearState,
-    #[error("{file}: {reason}")]
-    Run { file: String, reason: RunError },
-    #[error(transparent)]
-    Equations(#[from] EquationsError),
-    #[error("{file}: {stopped}")]
-    Stopped { file: String, stopped: Stopped },
-    #[error("{file}: {reason}")]
-    Linear { file: String, reason: LinearError },
+fitter::errors! {
+    /// Why a plant cannot be simulated.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum SimulateError {
+        Missing { file: String, key: &'static str, expected: &'static str } =>
+            at(file) says("`{key}` is missing") expected("{expected}")
+            mend("identify the plant with `diagnose`, which writes it, or add it");
+        Drives { file: String, expected: usize, found: usize } =>
+            at(file) says("`plant.gain` has {expected} numbers and the recording {found} drives")
+            mend("give one for each");
+        Positions { expected: usize, found: usize } =>
+            says("the recording has {found} positions and the plant {expected}")
+            expected("as many to take the initial state from") mend("start at rest instead");
+        LinearState =>
+            says("the initial state of a `linear` plant is not taken from a recording")
+            mend("start at rest, or give a recording in its periodic steady state");
+        Run { file: String, reason: RunError } => of(reason) at(file);
+        Stopped { file: String, stopped: Stopped } => of(stopped) at(file);
+    }
+    from { Equations(EquationsError) }
 }
 
 /// Simulates every run of a recording's drives; the answer has its times, runs and periods, no drives, and the
@@ -105,7 +95,7 @@ pub fn simulate(
             Kind::Equations => vec![in_equations(file, plant, &drives, sample_s, rows.len())?],
             Kind::Linear => linear(file, plant)?
                 .simulate(&drives, sample_s, start.ok_or(SimulateError::LinearState)?)
-                .map_err(|reason| SimulateError::Linear { file: file.to_owned(), reason })?,
+                .map_err(|reason| SimulateError::Run { file: file.to_owned(), reason })?,
         };
         positions.resize(own.len(), Vec::new());
         positions.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));

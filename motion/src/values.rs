@@ -3,31 +3,29 @@
 use std::collections::BTreeMap;
 use std::ops::Index;
 
-/// Why an effect cannot be injected.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum EffectError {
-    #[error(
-        "`{text}` is no effect: expected `id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`"
-    )]
-    Text { text: String },
-    #[error("effect `{id}`: `{value}` is no number for `{parameter}`")]
-    Number { id: String, parameter: String, value: String },
-    #[error("there is no effect `{id}`; expected one of {expected}")]
-    Id { id: String, expected: String },
-    #[error("effect `{id}` has no parameter `{parameter}`; expected {expected}")]
-    Parameter { id: String, parameter: String, expected: String },
-    #[error("effect `{id}` needs `{parameter}` in {unit}")]
-    Missing { id: String, parameter: &'static str, unit: &'static str },
-    #[error("effect `{id}`: `{parameter}` is {value}, expected {least} to {most} {unit}")]
-    Range { id: String, parameter: &'static str, value: f64, least: f64, most: f64, unit: &'static str },
-    #[error(
-        "effect `{id}` shows only where the mirror is read while it moves, and this schedule lets it settle; \
-         use the schedule `scan`"
-    )]
-    Settled { id: String },
-    #[error("effect `{id}`: {reason}")]
-    Refused { id: String, reason: String },
+fitter::errors! {
+    /// Why an effect cannot be injected.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum EffectError {
+        Text { text: String } =>
+            says("`{text}` is no effect")
+            expected("`id:parameter=value,…`, for example `mount_step:step_arcsec=3,time_s=400`");
+        Number { id: String, parameter: String, value: String } =>
+            says("effect `{id}`: `{value}` is no number for `{parameter}`");
+        Id { id: String, expected: String } =>
+            says("there is no effect `{id}`") expected("one of {expected}");
+        Parameter { id: String, parameter: String, expected: String } =>
+            says("effect `{id}` has no parameter `{parameter}`") expected("{expected}");
+        Missing { id: String, parameter: &'static str, unit: &'static str } =>
+            says("effect `{id}` needs `{parameter}` in {unit}");
+        Range { id: String, parameter: &'static str, value: f64, least: f64, most: f64, unit: &'static str } =>
+            says("effect `{id}`: `{parameter}` is {value}") expected("{least} to {most} {unit}");
+        Settled { id: String } =>
+            says("effect `{id}` shows only where the mirror is read while it moves, and this schedule lets \
+                it settle")
+            mend("use the schedule `scan`");
+        Refused { id: String, reason: String } => says("effect `{id}`: {reason}");
+    }
 }
 
 /// The values of an effect's parameters, all present and in their ranges.

@@ -1,6 +1,8 @@
 //! What `diagnose` said of a recording: the part of its JSON that is scored.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use crate::error::CampaignError;
 
 use serde::Deserialize;
 
@@ -79,26 +81,25 @@ pub struct Gain {
     pub ci95: [f64; 2],
 }
 
-/// Why an answer cannot be scored.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum AnswerError {
-    #[error("{}: cannot be read ({reason}); expected the diagnosis of a recording", .path.display())]
-    Missing { path: PathBuf, reason: std::io::ErrorKind },
-    /// With line and column.
-    #[error("{}: not a diagnosis: {reason}", .path.display())]
-    Form { path: PathBuf, reason: serde_json::Error },
-}
+/// What is expected of a file.
+const DIAGNOSIS: &str = "the diagnosis of a recording";
 
 impl Answer {
     /// Reads the diagnosis at `path`.
     ///
     /// # Errors
-    /// [`AnswerError`] where it is missing or of another form.
-    pub fn read(path: &Path) -> Result<Self, AnswerError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|e| AnswerError::Missing { path: path.to_owned(), reason: e.kind() })?;
-        serde_json::from_str(&text).map_err(|reason| AnswerError::Form { path: path.to_owned(), reason })
+    /// [`CampaignError`] where it is missing or of another form.
+    pub fn read(path: &Path) -> Result<Self, CampaignError> {
+        let text = std::fs::read_to_string(path).map_err(|e| CampaignError::Unreadable {
+            path: path.to_owned(),
+            reason: e.kind(),
+            expected: DIAGNOSIS,
+        })?;
+        serde_json::from_str(&text).map_err(|reason| CampaignError::Form {
+            path: path.to_owned(),
+            reason,
+            expected: DIAGNOSIS,
+        })
     }
 
     /// Whether anything is reported.

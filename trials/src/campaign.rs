@@ -9,15 +9,14 @@ use twin::Reading;
 use crate::answer::Answer;
 use crate::benchmark;
 use crate::draw::Trial;
+use crate::error::CampaignError;
 use crate::fresh::{self, Fresh, Twice};
 use crate::linear::deviation;
 use crate::plan::{self, Counts};
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
 use crate::truth::{Group, Truth};
-use crate::workspace::{
-    Batches, CampaignError, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads,
-};
+use crate::workspace::{Batches, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads};
 
 /// What is stated to the programs of the mirror: the paper's, which all devices are built as.
 const MIRROR: &str = include_str!("mirror.toml");

@@ -6,11 +6,12 @@ use twin::effects::{Scope, catalogue};
 use twin::{Device, Injected, Protocol, Reading, calculated_angle_rad, contributions, noise_covariance};
 
 use crate::benchmark::{self, Known};
+use crate::error::CampaignError;
 use crate::formulas::Columns;
 use crate::matched::Metric;
 use crate::plan::{Assignment, circumstances};
 use crate::truth::{Concealed, Group, Truth};
-use crate::workspace::{Undrawn, first_draw};
+use crate::workspace::first_draw;
 
 /// Draws of one assignment before it is given up.
 const TRIES: u32 = 60;
@@ -35,8 +36,8 @@ impl Trial {
     /// Draws a trial.
     ///
     /// # Errors
-    /// [`Undrawn`] where no draw has the wanted strength within the ranges of the parameters.
-    pub fn draw(assignment: &Assignment, file: String) -> Result<Self, Undrawn> {
+    /// [`CampaignError::Undrawn`] where no draw has the wanted strength within the ranges of the parameters.
+    pub fn draw(assignment: &Assignment, file: String) -> Result<Self, CampaignError> {
         let draw = |generator: &mut ChaCha12Rng| attempt_one(assignment, &file, generator);
         first_draw(TRIES, assignment.seed, assignment.group, draw)
     }

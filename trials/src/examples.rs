@@ -8,34 +8,13 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use twin::Reading;
 
-use crate::answer::AnswerError;
 use crate::draw::depends_on;
+use crate::error::CampaignError;
 use crate::fresh::{self, Twice};
-use crate::programs::{Nominal, ProgramError, Programs};
+use crate::programs::{Nominal, Programs};
 use crate::score::{Case, Score, score as score_cases};
 use crate::truth::{Concealed, Group, Truth};
-use crate::workspace::{Batches, CampaignError, answer_of, empty_folder, put, unwritable};
-
-/// Why examples cannot be scored.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum ExampleError {
-    #[error(transparent)]
-    Program(#[from] ProgramError),
-    #[error(transparent)]
-    Answer(#[from] AnswerError),
-    #[error(transparent)]
-    Campaign(#[from] CampaignError),
-    #[error(
-        "{}: cannot be read ({reason}); expected it in the folder that ARCSMITH_EXAMPLES names", .path.display()
-    )]
-    Missing { path: PathBuf, reason: std::io::ErrorKind },
-    /// With line and column.
-    #[error("{}: not a truth of examples: {reason}", .path.display())]
-    Form { path: PathBuf, reason: serde_json::Error },
-    #[error("{}: line {line} is no reading: expected numbers in the columns of a calibration", .path.display())]
-    Reading { path: PathBuf, line: usize },
-}
+use crate::workspace::{Batches, answer_of, empty_folder, put, unwritable};
 
 #[derive(Deserialize)]
 struct Opened {
@@ -47,6 +26,9 @@ struct Opened {
     ambiguous: bool,
     fresh_is_fair: bool,
 }
+
+/// What is expected of a file.
+pub(crate) const OPENED: &str = "opened examples, as in the folder that ARCSMITH_EXAMPLES names";
 
 /// An effect as the truth of the laboratory states it; in motion its strength is stated elsewhere.
 #[derive(Deserialize)]
@@ -72,15 +54,19 @@ impl OpenedEffect {
 }
 
 /// The truths in a file of the folder, by recording.
-pub(crate) fn opened<T: DeserializeOwned>(path: PathBuf) -> Result<BTreeMap<String, T>, ExampleError> {
-    serde_json::from_str(&read(&path)?).map_err(|reason| ExampleError::Form { path, reason })
+pub(crate) fn opened<T: DeserializeOwned>(path: PathBuf) -> Result<BTreeMap<String, T>, CampaignError> {
+    serde_json::from_str(&read(&path)?).map_err(|reason| CampaignError::Form {
+        path,
+        reason,
+        expected: OPENED,
+    })
 }
 
 /// Has the examples diagnosed into `out` and scores the answers.
 ///
 /// # Errors
-/// [`ExampleError`].
-pub fn score(programs: &Programs, folder: &Path, out: &Path, jobs: usize) -> Result<Score, ExampleError> {
+/// [`CampaignError`].
+pub fn score(programs: &Programs, folder: &Path, out: &Path, jobs: usize) -> Result<Score, CampaignError> {
     let truths: BTreeMap<String, Opened> = opened(folder.join("truth.json"))?;
     let out = std::path::absolute(out).map_err(unwritable(out))?;
     // Copies, so that the program that answers stands in a folder without the truth.
@@ -96,7 +82,7 @@ pub fn score(programs: &Programs, folder: &Path, out: &Path, jobs: usize) -> Res
         files.push(file);
     }
     Batches { programs, nominal: Nominal::Mirror, jobs }.diagnose(&blind, &files, &diagnosed, None)?;
-    let cases: Result<Vec<Case>, ExampleError> =
+    let cases: Result<Vec<Case>, CampaignError> =
         truths.iter().map(|(stem, opened)| case(programs, folder, &diagnosed, stem, opened)).collect();
     Ok(score_cases(&cases?))
 }
@@ -107,7 +93,7 @@ fn case(
     diagnosed: &Path,
     stem: &str,
     opened: &Opened,
-) -> Result<Case, ExampleError> {
+) -> Result<Case, CampaignError> {
     let file = format!("{stem}.csv");
     let seen = readings(&folder.join("recordings").join(&file))?;
     let truth = truth(&file, opened, &seen);
@@ -169,15 +155,18 @@ fn truth(file: &str, opened: &Opened, seen: &[Reading]) -> Truth {
     }
 }
 
-pub(crate) fn read(path: &Path) -> Result<String, ExampleError> {
-    std::fs::read_to_string(path)
-        .map_err(|e| ExampleError::Missing { path: path.to_owned(), reason: e.kind() })
+pub(crate) fn read(path: &Path) -> Result<String, CampaignError> {
+    std::fs::read_to_string(path).map_err(|e| CampaignError::Unreadable {
+        path: path.to_owned(),
+        reason: e.kind(),
+        expected: OPENED,
+    })
 }
 
 /// The readings of a calibration with all the columns that the log of `twin` has, in its order.
-fn readings(path: &Path) -> Result<Vec<Reading>, ExampleError> {
+fn readings(path: &Path) -> Result<Vec<Reading>, CampaignError> {
     let text = read(path)?;
-    let wrong = |line: usize| ExampleError::Reading { path: path.to_owned(), line };
+    let wrong = |line: usize| CampaignError::Reading { path: path.to_owned(), line };
     let mut lines = text.lines();
     if lines.next().is_none_or(|header| header.trim() != twin::log::HEADER) {
         return Err(wrong(1));

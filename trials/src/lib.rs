@@ -10,6 +10,7 @@ pub mod campaign;
 mod curve;
 pub mod draw;
 pub mod dynamic;
+mod error;
 pub mod examples;
 mod formulas;
 mod fresh;
@@ -23,3 +24,5 @@ pub mod score;
 mod statistics;
 pub mod truth;
 pub mod workspace;
+
+pub use error::CampaignError;

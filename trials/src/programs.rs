@@ -5,15 +5,7 @@ use std::process::{Command, Stdio};
 
 use fitter::progress::Progress;
 
-/// The program could not be started.
-#[derive(Debug, thiserror::Error)]
-#[error("{} could not be started: {reason}", .program.display())]
-pub struct ProgramError {
-    /// The program.
-    program: PathBuf,
-    /// What the system said.
-    reason: std::io::ErrorKind,
-}
+use crate::error::CampaignError;
 
 /// What is stated to the programs of the device, as an option and the file in the folder of the recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,9 +52,10 @@ impl Programs<'_> {
     }
 
     /// Whether it accepted what it was given, or what it said.
-    fn run(&self, mut command: Command) -> Result<Result<(), String>, ProgramError> {
-        let output =
-            command.output().map_err(|e| ProgramError { program: self.path.clone(), reason: e.kind() })?;
+    fn run(&self, mut command: Command) -> Result<Result<(), String>, CampaignError> {
+        let output = command
+            .output()
+            .map_err(|e| CampaignError::Unstarted { program: self.path.clone(), reason: e.kind() })?;
         Ok(match output.status.success() {
             true => Ok(()),
             false => Err(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
@@ -73,7 +66,7 @@ impl Programs<'_> {
     /// accepted them all. The program stands in `blind` and knows no other folder.
     ///
     /// # Errors
-    /// [`ProgramError`].
+    /// [`CampaignError::Unstarted`].
     pub fn diagnose(
         &self,
         nominal: Nominal,
@@ -82,7 +75,7 @@ impl Programs<'_> {
         out: &Path,
         options: &[&str],
         jobs: usize,
-    ) -> Result<Result<(), String>, ProgramError> {
+    ) -> Result<Result<(), String>, CampaignError> {
         let mut command = self.command("diagnose");
         command.current_dir(blind).args(files).args(nominal.option_and_file());
         command.arg("--out").arg(out).arg("--no-report").args(["--jobs", &jobs.to_string()]).args(options);
@@ -93,8 +86,13 @@ impl Programs<'_> {
     /// whether it was accepted.
     ///
     /// # Errors
-    /// [`ProgramError`].
-    pub fn fit(&self, blind: &Path, recording: &str, out: &Path) -> Result<Result<(), String>, ProgramError> {
+    /// [`CampaignError::Unstarted`].
+    pub fn fit(
+        &self,
+        blind: &Path,
+        recording: &str,
+        out: &Path,
+    ) -> Result<Result<(), String>, CampaignError> {
         let mut command = self.command("fit");
         command.current_dir(blind).arg(recording).args(Nominal::Mirror.option_and_file());
         command.arg("--out").arg(out);
@@ -104,13 +102,13 @@ impl Programs<'_> {
     /// The corrected readings of `recording` by `coefficients`, written to `out`; whether they were accepted.
     ///
     /// # Errors
-    /// [`ProgramError`].
+    /// [`CampaignError::Unstarted`].
     pub fn apply(
         &self,
         recording: &Path,
         coefficients: &Path,
         out: &Path,
-    ) -> Result<Result<(), String>, ProgramError> {
+    ) -> Result<Result<(), String>, CampaignError> {
         let mut command = self.command("apply");
         command.arg(recording).arg("--coefficients").arg(coefficients);
         command.arg("--out").arg(out);

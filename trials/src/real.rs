@@ -1,56 +1,39 @@
 //! The real recording of a slit on a stage, whose encoder has a periodic error: the figures that it must
 //! show, where the folder with `slit-train.csv.gz`, `slit-test.csv.gz` and `slit.toml` is given.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use fitter::Recording;
 use fitter::recording::{Purpose, Readings};
 
-use crate::answer::{Answer, AnswerError};
+use crate::answer::Answer;
+use crate::error::CampaignError;
 use crate::linear::deviation;
-use crate::programs::{Nominal, ProgramError, Programs};
+use crate::programs::{Nominal, Programs};
 use crate::score::Figure;
-use crate::workspace::{CampaignError, unwritable};
+use crate::workspace::unwritable;
 
 /// The period of the slit in millimetres, and how well it must be found.
 const PERIOD_MM: (f64, f64) = (0.25, 1e-4);
 /// Largest rms in millimetres with the strongest harmonic alone, and with all that were found.
 const RMS_MM: (f64, f64) = (2.5e-3, 1.0e-3);
 
-/// Why the real recording could not be scored.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum RealError {
-    #[error(transparent)]
-    Program(#[from] ProgramError),
-    #[error(transparent)]
-    Answer(#[from] AnswerError),
-    #[error(transparent)]
-    Campaign(#[from] CampaignError),
-    #[error(transparent)]
-    Recording(#[from] fitter::RecordingError),
-    #[error("{program} refused {what}: {reason}")]
-    Refused { program: &'static str, what: &'static str, reason: String },
-    #[error("{}: not one corrected reading for each row of slit-test.csv.gz", .path.display())]
-    Angles { path: PathBuf },
-}
-
 /// Diagnoses `slit-train` of `folder` into `out` and tries the model on `slit-test`.
 ///
 /// # Errors
-/// [`RealError`].
+/// [`CampaignError`].
 pub fn figures(
     programs: &Programs,
     folder: &Path,
     out: &Path,
     jobs: usize,
-) -> Result<Vec<Figure>, RealError> {
+) -> Result<Vec<Figure>, CampaignError> {
     let out = std::path::absolute(out).map_err(unwritable(out))?;
     std::fs::create_dir_all(&out).map_err(unwritable(&out))?;
     for (from, to) in [("slit-train.csv.gz", "slit-train.csv.gz"), ("slit.toml", "mirror.toml")] {
         std::fs::copy(folder.join(from), out.join(to)).map_err(unwritable(&folder.join(from)))?;
     }
-    let refused = |program, what| move |reason| RealError::Refused { program, what, reason };
+    let refused = |program, what| move |reason| CampaignError::Refused { program, what, reason };
     let file = "slit-train.csv.gz";
     let one_folder = out.join("one-harmonic");
     for (into, options) in [(&out, &[][..]), (&one_folder, &["--harmonics", "1"][..])] {
@@ -106,9 +89,9 @@ fn figures_of(answer: &Answer, one_mm: f64, all_mm: f64) -> Vec<Figure> {
 }
 
 /// rms in millimetres of corrected readings about the reference, their mean difference removed.
-fn rms_mm(test: &Path, angles: &Path) -> Result<f64, RealError> {
+fn rms_mm(test: &Path, angles: &Path) -> Result<f64, CampaignError> {
     let recording = Recording::read_for(test, Purpose::Fit, &mut |_| {})?;
-    let wrong = || RealError::Angles { path: angles.to_owned() };
+    let wrong = || CampaignError::Angles { path: angles.to_owned() };
     let Readings::Direct { reference: Some(reference), .. } = &recording.readings else {
         return Err(wrong());
     };

@@ -9,39 +9,13 @@ use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::answer::{Answer, AnswerError};
-use crate::programs::{Nominal, ProgramError, Programs};
+use crate::answer::Answer;
+use crate::error::CampaignError;
+use crate::programs::{Nominal, Programs};
 use crate::truth::seal;
 
 /// Recordings given to one call of `diagnose`.
 const BATCH: usize = 40;
-
-/// Why a campaign ended early.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum CampaignError {
-    #[error(transparent)]
-    Program(#[from] ProgramError),
-    #[error(transparent)]
-    Undrawn(#[from] Undrawn),
-    #[error(transparent)]
-    Motion(#[from] twin::dynamic::RunError),
-    #[error(transparent)]
-    Recording(#[from] twin::log::WriteError),
-    #[error(transparent)]
-    Answer(#[from] AnswerError),
-    #[error(transparent)]
-    Output(#[from] fitter::output::OutputError),
-    #[error("{}: cannot be written ({reason}); give --out a folder that can be written", .path.display())]
-    Write { path: PathBuf, reason: std::io::ErrorKind },
-    #[error(
-        "{}: found files that no campaign wrote; give --out a folder that is new, empty, or of an earlier campaign",
-        .path.display()
-    )]
-    Occupied { path: PathBuf },
-    #[error("{0} threads could not be started; give a smaller --jobs")]
-    Threads(usize),
-}
 
 /// Makes of what the system said the refusal of a folder that cannot be written.
 pub(crate) fn unwritable(path: &Path) -> impl Fn(std::io::Error) -> CampaignError + use<> {
@@ -57,31 +31,26 @@ pub(crate) fn empty_folder(folder: &Path) -> Result<(), CampaignError> {
     std::fs::create_dir_all(folder).map_err(unwritable(folder))
 }
 
-/// No draw of a trial from its seed had the wanted strength within the ranges of the parameters, and could be seen.
-#[derive(Debug, thiserror::Error)]
-#[error("no {group} trial could be drawn from the seed {seed} in {tries} tries; take another --seed")]
-pub struct Undrawn {
-    group: String,
-    seed: u64,
-    tries: u32,
-}
-
 /// The first of so many draws from a seed that succeeds.
 ///
 /// # Errors
-/// [`Undrawn`], which names the `group` of the trial.
+/// [`CampaignError::Undrawn`], which names the `group` of the trial.
 pub(crate) fn first_draw<T>(
     tries: u32,
     seed: u64,
     group: impl std::fmt::Debug,
     draw: impl Fn(&mut ChaCha12Rng) -> Option<T>,
-) -> Result<T, Undrawn> {
+) -> Result<T, CampaignError> {
     let attempt = |attempt: u32| {
         let mut generator = ChaCha12Rng::seed_from_u64(seed);
         generator.set_stream(u64::from(attempt));
         draw(&mut generator)
     };
-    (0..tries).find_map(attempt).ok_or_else(|| Undrawn { group: format!("{group:?}"), seed, tries })
+    (0..tries).find_map(attempt).ok_or_else(|| CampaignError::Undrawn {
+        group: format!("{group:?}"),
+        seed,
+        tries,
+    })
 }
 
 /// Draws every trial of a campaign, and records it, by `draw`, which is given a number that says nothing of the trial.
@@ -170,14 +139,14 @@ impl Batches<'_> {
     /// bad recording costs one answer.
     ///
     /// # Errors
-    /// [`ProgramError`].
+    /// [`CampaignError`].
     pub fn diagnose(
         &self,
         blind: &Path,
         files: &[String],
         out: &Path,
         without: Option<&str>,
-    ) -> Result<(), ProgramError> {
+    ) -> Result<(), CampaignError> {
         let options = without.map_or_else(Vec::new, |id| vec!["--without", id]);
         let run =
             |files: &[String]| self.programs.diagnose(self.nominal, blind, files, out, &options, self.jobs);
@@ -226,8 +195,8 @@ pub fn threads(jobs: usize) -> Result<rayon::ThreadPool, CampaignError> {
 /// The answer with a stem in a folder; none where it was refused.
 ///
 /// # Errors
-/// [`AnswerError`] where it is of another form.
-pub(crate) fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, AnswerError> {
+/// [`CampaignError`] where it is of another form.
+pub(crate) fn answer_of(folder: &Path, stem: &str) -> Result<Option<Answer>, CampaignError> {
     let path = folder.join(format!("{stem}.json"));
     if path.is_file() { Answer::read(&path).map(Some) } else { Ok(None) }
 }

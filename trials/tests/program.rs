@@ -6,11 +6,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use trials::CampaignError;
 use trials::campaign::Campaign;
 use trials::plan::Counts;
 use trials::programs::Programs;
 use trials::report::Report;
-use trials::workspace::CampaignError;
 use trials::{dynamic, score};
 
 /// A program that accepts all and writes nothing.

@@ -12,10 +12,11 @@ use std::path::Path;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 
-use crate::log::{WriteError, write_as};
+use crate::log::write_as;
 use crate::noise::{Noise, Source};
 use crate::streams::{Stream, stream};
 use crate::units::round_to;
+use fitter::output::OutputError;
 
 /// One harmonic of the turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,8 +208,8 @@ pub fn write_csv(rows: &[Row], mut to: impl Write) -> io::Result<()> {
 /// Writes the file at `path`, `.csv` or `.csv.gz`, whole or not at all.
 ///
 /// # Errors
-/// [`WriteError`].
-pub fn write_file(rows: &[Row], path: &Path) -> Result<(), WriteError> {
+/// [`OutputError`].
+pub fn write_file(rows: &[Row], path: &Path) -> Result<(), OutputError> {
     write_as(path, |to| write_csv(rows, to))
 }
 

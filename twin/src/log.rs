@@ -1,9 +1,10 @@
 //! The log of a recording: its rows, and the CSV file that they are written to.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use fitter::output::{OutputError, write_whole};
+use fitter::text_safety;
 use flate2::{Compression, GzBuilder};
 use motion::Series;
 
@@ -36,22 +37,6 @@ pub struct Reading {
 pub const HEADER: &str =
     "t_s,pass,direction,command_deg,x1_mm,x2_mm,reference_arcsec,cross_arcsec,temperature_c,coil_a";
 
-/// Why a recording could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The file or the folder that it lies in cannot be written.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// The file name does not say a format that is known.
-    #[error(
-        "`{}` is no name for a recording: expected one that ends in `.csv` or `.csv.gz`", .path.display()
-    )]
-    Name {
-        /// The file that was asked for.
-        path: PathBuf,
-    },
-}
-
 /// Writes the rows as CSV, header first.
 pub fn write_csv(readings: &[Reading], mut to: impl Write) -> io::Result<()> {
     writeln!(to, "{HEADER}")?;
@@ -75,7 +60,7 @@ pub fn write_csv(readings: &[Reading], mut to: impl Write) -> io::Result<()> {
 }
 
 /// Writes the rows to the file at `path`, `.csv` or `.csv.gz`. The file appears whole or not at all.
-pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), WriteError> {
+pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), OutputError> {
     write_as(path, |to| write_csv(readings, to))
 }
 
@@ -83,8 +68,8 @@ pub fn write_file(readings: &[Reading], path: &Path) -> Result<(), WriteError> {
 /// `.csv.gz`. The file appears whole or not at all.
 ///
 /// # Errors
-/// [`WriteError`].
-pub fn write_series(series: &Series, decimals: Option<[usize; 3]>, path: &Path) -> Result<(), WriteError> {
+/// [`OutputError`].
+pub fn write_series(series: &Series, decimals: Option<[usize; 3]>, path: &Path) -> Result<(), OutputError> {
     write_as(path, |to| series.write_csv(decimals, to))
 }
 
@@ -93,11 +78,11 @@ pub fn write_series(series: &Series, decimals: Option<[usize; 3]>, path: &Path) 
 pub(crate) fn write_as(
     path: &Path,
     fill: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-) -> Result<(), WriteError> {
+) -> Result<(), OutputError> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let compressed = name.ends_with(".csv.gz");
     if !compressed && !name.ends_with(".csv") {
-        return Err(WriteError::Name { path: path.to_owned() });
+        return Err(OutputError::NotARecording { file: text_safety::path(path) });
     }
     write_whole(path, |to| {
         if compressed {
@@ -109,5 +94,4 @@ pub(crate) fn write_as(
             fill(to)
         }
     })
-    .map_err(WriteError::from)
 }

@@ -83,7 +83,7 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
     match (&cli.mirror, &cli.plant) {
         (_, Some(plant)) => motion::run(cli, plant, common),
         (Some(mirror), None) => run_static(cli, mirror, common),
-        (None, None) => Err(refused!("--mirror is missing; give the mirror.toml")),
+        (None, None) => Err(refused!("--mirror is missing").mend("give the mirror.toml")),
     }
 }
 
@@ -174,10 +174,10 @@ fn one_simulation(cli: &Arguments) -> Result<()> {
     if cli.simulated.is_none() || cli.recordings.len() == 1 {
         return Ok(());
     }
-    Err(refused!(
-        "--simulated: found {} recordings, expected one; a simulation belongs to the rows of one recording",
-        cli.recordings.len()
-    ))
+    let found = cli.recordings.len();
+    Err(refused!("--simulated belongs to the rows of one recording")
+        .found(format_args!("{found} recordings"))
+        .expected("one"))
 }
 
 /// The stems of the output files; equal ones would overwrite each other.
@@ -189,11 +189,9 @@ fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
         let name = name.strip_suffix(".gz").unwrap_or(&name);
         let stem = name.strip_suffix(".csv").unwrap_or(name).to_string();
         if let Some(first) = seen.insert(stem.clone(), path) {
-            return Err(refused!(
-                "{} and {}: both would be written as `{stem}`; rename one or diagnose them in separate calls",
-                first.display(),
-                path.display()
-            ));
+            let (first, path) = (first.display(), path.display());
+            return Err(refused!("{first} and {path}: both would be written as `{stem}`")
+                .mend("rename one or diagnose them in separate calls"));
         }
         stems.push(stem);
     }
@@ -204,7 +202,9 @@ fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
 fn known(ids: &[String], all: &[&str]) -> Result<()> {
     match ids.iter().find(|id| !all.contains(&id.as_str())) {
         None => Ok(()),
-        Some(id) => Err(refused!("--without: found `{id}`, expected one of {}", all.join(", "))),
+        Some(id) => Err(refused!("--without names no effect of the catalogue")
+            .cell(id)
+            .expected(format_args!("one of {}", all.join(", ")))),
     }
 }
 
@@ -212,7 +212,10 @@ fn known(ids: &[String], all: &[&str]) -> Result<()> {
 fn threads(wanted: Option<usize>) -> Result<rayon::ThreadPool> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let count = wanted.unwrap_or(processors).clamp(1, MOST_THREADS_PER_PROCESSOR * processors);
-    Ok(rayon::ThreadPoolBuilder::new().num_threads(count).build()?)
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+    pool.map_err(|error| {
+        refused!("{count} threads could not be started ({error})").mend("ask for fewer").by("jobs")
+    })
 }
 
 /// The command as it stands in the coefficients file: without folders, which differ from machine to machine.

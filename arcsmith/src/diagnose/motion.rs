@@ -63,7 +63,7 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
         let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
         if !cli.no_report {
-            set.put(&at("html"), dynamic::page(recording, outcome))?;
+            set.put(&at("html"), diagnosis::report::of_motion(recording, outcome))?;
         }
         let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
         set.put(&at("simulated.csv"), rows)?;

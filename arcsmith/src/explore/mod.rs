@@ -9,7 +9,6 @@ use clap::Args;
 use codegen::cli::{Arguments, designing, options, source};
 use codegen::cost::Core;
 use codegen::quantity::Quantity;
-use codegen::units::UnitsError;
 use codegen::{explore, files, refused, text};
 use fitter::output;
 
@@ -34,7 +33,7 @@ pub fn run(arguments: &ExploreArgs) -> Result<ExitCode> {
     let common = &arguments.arguments;
     let bar = common.progress();
     if !common.devices.is_empty() {
-        return Err(UnitsError::Option { option: "explore" }.into());
+        return Err(refused!("explore does not go with --devices").mend("leave it out"));
     }
     source::tell(common)?;
     if let Some(svg) = &arguments.svg {

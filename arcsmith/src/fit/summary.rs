@@ -205,10 +205,10 @@ fn order_line(chosen: usize, what: &str, selection: &OrderSelection) -> String {
         format!("{chosen}, as given; testing error {} ({by})", testing(chosen))
     } else {
         format!(
-            "{FIGURE}{chosen}{FIGURE:#}: testing error {}, within one standard error of the smallest, {} at {what} \
-             {best} ({by})",
+            "{FIGURE}{chosen}{FIGURE:#}: testing error {}, the smallest {} at {what} {best} (rule: {}; {by})",
             testing(chosen),
-            testing(best)
+            testing(best),
+            selection.rule
         )
     }
 }

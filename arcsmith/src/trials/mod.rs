@@ -146,7 +146,7 @@ const OPENED: &str = "Opened examples of an independent laboratory";
 fn run_static(args: &Static, summary: &mut Summary, programs: &Programs) -> Result<bool> {
     let jobs = threads(args.jobs)?;
     if let Some(unknown) = args.only.iter().find(|id| !cells().iter().any(|cell| cell.0 == **id)) {
-        return Err(refused!("--only {unknown}: found no such effect; `arcsmith effects` lists them"));
+        return Err(refused!("--only {unknown}: found no such effect").mend("`arcsmith effects` lists them"));
     }
     let counts = Counts {
         trials: args.trials,

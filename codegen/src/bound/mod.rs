@@ -65,6 +65,8 @@ pub struct Overflows {
     pub ty: Type,
 }
 
+fitter::errors!(plain Overflows);
+
 impl Overflows {
     /// Whether a range lies within the integers of a type; otherwise what is wrong with the step of this number, name and
     /// stage.

@@ -7,16 +7,16 @@ use serde_json::json;
 use super::terminal::{FIGURE, line, summarise, warn};
 use super::verify::conclude;
 use super::{Arguments, Result, options};
+use crate::devices::{self, Device, Generated, Wanted, verify};
 use crate::files;
 use crate::options::OutOfRange;
 use crate::quantity::Quantity;
 use crate::refused;
 use crate::text;
-use crate::units::{self, Generated, Unit, UnitsError, Wanted, verify};
 use crate::verify::Checks;
 
-/// Generates the files of the units that are named.
-fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Unit>, Wanted)> {
+/// Generates the files of the devices that are named.
+fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Device>, Wanted)> {
     let a = arguments;
     let beside = [
         ("--target", a.target.is_some()),
@@ -30,21 +30,21 @@ fn prepare_all(arguments: &Arguments) -> Result<(Generated, Vec<Unit>, Wanted)> 
         ("--keep", !a.keep.is_empty()),
     ];
     if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
-        return Err(UnitsError::Option { option }.into());
+        return Err(refused!("{option} does not go with --devices").mend("leave it out"));
     }
     let bar = arguments.progress();
     let wanted = wanted(arguments)?;
-    let paths = units::expand(&arguments.devices)?;
-    let units = units::read(&paths)?;
-    let unit = units.first().map(|unit| Quantity::of(&unit.coefficients.error_model()).bound_unit);
+    let paths = devices::expand(&arguments.devices)?;
+    let devices = devices::read(&paths)?;
+    let unit = devices.first().map(|device| Quantity::of(&device.coefficients.error_model()).bound_unit);
     let options = options::options(arguments, &unit.unwrap_or_default(), true)?;
     if options.routines.len() > 1 {
-        return Err(refused!("--devices makes one routine: give one --format, q31 or q31-split"));
+        return Err(refused!("--devices makes one routine").mend("give one --format, q31 or q31-split"));
     }
     bar.set_message("approximating and bounding");
-    let generated = units::generate(&units, &options, &wanted)?;
+    let generated = devices::generate(&devices, &options, &wanted)?;
     bar.finish_and_clear();
-    Ok((generated, units, wanted))
+    Ok((generated, devices, wanted))
 }
 
 /// Generates the files.
@@ -52,16 +52,16 @@ pub(super) fn prepare(arguments: &Arguments) -> Result<Generated> {
     Ok(prepare_all(arguments)?.0)
 }
 
-/// Sweeps every unit's page through the compiled files.
+/// Sweeps every device's page through the compiled files.
 pub(super) fn verify(arguments: &Arguments, checks: &Checks) -> Result<ExitCode> {
     // `--exhaustive` would take minutes for every unit; what it asks for is proved.
     if let Some(option) = checks.beyond(&["--sanitize"]) {
-        return Err(UnitsError::Option { option }.into());
+        return Err(refused!("{option} does not go with --devices").mend("leave it out"));
     }
-    let (generated, units, wanted) = prepare_all(arguments)?;
+    let (generated, devices, wanted) = prepare_all(arguments)?;
     let bar = arguments.progress();
     bar.set_message("sweeping every unit");
-    let report = verify::verify(&arguments.out, &generated, &units, &wanted, checks.sanitize)?;
+    let report = verify::verify(&arguments.out, &generated, &devices, &wanted, checks.sanitize)?;
     bar.finish_and_clear();
     conclude(arguments, &report, report.holds(), &report.text())
 }
@@ -72,10 +72,11 @@ fn wanted(arguments: &Arguments) -> Result<Wanted> {
         let digits = given.trim_start_matches("0x").trim_start_matches("0X");
         let parsed = if digits == given { given.parse() } else { u32::from_str_radix(digits, 16) };
         parsed.ok().filter(|address| address % 16 == 0).ok_or_else(|| {
-            refused!("--page-address {given}: give a multiple of 16 below 2^32, for example 0x0801f800")
+            refused!("--page-address {given} is no place for a page")
+                .mend("give a multiple of 16 below 2^32, for example 0x0801f800")
         })
     })?;
-    let earlier = arguments.pages_for.as_deref().map(units::earlier::read).transpose()?;
+    let earlier = arguments.pages_for.as_deref().map(devices::earlier::read).transpose()?;
     Ok(Wanted { margin: arguments.margin.unwrap_or(usual.margin), address, earlier })
 }
 
@@ -111,7 +112,7 @@ pub(super) fn write(arguments: &Arguments) -> Result<ExitCode> {
                 generated.name,
                 design.degree,
                 design.fitted.len(),
-                stated(design.fitted.iter().map(|unit| unit.total).fold(0.0, f64::max)),
+                stated(design.fitted.iter().map(|device| device.total).fold(0.0, f64::max)),
                 stated(design.total),
                 stated(design.rounding),
             ) + &line("written", &format!("{out}: {count} files, {changed} changed"))

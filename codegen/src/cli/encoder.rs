@@ -11,7 +11,7 @@ use crate::generate::{Generated, generate};
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::text;
-use crate::turn::{TurnError, assumed_bits, verify};
+use crate::turn::{assumed_bits, verify};
 use crate::verify::Checks;
 
 /// Generates the files.
@@ -43,7 +43,7 @@ pub(super) fn verify(
 ) -> Result<ExitCode> {
     // `--exhaustive` is what happens anyway.
     if let Some(option) = checks.beyond(&["--exhaustive"]) {
-        return Err(TurnError::Option { option }.into());
+        return Err(options::not_of_encoders(option));
     }
     let (generated, options) = prepare(arguments, coefficients, sha256)?;
     let report = verify::verify(&arguments.out, &generated, coefficients, &options)?;

@@ -1,6 +1,7 @@
 //! From arguments to options.
 
 use clap::ValueEnum;
+use fitter::message::Message;
 use fitter::text_safety;
 
 use super::{Arguments, Result, source};
@@ -9,7 +10,7 @@ use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options, OutOfRange};
 use crate::physics::Further;
 use crate::refused;
-use crate::turn::{Encoder, TurnError};
+use crate::turn::Encoder;
 
 /// The width of a converter unless one is given.
 const USUAL_BITS: u32 = 16;
@@ -36,9 +37,8 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
     let bound = match (&arguments.bound_arcsec, &arguments.bound) {
         (Some(bound), _) if unit == "arcsec" => Some(*bound),
         (Some(_), _) => {
-            return Err(refused!(
-                "this sensor's bound is in {unit}: give --bound with its unit, 0.0001{unit}"
-            ));
+            return Err(refused!("this sensor's bound is in {unit}")
+                .mend(format_args!("give --bound with its unit, 0.0001{unit}")));
         }
         (None, Some(text)) => Some(bound_with_unit(text, unit)?),
         (None, None) => None,
@@ -104,9 +104,14 @@ pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
         ("--keep", !a.keep.is_empty()),
     ];
     if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
-        return Err(TurnError::Option { option }.into());
+        return Err(not_of_encoders(option));
     }
     options(arguments, unit, false)
+}
+
+/// The refusal of an option of other sensors.
+pub fn not_of_encoders(option: &str) -> Message {
+    refused!("{option} does not apply to an encoder's counts").mend("leave it out")
 }
 
 /// Options that belong to encoders only.
@@ -114,14 +119,12 @@ pub fn no_encoder(arguments: &Arguments) -> Result<()> {
     let of_encoders =
         [("--output-bits", arguments.output_bits.is_some()), ("--counts", arguments.counts.is_some())];
     if let Some((option, _)) = of_encoders.into_iter().find(|(_, given)| *given) {
-        return Err(refused!(
-            "{option} belongs to an encoder, whose coefficients hold on a whole turn: leave it out"
-        ));
+        return Err(refused!("{option} belongs to an encoder, whose coefficients hold on a whole turn")
+            .mend("leave it out"));
     }
     if arguments.flash_bytes.is_some() && arguments.target.is_none() {
-        return Err(refused!(
-            "--flash-bytes belongs to a choice: add --target, the core that the routine is for"
-        ));
+        return Err(refused!("--flash-bytes belongs to a choice")
+            .mend("add --target, the core that the routine is for"));
     }
     Ok(())
 }
@@ -151,9 +154,8 @@ pub fn ends(arguments: &Arguments) -> Result<Ends> {
     let input = arguments.input.map(input).transpose()?;
     let counts = matches!(input, Some(Input { encoding: Encoding::Counts { .. }, .. }));
     if !counts && (gain.is_some() || offset.is_some()) {
-        return Err(refused!(
-            "--gain and --offset belong to a converter's counts: add --input counts or x1x2-counts, or leave them out"
-        ));
+        return Err(refused!("--gain and --offset belong to a converter's counts")
+            .mend("add --input counts or x1x2-counts, or leave them out"));
     }
     Ok(Ends { input, output, full_scale })
 }
@@ -165,9 +167,8 @@ fn table(text: &str) -> Result<Method> {
         Some((degree, segments)) if segments.is_power_of_two() => {
             Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros() })
         }
-        _ => Err(refused!(
-            "--table {text}: give degree and number of segments, a power of two: for example 2x32"
-        )),
+        _ => Err(refused!("--table {text} is no table")
+            .mend("give degree and number of segments, a power of two: for example 2x32")),
     }
 }
 
@@ -179,10 +180,10 @@ fn bound_with_unit(text: &str, unit: &str) -> Result<f64> {
     let value = digits.trim().parse::<f64>();
     match value {
         Ok(value) if found == unit => Ok(value),
-        Ok(_) => Err(refused!(
-            "--bound {text}: the unit is {found:?}, this sensor's is {unit:?}: give for example {digits}{unit}"
-        )),
-        Err(_) => Err(refused!("--bound {text}: not a number with a unit: give for example 0.01{unit}")),
+        Ok(_) => Err(refused!("--bound {text}: the unit is {found:?}, this sensor's is {unit:?}")
+            .mend(format_args!("give for example {digits}{unit}"))),
+        Err(_) => Err(refused!("--bound {text}: not a number with a unit")
+            .mend(format_args!("give for example 0.01{unit}"))),
     }
 }
 

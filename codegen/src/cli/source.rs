@@ -22,9 +22,9 @@ pub fn source(arguments: &Arguments) -> Result<Source> {
         }
         _ if arguments.demo || regenerates() => Ok(Source::Embedded),
         _ => found(Path::new("")).map(Source::Coefficients).map_err(|there| {
-            refused!(
-                "nothing is named to generate from, and {there}: give --coefficients coefficients.json, or --recording \
-                 with --mirror, or --demo for the embedded recording of a simulated mirror"
+            refused!("nothing is named to generate from, and {there}").mend(
+                "give --coefficients coefficients.json, or --recording with --mirror, or --demo for the embedded recording \
+                 of a simulated mirror",
             )
         }),
     }

@@ -1,6 +1,5 @@
 //! What every command shares: how much is said, in which colours, how far the work is, and how a run ends.
 
-use std::error::Error;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -8,10 +7,12 @@ use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
 use clap::Args;
+use fitter::message::Message;
 use fitter::progress::Progress;
 use fitter::text_safety;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::{Map, Value, json};
+use serde::Serialize;
+use serde_json::json;
 
 /// What a line is about.
 pub const LABEL: Style = Style::new().dimmed();
@@ -21,12 +22,20 @@ pub const FIGURE: Style = AnsiColor::Green.on_default().bold();
 pub const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 
 /// What a command ends with: one message where it is refused.
-pub type Result<T, E = Box<dyn Error + Send + Sync>> = std::result::Result<T, E>;
+pub type Result<T, E = Message> = std::result::Result<T, E>;
 
 /// A message that refuses, formatted as `format!` does.
 #[macro_export]
 macro_rules! refused {
-    ($($text:tt)*) => { ::std::boxed::Box::<dyn ::std::error::Error + Send + Sync>::from(format!($($text)*)) };
+    ($($text:tt)*) => { ::fitter::message::Message::of(format_args!($($text)*)) };
+}
+
+/// The option of every command that sets a value: it has the value's name, but for the range, whose ends are two.
+fn option(value: &str) -> String {
+    match value {
+        "range" => "--from, --to".into(),
+        value => format!("--{}", value.replace('_', "-")),
+    }
 }
 
 /// How much is said and read, for every command.
@@ -187,7 +196,7 @@ pub fn program<A>(parsed: Result<A, clap::Error>, run: impl FnOnce(A) -> Result<
         Err(refused) if refused.use_stderr() => {
             let message = refused.render();
             match machine() {
-                true => complain_as_json(first_paragraph(&message.to_string())),
+                true => complain_as_json(first_paragraph(&message.to_string()), &Message::default(), &[]),
                 false => complain(message.ansi().to_string().trim_end()),
             }
             return ExitCode::from(BAD_INPUT);
@@ -199,7 +208,7 @@ pub fn program<A>(parsed: Result<A, clap::Error>, run: impl FnOnce(A) -> Result<
     };
     match run(arguments) {
         Ok(code) => ended(code),
-        Err(error) => refuse(&*error),
+        Err(error) => refuse(&error),
     }
 }
 
@@ -220,28 +229,22 @@ fn machine() -> bool {
 fn ended(code: ExitCode) -> ExitCode {
     match UNWRITTEN.get() {
         None => code,
-        Some(error) => refuse(&*refused!(
+        Some(error) => refuse(&refused!(
             "standard output cannot be written ({error}); make room there, or redirect it elsewhere"
         )),
     }
 }
 
-/// Prints a message, with what caused it where that says more: what of it comes from outside does nothing, and is cut
-/// to a length that can be read.
-fn refuse(error: &(dyn Error + 'static)) -> ExitCode {
-    let mut message = error.to_string();
-    let mut cause = error.source();
-    while let Some(inner) = cause {
-        let text = inner.to_string();
-        if !message.contains(&text) {
-            message += &format!(": {text}");
-        }
-        cause = inner.source();
-    }
-    let safe = message.lines().map(text_safety::visible).collect::<Vec<_>>().join("\n");
+/// Prints a message, with the options that set the values of which it speaks: what of it comes from outside does nothing,
+/// and is cut to a length that can be read.
+fn refuse(message: &Message) -> ExitCode {
+    let options = message.options(option);
+    let by = if options.is_empty() { String::new() } else { format!(" ({})", options.join(", ")) };
+    let text = format!("{message}{by}");
+    let safe = text.lines().map(text_safety::visible).collect::<Vec<_>>().join("\n");
     let readable = shortened(&safe, LONGEST_MESSAGE);
     match machine() {
-        true => complain_as_json(&readable),
+        true => complain_as_json(&readable, message, &options),
         false => {
             let style = clap::builder::Styles::styled();
             let label = style.get_error();
@@ -251,45 +254,19 @@ fn refuse(error: &(dyn Error + 'static)) -> ExitCode {
     ExitCode::from(BAD_INPUT)
 }
 
-fn complain_as_json(message: &str) {
-    let text = format!("{:#}", json!({"error": parts(message)}));
+/// Prints a message as JSON: the whole, and its parts.
+fn complain_as_json(whole: &str, message: &Message, options: &[String]) {
+    #[derive(Serialize)]
+    struct Told<'a> {
+        message: &'a str,
+        #[serde(flatten)]
+        parts: &'a Message,
+        #[serde(skip_serializing_if = "<[String]>::is_empty")]
+        options: &'a [String],
+    }
+    let error = Told { message: whole, parts: message, options };
+    let text = format!("{:#}", json!({"error": error}));
     let _ = writeln!(std::io::stderr(), "{}", text_safety::json(&text));
-}
-
-/// The parts of a message, as far as it has them: messages are written `FILE, line N, column `C`: found …, expected …;
-/// how to mend it`.
-fn parts(message: &str) -> Value {
-    let mut parts = Map::from_iter([("message".to_string(), json!(message))]);
-    let mut put = |key: &str, value: Value| drop(parts.insert(key.into(), value));
-    let (head, rest) = message.split_once(": ").unwrap_or(("", message));
-    let mut place = head.split(", ");
-    let named = |file: &&str| file.contains(['.', '/']) && !file.contains(['`', '\'', ' ']);
-    if let Some(file) = place.next().filter(named) {
-        put("file", json!(file));
-        for part in place {
-            match part.split_once(' ') {
-                Some(("line" | "row", number)) => {
-                    if let Ok(number) = number.parse::<u64>() {
-                        put("line", json!(number));
-                    }
-                }
-                Some(("column", name)) => put("column", json!(name.trim_matches('`'))),
-                _ => {}
-            }
-        }
-    }
-    let (what, mend) = rest.split_once("; ").map_or((rest, None), |(what, mend)| (what, Some(mend)));
-    if let Some((_, what)) = what.split_once("found ") {
-        let (found, expected) = what.split_once(", expected ").map_or((what, None), |(f, e)| (f, Some(e)));
-        put("found", json!(found.trim_matches('`')));
-        if let Some(expected) = expected {
-            put("expected", json!(expected));
-        }
-    }
-    if let Some(mend) = mend {
-        put("mend", json!(mend));
-    }
-    Value::Object(parts)
 }
 
 /// Most characters of a message, of which a third are its end, where it says how to mend what is wrong.
@@ -317,19 +294,6 @@ mod tests {
             for_terminal("\x1b[8m\x1b]0;title\x07\r\u{202e}"),
             "\\u{1b}[8m\\u{1b}]0;title\\u{7}\\u{d}\\u{202e}"
         );
-    }
-
-    #[test]
-    fn a_message_is_taken_apart_as_far_as_it_goes() {
-        let message =
-            "a.csv, line 3, column `x1_mm`: found `abc`, expected a number; correct the cell or drop the row";
-        let whole = json!({
-            "message": message, "file": "a.csv", "line": 3, "column": "x1_mm", "found": "abc",
-            "expected": "a number", "mend": "correct the cell or drop the row",
-        });
-        assert_eq!(parts(message), whole);
-        let bare = "nothing is named to generate from: give coefficients";
-        assert_eq!(parts(bare), json!({"message": bare}));
     }
 
     #[test]

@@ -69,39 +69,28 @@ pub struct InputPlan {
     pub resolution: f64,
 }
 
-/// What is wrong with an input for a range.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum InputError {
-    /// Two probes need a pair.
-    #[error("a direct sensor has one reading: use an input without x1x2")]
-    OneReading,
-    /// A gain that is 0, negative or not finite.
-    #[error("the converter's gain is {0}: give the change of the reading by one count, a positive number")]
-    Gain(f64),
-    /// A width that no converter has.
-    #[error("a converter of {0} bits: give 1 to 24")]
-    Bits(u32),
-    /// A full scale that is 0, negative or not finite.
-    #[error("the full scale is {0}: give the reading that the largest word stands for, a positive number")]
-    FullScale(f64),
-    /// The encoding does not reach the range.
-    #[error(
-        "the input reaches {from}…{to} only, the range is {range_from}…{range_to}: narrow the range or change {what}"
-    )]
-    DoesNotReach { from: f64, to: f64, range_from: f64, range_to: f64, what: &'static str },
-    /// Fewer than two representable inputs in the range.
-    #[error("the range {0}…{1} holds fewer than two inputs of this form")]
-    NoResolution(f64, f64),
-    /// Without a limit some argument would overflow.
-    #[error(
-        "this input needs its limits, or some argument would overflow: use --out-of-range clamp or flag \
-         (continue goes with q31, with counts of 16 bits or less, and with floats in format f32)"
-    )]
-    Unlimited,
-    /// Beyond float.
-    #[error("the range {0}…{1} is beyond what a 32-bit float holds")]
-    BeyondFloat(f64, f64),
+fitter::errors! {
+    /// What is wrong with an input for a range.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum InputError {
+        OneReading => says("a direct sensor has one reading") mend("use an input without x1x2");
+        Gain(it: f64) =>
+            says("the converter's gain is {it}")
+            mend("give the change of the reading by one count, a positive number") by(gain);
+        Bits(it: u32) => says("a converter of {it} bits") mend("give 1 to 24") by(bits);
+        FullScale(it: f64) =>
+            says("the full scale is {it}")
+            mend("give the reading that the largest word stands for, a positive number") by(full_scale);
+        DoesNotReach { from: f64, to: f64, range_from: f64, range_to: f64, what: &'static str } =>
+            says("the input reaches {from}…{to} only, the range is {range_from}…{range_to}")
+            mend("narrow the range or change {what}") by(range);
+        NoResolution(a: f64, b: f64) => says("the range {a}…{b} holds fewer than two inputs of this form");
+        Unlimited =>
+            says("this input needs its limits, or some argument would overflow")
+            mend("clamp or flag readings outside the range (to continue goes with q31, with counts of 16 bits or less, \
+                and with floats in format f32)") by(out_of_range);
+        BeyondFloat(a: f64, b: f64) => says("the range {a}…{b} is beyond what a 32-bit float holds");
+    }
 }
 
 impl InputPlan {

@@ -206,6 +206,14 @@ pub trait Language: std::fmt::Debug + Sync {
         }
     }
 
+    /// A float that is added to what stands before it: a constant below zero is subtracted.
+    fn plus_float(&self, program: &Program, operand: &Operand) -> String {
+        match operand {
+            Operand::Float(value) if value.is_sign_negative() => format!(" - {}", self.float(value.abs())),
+            other => format!(" + {}", self.operand(program, other)),
+        }
+    }
+
     /// How its files are checked; none where they cannot be.
     fn checker(&self) -> Option<&dyn Checker> {
         None

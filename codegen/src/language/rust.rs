@@ -185,11 +185,7 @@ impl Language for Rust {
                 format!("mul_short({}, {}, {by}){}", text(a), text(b), plus(c))
             }
             Op::MulAddF32 { a, b, c } => {
-                let sum = match c {
-                    Operand::Float(v) if v.is_sign_negative() => format!(" - {}", self.float(v.abs())),
-                    other => format!(" + {}", text(other)),
-                };
-                format!("{} * {}{sum}", text(a), text(b))
+                format!("{} * {}{}", text(a), text(b), self.plus_float(program, c))
             }
             Op::Bits { .. } | Op::Shifted { .. } | Op::Around { .. } => unreachable!("of counts"),
         }

@@ -76,7 +76,7 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
         return Err(refuse(": it is so steep that the equation has no certain solution"));
     }
     if !b.program.table.is_empty() {
-        return Err(refuse(" beside a table: choose a polynomial instead (no --table)"));
+        return Err(refuse(" beside a table: choose a polynomial instead"));
     }
     // Turns of one word of the sum, and the phase as a product by an integer.
     let turn = &Interval::from_f64(period) * statistic;

@@ -123,7 +123,7 @@ fn left_out(term: &Term, options: &Options, beyond: bool) -> Option<String> {
         let why = "it holds on the recording that it was found in only";
         let keep = match since_start {
             true => format!(
-                "; where the routine begins as that recording did, at switch-on, --keep {} generates it",
+                "; where the routine begins as that recording did, at switch-on, {} can be kept",
                 term.effect
             ),
             false => String::new(),

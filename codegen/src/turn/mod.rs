@@ -59,67 +59,45 @@ pub const FEWEST_COUNTS: u32 = 256;
 /// See [`FEWEST_COUNTS`].
 pub const MOST_COUNTS: u32 = 1 << *BITS.end();
 
-/// Why there is no routine for an encoder.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum TurnError {
-    /// Other coefficients.
-    #[error("these coefficients are not of a whole turn")]
-    NotATurn,
-    /// The width is not known.
-    #[error(
-        "the sensor's unit is {unit}: say how many bits the encoder's word has, for example --bits 14, or how many \
-         counts its turn has, for example --counts 4000"
-    )]
-    UnknownBits { unit: String },
-    /// A width that no encoder has.
-    #[error("an encoder of {bits} bits: give {} to {}", BITS.start(), BITS.end())]
-    Bits { bits: u32 },
-    /// Counts that no routine is made for.
-    #[error(
-        "a turn of {counts} counts: give whole counts from {FEWEST_COUNTS} to {MOST_COUNTS}, or correct with `arcsmith apply`"
-    )]
-    Counts { counts: f64 },
-    /// Bits and revolution contradict each other.
-    #[error(
-        "{counts} counts to the turn are asked for, and the recording's revolution is {revolution}: leave {option} out"
-    )]
-    Contradiction { counts: u64, option: &'static str, revolution: f64 },
-    /// Two widths.
-    #[error("--bits and --counts both say how many counts a turn has: give one of them")]
-    BitsAndCounts,
-    /// A result coarser than the reading, or finer than is of use.
-    #[error("a corrected word of {output} bits for an encoder of {input}: give {input} to {}", input + MOST_FINER)]
-    OutputBits { input: u32, output: u32 },
-    /// A polynomial beside the harmonics.
-    #[error(
-        "the coefficients have a polynomial of order {order} in place of the turn's harmonics: it does not repeat with the \
-         turn; fit again with this program, which fits harmonics"
-    )]
-    Polynomial { order: usize },
-    /// No inverse.
-    #[error(
-        "the error changes by up to {slope:.2} counts from count to count: it cannot be turned round to a correction"
-    )]
-    Steep { slope: f64 },
-    /// Too large.
-    #[error("the corrections are too large for this form of routine")]
-    Large,
-    /// A bound that rounding alone exceeds, or no number.
-    #[error(
-        "the bound is {wanted:.3e} {unit}, and rounding to {output} bits alone may take half a count, {half:.3e} {unit}: \
-         ask for more, or for a finer word with --output-bits"
-    )]
-    Bound { wanted: f64, half: f64, unit: String, output: u32 },
-    /// Nothing cheap enough is good enough.
-    #[error(
-        "no routine within {wanted:.3e} {unit} fits {flash} bytes of flash: a table of every count takes {table} bytes; \
-         allow more with --flash-bytes, or a larger bound"
-    )]
-    Nothing { wanted: f64, unit: String, flash: usize, table: usize },
-    /// Options of other sensors.
-    #[error("{option} does not apply to an encoder's counts: leave it out")]
-    Option { option: &'static str },
+fitter::errors! {
+    /// Why there is no routine for an encoder.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum TurnError {
+        NotATurn => says("these coefficients are not of a whole turn");
+        UnknownBits { unit: String } =>
+            says("the sensor's unit is {unit}")
+            mend("say how many bits the encoder's word has, or how many counts its turn has")
+            by(bits = 14) by(counts = 4000);
+        Bits { bits: u32 } =>
+            says("an encoder of {bits} bits") mend("give {} to {}", BITS.start(), BITS.end()) by(bits);
+        Counts { counts: f64 } =>
+            says("a turn of {counts} counts")
+            mend("give whole counts from {FEWEST_COUNTS} to {MOST_COUNTS}") by(counts);
+        Contradiction { counts: u64, value: &'static str, revolution: f64 } =>
+            says("{counts} counts to the turn are asked for, and the recording's revolution is {revolution}")
+            mend("leave them out") by_name(value);
+        BitsAndCounts =>
+            says("both bits and counts say how many counts a turn has") mend("give one of them") by(bits) by(counts);
+        OutputBits { input: u32, output: u32 } =>
+            says("a corrected word of {output} bits for an encoder of {input}")
+            mend("give {input} to {}", input + MOST_FINER) by(output_bits);
+        Polynomial { order: usize } =>
+            says("the coefficients have a polynomial of order {order} in place of the turn's harmonics: it \
+                does not repeat with the turn")
+            mend("fit again with this program, which fits harmonics");
+        Steep { slope: f64 } =>
+            says("the error changes by up to {slope:.2} counts from count to count: it cannot be turned \
+                round to a correction");
+        Large => says("the corrections are too large for this form of routine");
+        Bound { wanted: f64, half: f64, unit: String, output: u32 } =>
+            says("the bound is {wanted:.3e} {unit}, and rounding to {output} bits alone may take half a \
+                count, {half:.3e} {unit}")
+            mend("ask for more, or for a finer word") by(bound) by(output_bits);
+        Nothing { wanted: f64, unit: String, flash: usize, table: usize } =>
+            says("no routine within {wanted:.3e} {unit} fits {flash} bytes of flash: a table of every count \
+                takes {table} bytes")
+            mend("allow more bytes, or a larger bound") by(flash_bytes) by(bound);
+    }
 }
 
 /// More bits of the result than this are noise.
@@ -137,14 +115,14 @@ impl Encoder {
         };
         let wanted = match (self.bits, self.counts) {
             (Some(_), Some(_)) => return Err(TurnError::BitsAndCounts),
-            (Some(bits), None) if BITS.contains(&bits) => Some((1 << bits, "--bits")),
+            (Some(bits), None) if BITS.contains(&bits) => Some((1 << bits, "bits")),
             (Some(bits), None) => return Err(TurnError::Bits { bits }),
-            (None, counts) => counts.map(|counts| (counts, "--counts")),
+            (None, counts) => counts.map(|counts| (counts, "counts")),
         };
         let in_counts = unit == "counts" || unit == "count";
         let counts = match wanted {
-            Some((counts, option)) if in_counts && f64::from(counts) != revolution => {
-                return Err(TurnError::Contradiction { counts: counts.into(), option, revolution });
+            Some((counts, value)) if in_counts && f64::from(counts) != revolution => {
+                return Err(TurnError::Contradiction { counts: counts.into(), value, revolution });
             }
             Some((counts, _)) => f64::from(counts),
             None if in_counts => revolution,

@@ -13,12 +13,11 @@ use super::VerifyError;
 /// Reads the certificate in a folder of generated files.
 ///
 /// # Errors
-/// [`VerifyError::Certificate`] where it is missing or not one.
+/// [`VerifyError::Unread`], [`VerifyError::Certificate`] where it is not one.
 pub fn read_certificate(folder: &Path) -> Result<Certificate, VerifyError> {
     let path = folder.join("certificate.json");
     let wrong = |what: String| VerifyError::Certificate { path: path.clone(), what };
-    let text = fitter::input::parsed(&path)
-        .map_err(|cause| wrong(format!("{cause}; run codegen first, or name the folder with --out")))?;
+    let text = fitter::input::parsed(&path, "certificate.json").map_err(VerifyError::Unread)?;
     let certificate: Certificate = serde_json::from_str(&text)
         .map_err(|cause| wrong(format!("no certificate of this version: {cause}; generate it anew")))?;
     if certificate.schema != "arcsmith-certificate" || certificate.version != 1 {

@@ -23,16 +23,17 @@ mod sweep;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use fitter::input::FileError;
 use fitter::output::OutputError;
 use fitter::progress::Progress;
 
 use crate::certificate::{Certificate, Entry};
+use crate::devices::DevicesError;
 use crate::generate::Generated;
 use crate::interpret::Overflow;
 use crate::options::Options;
 use crate::render::RenderError;
 use crate::turn::TurnError;
-use crate::units::UnitsError;
 
 use compile::{How, Place, temporary};
 use external::{Check, Checked};
@@ -40,51 +41,27 @@ use harness::Subject;
 use report::Report;
 use sweep::SweepReport;
 
-/// A check could not be made. (A check that fails is no error: it stands in the `Report`.)
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum VerifyError {
-    /// The certificate cannot be used.
-    #[error("{path}: {what}", path = path.display())]
-    Certificate { path: PathBuf, what: String },
-    /// A program is missing.
-    #[error("{program} is not installed: {install}")]
-    Missing { program: String, install: &'static str },
-    /// A program cannot be started.
-    #[error("{program} cannot be run: {cause}")]
-    Run {
-        program: String,
-        #[source]
-        cause: io::Error,
-    },
-    /// A program ended with an error.
-    #[error("{program}: {message}")]
-    Refused { program: String, message: String },
-    /// A temporary file cannot be written.
-    #[error("{path} cannot be written: {cause}", path = path.display())]
-    Write {
-        path: PathBuf,
-        #[source]
-        cause: io::Error,
-    },
-    /// Generated files cannot be written.
-    #[error(transparent)]
-    Files(#[from] OutputError),
-    /// A defect of a template.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    /// A defect of the proof.
-    #[error(transparent)]
-    Overflow(#[from] Overflow),
-    /// The routine of an encoder.
-    #[error(transparent)]
-    Turn(#[from] TurnError),
-    /// The routine of many units.
-    #[error(transparent)]
-    Units(#[from] Box<UnitsError>),
-    /// A defect of serialisation.
-    #[error("the report cannot be written as JSON: {0}")]
-    Json(#[from] serde_json::Error),
+fitter::errors! {
+    /// A check could not be made. (A check that fails is no error: it stands in the `Report`.)
+    #[derive(Debug)]
+    pub enum VerifyError {
+        Certificate { path: PathBuf, what: String } =>
+            at(path) says("{what}");
+        Unread(cause: FileError) => of(cause) mend("generate the files first, or name their folder") by(out);
+        Missing { program: String, install: &'static str } => says("{program} is not installed: {install}");
+        Run { program: String, cause: io::Error, } => says("{program} cannot be run: {cause}");
+        Refused { program: String, message: String } => says("{program}: {message}");
+        Write { path: PathBuf, cause: io::Error, } =>
+            at(path) says("cannot be written: {cause}");
+    }
+    from {
+        Files(OutputError),
+        Render(RenderError),
+        Overflow(Overflow),
+        Turn(TurnError),
+        Devices(DevicesError),
+        Json(serde_json::Error),
+    }
 }
 
 /// Which checks are made; the certificate and a sweep always are.

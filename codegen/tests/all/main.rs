@@ -3,8 +3,8 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
 
 mod cost;
+mod devices;
 mod direct;
 mod language;
 mod physics;
 mod turn;
-mod units;

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
 use super::estimate::{Fitted, fit};
-use super::fault::DynamicError;
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::noise::autoregression;
@@ -18,6 +17,7 @@ use super::search::{Search, gain};
 use super::structure::{Structure, structure};
 use super::verdict::{self, Left};
 use super::{equations, expected, feedback, floor, linear, plant, remainder};
+use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::Fit;
 use crate::numerics::Symmetric;
@@ -86,8 +86,8 @@ impl OwnSimulation {
     /// Refuses a simulation of other rows than a recording's.
     ///
     /// # Errors
-    /// [`DynamicError::Simulated`].
-    pub fn of_rows(&self, rows: usize) -> Result<(), DynamicError> {
+    /// [`DiagnosisError::Rows`].
+    pub fn of_rows(&self, rows: usize) -> Result<(), DiagnosisError> {
         match self.positions.len() {
             found if found == rows => Ok(()),
             found => Err(self.wrong(format!("{found} rows"), format!("{rows} rows"))),
@@ -98,14 +98,14 @@ impl OwnSimulation {
     ///
     /// # Errors
     /// As [`OwnSimulation::of_rows`].
-    pub fn in_place(&self, recording: &DynamicRecording) -> Result<DynamicRecording, DynamicError> {
+    pub fn in_place(&self, recording: &DynamicRecording) -> Result<DynamicRecording, DiagnosisError> {
         self.of_rows(recording.rows())?;
         Ok(DynamicRecording { positions: vec![self.positions.clone()], ..recording.clone() })
     }
 
     /// The error of a simulation that is something else than was expected.
-    pub fn wrong(&self, found: String, expected: String) -> DynamicError {
-        DynamicError::Simulated { file: self.file.clone(), found, expected }
+    pub fn wrong(&self, found: String, expected: String) -> DiagnosisError {
+        DiagnosisError::Rows { file: self.file.clone(), found, expected }
     }
 }
 
@@ -137,8 +137,8 @@ impl Case<'_> {
 /// Diagnoses one recording.
 ///
 /// # Errors
-/// One of [`DynamicError`]: the recording cannot be diagnosed at all.
-pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+/// One of [`DiagnosisError`]: the recording cannot be diagnosed at all.
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let Case { recording, plant, .. } = *case;
     let linear = plant.plant.kind == Kind::Linear;
     if plant.plant.kind == Kind::Equations {
@@ -148,7 +148,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
         return equations::diagnose(case);
     }
     if !linear && (recording.drives.len() != 1 || recording.positions.len() != 1) {
-        return Err(DynamicError::Channels {
+        return Err(DiagnosisError::Channels {
             file: recording.file.clone(),
             found: recording.drives.len(),
             positions: recording.positions.len(),
@@ -165,7 +165,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
 }
 
 /// Diagnoses a mechanism of one axis that runs free.
-fn free_run(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+fn free_run(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let Case { recording, simulated, options, .. } = *case;
     let data = Data::new(recording);
     let lost = || recording.lost(100.0);
@@ -226,7 +226,7 @@ impl Problem for FreeRun<'_> {
         self.creeps
     }
 
-    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DiagnosisError> {
         let Some(model) = without(&self.chosen.model, withdrawn, self.data) else {
             return Ok(self.said(&self.chosen, &self.found));
         };

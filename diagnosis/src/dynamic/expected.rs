@@ -7,26 +7,26 @@ use rand_chacha::ChaCha8Rng;
 use super::data::{ALL, Data, HOLDS};
 use super::diagnose::OwnSimulation;
 use super::estimate::{Fitted, fit, fit_in_ways};
-use super::fault::DynamicError;
 use super::model::Term;
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::search::Search;
 use super::start;
+use crate::DiagnosisError;
 use crate::thresholds::dynamic::expected::LOST;
 
 /// The nominal plant with the effects `given`, identified from the recording, or from the user's simulation of it and then once
 /// more beside the recording.
 ///
 /// # Errors
-/// [`DynamicError::NoPlant`] where no plant follows the drive, [`DynamicError::Simulated`] where the simulation
+/// [`DiagnosisError::NoPlant`] where no plant follows the drive, [`DiagnosisError::Rows`] where the simulation
 /// has other rows.
 pub fn nominal(
     recording: &DynamicRecording,
     data: &Data,
     simulated: Option<&OwnSimulation>,
     given: &[Term],
-) -> Result<Fitted, DynamicError> {
+) -> Result<Fitted, DiagnosisError> {
     let best = match simulated {
         None if given.is_empty() => start::nominal(data).into_iter().next(),
         None => with(given, data),

@@ -7,10 +7,10 @@ use fitter::plant::{Equations, Kind, PlantFile};
 use motion::{Begin, Series, simulate};
 
 use super::diagnose::{Case, DynamicOutcome, Predicted};
-use super::fault::DynamicError;
 use super::interval::undetermined;
 use super::recording::DynamicRecording;
 use super::{plant, score};
+use crate::DiagnosisError;
 use crate::held_out::Score;
 use crate::thresholds::dynamic::judge::{FLOOR_OVER_BEFORE, MOST_ROWS, WRITTEN};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};
@@ -45,15 +45,15 @@ pub trait Problem {
     /// Everything that is said without what was withdrawn.
     ///
     /// # Errors
-    /// [`DynamicError::NoPlant`] where nothing can be fitted without it.
-    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError>;
+    /// [`DiagnosisError::NoPlant`] where nothing can be fitted without it.
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DiagnosisError>;
 }
 
 /// The first answer that stands.
 ///
 /// # Errors
 /// What the problem refuses.
-pub fn standing(problem: &impl Problem) -> Result<DynamicOutcome, DynamicError> {
+pub fn standing(problem: &impl Problem) -> Result<DynamicOutcome, DiagnosisError> {
     let (recording, creeps) = (problem.case().recording, problem.creeps());
     let mut withdrawn = Withdrawn::default();
     let mut said: Vec<String> = Vec::new();

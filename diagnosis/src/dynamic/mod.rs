@@ -8,7 +8,6 @@ pub mod effects;
 pub mod equations;
 mod estimate;
 mod expected;
-mod fault;
 mod feedback;
 mod floor;
 mod gram;
@@ -35,10 +34,7 @@ mod structure;
 mod turns;
 mod verdict;
 
-/// The report of a recording.
-pub use crate::report::of_motion as page;
 pub use diagnose::{Case, DynamicOutcome, Options, OwnSimulation, diagnose};
-pub use fault::DynamicError;
 #[doc(hidden)]
 pub use feedback::filter::low_pass;
 pub use recording::{DynamicRecording, Reading};

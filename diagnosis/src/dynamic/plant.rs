@@ -3,8 +3,8 @@
 use fitter::plant::{Numbers, Plant, PlantEffect, PlantFile};
 
 use super::effects::effect;
-use super::fault::DynamicError;
 use super::model::{Model, Term};
+use crate::DiagnosisError;
 
 /// The plant file of a model, with the units and the kind of `nominal`.
 pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
@@ -26,10 +26,11 @@ pub fn to_file(model: &Model, nominal: &Plant) -> PlantFile {
 /// The effects that a plant file states.
 ///
 /// # Errors
-/// [`DynamicError::Effect`] where an effect is unknown or lacks a parameter.
-pub fn given(file: &str, plant: &PlantFile) -> Result<Vec<Term>, DynamicError> {
+/// [`DiagnosisError::Effect`] where an effect is unknown or lacks a parameter.
+pub fn given(file: &str, plant: &PlantFile) -> Result<Vec<Term>, DiagnosisError> {
     let one = |given: &PlantEffect| {
-        let wrong = |reason: String| DynamicError::Effect { file: file.into(), id: given.id.clone(), reason };
+        let wrong =
+            |reason: String| DiagnosisError::Effect { file: file.into(), id: given.id.clone(), reason };
         let known = effect(&given.id)
             .ok_or_else(|| wrong("is not in the catalogue; correct its id or leave it out".into()))?;
         let parameters = (known.parameters_from)(known, &|name| given.number(name)).ok_or_else(|| {

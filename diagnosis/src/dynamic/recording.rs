@@ -10,7 +10,7 @@ use fitter::faults::moving;
 use fitter::table::{Header, Lines, Mapping, Naming, Place, Table, family};
 use motion::Series;
 
-use super::fault::DynamicError;
+use crate::DiagnosisError;
 use crate::thresholds::dynamic::recording::LEAST_ROWS;
 
 /// How a recording is read: what the plant says of it, and columns under other names.
@@ -59,8 +59,8 @@ impl DynamicRecording {
     /// Reads the recording at `path`; `-` is standard input.
     ///
     /// # Errors
-    /// One of [`DynamicError`].
-    pub fn read(path: &Path, reading: &Reading) -> Result<DynamicRecording, DynamicError> {
+    /// One of [`DiagnosisError`].
+    pub fn read(path: &Path, reading: &Reading) -> Result<DynamicRecording, DiagnosisError> {
         let units = [("position", reading.position_unit), ("drive", reading.drive_unit)];
         let naming = Naming { mappings: reading.mappings, units: &units, revolution: None };
         let further: Vec<&str> = ["amplitude"].into_iter().chain(reading.command).collect();
@@ -68,7 +68,7 @@ impl DynamicRecording {
         DynamicRecording::of(Table::read(path, &naming, &uses, &mut |_| {})?, reading)
     }
 
-    fn of(mut table: Table, reading: &Reading) -> Result<DynamicRecording, DynamicError> {
+    fn of(mut table: Table, reading: &Reading) -> Result<DynamicRecording, DiagnosisError> {
         let command = match reading.command {
             None => None,
             Some(name) => match table.columns.iter().find(|column| column.name == name) {
@@ -76,7 +76,7 @@ impl DynamicRecording {
                 None => {
                     let (found, at) = (table.header.listed(), table.header.at);
                     let column = name.into();
-                    return Err(DynamicError::Feedback { at, column, found });
+                    return Err(DiagnosisError::Feedback { at, column, found });
                 }
             },
         };
@@ -89,7 +89,7 @@ impl DynamicRecording {
         if let Some(other) = runs.iter().find(|run| run.len() != expected) {
             let (file, found) = (file.clone(), other.len());
             let (run, first) = (number(other), number(&runs[0]));
-            return Err(DynamicError::RunLength { file, run, found, first, expected });
+            return Err(DiagnosisError::RunLength { file, run, found, first, expected });
         }
         let names = ["drive", "position"].map(|stem| family(&table.header.names, stem));
         let Series { t_s, period, mut drives, mut positions, .. } = series;
@@ -102,7 +102,7 @@ impl DynamicRecording {
                     let (line, column) = (table.lines.of(row), name.clone());
                     Place { file: file.clone(), line, column }
                 };
-                bad_rows.extend(moving::mend(&place, values, &runs, is_position).map_err(Box::new)?);
+                bad_rows.extend(moving::mend(&place, values, &runs, is_position)?);
                 check(file, &table.lines, values, (name, is_position), reading.in_equations)?;
             }
         }
@@ -144,8 +144,8 @@ impl DynamicRecording {
     }
 
     /// That no plant follows its drive: the best leaves so much of the position's variance.
-    pub fn lost(&self, percent: f64) -> DynamicError {
-        DynamicError::NoPlant { file: self.file.clone(), percent }
+    pub fn lost(&self, percent: f64) -> DiagnosisError {
+        DiagnosisError::NoPlant { file: self.file.clone(), percent }
     }
 
     /// The rows that are scored.
@@ -162,10 +162,10 @@ impl DynamicRecording {
     /// Refuses `other` as a held-out recording of the same device where its rate or channels differ.
     ///
     /// # Errors
-    /// [`DynamicError::Rate`], [`DynamicError::OtherChannels`].
-    pub fn comparable(&self, other: &DynamicRecording) -> Result<(), DynamicError> {
+    /// [`DiagnosisError::Rate`], [`DiagnosisError::OtherChannels`].
+    pub fn comparable(&self, other: &DynamicRecording) -> Result<(), DiagnosisError> {
         if (other.step_s / self.step_s - 1.0).abs() > 1e-3 {
-            return Err(DynamicError::Rate {
+            return Err(DiagnosisError::Rate {
                 file: other.file.clone(),
                 found: other.step_s,
                 expected: self.step_s,
@@ -175,7 +175,7 @@ impl DynamicRecording {
         let channels =
             |r: &DynamicRecording| format!("{} drives and {} positions", r.drives.len(), r.positions.len());
         if channels(other) != channels(self) {
-            return Err(DynamicError::OtherChannels {
+            return Err(DiagnosisError::OtherChannels {
                 file: other.file.clone(),
                 found: channels(other),
                 expected: channels(self),
@@ -193,17 +193,17 @@ fn check(
     values: &[f64],
     (name, is_position): (&str, bool),
     in_equations: bool,
-) -> Result<(), DynamicError> {
+) -> Result<(), DiagnosisError> {
     let (file, column, value) = (file.to_string(), name.to_string(), values[0]);
     match values.iter().all(|other| *other == value) {
-        true if is_position => return Err(DynamicError::ConstantPosition { file, column, value }),
-        true if !in_equations => return Err(DynamicError::ConstantDrive { file, column, value }),
+        true if is_position => return Err(DiagnosisError::ConstantPosition { file, column, value }),
+        true if !in_equations => return Err(DiagnosisError::ConstantDrive { file, column, value }),
         _ => {}
     }
     match moving::cut_off(values) {
         Some((row, end, rows)) if is_position && !in_equations => {
             let (line, value) = (lines.of(row), values[row]);
-            Err(DynamicError::Saturated { file, line, column, end, value, rows })
+            Err(DiagnosisError::Saturated { file, line, column, end, value, rows })
         }
         _ => Ok(()),
     }

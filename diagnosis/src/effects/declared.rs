@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fitter::error_model::Sensor;
+use fitter::message::Message;
 use fitter::terms::Expressed;
 use fitter::turn::Turn;
 use physics::{DeclarationError, Declared, Role, Unit, Vocabulary, What};
@@ -43,11 +44,10 @@ pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<Effect>, Decl
 ///
 /// # Errors
 /// As [`read`], or the file cannot be read.
-pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<Effect>, DeclarationError> {
+pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<Effect>, Message> {
     let file = fitter::text_safety::path(path);
-    let text = fitter::input::parsed(path)
-        .map_err(|error| DeclarationError::File { file: file.clone(), what: error.to_string() })?;
-    read(&file, &text, sensor)
+    let text = fitter::input::parsed(path, "file of effects (TOML)")?;
+    read(&file, &text, sensor).map_err(Message::of)
 }
 
 /// The effects of the catalogue for a position in unit `name`.

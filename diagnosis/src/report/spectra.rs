@@ -9,7 +9,7 @@ use crate::dynamic::spectrum::band::power_spectrum;
 use crate::dynamic::spectrum::distortion::free_lines;
 use crate::dynamic::spectrum::experiments::segment_length;
 use crate::dynamic::spectrum::growth::{Growth, growth, size};
-use crate::thresholds::dynamic::report::spectra::POINTS;
+use crate::thresholds::report::spectra::POINTS;
 
 /// Titles and charts.
 pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<(String, String)> {

@@ -8,7 +8,7 @@ use fitter::plant::Plant;
 
 use super::draw::{Cell, Curve, Role, curves, map};
 use crate::dynamic::DynamicRecording;
-use crate::thresholds::dynamic::report::surface::{LEAST, REACH};
+use crate::thresholds::report::surface::{LEAST, REACH};
 
 /// Cells along position and velocity.
 const CELLS: (usize, usize) = (20, 14);

@@ -3,7 +3,7 @@
 use super::draw::{Curve, Role, curves};
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;
-use crate::thresholds::dynamic::report::traces::{CLOSE, ENVELOPE};
+use crate::thresholds::report::traces::{CLOSE, ENVELOPE};
 
 /// Titles and charts. Under feedback the drive is what is predicted.
 pub fn charts(

@@ -5,41 +5,34 @@ use std::path::Path;
 use serde::Serialize;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use thiserror::Error;
 
 use super::{Coefficients, Diagnosed, SCHEMA, VERSION_EXPRESSION as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
-use crate::input::{self, Misplaced};
+use crate::input::{self, FileError};
 use crate::pretty::Pretty;
 use crate::terms::Term;
 use crate::text_safety::{self, is_identifier};
 use crate::turn::Turn;
 
-/// Why a coefficients file is refused.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum CoefficientsError {
-    #[error(transparent)]
-    Misplaced(#[from] Misplaced),
-    #[error("{file}: cannot be read ({reason}); give the path of a coefficients.json")]
-    Unreadable { file: String, reason: String },
-    #[error("{file}, line {line}: is not JSON ({reason}); the file is damaged, fit again")]
-    NotJson { file: String, line: usize, reason: String },
-    #[error("{file}: `schema` is {found}, expected \"{SCHEMA}\"; this is no coefficients file")]
-    NotCoefficients { file: String, found: String },
-    #[error(
-        "{file}: was written as version {found} of the format and this program reads up to {NEWEST}; use a \
-         newer program, or fit again with this one"
-    )]
-    Newer { file: String, found: u64 },
-    #[error(
-        "{file}: was changed after it was written (its `sha256` is that of other contents); fit again, or take the line \
-         `sha256` out to use it as it stands"
-    )]
-    Edited { file: String },
-    #[error("{file}: is damaged ({reason}); fit again")]
-    Damaged { file: String, reason: String },
+errors! {
+    /// Why a coefficients file is refused.
+    #[derive(Debug)]
+    pub enum CoefficientsError {
+        NotJson { file: String, line: usize, reason: String } =>
+            at(file) line(line) says("is not JSON ({reason})") mend("the file is damaged, fit again");
+        NotCoefficients { file: String, found: String } =>
+            at(file) says("`schema` is {found}") expected("\"{SCHEMA}\"") mend("this is no coefficients file");
+        Newer { file: String, found: u64 } =>
+            at(file)
+            says("was written as version {found} of the format and this program reads up to {NEWEST}")
+            mend("use a newer program, or fit again with this one");
+        Edited { file: String } =>
+            at(file) says("was changed after it was written (its `sha256` is that of other contents)")
+            mend("fit again, or take the line `sha256` out to use it as it stands");
+        Damaged { file: String, reason: String } => at(file) says("is damaged ({reason})") mend("fit again");
+    }
+    from { File(FileError) }
 }
 
 /// Reads `coefficients.json`.
@@ -56,11 +49,8 @@ pub fn read(path: &Path) -> Result<Coefficients, CoefficientsError> {
 /// # Errors
 /// As [`read`].
 pub fn read_with_text(path: &Path) -> Result<(Coefficients, String), CoefficientsError> {
-    let file = text_safety::path(path);
-    match input::parsed(path) {
-        Ok(text) => parse(&file, &text).map(|coefficients| (coefficients, text)),
-        Err(error) => Err(CoefficientsError::Unreadable { file, reason: error.to_string() }),
-    }
+    let text = input::parsed(path, "coefficients.json")?;
+    Ok((parse(&text_safety::path(path), &text)?, text))
 }
 
 /// Parses the text of a coefficients file; `file` is the name that stands in messages.

@@ -27,7 +27,7 @@ pub struct OrderScore {
 pub struct OrderSelection {
     /// The order that was chosen.
     pub chosen: usize,
-    /// `one standard error`, or `given` where the user gave it.
+    /// The rule of [`crate::order`] by its name, or `given` where the user gave it.
     pub rule: String,
     /// The order with the smallest testing error.
     pub smallest_testing_error: usize,

@@ -21,10 +21,9 @@ mod trend;
 use std::borrow::Cow;
 
 use serde::Serialize;
-use thiserror::Error;
 
 use crate::error_model::Sensor;
-use crate::recording::{Note, Recording};
+use crate::recording::{Note, Place, Recording, RecordingError};
 use channels::Channels;
 
 /// A cell that cannot be a reading.
@@ -54,25 +53,6 @@ pub struct Screened<'a> {
     pub notes: Vec<String>,
 }
 
-/// Why a recording is refused before anything is fitted.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum FaultError {
-    #[error(
-        "{file}, line {line}, column `{column}`: found {found} ({reason}), and {affected} of {rows} rows like it, \
-         expected at most a tenth; correct or drop these rows, or check the column's unit"
-    )]
-    TooMany {
-        file: String,
-        line: u64,
-        column: String,
-        found: String,
-        reason: String,
-        affected: usize,
-        rows: usize,
-    },
-}
-
 /// A cell that is to be listed, by its row.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fault {
@@ -93,8 +73,8 @@ impl Fault {
 /// Finds the cells that cannot be readings and leaves their rows out.
 ///
 /// # Errors
-/// [`FaultError::TooMany`] where more than a tenth of the rows are affected.
-pub fn screen<'a>(recording: Cow<'a, Recording>, sensor: &Sensor) -> Result<Screened<'a>, FaultError> {
+/// [`RecordingError::TooManyFaults`] where more than a tenth of the rows are affected.
+pub fn screen<'a>(recording: Cow<'a, Recording>, sensor: &Sensor) -> Result<Screened<'a>, RecordingError> {
     let faults = find(&recording, sensor);
     check(&recording, &faults)?;
     let kept = without(recording.rows(), &faults);
@@ -207,21 +187,14 @@ pub(crate) fn without(rows: usize, faults: &[Fault]) -> Vec<usize> {
     (0..rows).filter(|row| !bad[*row]).collect()
 }
 
-fn check(recording: &Recording, faults: &[Fault]) -> Result<(), FaultError> {
+fn check(recording: &Recording, faults: &[Fault]) -> Result<(), RecordingError> {
     let rows = recording.rows();
     let affected = rows - without(rows, faults).len();
     match faults.iter().min_by_key(|fault| fault.row) {
         Some(first) if too_many(affected, rows) => {
             let BadRow { line, column, value, reason } = listed(recording, first);
-            Err(FaultError::TooMany {
-                file: recording.file.clone(),
-                line,
-                column,
-                found: value,
-                reason,
-                affected,
-                rows,
-            })
+            let place = Place { file: recording.file.clone(), line, column };
+            Err(RecordingError::TooManyFaults { place, found: format!("{value} ({reason})"), affected, rows })
         }
         _ => Ok(()),
     }

@@ -3,21 +3,22 @@
 
 use std::ops::Range;
 
-use super::{BadRow, FaultError, limits, shown};
+use super::{BadRow, limits, shown};
 use crate::limits::LARGEST;
+use crate::recording::RecordingError;
 use crate::table::Place;
 
 /// Replaces the samples of a column that cannot be readings. Of a drive those only that are codes for "no reading" or
 /// beyond all measure: a single high sample may be a pulse that was meant.
 ///
 /// # Errors
-/// [`FaultError`] where more than a tenth of the samples are affected.
+/// [`RecordingError::TooManyFaults`] where more than a tenth of the samples are affected.
 pub fn mend(
     place: &dyn Fn(usize) -> Place,
     values: &mut [f64],
     runs: &[Range<usize>],
     is_position: bool,
-) -> Result<Vec<BadRow>, FaultError> {
+) -> Result<Vec<BadRow>, RecordingError> {
     let mut found = gross(values);
     let bad: Vec<usize> = found.iter().map(|(row, _)| *row).collect();
     let rows = values.len();
@@ -28,9 +29,8 @@ pub fn mend(
     };
     if bad.len() as f64 > limits::MOST_AFFECTED * rows as f64 {
         let (row, reason) = found.swap_remove(0);
-        let Place { file, line, column } = place(row);
-        let (found, affected) = (shown(values[row]), bad.len());
-        return Err(FaultError::TooMany { file, line, column, found, reason, affected, rows });
+        let (place, found, affected) = (place(row), format!("{} ({reason})", shown(values[row])), bad.len());
+        return Err(RecordingError::TooManyFaults { place, found, affected, rows });
     }
     let whole: Vec<f64> = values.to_vec();
     fill(values, runs, &bad);

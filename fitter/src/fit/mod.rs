@@ -236,7 +236,7 @@ impl Options {
             return wrong("order", order.to_string(), "a whole number from 1 to 15");
         }
         if let Some(harmonics) = self.harmonics.filter(|harmonics| *harmonics > MAX_HARMONICS) {
-            return wrong("harmonics", harmonics.to_string(), "a whole number from 0 to 32");
+            return wrong("turn_harmonics", harmonics.to_string(), "a whole number from 0 to 32");
         }
         let (first, last) = (*self.candidates.start(), *self.candidates.end());
         if !(orders.contains(&first) && orders.contains(&last) && first <= last) {
@@ -247,11 +247,11 @@ impl Options {
             return wrong("splits", count.to_string(), "at least 2 splits");
         }
         if !(share > 0.0 && share <= 0.5) {
-            return wrong("held-out share", share.to_string(), "a share above 0 and up to 0.5");
+            return wrong("held_out_share", share.to_string(), "a share above 0 and up to 0.5");
         }
         match self.probe_distance_error_mm {
             Some(error) if !error.is_finite() => {
-                wrong("probe-distance-error", error.to_string(), "a finite number of millimetres")
+                wrong("probe_distance_error", error.to_string(), "a finite number of millimetres")
             }
             _ => Ok(()),
         }

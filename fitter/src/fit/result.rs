@@ -8,7 +8,7 @@ use crate::double_double::Double;
 use crate::error_model::{ErrorModel, Sensor};
 use crate::identify::null_direction;
 use crate::mirror::Mirror;
-use crate::order::{OrderScore, OrderSelection, Scores};
+use crate::order::{OrderScore, OrderSelection, RULE, Scores};
 use crate::points::Points;
 use crate::recording::Recording;
 use crate::statistics::{readable, statistics};
@@ -199,7 +199,7 @@ pub(crate) fn order_selection(
         .collect();
     OrderSelection {
         chosen,
-        rule: if given { "given" } else { "one standard error" }.to_string(),
+        rule: if given { "given" } else { RULE }.to_string(),
         smallest_testing_error: scores.best,
         held_out_by: points.grouping.name().to_string(),
         groups: points.count(),

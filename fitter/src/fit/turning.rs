@@ -28,12 +28,12 @@ pub(super) fn around<'a>(
     let whole = unwound(recording, &mirror.sensor)?.filter(|unwound| unwound.whole);
     match (whole, options.order, options.harmonics) {
         (Some(_), Some(order), _) => {
-            wrong("order", order, "--harmonics for a sensor that turns (an order is a polynomial's)")
+            wrong("order", order, "harmonics for a sensor that turns (an order is a polynomial's)")
         }
         (None, _, Some(harmonics)) => wrong(
-            "harmonics",
+            "turn_harmonics",
             harmonics,
-            "--order (harmonics need `revolution` and a whole turn of readings)",
+            "an order (harmonics need `revolution` and a whole turn of readings)",
         ),
         (Some(unwound), ..) => {
             Ok(Some(Harmonics::of(recording, mirror, options, unwound, turn_of(&mirror.sensor))))

@@ -1,6 +1,6 @@
 //! What a file is, as its first bytes say, so that one in the wrong place is refused for what it is.
 
-use thiserror::Error;
+use super::FileError;
 
 /// A kind of file that the programs read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,27 +32,17 @@ impl std::fmt::Display for Kind {
     }
 }
 
-/// A file that is another than the one that belongs there.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum Misplaced {
-    #[error("{file}: is {found}, expected {expected}; give that in its place")]
-    Kind { file: String, found: Kind, expected: Kind },
-    #[error("{file}: is UTF-16, expected UTF-8; save it as UTF-8")]
-    Utf16 { file: String },
-}
-
 /// Refuses a file that begins as one of another kind, or as UTF-16.
 ///
 /// # Errors
-/// [`Misplaced`].
-pub fn expect(file: &str, head: &[u8], expected: Kind) -> Result<(), Misplaced> {
+/// [`FileError::Kind`], [`FileError::Utf16`].
+pub fn expect(file: &str, head: &[u8], expected: Kind) -> Result<(), FileError> {
     if is_utf16(head) {
-        return Err(Misplaced::Utf16 { file: file.to_string() });
+        return Err(FileError::Utf16 { file: file.to_string() });
     }
     match of(head) {
         Some(found) if found != expected && !(found == Kind::Json && expected == Kind::Coefficients) => {
-            Err(Misplaced::Kind { file: file.to_string(), found, expected })
+            Err(FileError::Kind { file: file.to_string(), found, expected })
         }
         _ => Ok(()),
     }

@@ -1,8 +1,9 @@
 //! How files are read, and how much of them at most: the one place of all limits.
 //!
 //! A limit is there so that a file that is not what it seems (a gzip file of zeros, a device) ends in a message and
-//! not in the machine's memory. Two of them can be raised by an option of every program.
+//! not in the machine's memory. Two of them can be raised: [`limit`].
 
+mod error;
 mod kind;
 
 use std::fs::File;
@@ -11,10 +12,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use flate2::bufread::MultiGzDecoder;
-use thiserror::Error;
 
+use crate::text_safety;
+pub use error::{FileError, LimitError};
 use kind::is_utf16;
-pub use kind::{Kind, Misplaced, expect};
+pub use kind::{Kind, expect};
 
 /// Bytes of a file, decompressed: beyond ten million rows of ten columns. In memory a recording takes about as much.
 pub const MAX_BYTES: u64 = 1 << 30;
@@ -43,30 +45,6 @@ fn max_parsed() -> u64 {
 /// Most bytes of a line, so that one without end is refused before the memory is full.
 fn max_line() -> u64 {
     (max_bytes() / 1024).max(1 << 16)
-}
-
-/// Something is larger than is read.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum LimitError {
-    #[error("holds more than {most} bytes{}; if that is meant, allow more with --max-bytes", if *decompressed { ", decompressed" } else { "" })]
-    Bytes { most: u64, decompressed: bool },
-    #[error("holds more than {most} bytes, a 16th of --max-bytes; if that is meant, allow more with it")]
-    Parsed { most: u64 },
-    #[error(
-        "has a line of more than {most} bytes, a 1024th of --max-bytes, expected one line for each reading; if that \
-         is meant, allow more with it"
-    )]
-    Line { most: u64 },
-    #[error("has {found} columns, expected at most {most}; drop some, or allow more with --max-columns")]
-    Columns { found: u64, most: u64 },
-}
-
-impl LimitError {
-    /// The limit that ended a reading, if one did.
-    pub fn of(error: &io::Error) -> Option<LimitError> {
-        error.get_ref()?.downcast_ref::<LimitError>().cloned()
-    }
 }
 
 /// Refuses more columns than are read.
@@ -118,15 +96,19 @@ pub fn text<'a>(source: impl io::BufRead + 'a, gzip: bool) -> Limited<Box<dyn Re
     Limited { inner, left: max_bytes(), line: 0, decompressed: gzip }
 }
 
-/// The text of a file that is parsed as a whole: JSON, TOML.
+/// The text of a file that is parsed as a whole, JSON or TOML, and is to be an `expected` one.
 ///
 /// # Errors
-/// What the system says, a [`LimitError`], or bytes that are no UTF-8 text.
-pub fn parsed(path: &Path) -> io::Result<String> {
+/// [`FileError::Unreadable`], of bytes that are no UTF-8 text as well, or [`FileError::Limit`].
+pub fn parsed(path: &Path, expected: &'static str) -> Result<String, FileError> {
+    let file = || text_safety::path(path);
+    let unreadable = |reason: String| FileError::Unreadable { file: file(), reason, expected };
     let (mut bytes, most) = (Vec::new(), max_parsed());
-    File::open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    File::open(path)
+        .and_then(|source| source.take(most.saturating_add(1)).read_to_end(&mut bytes))
+        .map_err(|error| unreadable(error.to_string()))?;
     if bytes.len() as u64 > most {
-        return Err(io::Error::other(LimitError::Parsed { most }));
+        return Err(FileError::Limit { file: file(), limit: LimitError::Parsed { most } });
     }
     let reason = match &bytes[..] {
         [0x1f, 0x8b, ..] => "it is a gzip file, as of a recording",
@@ -134,7 +116,7 @@ pub fn parsed(path: &Path) -> io::Result<String> {
         text if is_utf16(text) => "it is UTF-16; save it as UTF-8",
         _ => "it is not UTF-8 text",
     };
-    String::from_utf8(bytes).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, reason))
+    String::from_utf8(bytes).map_err(|_| unreadable(reason.to_string()))
 }
 
 #[cfg(test)]
@@ -159,6 +141,6 @@ mod tests {
         let text = vec![0; (max_line() + 1) as usize];
         let mut source = Limited { inner: &text[..], left: u64::MAX, line: 0, decompressed: true };
         let error = io::copy(&mut source, &mut io::sink()).unwrap_err();
-        assert!(LimitError::of(&error).unwrap().to_string().contains("--max-bytes"));
+        assert!(LimitError::of(&error).unwrap().to_string().contains("a line of more than"));
     }
 }

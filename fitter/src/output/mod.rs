@@ -27,29 +27,29 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use thiserror::Error;
-
 use crate::text_safety;
 
 pub use set::FileSet;
 
-/// Why a file could not be written.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum OutputError {
-    #[error("{file}: is a directory, expected the name of a file to write; add a name")]
-    IsDirectory { file: String },
-    #[error("{file}: is the file that was read; write the result to another name")]
-    SameAsInput { file: String },
-    #[error("{file}: two results of this command would have this name; give one of them another")]
-    Twice { file: String },
-    #[error("{file}: cannot be written ({reason}); give --out in a folder that exists and can be written")]
-    Unwritable { file: String, reason: String },
-    #[error(
-        "{file}: cannot be replaced ({reason}), but other files of the same set were; mend that: the next command \
-         that writes into the folder completes the set first"
-    )]
-    Interrupted { file: String, reason: String },
+errors! {
+    /// Why a file could not be written.
+    #[derive(Debug)]
+    pub enum OutputError {
+        IsDirectory { file: String } =>
+            at(file) says("is a directory") expected("the name of a file to write") mend("add a name");
+        SameAsInput { file: String } =>
+            at(file) says("is the file that was read") mend("write the result to another name");
+        NotARecording { file: String } =>
+            says("`{file}` is no name for a recording") expected("one that ends in `.csv` or `.csv.gz`");
+        Twice { file: String } =>
+            at(file) says("two results of this command would have this name") mend("give one of them another");
+        Unwritable { file: String, reason: String } =>
+            at(file) says("cannot be written ({reason})")
+            mend("write it into a folder that exists and can be written") by(out);
+        Interrupted { file: String, reason: String } =>
+            at(file) says("cannot be replaced ({reason}), but other files of the same set were")
+            mend("mend that: the next command that writes into the folder completes the set first");
+    }
 }
 
 impl OutputError {

@@ -1,7 +1,5 @@
 //! What the correction leaves of a recording's errors, pass by pass and point by point.
 
-use thiserror::Error;
-
 use crate::apply::{ApplyError, apply};
 use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
@@ -9,16 +7,6 @@ use crate::fit::Fit;
 use crate::points::Points;
 use crate::recording::Recording;
 use crate::statistics::PointMoments;
-
-/// Why a recording cannot verify a correction.
-#[derive(Debug, Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum AfterError {
-    #[error(transparent)]
-    Apply(#[from] ApplyError),
-    #[error("{file}: has no reference, expected one in every row; a verification needs it")]
-    NoReference { file: String },
-}
 
 /// Errors after the correction.
 pub struct Corrected {
@@ -51,7 +39,7 @@ impl Corrected {
     }
 
     /// Of another recording: corrected, against its reference.
-    pub(super) fn of(recording: &Recording, file: &Coefficients) -> Result<Corrected, AfterError> {
+    pub(super) fn of(recording: &Recording, file: &Coefficients) -> Result<Corrected, ApplyError> {
         let applied = apply(recording, file)?;
         let sensor = &file.sensor;
         let scale = sensor.per_internal();
@@ -59,7 +47,7 @@ impl Corrected {
         for (row, corrected) in applied.corrected.iter().enumerate() {
             let reference = recording
                 .reference(row)
-                .ok_or_else(|| AfterError::NoReference { file: recording.file.clone() })?;
+                .ok_or_else(|| ApplyError::NoReference { file: recording.file.clone() })?;
             let apart = corrected - sensor.internal(reference);
             let turn = file.turn.as_ref().map_or(0.0, |turn| turn.revolution);
             error.push(scale * if turn > 0.0 { apart - turn * (apart / turn).round() } else { apart });

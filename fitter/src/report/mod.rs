@@ -11,13 +11,14 @@ mod figures;
 
 use minijinja::{Environment, context};
 
+use crate::apply::ApplyError;
 use crate::coefficients::Coefficients;
 use crate::error_model::Sensor;
 use crate::faults::BadRow;
 use crate::fit::Fit;
 use crate::recording::Recording;
 
-pub use after::{AfterError, Corrected};
+pub use after::Corrected;
 
 /// One drawing.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,12 +56,12 @@ impl<'a> Report<'a> {
     /// Corrects the verification recordings, or the fitted one where there is none.
     ///
     /// # Errors
-    /// [`AfterError`] where a verification does not fit the sensor.
+    /// [`ApplyError`] where a verification does not fit the sensor.
     pub fn of(
         recording: &'a Recording,
         fit: &'a Fit,
         verifications: &[Recording],
-    ) -> Result<Report<'a>, AfterError> {
+    ) -> Result<Report<'a>, ApplyError> {
         let corrected = if verifications.is_empty() {
             vec![Corrected::fitted(recording, fit)]
         } else {

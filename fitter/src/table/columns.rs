@@ -3,6 +3,7 @@
 use super::mapping::Conversion;
 use super::{Column, Dialect, Header, Lines, Naming, RecordingError, Table, Use};
 use crate::input;
+use crate::message::FileLine;
 use crate::text_safety;
 
 /// What stands in a cell.
@@ -43,13 +44,13 @@ impl Columns {
     /// Understands a header whose names in the file are `names` and which stands at `at`.
     pub fn new(
         file: &str,
-        at: String,
+        at: FileLine,
         names: Vec<String>,
         naming: &Naming,
         uses: &Uses,
     ) -> Result<Columns, RecordingError> {
         input::check_columns(names.len())
-            .map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
+            .map_err(|limit| input::FileError::Limit { file: file.to_string(), limit })?;
         let (renamed, conversions) = naming.rename(file, &names)?;
         let header = Header { file: file.to_string(), at, names: renamed, in_file: names };
         header.check()?;

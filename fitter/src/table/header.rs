@@ -3,6 +3,7 @@
 use strsim::levenshtein;
 
 use super::{Place, RecordingError};
+use crate::message::FileLine;
 use crate::text_safety;
 
 /// The header of a file, its columns under the names that they are mapped to.
@@ -11,7 +12,7 @@ pub struct Header {
     /// The file as it is named in messages.
     pub file: String,
     /// Where the header stands: the file and the line.
-    pub at: String,
+    pub at: FileLine,
     /// The names, none of them twice.
     pub names: Vec<String>,
     /// The names as they stand in the file.

@@ -111,8 +111,7 @@ impl Naming<'_> {
             let Some(index) = in_file.iter().position(|name| name == source) else {
                 return Err(RecordingError::MappedColumn {
                     file: file.to_string(),
-                    target: target.clone(),
-                    column: source.clone(),
+                    mapping: format!("{target}={source}"),
                     found: in_file.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
                     similar: nearest(source, in_file.iter().map(String::as_str)).map(str::to_string),
                 });

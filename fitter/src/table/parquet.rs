@@ -63,7 +63,8 @@ fn read_trusting(file: &str, source: File, naming: &Naming, uses: &Uses) -> Resu
         reason: error.to_string(),
     };
     let reader = SerializedFileReader::new(source).map_err(broken)?;
-    check_size(reader.metadata()).map_err(|limit| RecordingError::Limit { file: file.to_string(), limit })?;
+    check_size(reader.metadata())
+        .map_err(|limit| input::FileError::Limit { file: file.to_string(), limit })?;
     let mut names = Vec::new();
     for column in reader.metadata().file_metadata().schema().get_fields() {
         let info = column.get_basic_info();
@@ -78,7 +79,7 @@ fn read_trusting(file: &str, source: File, naming: &Naming, uses: &Uses) -> Resu
         let column = column.name().to_string();
         return Err(RecordingError::Nested { file: file.to_string(), column, found });
     }
-    let mut columns = Columns::new(file, file.to_string(), names, naming, uses)?;
+    let mut columns = Columns::new(file, (file.to_string(), None), names, naming, uses)?;
     for (line, row) in (1..).zip(reader.get_row_iter(None).map_err(broken)?) {
         let row = row.map_err(broken)?;
         for (index, (_, field)) in row.get_column_iter().enumerate() {

@@ -52,7 +52,7 @@ pub(super) fn read(
             let not_text = |_| RecordingError::NotText { file: file.to_string(), line };
             let name = |field| std::str::from_utf8(field).map(|name| name.trim().to_string());
             let names = row.iter().map(name).collect::<Result<Vec<_>, _>>().map_err(not_text)?;
-            let at = format!("{file}, line {line}");
+            let at = (file.to_string(), Some(line));
             columns = Some(Columns::new(file, at, names, naming, uses)?);
             continue;
         };

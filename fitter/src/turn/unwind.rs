@@ -170,8 +170,7 @@ fn check_jumps(
                     column,
                     from: values[row - 1],
                     to: values[row],
-                    revolution: turn,
-                    unit: unit.to_string(),
+                    turn: format!("{turn} {unit}"),
                     looks,
                 });
             }

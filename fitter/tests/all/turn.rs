@@ -253,5 +253,5 @@ fn what_cannot_be_a_turn_is_refused_with_its_row() {
     let recording = encoder.recording(360.0, 4);
     let options = Options { order: Some(3), ..Options::default() };
     let error = fit(&recording, &turning("deg", 360.0), &options).unwrap_err().to_string();
-    contains(&error, &["--order", "--harmonics"]);
+    contains(&error, &["order 3", "expected harmonics for a sensor that turns"]);
 }

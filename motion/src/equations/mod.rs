@@ -13,14 +13,13 @@ pub use effect::{Added, MotionEffect, Target};
 pub use run::{Course, Input, Stopped};
 pub use system::System;
 
-/// What is wrong with a plant in equations, or with an effect in it.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // the messages say what the fields are
-pub enum EquationsError {
-    #[error("{file}, `{key}`: {error}")]
-    Expression { file: String, key: String, error: Box<ExpressionError> },
-    #[error("{file}, `{key}`: {what}")]
-    Key { file: String, key: String, what: String },
+fitter::errors! {
+    /// What is wrong with a plant in equations, or with an effect in it.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum EquationsError {
+        Expression { file: String, key: String, error: Box<ExpressionError> } => at(file) says("`{key}`: {error}");
+        Key { file: String, key: String, what: String } => at(file) says("`{key}`: {what}");
+    }
 }
 
 /// A plant in equations whose names and units are right.

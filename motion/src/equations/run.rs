@@ -63,6 +63,8 @@ pub struct Stopped {
     pub row: usize,
 }
 
+fitter::errors!(plain Stopped);
+
 /// A run under way.
 struct Run<'a, T> {
     system: &'a System,

@@ -17,7 +17,7 @@ use codegen::generate::{GenerateError, generate};
 use codegen::input::{Arity, Encoding, Input, InputError};
 use codegen::interpret::interpret;
 use codegen::options::{Method, Options, OutOfRange, RoutineOptions};
-use codegen::output::{Output, OutputError};
+use codegen::output::Output;
 use codegen::quantity::Quantity;
 use codegen::routine::{self, Routine, RoutineError};
 use fitter::Coefficients;
@@ -54,7 +54,7 @@ impl Designed {
 /// and inputs that need their limits.
 fn refused(case: &Case, error: RoutineError) -> TestCaseError {
     match error {
-        RoutineError::Design(DesignError::Output(OutputError::Decimal { .. }))
+        RoutineError::Design(DesignError::Decimal { .. })
             if matches!(case.routine().output, Output::Nano | Output::Micro) =>
         {
             TestCaseError::reject("decimal output")

@@ -9,10 +9,9 @@ use super::draw::Trial;
 use super::plan;
 use super::score::Case;
 use super::truth::Truth;
+use crate::error::CampaignError;
 use crate::programs::{Nominal, Programs};
-use crate::workspace::{
-    Batches, CampaignError, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads,
-};
+use crate::workspace::{Batches, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads};
 
 /// What is stated to the programs of the plant: nothing but its kind and units.
 const PLANT: &str = include_str!("plant.toml");

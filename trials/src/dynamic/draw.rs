@@ -10,8 +10,9 @@ use super::matched::rms;
 use super::nearest_effect::{Scene, positions};
 use super::plan::{Assignment, circumstances};
 use super::truth::{Concealed, Truth};
+use crate::error::CampaignError;
 use crate::linear::norm;
-use crate::workspace::{Undrawn, first_draw};
+use crate::workspace::first_draw;
 
 /// Draws of one assignment before it is given up.
 const TRIES: u32 = 40;
@@ -30,8 +31,8 @@ impl Trial {
     /// Draws a trial.
     ///
     /// # Errors
-    /// [`Undrawn`] where no draw can be seen and simulated.
-    pub fn draw(assignment: &Assignment, file: &str) -> Result<Self, Undrawn> {
+    /// [`CampaignError::Undrawn`] where no draw can be seen and simulated.
+    pub fn draw(assignment: &Assignment, file: &str) -> Result<Self, CampaignError> {
         let draw = |generator: &mut ChaCha12Rng| attempt_one(assignment, file, generator);
         first_draw(TRIES, assignment.seed, assignment.group, draw)
     }

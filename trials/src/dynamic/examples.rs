@@ -10,9 +10,10 @@ use super::campaign::case;
 use super::draw::depends_on;
 use super::score::{Score, score as score_cases};
 use super::truth::{Concealed, Group, Truth};
-use crate::examples::{ExampleError, OpenedEffect, opened, read};
+use crate::error::CampaignError;
+use crate::examples::{OPENED, OpenedEffect, opened, read};
 use crate::programs::{Nominal, Programs};
-use crate::workspace::{Batches, CampaignError, Folders, put};
+use crate::workspace::{Batches, Folders, put};
 
 #[derive(Deserialize)]
 struct Opened {
@@ -25,13 +26,13 @@ struct Opened {
 /// Has the examples diagnosed into `out` and scores the answers; none where the folder holds none.
 ///
 /// # Errors
-/// [`ExampleError`].
+/// [`CampaignError`].
 pub fn score(
     programs: &Programs,
     folder: &Path,
     out: &Path,
     jobs: usize,
-) -> Result<Option<Score>, ExampleError> {
+) -> Result<Option<Score>, CampaignError> {
     let path = folder.join("truth_dynamic.json");
     if !path.is_file() {
         return Ok(None);
@@ -43,8 +44,11 @@ pub fn score(
     for stem in truths.keys() {
         let file = format!("{stem}.csv.gz");
         let from = folder.join("dynamic").join(&file);
-        std::fs::copy(&from, folders.blind.join(&file))
-            .map_err(|e| ExampleError::Missing { path: from, reason: e.kind() })?;
+        std::fs::copy(&from, folders.blind.join(&file)).map_err(|e| CampaignError::Unreadable {
+            path: from,
+            reason: e.kind(),
+            expected: OPENED,
+        })?;
         files.push(file);
     }
     programs.begin("examples", files.len());

@@ -15,9 +15,10 @@ use twin::dynamic::effects::find;
 use twin::dynamic::{Context, Model, PositionLoop, Typical};
 
 use crate::answer::Answer;
+use crate::error::CampaignError;
 use crate::programs::{Nominal, Programs};
 use crate::score::{Figure, Share};
-use crate::workspace::{Batches, CampaignError, Folders, answer_of, put, threads};
+use crate::workspace::{Batches, Folders, answer_of, put, threads};
 
 /// What the programs are told.
 const PLANT: &str = include_str!("feedback.toml");

@@ -10,9 +10,10 @@ use minijinja::{Environment, context};
 use serde::Serialize;
 
 use crate::campaign::Campaign;
+use crate::error::CampaignError;
 use crate::score::{Case, Figure, Score, reached, score};
 use crate::truth::CAN_TELL;
-use crate::workspace::{CampaignError, Outcome};
+use crate::workspace::Outcome;
 
 /// What is reported of a campaign with scores of type `S`.
 #[derive(Serialize)]

@@ -250,7 +250,7 @@ fn another_dialect_with_mapped_columns_gives_the_same_answer() {
     assert_eq!(without_name("other"), without_name("plain"));
     let output = scene.diagnose(&other, &["--map", "drive=Coil:deg"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(said.contains("its unit in") && said.contains("converts into A"), "{said}");
+    assert!(said.contains("its unit is `deg`") && said.contains("converts into A"), "{said}");
     let said = String::from_utf8(scene.diagnose(&other, &[]).stderr).expect("text");
     let missing = "columns `t_s`, `drive`, `position` are missing";
     assert!(said.contains("other.csv, line 2") && said.contains(missing), "{said}");

@@ -39,7 +39,7 @@ fn what_is_left_out_is_named_with_its_reason() {
         "local_defect: as asked for",
         "mount_step: a step at a past date",
         "warmup_drift: it holds on the recording that it was found in only",
-        "--keep warmup_drift",
+        "at switch-on, warmup_drift can be kept",
         "autocollimator_scale: it is the reference instrument's own error",
     ] {
         assert!(text.contains(part), "{part}: {text}");
@@ -53,7 +53,7 @@ fn what_is_left_out_is_named_with_its_reason() {
         let options = Options { keep: list(keep), without: list(without), ..options.clone() };
         routine::design(&coefficients, &options, &options.routines[0]).unwrap_err().to_string()
     };
-    assert!(told("mount_step", "").contains("--keep mount_step: a step at a past date"));
+    assert!(told("mount_step", "").contains("mount_step cannot be kept: a step at a past date"));
     assert!(told("local_defect", "").contains("generated in any case"));
     assert!(told("warmup_drift", "warmup_drift").contains("contradicts"));
     assert!(told("", "hysteresis").contains("only of local_defect, mount_step"));
@@ -66,11 +66,13 @@ fn what_cannot_be_generated_is_told() {
     let narrow = |text: &str| Options { further: vec![Further::parse(text).unwrap()], ..options() };
     let options = narrow("temperature_c=17..33:counts:12:0.01:400");
     let none = Options { further: Vec::new(), ..self::options() };
-    assert!(refused(vec![drift(22.0)], &none).contains("--further temperature_c="));
+    assert!(
+        refused(vec![drift(22.0)], &none).contains("needs `temperature_c` at run time; describe that input")
+    );
     let wide = refused(vec![drift(22.0)], &narrow("temperature_c=15..33:counts:12:0.01:400"));
-    assert!(wide.contains("covers 16…34") && wide.contains("--extrapolate"), "{wide}");
+    assert!(wide.contains("covers 16…34") && wide.contains("allow to extrapolate"), "{wide}");
     let lag = |mean| term("thermal_lag", Operator::Lag(Lag::of(t, 60.0, mean)), vec![1.0]);
-    assert!(refused(vec![lag(22.0)], &options).contains("--period-s"));
+    assert!(refused(vec![lag(22.0)], &options).contains("needs the time between two calls"));
     let timed = Options { period_s: Some(0.1), ..options.clone() };
     let apart = refused(vec![drift(22.0), lag(23.0)], &timed);
     assert!(
@@ -83,7 +85,7 @@ fn what_cannot_be_generated_is_told() {
     given_twice.further.push(given_twice.further[0].clone());
     assert!(refused(vec![drift(22.0)], &given_twice).contains("given twice"));
     let column_s = term("leak", Operator::Product(Product::of("s", 0.0)), vec![0.3]);
-    assert!(refused(vec![column_s], &narrow("s=-1..1")).contains("--further s: the routine has an argument"));
+    assert!(refused(vec![column_s], &narrow("s=-1..1")).contains("would have the name of another argument"));
     let step = Operator::Step(Step { observable: "angle_arcsec".into(), at: 5.0 });
     assert!(refused(vec![term("jump", step, vec![1.0])], &none).contains("no bound is small"));
     let late = Operator::Exponential(exponential("t_s", 5.0, 60.0));

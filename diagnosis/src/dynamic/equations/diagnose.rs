@@ -8,7 +8,6 @@ use rayon::join;
 use super::super::data::{ALL, Data, UNSCORED};
 use super::super::diagnose::{Case, DynamicOutcome, Predicted, repeated};
 use super::super::estimate::{Fitted, Simulated, fit};
-use super::super::fault::DynamicError;
 use super::super::judge::{self, Problem, Withdrawn};
 use super::super::noise::autoregression;
 use super::super::recording::DynamicRecording;
@@ -17,6 +16,7 @@ use super::super::{remainder, score};
 use super::model::Model;
 use super::search::Search;
 use super::{catalogue, start, verdict};
+use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
@@ -41,17 +41,17 @@ struct Found<'a> {
 /// Diagnoses one recording beside a plant in equations.
 ///
 /// # Errors
-/// One of [`DynamicError`]: the recording or the plant cannot be used at all.
-pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+/// One of [`DiagnosisError`]: the recording or the plant cannot be used at all.
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let Case { recording, options, .. } = *case;
     let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| recording.lost(100.0))??;
     let (wanted, found) = (plant.inputs.len(), recording.drives.len());
     if recording.positions.len() != 1 || (wanted != found && wanted > 0) {
         let positions = recording.positions.len();
-        return Err(DynamicError::Inputs { file: recording.file.clone(), wanted, found, positions });
+        return Err(DiagnosisError::Inputs { file: recording.file.clone(), wanted, found, positions });
     }
     if case.simulated.is_some() {
-        return Err(DynamicError::OwnSimulation { file: recording.file.clone() });
+        return Err(DiagnosisError::OwnSimulation { file: recording.file.clone() });
     }
     let plant = Arc::new(plant);
     let data = Data::new(recording);
@@ -103,7 +103,7 @@ impl Problem for Found<'_> {
         self.case
     }
 
-    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DiagnosisError> {
         let Some(model) = verdict::without(&self.chosen.model, &withdrawn.effects) else {
             return Ok(self.said(&self.chosen, &self.found));
         };

@@ -10,12 +10,12 @@ pub mod search;
 use super::data::Data;
 use super::diagnose::{Case, DynamicOutcome, OwnSimulation, Predicted};
 use super::effects::{CATALOGUE, COULOMB_FRICTION, DRIVE_LAG, DRIVE_OFFSET, DynamicEffect, Scale, effect};
-use super::fault::DynamicError;
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::recording::DynamicRecording;
 use super::verdict::{self, locations};
 use super::{plant, score};
+use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::data::SCORE;
 use crate::verdict::{Said, Verdict};
@@ -26,14 +26,14 @@ use search::Along;
 /// Diagnoses a recording that was taken under feedback.
 ///
 /// # Errors
-/// One of [`DynamicError`].
-pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+/// One of [`DiagnosisError`].
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let Case { recording, simulated, options, .. } = *case;
     if let Some(term) = options.given.first() {
         let reason =
             "is given, and under feedback all effects are identified anew; leave it out of the plant";
         let id = term.effect.id.to_string();
-        return Err(DynamicError::Effect { file: recording.file.clone(), id, reason: reason.into() });
+        return Err(DiagnosisError::Effect { file: recording.file.clone(), id, reason: reason.into() });
     }
     let lost = || recording.lost(100.0);
     let data = Data::new(recording);
@@ -81,7 +81,7 @@ impl Problem for Feedback<'_> {
         self.case
     }
 
-    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DiagnosisError> {
         let (recording, nominal, before) = (self.case.recording, &self.case.plant.plant, &self.before);
         let motion = self.along.motion;
         let mut present = self.found.clone();
@@ -157,7 +157,7 @@ fn expected(
     recording: &DynamicRecording,
     along: &Along,
     scale: &Scale,
-) -> Result<Solved, DynamicError> {
+) -> Result<Solved, DiagnosisError> {
     let motion = Motion::new(&own.in_place(recording)?, along.motion.cutoff_hz, Some(along.motion.slow));
     let theirs = Along { motion: &motion, fold: along.fold, per_row: along.per_row };
     let solved = theirs.search(&[], scale).and_then(|shapes| solve(&shapes, &motion, &|_| true));

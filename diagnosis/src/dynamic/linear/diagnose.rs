@@ -9,6 +9,7 @@ use super::modal::Modal;
 use super::offset::{self, Offset, offset};
 use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
+use crate::DiagnosisError;
 use crate::diagnosis::NoiseFloor;
 use crate::dynamic::diagnose::{Case, Predicted};
 use crate::dynamic::effects::CUBIC_STIFFNESS;
@@ -16,7 +17,7 @@ use crate::dynamic::judge::{self, Problem, Withdrawn};
 use crate::dynamic::score;
 use crate::dynamic::spectrum::Response;
 use crate::dynamic::spectrum::experiments::mean_period;
-use crate::dynamic::{DynamicError, DynamicOutcome, DynamicRecording, OwnSimulation};
+use crate::dynamic::{DynamicOutcome, DynamicRecording, OwnSimulation};
 use crate::held_out::{Fit, Score};
 use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::diagnose::{
@@ -28,8 +29,8 @@ use crate::verdict::{NamedEffect, Said, Verdict};
 /// Diagnoses a recording whose plant is `kind = "linear"`.
 ///
 /// # Errors
-/// [`DynamicError::NoPlant`] where the drives do not determine a model.
-pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DynamicError> {
+/// [`DiagnosisError::NoPlant`] where the drives do not determine a model.
+pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let Case { recording, plant, simulated, options, .. } = *case;
     let lost = || recording.lost(100.0);
     let plan = Plan::new(recording);
@@ -88,7 +89,7 @@ impl Problem for Modes<'_> {
         self.case
     }
 
-    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DynamicError> {
+    fn answer(&self, withdrawn: &Withdrawn) -> Result<DynamicOutcome, DiagnosisError> {
         let (recording, plant, before) = (self.case.recording, self.case.plant, &self.before);
         let out = |id: &str| self.case.options.skip.iter().chain(&withdrawn.effects).any(|other| other == id);
         let named = self.named.as_ref().filter(|_| !out(file::ID));
@@ -266,7 +267,7 @@ fn agrees(model: &Modal, recording: &DynamicRecording) -> bool {
 }
 
 /// The recording with the user's simulated position in the place of the measured one.
-fn theirs(recording: &DynamicRecording, own: &OwnSimulation) -> Result<DynamicRecording, DynamicError> {
+fn theirs(recording: &DynamicRecording, own: &OwnSimulation) -> Result<DynamicRecording, DiagnosisError> {
     match recording.positions.len() {
         1 => own.in_place(recording),
         found => Err(own.wrong("one `position`".into(), format!("a recording of one, not {found}"))),

@@ -1,13 +1,13 @@
-//! Routines for many units: random coefficients and damaged pages through the compiled C and Rust alike.
+//! Routines for many devices: random coefficients and damaged pages through the compiled C and Rust alike.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use codegen::devices::page::{Page, crc32};
+use codegen::devices::{Device, DevicesError, Generated, Wanted, earlier, generate, render, verify};
 use codegen::files;
 use codegen::format::Format;
 use codegen::options::{Ends, Method, Options};
-use codegen::units::page::{Page, crc32};
-use codegen::units::{Generated, Unit, UnitsError, Wanted, earlier, generate, render, verify};
 use codegen::verify::compile::Place;
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
@@ -19,7 +19,7 @@ const HALF_RANGE_MM: f64 = 0.37;
 const FULL_SCALE_MM: f64 = 0.5;
 
 /// A mirror whose coefficients are those of the paper's, each times its factor.
-fn unit(name: &str, factors: &[f64; 4]) -> Unit {
+fn device(name: &str, factors: &[f64; 4]) -> Device {
     let paper = [-6.15e-5, 0.1439, -0.039, 0.14, 0.18, -0.86, -1.21, 5.58, 2.88, -12.4];
     let coefficients = paper.iter().enumerate().map(|(k, a)| a * factors[k % 4]).collect();
     let model = ErrorModel {
@@ -28,14 +28,14 @@ fn unit(name: &str, factors: &[f64; 4]) -> Unit {
         coefficients,
     };
     let coefficients = Coefficients::of_model(&model, -HALF_RANGE_MM, HALF_RANGE_MM, "by hand");
-    Unit { name: name.into(), sha256: codegen::generate::sha256(coefficients.to_json()), coefficients }
+    Device { name: name.into(), sha256: codegen::generate::sha256(coefficients.to_json()), coefficients }
 }
 
-fn three() -> Vec<Unit> {
+fn three() -> Vec<Device> {
     vec![
-        unit("a", &[1.0, 1.0, 1.0, 1.0]),
-        unit("b", &[-0.5, 0.9, 1.3, 0.4]),
-        unit("c", &[2.0, 1.1, -0.7, 1.2]),
+        device("a", &[1.0, 1.0, 1.0, 1.0]),
+        device("b", &[-0.5, 0.9, 1.3, 0.4]),
+        device("c", &[2.0, 1.1, -0.7, 1.2]),
     ]
 }
 
@@ -95,29 +95,30 @@ fn words() -> Vec<i32> {
 }
 
 #[test]
-fn every_unit_is_within_its_bound_and_the_loader_refuses_damage() {
-    let units = three();
-    let generated = generate(&units, &options(), &Wanted::default()).unwrap();
+fn every_device_is_within_its_bound_and_the_loader_refuses_damage() {
+    let devices = three();
+    let generated = generate(&devices, &options(), &Wanted::default()).unwrap();
     let design = &generated.design;
     let compiled = Compiled::new(&generated);
     let lsb = design.unit.to_f64();
     assert!(design.total * ARCSEC_PER_RAD <= 0.005);
     let mut pages = Vec::new();
-    for (unit, fitted) in units.iter().zip(&design.fitted) {
-        let bytes = render::page(design, unit, fitted).bytes();
-        let file = &generated.files[Path::new(&format!("pages/{}.bin", unit.name))];
+    for (device, fitted) in devices.iter().zip(&design.fitted) {
+        let bytes = render::page(design, device, fitted).bytes();
+        let file = &generated.files[Path::new(&format!("pages/{}.bin", device.name))];
         assert_eq!(file, &bytes);
         pages.push((bytes, words()));
     }
-    for ((unit, fitted), (status, results)) in units.iter().zip(&design.fitted).zip(compiled.both(&pages)) {
+    for ((device, fitted), (status, results)) in devices.iter().zip(&design.fitted).zip(compiled.both(&pages))
+    {
         assert_eq!(status, 0);
-        let model = unit.coefficients.error_model();
+        let model = device.coefficients.error_model();
         for (word, result) in words().iter().zip(results) {
             let s = (f64::from(*word) * FULL_SCALE_MM / 2f64.powi(31)).clamp(-HALF_RANGE_MM, HALF_RANGE_MM);
             let off = (f64::from(result) * lsb - model.corrected(s)).abs();
             // The end of the range is the last word inside it.
             let end = if s.abs() == HALF_RANGE_MM { 2.0 * lsb } else { 0.0 };
-            assert!(off <= fitted.total + end + 1e-15, "{}: {off:e} > {:e}", unit.name, fitted.total);
+            assert!(off <= fitted.total + end + 1e-15, "{}: {off:e} > {:e}", device.name, fitted.total);
         }
     }
 
@@ -136,9 +137,9 @@ fn every_unit_is_within_its_bound_and_the_loader_refuses_damage() {
     let last = word(&good, 6 + design.degree) as i32;
     let beyond = design.program.page[design.degree].to as i32 + 1;
     assert!(last < beyond);
-    // The routine's bound, which has a margin beyond the units'.
+    // The routine's bound, which has a margin beyond the devices'.
     let most = (256.0 * (design.total / lsb).next_up()).ceil() as u32;
-    assert!((0..units.len()).all(|i| word(&pages[i].0, 4) <= most));
+    assert!((0..devices.len()).all(|i| word(&pages[i].0, 4) <= most));
     for (bytes, expected) in [
         (good[..good.len() - 1].to_vec(), 1),
         (Vec::new(), 1),
@@ -168,8 +169,8 @@ proptest! {
         margin in 0.0..1.0f64,
         places in prop::collection::vec(prop::collection::vec(prop_oneof![Just(0.0), Just(1.0), 0.0..1.0f64], 17), 24),
     ) {
-        let units: Vec<Unit> = factors.iter().enumerate().map(|(i, f)| unit(&format!("u{i}"), f)).collect();
-        let generated = generate(&units, &options(), &Wanted { margin, ..Wanted::default() }).unwrap();
+        let devices: Vec<Device> = factors.iter().enumerate().map(|(i, f)| device(&format!("u{i}"), f)).collect();
+        let generated = generate(&devices, &options(), &Wanted { margin, ..Wanted::default() }).unwrap();
         let design = &generated.design;
         let compiled = Compiled::new(&generated);
         let pages: Vec<(Vec<u8>, Vec<i32>)> = places
@@ -200,47 +201,47 @@ proptest! {
     }
 }
 
-/// A later unit gets a page for the routine that is in the firmware; one outside the ranges is refused.
+/// A later device gets a page for the routine that is in the firmware; one outside the ranges is refused.
 #[test]
-fn later_units_share_an_earlier_routine() {
+fn later_devices_share_an_earlier_routine() {
     let generated = generate(&three(), &options(), &Wanted::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     files::write(folder.path(), &generated.files).unwrap();
     let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
     let wanted = Wanted { earlier: Some(earlier), ..Wanted::default() };
-    let later = generate(&[unit("d", &[0.3, 1.0, 0.6, 0.8])], &options(), &wanted).unwrap();
+    let later = generate(&[device("d", &[0.3, 1.0, 0.6, 0.8])], &options(), &wanted).unwrap();
     let names: Vec<String> = later.files.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["pages/d.bin", "pages/d.hex"]);
     let compiled = Compiled::new(&generated);
     let page = later.files[Path::new("pages/d.bin")].clone();
     let (status, results) = compiled.both(&[(page, words())])[0].clone();
     assert_eq!(status, 0);
-    let model = unit("d", &[0.3, 1.0, 0.6, 0.8]).coefficients.error_model();
+    let model = device("d", &[0.3, 1.0, 0.6, 0.8]).coefficients.error_model();
     for (word, result) in words().iter().zip(results) {
         let s = f64::from(*word) * FULL_SCALE_MM / 2f64.powi(31);
         let off = (f64::from(result) * later.design.unit.to_f64() - model.corrected(s)).abs();
         assert!(s.abs() > HALF_RANGE_MM || off <= generated.design.total + 1e-15, "{off:e}");
     }
-    // The same units anew give the same pages.
+    // The same devices anew give the same pages.
     let again = generate(&three(), &options(), &wanted).unwrap();
     assert!(again.files.iter().all(|(path, bytes)| generated.files.get(path) == Some(bytes)));
 
-    let error = generate(&[unit("e", &[9.0, 1.0, 1.0, 1.0])], &options(), &wanted).unwrap_err();
-    assert!(matches!(error, UnitsError::Outside { .. }), "{error}");
+    let error = generate(&[device("e", &[9.0, 1.0, 1.0, 1.0])], &options(), &wanted).unwrap_err();
+    assert!(matches!(error, DevicesError::Outside { .. }), "{error}");
     let ends = Ends { full_scale: Some(0.75), ..Ends::default() };
     let other = Options { routines: vec![ends.routine(Method::Fused, Format::Q31)], ..options() };
     let error = generate(&three(), &other, &wanted).unwrap_err();
-    assert!(matches!(error, UnitsError::OtherStructure { .. }), "{error}");
+    assert!(matches!(error, DevicesError::OtherStructure { .. }), "{error}");
     std::fs::write(folder.path().join("units.json"), "{}").unwrap();
-    assert!(matches!(earlier::read(&folder.path().join("units.json")), Err(UnitsError::Earlier { .. })));
+    assert!(matches!(earlier::read(&folder.path().join("units.json")), Err(DevicesError::Earlier { .. })));
 }
 
-/// A unit somewhat further from its model than the worst of the first ones is served by the same routine, within the
+/// A device somewhat further from its model than the worst of the first ones is served by the same routine, within the
 /// margin and the bound that was asked for; one far worse is refused.
 #[test]
-fn a_later_unit_may_be_a_little_worse() {
+fn a_later_device_may_be_a_little_worse() {
     let options = options();
-    let first = vec![unit("a", &[1.0, 1.0, 1.0, 1.0]), unit("b", &[0.9, 1.0, 0.9, 0.95])];
+    let first = vec![device("a", &[1.0, 1.0, 1.0, 1.0]), device("b", &[0.9, 1.0, 0.9, 0.95])];
     let generated = generate(&first, &options, &Wanted::default()).unwrap();
     let worst = generated.design.fitted.iter().map(|f| f.total).fold(0.0, f64::max);
     let asked = options.bound.unwrap() / ARCSEC_PER_RAD;
@@ -250,11 +251,11 @@ fn a_later_unit_may_be_a_little_worse() {
     files::write(folder.path(), &generated.files).unwrap();
     let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
     let wanted = Wanted { earlier: Some(earlier), ..Wanted::default() };
-    let later = generate(&[unit("c", &[1.1, 1.0, 1.1, 1.1])], &options, &wanted).unwrap();
+    let later = generate(&[device("c", &[1.1, 1.0, 1.1, 1.1])], &options, &wanted).unwrap();
     assert!(later.design.fitted[0].total > worst, "{:e} {worst:e}", later.design.fitted[0].total);
     files::write(folder.path(), &later.files).unwrap();
-    let units = [unit("c", &[1.1, 1.0, 1.1, 1.1])];
-    let report = verify::verify(folder.path(), &later, &units, &wanted, true).unwrap();
+    let devices = [device("c", &[1.1, 1.0, 1.1, 1.1])];
+    let report = verify::verify(folder.path(), &later, &devices, &wanted, true).unwrap();
     assert!(report.holds() && report.sweeps.len() == 2, "{}", report.text());
     // One beyond the bound that was asked for is refused: here, one of which the degree is too low.
     let low = Options { degree: Some(5), bound: Some(1.3 * LOW_DEGREE_ARCSEC), ..options };
@@ -262,8 +263,8 @@ fn a_later_unit_may_be_a_little_worse() {
     files::write(folder.path(), &low_first.files).unwrap();
     let earlier = earlier::read(&folder.path().join("units.json")).unwrap();
     let wanted = Wanted { earlier: Some(earlier), ..Wanted::default() };
-    let error = generate(&[unit("d", &[1.0, 1.0, 1.0, 1.8])], &low, &wanted).unwrap_err();
-    assert!(matches!(error, UnitsError::Coarse { .. } | UnitsError::Outside { .. }), "{error}");
+    let error = generate(&[device("d", &[1.0, 1.0, 1.0, 1.8])], &low, &wanted).unwrap_err();
+    assert!(matches!(error, DevicesError::Coarse { .. } | DevicesError::Outside { .. }), "{error}");
 }
 
 /// About what degree 5 leaves of the paper's error over the range.
@@ -272,13 +273,13 @@ const LOW_DEGREE_ARCSEC: f64 = 0.8;
 /// `arcsmith verify --devices`: what is generated holds; a damaged page, table of limits or certificate does not.
 #[test]
 fn what_was_damaged_is_found() {
-    let units = three();
-    let generated = generate(&units, &options(), &Wanted::default()).unwrap();
+    let devices = three();
+    let generated = generate(&devices, &options(), &Wanted::default()).unwrap();
     let check = |damage: &dyn Fn(&Path)| {
         let folder = tempfile::tempdir().unwrap();
         files::write(folder.path(), &generated.files).unwrap();
         damage(folder.path());
-        verify::verify(folder.path(), &generated, &units, &Wanted::default(), false).unwrap()
+        verify::verify(folder.path(), &generated, &devices, &Wanted::default(), false).unwrap()
     };
     let good = check(&|_| {});
     assert!(good.holds() && good.sweeps.len() == 6 && good.damaged > 500, "{}", good.text());
@@ -314,28 +315,28 @@ fn what_was_damaged_is_found() {
 
 #[test]
 fn units_that_share_nothing_are_refused() {
-    let generate = |units: &[Unit]| generate(units, &options(), &Wanted::default()).unwrap_err();
-    assert!(matches!(generate(&[]), UnitsError::None { .. }));
+    let generate = |devices: &[Device]| generate(devices, &options(), &Wanted::default()).unwrap_err();
+    assert!(matches!(generate(&[]), DevicesError::None { .. }));
     let mut other = three();
     other[1].coefficients.sensor = Sensor::EddyCurrentPair { probe_distance_mm: 12.5, initial_gap_mm: 0.3 };
-    assert!(matches!(generate(&other), UnitsError::Structure { what: "probe_distance_mm", .. }));
+    assert!(matches!(generate(&other), DevicesError::Structure { what: "probe_distance_mm", .. }));
     let mut other = three();
     (other[2].coefficients.valid_range.from, other[2].coefficients.valid_range.to) = (0.5, 0.6);
-    assert!(matches!(generate(&other), UnitsError::Range { .. }));
+    assert!(matches!(generate(&other), DevicesError::Range { .. }));
     let impossible = Options { bound: Some(1e-9), ..options() };
-    let error = codegen::units::generate(&three(), &impossible, &Wanted::default()).unwrap_err();
-    assert!(matches!(error, UnitsError::Unreachable { .. }), "{error}");
+    let error = codegen::devices::generate(&three(), &impossible, &Wanted::default()).unwrap_err();
+    assert!(matches!(error, DevicesError::Unreachable { .. }), "{error}");
     let beyond = Options { range: Some((-0.5, 0.5)), ..options() };
-    let error = codegen::units::generate(&three(), &beyond, &Wanted::default()).unwrap_err();
-    assert!(matches!(error, UnitsError::BeyondRecording { .. }), "{error}");
+    let error = codegen::devices::generate(&three(), &beyond, &Wanted::default()).unwrap_err();
+    assert!(matches!(error, DevicesError::BeyondRecording { .. }), "{error}");
 }
 
 /// The program: one sentence, exit code 2, nothing written.
 #[test]
 fn bad_input_ends_with_2_and_writes_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    for unit in three() {
-        std::fs::write(folder.path().join(format!("{}.json", unit.name)), unit.coefficients.to_json())
+    for device in three() {
+        std::fs::write(folder.path().join(format!("{}.json", device.name)), device.coefficients.to_json())
             .unwrap();
     }
     std::fs::write(folder.path().join("broken.json"), "{").unwrap();
@@ -351,7 +352,7 @@ fn bad_input_ends_with_2_and_writes_nothing() {
     };
     for (arguments, said) in [
         (vec!["--devices", "nothing-*.json"], "nothing-*.json"),
-        (vec!["--devices", "a.json", "again/a.json"], "unit `a`"),
+        (vec!["--devices", "a.json", "again/a.json"], "device `a`"),
         (vec!["--devices", "a.json", "broken.json"], "broken.json"),
         (vec!["--devices", "a.json", "--margin", "-1"], "margin"),
         (vec!["--devices", "a.json", "--page-address", "0x11"], "multiple of 16"),

@@ -1,4 +1,4 @@
-//! A routine that is in the firmware already: pages for further units, of which every coefficient is held against the
+//! A routine that is in the firmware already: pages for further devices, of which every coefficient is held against the
 //! ranges that it was proved for.
 
 use std::path::Path;
@@ -7,7 +7,7 @@ use fitter::text_safety;
 
 use super::render::Summary;
 use super::structure::{Design, Fitted, Shared, rounded};
-use super::{Unit, UnitsError, Wanted};
+use super::{Device, DevicesError, Wanted};
 use crate::bound;
 use crate::design::DesignError;
 use crate::options::Options;
@@ -23,13 +23,13 @@ pub struct Earlier {
 /// Reads the summary of an earlier routine.
 ///
 /// # Errors
-/// [`UnitsError::Earlier`].
-pub fn read(path: &Path) -> Result<Earlier, UnitsError> {
+/// [`DevicesError::Earlier`].
+pub fn read(path: &Path) -> Result<Earlier, DevicesError> {
     let file = text_safety::path(path);
-    let wrong = |what: String| UnitsError::Earlier { file: file.clone(), what };
-    let text = fitter::input::parsed(path).map_err(|cause| wrong(format!("cannot be read ({cause})")))?;
+    let wrong = |what: String| DevicesError::Earlier { file: file.clone(), what };
+    let text = fitter::input::parsed(path, "units.json")?;
     let summary: Summary =
-        serde_json::from_str(&text).map_err(|cause| wrong(format!("is no summary of units ({cause})")))?;
+        serde_json::from_str(&text).map_err(|cause| wrong(format!("is no summary of devices ({cause})")))?;
     if summary.schema != "arcsmith-units" || summary.version != 1 {
         return Err(wrong(format!(
             "is {} version {}, expected arcsmith-units version 1",
@@ -50,18 +50,18 @@ pub fn read(path: &Path) -> Result<Earlier, UnitsError> {
     Ok(Earlier { file, summary })
 }
 
-/// The coefficients of further units for an earlier routine.
+/// The coefficients of further devices for an earlier routine.
 ///
 /// # Errors
-/// [`UnitsError`]: other options, a coefficient outside its range, or a unit beyond the routine's bound.
+/// [`DevicesError`]: other options, a coefficient outside its range, or a unit beyond the routine's bound.
 pub fn design(
-    units: &[Unit],
+    devices: &[Device],
     options: &Options,
     wanted: &Wanted,
     earlier: &Earlier,
-) -> Result<Design, UnitsError> {
+) -> Result<Design, DevicesError> {
     let Summary { degree, fraction_bits: bits, range: [from, to], total, .. } = earlier.summary;
-    let shared = Shared::new(units, options, wanted, Some((from, to)))?;
+    let shared = Shared::new(devices, options, wanted, Some((from, to)))?;
     let (program, unit) = shared.program(earlier.summary.coefficients.clone(), bits)?;
     bound::rounding(&program, &shared.plan).map_err(DesignError::from)?;
     let words: Vec<Vec<i64>> = shared.best(degree).iter().map(|p| rounded(p, degree, bits)).collect();
@@ -69,26 +69,26 @@ pub fn design(
     design.rounding = design.any_rounding()?;
     let (found, expected) = (design.structure(), earlier.summary.structure);
     if found != expected {
-        return Err(UnitsError::OtherStructure { file: earlier.file.clone(), found, expected });
+        return Err(DevicesError::OtherStructure { file: earlier.file.clone(), found, expected });
     }
-    for (unit, words) in units.iter().zip(&words) {
+    for (device, words) in devices.iter().zip(&words) {
         for (word, range) in words.iter().zip(&design.program.page) {
             if !(range.from..=range.to).contains(word) {
-                let (unit, coefficient) = (unit.name.clone(), range.name.clone());
+                let (device, coefficient) = (device.name.clone(), range.name.clone());
                 let (value, from, to) = (*word, range.from, range.to);
-                return Err(UnitsError::Outside { unit, coefficient, value, from, to });
+                return Err(DevicesError::Outside { device, coefficient, value, from, to });
             }
         }
     }
     design.fitted = design.shared.bounds(&words, bits)?;
     let far = |fitted: &Fitted| fitted.total > design.total;
-    if let Some((unit, fitted)) = units.iter().zip(&design.fitted).find(|(_, fitted)| far(fitted)) {
+    if let Some((device, fitted)) = devices.iter().zip(&design.fitted).find(|(_, fitted)| far(fitted)) {
         let quantity = &design.shared.quantity;
-        return Err(UnitsError::Coarse {
-            unit: unit.name.clone(),
+        return Err(DevicesError::Coarse {
+            device: device.name.clone(),
             found: quantity.in_bound_unit(fitted.total),
             bound: quantity.in_bound_unit(design.total),
-            bound_unit: quantity.bound_unit.clone(),
+            unit: quantity.bound_unit.clone(),
         });
     }
     Ok(design)

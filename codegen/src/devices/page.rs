@@ -7,7 +7,7 @@
 //! | 2 | length of the page in bytes |
 //! | 3 | structure: what routine the coefficients are for |
 //! | 4 | what was proved for this unit, in 1/256 of the result's unit, rounded up |
-//! | 5 | first eight digits of the SHA-256 of the unit's coefficients file |
+//! | 5 | first eight digits of the SHA-256 of the device's coefficients file |
 //! | 6 … | coefficients, constant first |
 //! | last | CRC-32 (IEEE 802.3, as of zip and Ethernet) |
 

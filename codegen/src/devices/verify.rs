@@ -1,5 +1,5 @@
-//! The check from outside: the files against a new generation, every unit's page through the compiled loader and
-//! routine in Rust and C, held against that unit's own function, and damaged pages, which both must refuse.
+//! The check from outside: the files against a new generation, every device's page through the compiled loader and
+//! routine in Rust and C, held against that device's own function, and damaged pages, which both must refuse.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::page::{HEAD_WORDS, Page};
 use super::render::page;
 use super::structure::{Design, Fitted};
-use super::{Generated, Unit, Wanted};
+use super::{Device, Generated, Wanted};
 use crate::files;
 use crate::interpret::{Word, interpret};
 use crate::program::Program;
@@ -46,7 +46,7 @@ pub struct UnitSweep {
     pub different: u64,
     /// The largest distance from the unit's own function, in the bound's unit, what the reference may be off included.
     pub worst: f64,
-    /// What was proved for the unit.
+    /// What was proved for the device.
     pub bound: f64,
 }
 
@@ -65,7 +65,7 @@ impl UnitsReport {
         }
         for s in &self.sweeps {
             lines.push(format!(
-                "{:<16} {:<5} {} readings: {} differ from the proved program, {:.3e} from the unit's function at most, \
+                "{:<16} {:<5} {} readings: {} differ from the proved program, {:.3e} from the device's function at most, \
                  proved {:.3e}",
                 s.unit, s.language, s.readings, s.different, s.worst, s.bound
             ));
@@ -84,13 +84,13 @@ impl UnitsReport {
 pub fn verify(
     folder: &Path,
     generated: &Generated,
-    units: &[Unit],
+    devices: &[Device],
     wanted: &Wanted,
     sanitize: bool,
 ) -> Result<UnitsReport, VerifyError> {
     let design = &generated.design;
     let certificate = match &wanted.earlier {
-        // The certificate is that of the first units; only pages are added.
+        // The certificate is that of the first devices; only pages are added.
         Some(_) => (files::compare(folder, &generated.files).into_iter())
             .map(|(file, difference)| format!("{} {difference}", file.display()))
             .collect(),
@@ -103,12 +103,12 @@ pub fn verify(
     let place = Place { generated: &folder, base: &generated.name, build: build.path() };
     let programs = compile(&place, design, sanitize)?;
     let mut report = UnitsReport { certificate, sweeps: Vec::new(), taken: Vec::new(), damaged: 0 };
-    for ((unit, fitted), reference) in units.iter().zip(&design.fitted).zip(&design.shared.references) {
-        let bytes = written(&folder, unit, || page(design, unit, fitted).bytes());
-        report.sweeps.extend(sweeps(design, (unit, fitted, reference), &bytes, &programs)?);
+    for ((device, fitted), reference) in devices.iter().zip(&design.fitted).zip(&design.shared.references) {
+        let bytes = written(&folder, device, || page(design, device, fitted).bytes());
+        report.sweeps.extend(sweeps(design, (device, fitted, reference), &bytes, &programs)?);
     }
-    let Some((unit, fitted)) = units.iter().zip(&design.fitted).next() else { return Ok(report) };
-    let damaged = damaged(design, &page(design, unit, fitted));
+    let Some((device, fitted)) = devices.iter().zip(&design.fitted).next() else { return Ok(report) };
+    let damaged = damaged(design, &page(design, device, fitted));
     report.damaged = damaged.len() as u64;
     let pages: Vec<Given<'_>> = damaged.iter().map(|(_, bytes)| (&bytes[..], &[][..])).collect();
     for (language, program) in &programs {
@@ -124,7 +124,7 @@ pub fn verify(
 /// A unit's page through every language.
 fn sweeps(
     design: &Design,
-    (unit, fitted, reference): (&Unit, &Fitted, &Reference),
+    (device, fitted, reference): (&Device, &Fitted, &Reference),
     page: &[u8],
     programs: &[(&'static str, PathBuf)],
 ) -> Result<Vec<UnitSweep>, VerifyError> {
@@ -155,7 +155,7 @@ fn sweeps(
         }
         let beyond = (worst - fast_reference.error).max(0.0) * lsb.to_f64();
         sweeps.push(UnitSweep {
-            unit: unit.name.clone(),
+            unit: device.name.clone(),
             language: (*language).into(),
             readings: given.len() as u64,
             different,
@@ -167,8 +167,8 @@ fn sweeps(
 }
 
 /// The page as it lies in the folder; as it would be generated where it is missing, which the comparison has said.
-fn written(folder: &Path, unit: &Unit, otherwise: impl Fn() -> Vec<u8>) -> Vec<u8> {
-    std::fs::read(folder.join(format!("pages/{}.bin", unit.name))).unwrap_or_else(|_| otherwise())
+fn written(folder: &Path, device: &Device, otherwise: impl Fn() -> Vec<u8>) -> Vec<u8> {
+    std::fs::read(folder.join(format!("pages/{}.bin", device.name))).unwrap_or_else(|_| otherwise())
 }
 
 /// The reading in its own words, as the routine forms it.

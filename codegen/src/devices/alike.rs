@@ -1,30 +1,30 @@
-//! Units held against each other: whether they can share a routine, and over which range.
+//! Devices held against each other: whether they can share a routine, and over which range.
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 
-use super::{Unit, UnitsError};
+use super::{Device, DevicesError};
 use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::routine::RoutineError;
 
-/// The model of a unit, held against the first's.
-pub(super) fn model(unit: &Unit, first: &Unit, options: &Options) -> Result<ErrorModel, UnitsError> {
-    let differs = |what, found: String, expected: String| UnitsError::Structure {
-        unit: unit.name.clone(),
+/// The model of a device, held against the first's.
+pub(super) fn model(device: &Device, first: &Device, options: &Options) -> Result<ErrorModel, DevicesError> {
+    let differs = |what, found: String, expected: String| DevicesError::Structure {
+        device: device.name.clone(),
         what,
         found,
         first: first.name.clone(),
         expected,
     };
-    if unit.coefficients.whole_turn() {
-        return Err(UnitsError::WholeTurn { unit: unit.name.clone() });
+    if device.coefficients.whole_turn() {
+        return Err(DevicesError::WholeTurn { device: device.name.clone() });
     }
-    let terms = &unit.coefficients.terms;
+    let terms = &device.coefficients.terms;
     if let Some(term) = terms.iter().find(|term| !options.without.contains(&term.effect)) {
-        return Err(UnitsError::Term { unit: unit.name.clone(), effect: term.effect.clone() });
+        return Err(DevicesError::Term { device: device.name.clone(), effect: term.effect.clone() });
     }
-    match (&unit.coefficients.sensor, &first.coefficients.sensor) {
+    match (&device.coefficients.sensor, &first.coefficients.sensor) {
         (
             Sensor::EddyCurrentPair { probe_distance_mm: found, .. },
             Sensor::EddyCurrentPair { probe_distance_mm: expected, .. },
@@ -46,42 +46,42 @@ pub(super) fn model(unit: &Unit, first: &Unit, options: &Options) -> Result<Erro
             return Err(differs("sensor", kind(found), kind(expected)));
         }
     }
-    Ok(unit.coefficients.error_model())
+    Ok(device.coefficients.error_model())
 }
 
-/// The range that all units cover, or the one that is asked for.
+/// The range that all devices cover, or the one that is asked for.
 pub(super) fn range(
-    units: &[Unit],
+    devices: &[Device],
     options: &Options,
     quantity: &Quantity,
-) -> Result<(f64, f64), UnitsError> {
-    let covered = |unit: &Unit| -> (f64, f64) {
-        let Coefficients { valid_range, .. } = &unit.coefficients;
+) -> Result<(f64, f64), DevicesError> {
+    let covered = |device: &Device| -> (f64, f64) {
+        let Coefficients { valid_range, .. } = &device.coefficients;
         (valid_range.from, valid_range.to)
     };
     let reading_unit = quantity.reading_unit.clone();
     let Some((from, to)) = options.range else {
         let later = |a, b| if covered(b).0 > covered(a).0 { b } else { a };
         let sooner = |a, b| if covered(b).1 < covered(a).1 { b } else { a };
-        let low = units.iter().fold(&units[0], later);
-        let high = units.iter().fold(&units[0], sooner);
+        let low = devices.iter().fold(&devices[0], later);
+        let high = devices.iter().fold(&devices[0], sooner);
         let (from, to) = (covered(low).0, covered(high).1);
         if from < to {
             return Ok((from, to));
         }
         let (low, high) = (low.name.clone(), high.name.clone());
-        return Err(UnitsError::Range { low, from, high, to, unit: reading_unit });
+        return Err(DevicesError::Range { low, from, high, to, unit: reading_unit });
     };
     if !(from.is_finite() && to.is_finite() && from < to) {
         return Err(RoutineError::EmptyRange(from, to).into());
     }
-    for unit in units {
-        let (covered_from, covered_to) = covered(unit);
+    for device in devices {
+        let (covered_from, covered_to) = covered(device);
         // Where the same commanded end settled a little further in, nothing is extrapolated.
-        let covers = |reading| unit.coefficients.valid_range.contains(reading);
+        let covers = |reading| device.coefficients.valid_range.contains(reading);
         if !(options.extrapolate || (covers(from) && covers(to))) {
-            let name = unit.name.clone();
-            return Err(UnitsError::BeyondRecording {
+            let name = device.name.clone();
+            return Err(DevicesError::BeyondRecording {
                 name,
                 from,
                 to,

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
 use super::structure::{Design, Fitted, Shared};
-use super::{Generated, Unit, UnitsError, Wanted};
+use super::{Device, DevicesError, Generated, Wanted};
 use crate::accepted::accepted;
 use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry};
 use crate::emit::{Described, Printer};
@@ -63,29 +63,29 @@ struct OfUnit {
     words: Vec<i64>,
 }
 
-/// What is proved of a unit, as it stands in its page: rounded up.
+/// What is proved of a device, as it stands in its page: rounded up.
 fn proved(design: &Design, total: f64) -> u32 {
     (PARTS_OF_A_UNIT * (total / design.unit.to_f64()).next_up()).ceil() as u32
 }
 
-/// The page of a unit.
-pub fn page(design: &Design, unit: &Unit, fitted: &Fitted) -> Page {
+/// The page of a device.
+pub fn page(design: &Design, device: &Device, fitted: &Fitted) -> Page {
     Page {
         structure: design.structure(),
         proved: proved(design, fitted.total),
-        origin: unit.sha256.get(..8).and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or(0),
+        origin: device.sha256.get(..8).and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or(0),
         coefficients: fitted.words.iter().map(|word| *word as i32).collect(),
     }
 }
 
-/// The units' pages, as they go to flash and as Intel HEX.
-fn of_pages(design: &Design, units: &[Unit], wanted: &Wanted) -> BTreeMap<PathBuf, Vec<u8>> {
+/// The devices' pages, as they go to flash and as Intel HEX.
+fn of_pages(design: &Design, devices: &[Device], wanted: &Wanted) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
-    for (unit, fitted) in units.iter().zip(&design.fitted) {
-        let bytes = page(design, unit, fitted).bytes();
+    for (device, fitted) in devices.iter().zip(&design.fitted) {
+        let bytes = page(design, device, fitted).bytes();
         let hex = intel_hex(&bytes, wanted.address).into_bytes();
-        files.insert(PathBuf::from(format!("pages/{}.hex", unit.name)), hex);
-        files.insert(PathBuf::from(format!("pages/{}.bin", unit.name)), bytes);
+        files.insert(PathBuf::from(format!("pages/{}.hex", device.name)), hex);
+        files.insert(PathBuf::from(format!("pages/{}.bin", device.name)), bytes);
     }
     files
 }
@@ -93,38 +93,38 @@ fn of_pages(design: &Design, units: &[Unit], wanted: &Wanted) -> BTreeMap<PathBu
 /// The pages alone, for a routine that is there already.
 ///
 /// # Errors
-/// [`UnitsError`] for a defect of a template.
+/// [`DevicesError`] for a defect of a template.
 pub fn pages(
     design: Design,
-    units: &[Unit],
+    devices: &[Device],
     options: &Options,
     wanted: &Wanted,
-) -> Result<Generated, UnitsError> {
+) -> Result<Generated, DevicesError> {
     let name = options.name.clone().unwrap_or_else(|| design.shared.quantity.default_name.clone());
-    let files = of_pages(&design, units, wanted);
+    let files = of_pages(&design, devices, wanted);
     let described = [described(&design, &name, Vec::new())];
     let printer = Printer::new(&language::ALL, options)?;
-    let certificate = printer.certificate(&name, origin(units, options), &described, &files);
+    let certificate = printer.certificate(&name, origin(devices, options), &described, &files);
     Ok(Generated { name, files, certificate, design })
 }
 
 /// All files.
 ///
 /// # Errors
-/// [`UnitsError`]: a name that is no identifier, or a defect of a template.
+/// [`DevicesError`]: a name that is no identifier, or a defect of a template.
 pub fn files(
     design: Design,
-    units: &[Unit],
+    devices: &[Device],
     options: &Options,
     wanted: &Wanted,
-) -> Result<Generated, UnitsError> {
+) -> Result<Generated, DevicesError> {
     let name = name::base(options, &design.shared.quantity.default_name)?;
     let printer = Printer::new(&language::ALL, options)?;
-    let listed: Vec<Value> = (units.iter().zip(&design.fitted))
-        .map(|(unit, fitted)| {
-            let open = reserved(unit, options).map(|open| text::wrapped(&open, HEAD_COLUMNS, "    "));
+    let listed: Vec<Value> = (devices.iter().zip(&design.fitted))
+        .map(|(device, fitted)| {
+            let open = reserved(device, options).map(|open| text::wrapped(&open, HEAD_COLUMNS, "    "));
             context! {
-                name => &*unit.name, sha256 => &*unit.sha256, open,
+                name => &*device.name, sha256 => &*device.sha256, open,
                 bound_text => bound_text(&design, fitted.total),
             }
         })
@@ -132,19 +132,19 @@ pub fn files(
     let provenance = printer.provenance(context! { units => listed.clone() })?;
     let described = [described(&design, &name, listed)];
     let sources = printer.sources((&name, &design.shared.quantity.title), &provenance, &described)?;
-    let mut files: BTreeMap<PathBuf, Vec<u8>> = of_pages(&design, units, wanted);
+    let mut files: BTreeMap<PathBuf, Vec<u8>> = of_pages(&design, devices, wanted);
     files.extend(sources.into_iter().map(|(path, text)| (path, text.into_bytes())));
-    let summary = serde_json::to_string_pretty(&summary(&design, units)).map_err(GenerateError::Json)?;
+    let summary = serde_json::to_string_pretty(&summary(&design, devices)).map_err(GenerateError::Json)?;
     files.insert(PathBuf::from("units.json"), (summary + "\n").into_bytes());
-    let certificate = printer.certificate(&name, origin(units, options), &described, &files);
+    let certificate = printer.certificate(&name, origin(devices, options), &described, &files);
     let text = certificate.to_json().map_err(GenerateError::Json)?;
     files.insert(PathBuf::from("certificate.json"), text.into_bytes());
     Ok(Generated { name, files, certificate, design })
 }
 
 /// What the diagnosis of a unit left open, where it was to be taken all the same.
-fn reserved(unit: &Unit, options: &Options) -> Option<String> {
-    accepted(&unit.coefficients, options).ok().flatten()
+fn reserved(device: &Device, options: &Options) -> Option<String> {
+    accepted(&device.coefficients, options).ok().flatten()
 }
 
 fn bound_text(design: &Design, value: f64) -> String {
@@ -152,7 +152,7 @@ fn bound_text(design: &Design, value: f64) -> String {
     format!("{} {}", text::rounded_up(quantity.in_bound_unit(value)), quantity.bound_unit)
 }
 
-fn summary(design: &Design, units: &[Unit]) -> Summary {
+fn summary(design: &Design, devices: &[Device]) -> Summary {
     let Shared { quantity, range, .. } = &design.shared;
     let in_bound_unit = |value| quantity.in_bound_unit(value);
     Summary {
@@ -168,12 +168,12 @@ fn summary(design: &Design, units: &[Unit]) -> Summary {
         bound: in_bound_unit(design.total),
         rounding: in_bound_unit(design.rounding),
         coefficients: design.program.page.clone(),
-        units: (units.iter().zip(&design.fitted))
-            .map(|(unit, fitted)| OfUnit {
-                unit: unit.name.clone(),
-                coefficients_sha256: unit.sha256.clone(),
-                recording: unit.coefficients.recording.file.clone(),
-                page: format!("pages/{}.bin", unit.name),
+        units: (devices.iter().zip(&design.fitted))
+            .map(|(device, fitted)| OfUnit {
+                unit: device.name.clone(),
+                coefficients_sha256: device.sha256.clone(),
+                recording: device.coefficients.recording.file.clone(),
+                page: format!("pages/{}.bin", device.name),
                 bound: in_bound_unit(fitted.total),
                 words: fitted.words.clone(),
             })
@@ -181,12 +181,12 @@ fn summary(design: &Design, units: &[Unit]) -> Summary {
     }
 }
 
-/// The routine with what is said of it; `units` are the units as the heads list them.
-fn described<'a>(design: &'a Design, name: &str, units: Vec<Value>) -> Described<'a> {
+/// The routine with what is said of it; `devices` are the devices as the heads list them.
+fn described<'a>(design: &'a Design, name: &str, devices: Vec<Value>) -> Described<'a> {
     let (program, quantity) = (&design.program, &design.shared.quantity);
     let entry = entry(design, name);
     let page = context! {
-        units,
+        units => devices,
         ranges => Value::from(Serde(&program.page)),
         length => Page::length(program.page.len()),
         head_words => HEAD_WORDS,
@@ -211,7 +211,7 @@ fn described<'a>(design: &'a Design, name: &str, units: Vec<Value>) -> Described
     Described { entry, program, counts: false, words }
 }
 
-/// What the certificate says of the routine: the bound of the unit that is furthest, and the margin of later ones.
+/// What the certificate says of the routine: the bound of the device that is furthest, and the margin of later ones.
 fn entry(design: &Design, name: &str) -> Entry {
     let quantity = &design.shared.quantity;
     let lsb = design.unit.to_f64();
@@ -231,7 +231,7 @@ fn entry(design: &Design, name: &str) -> Entry {
     ];
     let left = quantity.in_bound_unit(design.total) - Entry::sum(&parts);
     if left > 0.0 {
-        parts.push(part("margin for later units", left / quantity.bound_units_per_unit));
+        parts.push(part("margin for later devices", left / quantity.bound_units_per_unit));
     }
     let of_program = Entry::of(name, &design.program, lsb);
     let power_of_two = design.shared.options.output == Output::PowerOfTwo;
@@ -259,12 +259,12 @@ fn entry(design: &Design, name: &str) -> Entry {
     }
 }
 
-/// Where the units come from.
-fn origin(units: &[Unit], options: &Options) -> Certificate {
-    let hashes: Vec<&str> = units.iter().map(|unit| unit.sha256.as_str()).collect();
-    let recordings = || units.iter().map(|unit| &unit.coefficients.recording);
-    let said = |unit: &Unit| Some(format!("{}: {}", unit.name, reserved(unit, options)?));
-    let open: Vec<String> = units.iter().filter_map(said).collect();
+/// Where the devices come from.
+fn origin(devices: &[Device], options: &Options) -> Certificate {
+    let hashes: Vec<&str> = devices.iter().map(|device| device.sha256.as_str()).collect();
+    let recordings = || devices.iter().map(|device| &device.coefficients.recording);
+    let said = |device: &Device| Some(format!("{}: {}", device.name, reserved(device, options)?));
+    let open: Vec<String> = devices.iter().filter_map(said).collect();
     Certificate {
         coefficients_sha256: sha256(hashes.join("\n")),
         recording: recordings().map(|r| r.file.as_str()).collect::<Vec<_>>().join(", "),

@@ -1,11 +1,11 @@
-//! What the units share: range, input, degree, binary point; and the ranges in which their coefficients lie.
+//! What the devices share: range, input, degree, binary point; and the ranges in which their coefficients lie.
 
 use fitter::error_model::{ErrorModel, Sensor};
 use rayon::prelude::*;
 
 use super::alike::{model, range};
 use super::page::crc32;
-use super::{Unit, UnitsError, Wanted};
+use super::{Device, DevicesError, Wanted};
 use crate::approximate::minimax;
 use crate::bound::{self, Bound};
 use crate::design::DesignError;
@@ -19,7 +19,7 @@ use crate::quantity::Quantity;
 use crate::reference::Reference;
 use crate::routine::{self, RoutineError};
 
-/// The coefficients of one unit, and what is proved of them.
+/// The coefficients of one device, and what is proved of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     /// Words, constant first.
@@ -32,7 +32,7 @@ pub struct Fitted {
     pub input: f64,
 }
 
-/// A routine that is shared, and the units' coefficients.
+/// A routine that is shared, and the devices' coefficients.
 #[derive(Debug, Clone)]
 pub struct Design {
     /// What was known before a degree was chosen.
@@ -41,27 +41,27 @@ pub struct Design {
     pub program: Program,
     /// Degree of the polynomials.
     pub degree: usize,
-    /// A coefficient is a word of 2^−`bits` of the unit.
+    /// A coefficient is a word of 2^−`bits` of the device.
     pub bits: i64,
     /// What one word of the result stands for, in its unit.
     pub unit: Interval,
-    /// The bound of all units and of later ones, in the result's unit: the one that was asked for.
+    /// The bound of all devices and of later ones, in the result's unit: the one that was asked for.
     pub total: f64,
     /// Rounding for any coefficients inside their ranges, in the result's unit.
     pub rounding: f64,
-    /// The units' coefficients, in their order.
+    /// The devices' coefficients, in their order.
     pub fitted: Vec<Fitted>,
 }
 
-/// Finds the lowest degree that serves all units.
+/// Finds the lowest degree that serves all devices.
 ///
 /// # Errors
-/// [`UnitsError`], which says what to change.
-pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Design, UnitsError> {
+/// [`DevicesError`], which says what to change.
+pub fn design(devices: &[Device], options: &Options, wanted: &Wanted) -> Result<Design, DevicesError> {
     if !(0.0..=10.0).contains(&wanted.margin) {
-        return Err(UnitsError::Margin(wanted.margin));
+        return Err(DevicesError::Margin(wanted.margin));
     }
-    let shared = Shared::new(units, options, wanted, None)?;
+    let shared = Shared::new(devices, options, wanted, None)?;
     let (quantity, target) = (&shared.quantity, shared.target);
     let degrees = match options.degree {
         Some(degree) if !(1..=LARGEST_DEGREE).contains(&degree) => {
@@ -85,12 +85,12 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
         if best.is_none_or(|(b, _)| reached < b) {
             best = Some((reached, worst));
         }
-        // A degree more, where that leaves later units their margin within the bound that is asked for.
+        // A degree more, where that leaves later devices their margin within the bound that is asked for.
         let roomy = reached * (1.0 + wanted.margin) <= target;
         if reached > target || (without_margin.is_some() && !roomy) {
             continue;
         }
-        // So little less that no rounding of a unit's conversion shows.
+        // So little less that no rounding of a device's conversion shows.
         let most = target * (1.0 - 1e-12) / quantity.bound_units_per_unit;
         let design = Design { total: most.max(total), rounding: design.any_rounding()?, ..design };
         if roomy || options.degree.is_some() {
@@ -100,25 +100,25 @@ pub fn design(units: &[Unit], options: &Options, wanted: &Wanted) -> Result<Desi
     }
     without_margin.ok_or_else(|| {
         let (reachable, worst) = best.unwrap_or((f64::INFINITY, 0));
-        let (worst, unit) = (units[worst].name.clone(), quantity.bound_unit.clone());
-        UnitsError::Unreachable { degree: largest, wanted: target, reachable, worst, unit }
+        let (worst, unit) = (devices[worst].name.clone(), quantity.bound_unit.clone());
+        DevicesError::Unreachable { degree: largest, wanted: target, reachable, worst, unit }
     })
 }
 
-/// What all units share before a degree is chosen.
+/// What all devices share before a degree is chosen.
 #[derive(Debug, Clone)]
 pub struct Shared {
     /// The input's steps and range.
     pub plan: InputPlan,
     /// What was asked for.
     pub options: RoutineOptions,
-    /// The units' functions over the range, in their order.
+    /// The devices' functions over the range, in their order.
     pub references: Vec<Reference>,
     /// Names and units of what is computed, by the first unit's model.
     pub quantity: Quantity,
     /// Smallest and largest reading.
     pub range: (f64, f64),
-    /// The first unit's.
+    /// The first device's.
     pub sensor: Sensor,
     /// The bound that is asked for, in its unit.
     pub target: f64,
@@ -130,36 +130,36 @@ pub struct Shared {
 const FEWEST_BITS: i64 = 8;
 
 impl Shared {
-    /// Holds the units against each other, and encloses their functions over the range; `at` is that of an earlier
+    /// Holds the devices against each other, and encloses their functions over the range; `at` is that of an earlier
     /// routine.
     pub(super) fn new(
-        units: &[Unit],
+        devices: &[Device],
         options: &Options,
         wanted: &Wanted,
         at: Option<(f64, f64)>,
-    ) -> Result<Shared, UnitsError> {
-        let first = units.first().ok_or_else(|| UnitsError::None { pattern: "--units".into() })?;
+    ) -> Result<Shared, DevicesError> {
+        let first = devices.first().ok_or_else(|| DevicesError::None { pattern: "nothing".into() })?;
         let routine_options = options.routines.first().cloned().unwrap_or(RoutineOptions::of(Format::Q31));
         let format = routine_options.format;
         if !matches!(format, Format::Q31 | Format::Q31Split) {
-            return Err(UnitsError::Format(format.name()));
+            return Err(DevicesError::Format(format.name()));
         }
         let models: Vec<ErrorModel> =
-            units.iter().map(|unit| model(unit, first, options)).collect::<Result<_, _>>()?;
+            devices.iter().map(|device| model(device, first, options)).collect::<Result<_, _>>()?;
         let quantity = Quantity::of(&models[0]);
         let asked = Options { range: at.or(options.range), ..options.clone() };
-        let range = range(units, &asked, &quantity)?;
-        // What serves the unit with the least noise serves all.
-        let noise = units.iter().filter_map(|unit| unit.coefficients.noise()).reduce(f64::min);
+        let range = range(devices, &asked, &quantity)?;
+        // What serves the device with the least noise serves all.
+        let noise = devices.iter().filter_map(|device| device.coefficients.noise()).reduce(f64::min);
         let target = options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, noise));
         if !(target.is_finite() && target > 0.0) {
             return Err(RoutineError::Bound(target).into());
         }
         let sensor = models[0].sensor.clone();
         let plan = routine_options.input.plan(&sensor, range.0, range.1, format, true)?;
-        let references: Vec<Reference> = (models.iter().zip(units))
-            .map(|(model, unit)| {
-                let steep = |cause| UnitsError::TooSteep { unit: unit.name.clone(), cause };
+        let references: Vec<Reference> = (models.iter().zip(devices))
+            .map(|(model, device)| {
+                let steep = |cause| DevicesError::TooSteep { device: device.name.clone(), cause };
                 routine::reference(model, &plan).map_err(steep)
             })
             .collect::<Result<_, _>>()?;
@@ -182,7 +182,7 @@ impl Shared {
         distances.into_iter().fold(0.0, f64::max)
     }
 
-    /// The program with the ranges, and the units' coefficients: with as many fractional bits as leave no step room to
+    /// The program with the ranges, and the devices' coefficients: with as many fractional bits as leave no step room to
     /// overflow, whatever coefficients the ranges hold.
     fn design(&self, degree: usize) -> Result<Design, DesignError> {
         let best = self.best(degree);
@@ -248,14 +248,14 @@ impl Shared {
         Ok((p, unit))
     }
 
-    /// The program on a page of one unit, and what is proved of it against a function.
+    /// The program on a page of one device, and what is proved of it against a function.
     fn proved(&self, words: &[i64], bits: i64, reference: &Reference) -> Result<Bound, DesignError> {
         let point = |(k, word): (usize, &i64)| PageWord { name: format!("c{k}"), from: *word, to: *word };
         let (program, unit) = self.program(words.iter().enumerate().map(point).collect(), bits)?;
         Ok(bound::bound(&program, &self.plan, reference, &unit)?)
     }
 
-    /// What is proved of each unit's words.
+    /// What is proved of each device's words.
     pub(super) fn bounds(&self, words: &[Vec<i64>], bits: i64) -> Result<Vec<Fitted>, DesignError> {
         (words.par_iter().zip(&self.references))
             .map(|(words, reference)| {
