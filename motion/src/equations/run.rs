@@ -200,7 +200,7 @@ impl<T: Number> Run<'_, T> {
 
     /// Refuses states that are no numbers, or beyond all bounds.
     fn alive(&self, row: usize) -> Result<(), Stopped> {
-        let lost = self.states.iter().position(|x| !(x.value().abs() < RUNAWAY));
+        let lost = self.states.iter().position(|x| x.value().is_nan() || x.value().abs() > RUNAWAY);
         lost.map_or(Ok(()), |k| {
             let state = self.system.names[k].clone();
             Err(Stopped { state, t_s: row as f64 * self.course.sample_s, row })

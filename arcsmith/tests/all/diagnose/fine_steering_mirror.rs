@@ -44,7 +44,15 @@ fn hysteresis_of_the_piezos_is_located_named_and_modelled() {
     let recording = DynamicRecording::read(&path, &Default::default()).unwrap();
     let plant = PlantFile::parse("fsm.toml", PLANT).unwrap();
     let (recording, plant, options) = (&recording, &plant, &Options::default());
-    let outcome = diagnose(&Case { recording, plant, simulated: None, held_out: None, options }).unwrap();
+    let outcome = diagnose(&Case {
+        recording,
+        plant,
+        plant_file: "plant.toml",
+        simulated: None,
+        held_out: None,
+        options,
+    })
+    .unwrap();
     let d = &outcome.diagnosis;
     assert_eq!(d.verdict, Verdict::PartlyExplained);
     assert_eq!(d.effects[0].id, "rayleigh_hysteresis");

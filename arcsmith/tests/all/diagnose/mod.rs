@@ -9,6 +9,7 @@ mod declared;
 mod dynamic;
 mod dynamic_hidden;
 mod dynamic_judged;
+mod equations;
 mod examples;
 mod fine_steering_mirror;
 mod harmonics;

@@ -113,7 +113,15 @@ fn plant() -> PlantFile {
 
 fn answer(recording: &DynamicRecording, plant: &PlantFile) -> DynamicOutcome {
     let options = Options::default();
-    diagnose(&Case { recording, plant, simulated: None, held_out: None, options: &options }).unwrap()
+    diagnose(&Case {
+        recording,
+        plant,
+        plant_file: "plant.toml",
+        simulated: None,
+        held_out: None,
+        options: &options,
+    })
+    .unwrap()
 }
 
 /// The structure with hysteresis between drive and force, w = R(u).

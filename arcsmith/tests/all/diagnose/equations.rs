@@ -1,0 +1,178 @@
+//! Plants in equations: simulated, fitted, diagnosed with the catalogue and with effects of one's own, and refused where
+//! they are wrong.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::diagnose::common::normal;
+
+const PENDULUM: &str = "\
+[plant]
+kind = \"equations\"
+states = { x = { unit = \"rad\", start = \"fit\" }, v = { unit = \"rad/s\", start = \"fit\" } }
+output = { y = \"x\" }
+[plant.equations]
+x = \"v\"
+v = \"-a * sin(x) - d * v\"
+[plant.parameters]
+a = { unit = \"1/s^2\", from = 1.0, to = 100.0 }
+d = { unit = \"1/s\", from = 0.0, to = 10.0 }
+";
+
+/// A tank with an outflow, filled by a pump.
+const TANK: &str = "\
+[plant]
+kind = \"equations\"
+inputs = { u = \"V\" }
+states = { h = { unit = \"V\", start = \"fit\" } }
+output = { y = \"h\" }
+sampling = \"held\"
+[plant.equations]
+h = \"-k * sqrt(h) + g * u\"
+[plant.parameters]
+k = { unit = \"V^0.5/s\", from = 0.01, to = 1.0 }
+g = { unit = \"1/s\", from = 0.01, to = 1.0 }
+";
+
+const OVERFLOW: &str = "\
+[[effect]]
+id = \"overflow\"
+equation.h = \"-c * hinge(h, at)\"
+c = { unit = \"1/s\" }
+at = { unit = \"V\", from = 1, to = 6 }
+";
+
+fn arcsmith(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_arcsmith"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the program runs")
+}
+
+fn diagnosed(folder: &Path, arguments: &[&str], stem: &str) -> serde_json::Value {
+    let output = arcsmith(folder, &[&["diagnose", "--no-report", "--out", "out"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(folder.join(format!("out/{stem}.json"))).expect("the answer");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+/// What a plant does, by steps far below a row, with noise.
+fn made(
+    name: &Path,
+    rows: usize,
+    sample_s: f64,
+    start: [f64; 2],
+    drive: Option<&dyn Fn(usize) -> f64>,
+    rate: impl Fn([f64; 2], f64) -> [f64; 2],
+    noise: f64,
+) {
+    let mut draw = normal(7);
+    let (mut state, fine) = (start, 400);
+    let mut text = String::from(if drive.is_some() { "t_s,drive,position\n" } else { "t_s,position\n" });
+    for row in 0..rows {
+        let u = drive.map_or(0.0, |drive| drive(row));
+        let middle = if drive.is_some() { format!("{u},") } else { String::new() };
+        text += &format!("{:.4},{middle}{:.8}\n", row as f64 * sample_s, state[0] + noise * draw());
+        for _ in 0..fine {
+            let h = sample_s / f64::from(fine);
+            let slope = rate(state, u);
+            let half = rate([state[0] + 0.5 * h * slope[0], state[1] + 0.5 * h * slope[1]], u);
+            state = [state[0] + h * half[0], state[1] + h * half[1]];
+        }
+    }
+    fs::write(name, text).expect("a file");
+}
+
+#[test]
+fn dry_friction_is_named_in_a_pendulum_that_swings_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("pendulum.toml"), PENDULUM).expect("a file");
+    let friction = 0.4;
+    let swing = |[x, v]: [f64; 2], _: f64| [v, -33.0 * x.sin() - 0.05 * v - friction * v.signum()];
+    made(&at("swing.csv"), 1200, 0.01, [0.8, 0.0], None, swing, 1e-4);
+    let answer = diagnosed(folder.path(), &["swing.csv", "--plant", "pendulum.toml"], "swing");
+    assert_eq!(answer["verdict"], "explained", "{answer:#}");
+    let effects = answer["effects"].as_array().expect("effects");
+    assert_eq!(effects.len(), 1, "{answer:#}");
+    assert_eq!(effects[0]["id"], "coulomb_friction");
+    assert_eq!(effects[0]["formula"], "v' += -force_per_inertia * sign(v)");
+    let force = &effects[0]["parameters"][0];
+    let [low, high] = [0, 1].map(|k| force["ci95"][k].as_f64().expect("a number"));
+    assert!(low < friction && friction < high, "{force}");
+    let left = answer["fit"]["after"]["held_out_rms"].as_f64().expect("a number");
+    assert!(left < 1.2e-4, "{left}");
+    // The plant that is handed on does the same.
+    let simulated =
+        ["simulate", "--plant", "out/swing.plant.toml", "--drive", "swing.csv", "--out", "again.csv"];
+    assert!(arcsmith(folder.path(), &simulated).status.success());
+    let column = |name: &str| -> Vec<f64> {
+        let text = fs::read_to_string(at(name)).expect("a file");
+        let last = |line: &str| line.rsplit(',').next().and_then(|cell| cell.parse().ok());
+        text.lines().skip(1).filter_map(last).collect()
+    };
+    let apart =
+        column("again.csv").iter().zip(column("swing.csv")).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+    assert!((apart / 1200.0).sqrt() < 1.2e-4, "{}", (apart / 1200.0).sqrt());
+}
+
+#[test]
+fn an_effect_of_ones_own_is_named_in_a_tank() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("tank.toml"), TANK).expect("a file");
+    fs::write(at("mine.toml"), OVERFLOW).expect("a file");
+    let drive = |row: usize| 1.5 + (row as f64 / 23.0).sin() + 0.8 * (row as f64 / 7.1).cos();
+    let level =
+        |[h, _]: [f64; 2], u: f64| [-0.3 * h.max(0.0).sqrt() + 0.35 * u - 0.5 * (h - 4.0).max(0.0), 0.0];
+    made(&at("levels.csv"), 1500, 1.0, [2.0, 0.0], Some(&drive), level, 2e-3);
+    let arguments = ["levels.csv", "--plant", "tank.toml", "--effects", "mine.toml"];
+    let answer = diagnosed(folder.path(), &arguments, "levels");
+    let effects = answer["effects"].as_array().expect("effects");
+    assert_eq!(
+        (effects[0]["id"].as_str(), effects[0]["kind"].as_str()),
+        (Some("overflow"), Some("declared"))
+    );
+    assert_eq!(answer["verdict"], "explained", "{answer:#}");
+    for (name, truth) in [("c", 0.5), ("at", 4.0)] {
+        let parameters = effects[0]["parameters"].as_array().expect("parameters");
+        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
+        let value = found["value"].as_f64().expect("a number");
+        assert!((value / truth - 1.0).abs() < 0.02, "{found}");
+    }
+}
+
+#[test]
+fn what_is_wrong_is_refused_with_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("rows.csv"), "t_s,drive,position\n0,1,2\n0.1,2,3\n0.2,3,1\n").expect("a file");
+    let cases = [
+        (PENDULUM.replace("d * v\"", "d * w\""), "", "column 19: `w` is not known"),
+        (PENDULUM.replace("- d * v\"", "- x * v\""), "", "no equation holds it"),
+        (PENDULUM.replace("a * sin(x)", "a * t"), "", "do not go together"),
+        (PENDULUM.replace(", from = 0.0, to = 10.0", ""), "", "neither a value nor a range"),
+        (PENDULUM.replace("from = 0.0, to = 10.0", "from = 3.0, to = 1.0"), "", "`to` the larger"),
+        (PENDULUM.replace("x = \"v\"\n", ""), "", "`plant.equations.x` is missing"),
+        (PENDULUM.replace("d = {", "x = {"), "", "two meanings"),
+        (TANK.into(), &OVERFLOW.replace("equation.h ", "equation.q "), "expected one of: h"),
+        (TANK.into(), &OVERFLOW.replace("hinge(h, at)", "hinge(h, at)^2"), "do not go together"),
+        (TANK.into(), &OVERFLOW.replace("-c * hinge(h, at)", "-play(c * h, at)"), "`play`"),
+        (TANK.into(), &OVERFLOW.replace("overflow", "coulomb_friction"), "there is an effect of this id"),
+    ];
+    for (plant, effects, expected) in cases {
+        fs::write(at("plant.toml"), plant).expect("a file");
+        let mut arguments = vec!["diagnose", "rows.csv", "--plant", "plant.toml", "--out", "out"];
+        if !effects.is_empty() {
+            fs::write(at("mine.toml"), effects).expect("a file");
+            arguments.extend(["--effects", "mine.toml"]);
+        }
+        let output = arcsmith(folder.path(), &arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{expected}: {said}");
+        assert!(said.contains(expected), "{said}\nexpected {expected}");
+        assert!(!at("out").exists(), "nothing is written");
+    }
+}
