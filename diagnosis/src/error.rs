@@ -72,6 +72,11 @@ fitter::errors! {
             at(file) found("{found} drives and {positions} positions")
             expected("one position and as many drives as the plant has inputs ({wanted})")
             mend("give a recording of this plant, or correct its `inputs`");
+        NoEquations { file: String, percent: f64 } =>
+            at(file)
+            says("the equations follow this recording with no parameters in their ranges (the best leave {percent:.0} % \
+                of the position's variance)")
+            mend("check signs, units and ranges, and that no root or logarithm is taken of what can be negative");
         OwnSimulation { file: String } =>
             at(file) says("a simulation of your own does not stand beside a plant in equations")
             mend("state that simulation as the equations");

@@ -97,13 +97,15 @@ fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
     }
 }
 
-/// The user's own effects, which take part beside a plant in equations.
+/// The user's own effects, which take part beside a plant in equations; its expressions are read in any case.
 fn own_effects(cli: &Arguments, name: &str, file: &PlantFile) -> Result<Vec<Arc<MotionEffect>>> {
-    let Some(path) = &cli.effects else { return Ok(Vec::new()) };
-    let effects = text_safety::path(path);
-    let texts = fitter::plant::equations::read_declared(path)?;
+    let (effects, texts) = match &cli.effects {
+        Some(path) => (text_safety::path(path), fitter::plant::equations::read_declared(path)?),
+        None => Default::default(),
+    };
     match dynamic::equations::own(&effects, &texts, name, file) {
         Some(own) => Ok(own?),
+        None if cli.effects.is_none() => Ok(Vec::new()),
         None => Err(refused!(
             "effects of your own in motion need a plant in equations (kind = \"equations\"), and the plant is of another \
              kind; state it in equations"

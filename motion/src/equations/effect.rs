@@ -64,7 +64,7 @@ impl Plant {
     /// [`EquationsError`]: what it acts on is not in the plant, a name or a unit does not fit, a parameter without a
     /// range is no factor, or it adds nothing.
     pub fn effect(&self, file: &str, text: &EffectText) -> Result<MotionEffect, EquationsError> {
-        let key = |key: &str| format!("effect `{}`, {key}", text.id);
+        let key = |key: &str| format!("effect `{}`, `{key}`", text.id);
         let wrong = |at: &str, what: String| EquationsError::Key { file: file.into(), key: key(at), what };
         if !physics::is_identifier(&text.id) {
             return Err(wrong("id", "has letters other than a to z, digits and `_`: give another".into()));
@@ -155,7 +155,7 @@ impl Plant {
         let value = |(name, parameter): (&String, &PlantParameter)| {
             parameter.value.filter(|value| value.is_finite()).ok_or_else(|| EquationsError::Key {
                 file: self.file.clone(),
-                key: format!("effect `{}`, {name}", text.id),
+                key: format!("effect `{}`, `{name}`", text.id),
                 what: "has no value: give `value`".into(),
             })
         };

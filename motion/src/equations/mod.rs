@@ -17,8 +17,8 @@ fitter::errors! {
     /// What is wrong with a plant in equations, or with an effect in it.
     #[derive(Debug, Clone, PartialEq)]
     pub enum EquationsError {
-        Expression { file: String, key: String, error: Box<ExpressionError> } => at(file) says("`{key}`: {error}");
-        Key { file: String, key: String, what: String } => at(file) says("`{key}`: {what}");
+        Expression { file: String, key: String, error: Box<ExpressionError> } => at(file) says("{key}: {error}");
+        Key { file: String, key: String, what: String } => at(file) says("{key}: {what}");
     }
 }
 
@@ -81,14 +81,14 @@ impl Plant {
             };
         let rates = states.iter().map(|(name, unit)| {
             let text = equations.equations.get(name).map_or("0", String::as_str);
-            read(format!("plant.equations.{name}"), text, Some(&per_second(unit)))
+            read(format!("`plant.equations.{name}`"), text, Some(&per_second(unit)))
         });
         let rates = rates.collect::<Result<Vec<_>, _>>()?;
         let (name, text) = &equations.output.0[0];
-        let (output, of_output) = read(format!("plant.output.{name}"), text, None)?;
+        let (output, of_output) = read(format!("`plant.output.{name}`"), text, None)?;
         let used = |k: &usize| rates.iter().any(|(_, of)| of.contains(k)) || of_output.contains(k);
         if let Some(idle) = (0..parameters.len()).find(|k| !used(k)) {
-            let name = format!("plant.parameters.{}", parameters[idle].name);
+            let name = format!("`plant.parameters.{}`", parameters[idle].name);
             return Err(key(name, "no equation holds it: use it or drop it".into()));
         }
         let values = equations.parameters.0.iter().map(|(_, parameter)| parameter.value).collect();
@@ -134,7 +134,7 @@ fn parameters(
     let checked = |entry: &(String, fitter::plant::equations::PlantParameter)| {
         let (name, parameter) = entry;
         let wrong = |what: String| {
-            let key = format!("plant.parameters.{name}");
+            let key = format!("`plant.parameters.{name}`");
             EquationsError::Key { file: file.into(), key, what }
         };
         let checked = fitter::plant::equations::PlantParameter::checked(entry)

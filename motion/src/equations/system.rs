@@ -67,11 +67,11 @@ impl System {
             add(&mut tape, Target::Input(k), register, Some(name))?;
         }
         let (name, sentence) = &plant.output;
-        let read = tape.add(sentence, &plant.of_output).map_err(key(format!("plant.output.{name}")))?;
+        let read = tape.add(sentence, &plant.of_output).map_err(key(format!("`plant.output.{name}`")))?;
         tape.name(name, Place::Register(read));
         let mut rates = Vec::with_capacity(plant.states.len());
         for (k, ((sentence, numbers), (state, _))) in plant.rates.iter().zip(&plant.states).enumerate() {
-            let register = tape.add(sentence, numbers).map_err(key(format!("plant.equations.{state}")))?;
+            let register = tape.add(sentence, numbers).map_err(key(format!("`plant.equations.{state}`")))?;
             rates.push(add(&mut tape, Target::Rate(k), register, None)?);
         }
         let output = add(&mut tape, Target::Output, read, Some(name))?;

@@ -44,7 +44,7 @@ struct Found<'a> {
 /// One of [`DiagnosisError`]: the recording or the plant cannot be used at all.
 pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let Case { recording, options, .. } = *case;
-    let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| recording.lost(100.0))??;
+    let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| no_equations(recording, 100.0))??;
     let (wanted, found) = (plant.inputs.len(), recording.drives.len());
     if recording.positions.len() != 1 || (wanted != found && wanted > 0) {
         let positions = recording.positions.len();
@@ -55,7 +55,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     }
     let plant = Arc::new(plant);
     let data = Data::new(recording);
-    let lost = || recording.lost(100.0);
+    let lost = || no_equations(recording, 100.0);
     let rows: usize = data.runs.iter().map(|run| run.len()).sum();
     let bases = start::nominal(&plant, &data.windows(SEARCH_STEPS.min(rows)))?;
     let seen = bases.first().ok_or_else(lost)?;
@@ -64,7 +64,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
     let left = seen.cost(ALL) / seen.rows.iter().sum::<usize>() as f64 * rows as f64 / whole;
     if left > LOST {
-        return Err(recording.lost(100.0 * left));
+        return Err(no_equations(recording, 100.0 * left));
     }
     let skip = |id: &str| options.skip.iter().any(|skip| skip == id);
     let mut effects: Vec<_> = options.own.iter().filter(|effect| !skip(&effect.text.id)).cloned().collect();
@@ -77,6 +77,11 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let (before, found) = join(|| all_rows(&data, seen), || all_rows(&data, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     judge::standing(&Found { case, data: &data, search: &search, catalogued, before, chosen, found })
+}
+
+/// That the equations follow a recording with no parameters: the best leave so much of the position's variance.
+fn no_equations(recording: &DynamicRecording, percent: f64) -> DiagnosisError {
+    DiagnosisError::NoEquations { file: recording.file.clone(), percent }
 }
 
 /// A model on the whole recording, its initial states as the file has them.
@@ -107,7 +112,7 @@ impl Problem for Found<'_> {
         let Some(model) = verdict::without(&self.chosen.model, &withdrawn.effects) else {
             return Ok(self.said(&self.chosen, &self.found));
         };
-        let lost = || self.case.recording.lost(100.0);
+        let lost = || no_equations(self.case.recording, 100.0);
         let small = self.search.fit(&model, &self.chosen.states).ok_or_else(lost)?;
         let found = all_rows(self.data, &small).ok_or_else(lost)?;
         Ok(self.said(&small, &found))

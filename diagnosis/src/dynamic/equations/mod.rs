@@ -35,7 +35,7 @@ pub fn own(
     let mut taken: Vec<String> = entries().into_iter().map(|entry| entry.id).collect();
     let read = |text: &EffectText| {
         if taken.contains(&text.id) {
-            let key = format!("effect `{}`, id", text.id);
+            let key = format!("effect `{}`, `id`", text.id);
             let what = "there is an effect of this id: give another".into();
             return Err(EquationsError::Key { file: file.into(), key, what });
         }
