@@ -1,7 +1,7 @@
 //! Messages in their parts: where, what was found, what was expected, how to mend it, and which value mends it.
 //!
 //! Libraries know values and their names, not how a user sets them. A program that has options for them says so:
-//! [`Message::with_options`].
+//! [`Message::options`].
 
 use std::fmt;
 
