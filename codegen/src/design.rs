@@ -35,8 +35,19 @@ fitter::errors! {
         /// A decimal unit too fine or too coarse for the range.
         Decimal { digits: u32 } =>
             says("10^-{digits} of the unit does not suit this range in 32 bits") mend("use another output");
+        Physics(it: PhysicsError) => of(it);
     }
-    from { Physics(PhysicsError), Overflows(Overflows) }
+    from { Overflows(Overflows) }
+}
+
+impl From<PhysicsError> for DesignError {
+    /// A word that overflows in a term is one of the design: with more headroom it may fit.
+    fn from(cause: PhysicsError) -> Self {
+        match cause {
+            PhysicsError::Overflows(cause) => DesignError::Overflows(cause),
+            cause => DesignError::Physics(cause),
+        }
+    }
 }
 
 impl DesignError {

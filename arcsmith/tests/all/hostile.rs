@@ -124,45 +124,49 @@ fn options_that_no_sensor_has_are_refused_by_their_names() {
     file["terms"].as_array_mut().unwrap().truncate(2);
     fs::write(folder.path().join("c.json"), file.to_string()).unwrap();
     for (given, says, by) in [
-        ("--full-scale 1e-300", "the full scale is 1e-300", "(--full-scale)"),
-        ("--full-scale inf", "the full scale is inf", "(--full-scale)"),
-        ("--input counts --gain 1e-300", "the gain is 1e-300", "(--gain)"),
-        ("--input counts --gain 0.001 --offset 1e300", "the count of zero is 1e300", "(--offset)"),
-        ("--extrapolate --from -1e300 --to 1e300", "the range is -1e300", "(--from, --to)"),
-        ("--extrapolate --from 1 --to 1.0000000000000002", "the range runs from", "(--from, --to)"),
-        ("--name stdint", "stdint cannot be taken: this is a header", "(--name)"),
-        ("--name Math", "Math cannot be taken: this is a header", "(--name)"),
-        ("--name abs", "the C library", "(--name)"),
-        ("--name limit", "inside the generated files", "(--name)"),
-        ("--name a__b", "reserved", "(--name)"),
+        ("--full-scale 1e-300", "the full scale is 1e-300", "(give --full-scale)"),
+        ("--full-scale inf", "the full scale is inf", "(give --full-scale)"),
+        ("--input counts --gain 1e-300", "the gain is 1e-300", "(give --gain)"),
+        ("--input counts --gain 0.001 --offset 1e300", "the count of zero is 1e300", "(give --offset)"),
+        ("--extrapolate --from -1e300 --to 1e300", "the range is -1e300", "(give --from, --to)"),
+        ("--extrapolate --from 1 --to 1.0000000000000002", "the range runs from", "(give --from, --to)"),
+        ("--name stdint", "stdint cannot be taken: this is a header", "(give --name)"),
+        ("--name Math", "Math cannot be taken: this is a header", "(give --name)"),
+        ("--name abs", "the C library", "(give --name)"),
+        ("--name limit", "inside the generated files", "(give --name)"),
+        ("--name a__b", "reserved", "(give --name)"),
         ("--name _a", "not an identifier", "the name"),
         ("--name int", "not an identifier", "the name"),
-        ("--table 2x2147483648", "segments", "(--table)"),
+        ("--table 2x2147483648", "segments", "(give --table)"),
         ("--table 2x4294967296", "--table 2x4294967296", ""),
-        ("--degree 18446744073709551615", "the degree is", "(--degree)"),
-        ("--input counts --gain 1 --bits 4294967295", "4294967295 bits", "(--bits)"),
+        ("--degree 18446744073709551615", "the degree is", "(give --degree)"),
+        ("--input counts --gain 1 --bits 4294967295", "4294967295 bits", "(give --bits)"),
     ] {
         let said = refusal(given, &run(folder.path(), &format!("{GENERATE} {given}")));
         assert!(said.contains(says) && said.contains(by), "{given}: {says}: {said}");
     }
     for (given, says, by) in [
-        ("--period-s 1e-300 --further temperature_c=15..35", "between two calls is 1e-300", "(--period-s)"),
+        (
+            "--period-s 1e-300 --further temperature_c=15..35",
+            "between two calls is 1e-300",
+            "(give --period-s)",
+        ),
         (
             "--period-s 1 --further temperature_c=0..1e300",
             "the range of temperature_c is 1e300",
-            "(--further)",
+            "(give --further)",
         ),
         (
             "--period-s 1 --further temperature_c=15..35:counts:12:1e-300:0",
             "the gain of temperature_c is 1e-300",
-            "(--further)",
+            "(give --further)",
         ),
         (
             "--period-s 1 --further temperature_c=15..35:counts:12:1:1e300",
             "the count of zero of temperature_c is 1e300",
-            "(--further)",
+            "(give --further)",
         ),
-        ("--bound 1e-300mm", "the bound is 1e-300", "(--bound)"),
+        ("--bound 1e-300mm", "the bound is 1e-300", "(give --bound)"),
     ] {
         let line = format!("generate --coefficients c.json --format q31 --out new --extrapolate {given}");
         let said = refusal(given, &run(folder.path(), &line));

@@ -239,7 +239,7 @@ fn ended(code: ExitCode) -> ExitCode {
 /// and is cut to a length that can be read.
 fn refuse(message: &Message) -> ExitCode {
     let options = message.options(option);
-    let by = if options.is_empty() { String::new() } else { format!(" ({})", options.join(", ")) };
+    let by = if options.is_empty() { String::new() } else { format!(" (give {})", options.join(", ")) };
     let text = format!("{message}{by}");
     let safe = text.lines().map(text_safety::visible).collect::<Vec<_>>().join("\n");
     let readable = shortened(&safe, LONGEST_MESSAGE);

@@ -171,7 +171,7 @@ fn cases() -> Vec<Case> {
             ..case(
                 "mapped column that is not there",
                 CALIBRATION,
-                &["x1_mm=Probe1 is mapped", "no such column", "(--map)"],
+                &["x1_mm=Probe1 is mapped", "no such column", "(give --map)"],
             )
         },
         Case {
@@ -256,7 +256,7 @@ fn cases() -> Vec<Case> {
         case(
             "too few angles to hold out",
             only(|_, angle| [-1.0, 0.0, 1.0].contains(&angle)),
-            &["too few to choose an order", "(--order)"],
+            &["too few to choose an order", "(give --order)"],
         ),
         Case { arguments: &["--order", "16"], ..case("order above 15", CALIBRATION, &["--order", "16"]) },
         Case {
