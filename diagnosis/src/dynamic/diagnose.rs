@@ -1,5 +1,6 @@
 //! One dynamic recording from rows to everything that is said of it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use fitter::plant::{Kind, PlantFile};
@@ -7,7 +8,7 @@ use motion::equations::MotionEffect;
 use rayon::prelude::*;
 
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
-use super::estimate::{Fitted, fit};
+use super::estimate::{Fitted, Simulated, fit};
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::noise::autoregression;
@@ -373,21 +374,31 @@ impl FreeRun<'_> {
 
     /// The effect without which the rows that score are predicted as well, of those whose part they show.
     fn idle(&self, with: &Fitted) -> Option<String> {
-        let data = self.data;
-        let predicted = with.positions(data).ok()?;
-        let scores = |k: &usize| data.fold[*k] as usize == SCORE;
-        let gained = |k: usize| {
-            let without = fit(&with.model.without(k), &with.states, data, UNSCORED)?;
-            let other = without.positions(data).ok()?;
-            let rows = data.runs.iter().flat_map(|r| r.clone()).filter(scores);
-            let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
-            let told = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
-            told.then(|| (k, gain(&without, with, SCORE_ROWS)))
-        };
-        let terms = (self.search.given..with.model.terms.len()).into_par_iter();
-        let worst = terms.filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
-        worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.id.into())
+        let terms = self.search.given..with.model.terms.len();
+        let idle = idle_term(terms, with, self.data, |k| Some(with.model.without(k)));
+        idle.map(|k| with.model.terms[k].effect.id.into())
     }
+}
+
+/// The term without which the rows that score are predicted as well, of those whose part they show.
+pub(super) fn idle_term<M: Simulated>(
+    terms: Range<usize>,
+    with: &Fitted<M>,
+    data: &Data,
+    without: impl Fn(usize) -> Option<M> + Sync,
+) -> Option<usize> {
+    let predicted = with.positions(data).ok()?;
+    let scores = |k: &usize| data.fold[*k] as usize == SCORE;
+    let gained = |k: usize| {
+        let without = fit(&without(k)?, &with.states, data, UNSCORED)?;
+        let other = without.positions(data).ok()?;
+        let rows = data.runs.iter().flat_map(|r| r.clone()).filter(scores);
+        let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
+        let shown = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
+        shown.then(|| (k, gain(&without, with, SCORE_ROWS)))
+    };
+    let worst = terms.into_par_iter().filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
+    worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| k)
 }
 
 /// What a model leaves of the recorded positions.

@@ -11,7 +11,7 @@ use super::super::estimate::{Fitted, Simulated, fit};
 use super::super::judge::{self, Problem, Withdrawn};
 use super::super::noise::autoregression;
 use super::super::recording::DynamicRecording;
-use super::super::verdict::{covariance, listed, next_experiment, unidentifiable};
+use super::super::verdict::{covariance, listed, next_experiment, reach, unidentifiable};
 use super::super::{remainder, score};
 use super::model::Model;
 use super::search::Search;
@@ -141,8 +141,9 @@ impl Found<'_> {
             false => Vec::new(),
         };
         let explained = (1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let locations =
-            verdict::locations(found, &named, explained, |variable| verdict::reach(data, variable));
+        let locations = verdict::locations(found, &named, explained, |variable| {
+            reach(data, &self.case.recording.t_s, variable)
+        });
         let own = Predicted::by(self.case.recording, [before, found], |f| {
             vec![f.positions(data).unwrap_or_default()]
         });

@@ -7,7 +7,7 @@ use motion::equations::MotionEffect;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use super::super::data::{CHOOSE, CHOOSE_ROWS, Data, FIT, FIT_ROWS};
+use super::super::data::{ALL, CHOOSE, CHOOSE_ROWS, Data, FIT, FIT_ROWS};
 use super::super::estimate::{Fitted, Simulated};
 use super::super::noise::autoregression;
 use super::super::screen::gained;
@@ -19,6 +19,7 @@ use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, SIMPLER, STA
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 use crate::thresholds::dynamic::model::MOST_TERMS;
+use crate::thresholds::dynamic::remainder::PREDICTED;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
 use crate::thresholds::dynamic::search::grow::{BEHIND, HEAT, REFITTED, SHORT};
 
@@ -113,6 +114,9 @@ impl<'a> Search<'a> {
     fn outweighs(&self, before: &Fitted<Model>, after: &Fitted<Model>) -> Option<bool> {
         let (mut power, mut square) = (0.0, 0.0);
         let residual = before.residual(self.data)?;
+        if autoregression(&residual, &self.data.runs).innovation > PREDICTED * before.rms(ALL) {
+            return Some(false);
+        }
         for run in &self.data.runs {
             for line in coefficients(&residual[run.clone()]) {
                 power += line.norm_sqr();

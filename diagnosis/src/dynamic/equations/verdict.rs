@@ -5,16 +5,16 @@ use std::sync::Arc;
 use fitter::plant::equations::{PlantParameter, StateStart};
 use fitter::plant::{Equations, PlantFile};
 use motion::equations::Target;
-use rayon::prelude::*;
 
 use super::super::data::{ALL, Data, FIT_ROWS};
+use super::super::diagnose::idle_term;
 use super::super::estimate::{Fitted, fit};
 use super::super::interval::{Sort, around};
 use super::super::search::gain;
 use super::super::verdict::{p_value, shared};
 use super::model::{Model, Term};
 use super::search::Search;
-use crate::numerics::{Symmetric, range};
+use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::verdict::ALTERNATIVE_MARGIN;
 use crate::verdict::{CATALOGUED, DECLARED, Location, NamedEffect, Parameter};
 
@@ -174,39 +174,11 @@ fn variable(model: &Model, term: &Term) -> &'static str {
     }
 }
 
-/// The range of the recorded drive, position or velocity.
-pub fn reach(data: &Data, variable: &str) -> (f64, f64) {
-    match variable {
-        "drive" => range(data.drive),
-        "position" => range(data.position),
-        _ => {
-            let speeds = data.runs.iter().flat_map(|run| {
-                data.position[run.clone()].windows(9).map(|w| (w[8] - w[0]) / (8.0 * data.step_s))
-            });
-            range(&speeds.collect::<Vec<f64>>())
-        }
-    }
-}
-
 /// The effect without which the rows that score are predicted as well, of those whose part they show.
 pub fn idle(search: &Search, data: &Data, with: &Fitted<Model>) -> Option<String> {
-    use super::super::data::{SCORE, SCORE_ROWS, UNSCORED};
-    use crate::thresholds::dynamic::diagnose::TOLD;
-    let predicted = with.positions(data).ok()?;
-    let scores = |k: &usize| data.fold[*k] as usize == SCORE;
-    let gained = |k: usize| {
-        let without = fit(&with.model.without(k)?, &with.states, data, UNSCORED)?;
-        let other = without.positions(data).ok()?;
-        let rows = data.runs.iter().flat_map(|run| run.clone()).filter(scores);
-        let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
-        let reported = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
-        reported.then(|| (k, gain(&without, with, SCORE_ROWS)))
-    };
-    let worst = (search.given..with.model.terms.len())
-        .into_par_iter()
-        .filter_map(gained)
-        .min_by(|a, b| a.1.total_cmp(&b.1));
-    worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| with.model.terms[k].effect.text.id.clone())
+    let terms = search.given..with.model.terms.len();
+    let idle = idle_term(terms, with, data, |k| with.model.without(k));
+    idle.map(|k| with.model.terms[k].effect.text.id.clone())
 }
 
 /// Effects of a plant without those that were withdrawn.
