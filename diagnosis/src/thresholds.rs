@@ -184,21 +184,26 @@ pub mod dynamic {
         pub const FOLLOWED: usize = 8;
         /// Factor of the squared residual within which other parameters do as well.
         pub const AS_WELL: f64 = 1.01;
-        /// Deviation of a parameter, over its range (of a logarithm over 1), from which on the recording leaves it open.
-        pub const OPEN: f64 = 0.5;
-        /// Stride along such a parameter, likewise: short enough for an estimate to follow.
-        pub const STRIDE: f64 = 0.25;
-        /// Steps of an estimate on a stretch that is not the whole yet.
+        /// Relative difference of a parameter from which on two estimates are two: far above what an estimate stops at.
+        pub const APART: f64 = 0.05;
+        /// Part of what the output is off by that an observer corrects at every row while the starts are tried: with half,
+        /// all 64 starts of two tanks that overflow led to one estimate, of free runs two in a hundred.
+        pub const OBSERVED: f64 = 0.5;
+        /// Factor by which the observer is made weaker from one estimate to the next.
+        pub const WEAKER: f64 = 4.0;
+        /// Steps of an estimate under an observer that is made weaker afterwards.
         pub const STEPS: usize = 12;
-        /// Part of a run that is its first stretch: an oscillation of some periods in it runs out of step by far less than
-        /// one when it doubles.
-        pub const FIRST_PART: usize = 64;
-        /// Rows of the first stretch at least.
+        /// Rows on which the starts are tried.
+        pub const FIRST_ROWS: usize = 1024;
+        /// Rows of every run among them at least.
         pub const LEAST_FIRST: usize = 64;
         /// Most steps of the integration from row to row: beyond them a plant is stiff.
         pub const MOST_SUBSTEPS: usize = 64;
-        /// Change by twice as many steps, over the largest position, that is none: a tenth of the error of a good converter.
+        /// Change by twice as many steps, over the recorded output (both as root mean square), that is none: a tenth of the
+        /// error of a good converter.
         pub const ACCURATE: f64 = 1e-5;
+        /// The same over what a model leaves of the recording: it adds a ten-thousandth to its square.
+        pub const BESIDE: f64 = 0.01;
         /// Chance that a random residual of the same spectrum would lose as much to one effect: with a hundred candidates one
         /// recording in a thousand.
         pub const BY_CHANCE: f64 = 1e-5;

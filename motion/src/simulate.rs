@@ -132,7 +132,7 @@ fn in_equations(
     let signal = |drive: &Vec<f64>| Signal::new(drive, 0.0, sample_s, hold, Edge::Reflected);
     let signals: Vec<Signal> = drives[..wanted].iter().map(signal).collect();
     let signals: Vec<&dyn Input> = signals.iter().map(|signal| signal as &dyn Input).collect();
-    let course = Course { signals: &signals, sample_s, rows, start_s: 0.0, substeps: 1 };
+    let course = Course { signals: &signals, sample_s, rows, start_s: 0.0, substeps: 1, observer: None };
     let stopped = |stopped| SimulateError::Stopped { file: file.to_owned(), stopped };
     system.converged(&values, &start, course).map_err(stopped)
 }

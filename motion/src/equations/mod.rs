@@ -10,7 +10,7 @@ use fitter::plant::{Hold, PlantFile};
 use physics::{ExpressionError, Names, Parameter, Sentence, Unit};
 
 pub use effect::{Added, MotionEffect, Target};
-pub use run::{Course, Input, Stopped};
+pub use run::{Course, Input, Observer, Stopped};
 pub use system::System;
 
 fitter::errors! {

@@ -46,6 +46,19 @@ pub struct Course<'a> {
     pub start_s: f64,
     /// Steps from one row to the next.
     pub substeps: usize,
+    /// What keeps the run beside a recording, if anything: without it the run is free.
+    pub observer: Option<Observer<'a>>,
+}
+
+/// A correction of the states that the output reads, at every row, by part of what it is off there. It keeps a simulation beside a recording
+/// while the parameters are far from right, so that an estimate does not stop in a local minimum
+/// (H. D. I. Abarbanel et al., SIAM J. Appl. Dyn. Syst. 8, 2009).
+#[derive(Clone, Copy)]
+pub struct Observer<'a> {
+    /// The recorded output at every row.
+    pub recorded: &'a [f64],
+    /// The part, 0 to 1.
+    pub part: f64,
 }
 
 /// A run that ended early.
@@ -108,14 +121,21 @@ impl System {
             held: Vec::new(),
         };
         run.begin();
-        visit(0, run.output(0));
+        let mut at_row = |run: &mut Run<T>, row: usize| {
+            let output = run.output(row);
+            visit(row, output);
+            if let Some(observer) = course.observer {
+                run.correct(row, output, observer);
+            }
+        };
+        at_row(&mut run, 0);
         let step_s = course.sample_s / course.substeps as f64;
         for row in 1..course.rows {
             for k in 0..course.substeps {
                 run.advance(((row - 1) * course.substeps + k) as f64 * step_s, step_s);
             }
             run.alive(row)?;
-            visit(row, run.output(row));
+            at_row(&mut run, row);
         }
         Ok(())
     }
@@ -196,6 +216,33 @@ impl<T: Number> Run<'_, T> {
         let t_s = row as f64 * self.course.sample_s;
         self.compute(T::from_f64(t_s), t_s + 0.25 * self.course.sample_s, None);
         self.registers[self.system.output]
+    }
+
+    /// Corrects the states that the output of the plant reads, and the sides of switches that this takes across zero.
+    fn correct(&mut self, row: usize, output: T, observer: Observer) {
+        let t_s = row as f64 * self.course.sample_s;
+        let within = t_s + 0.25 * self.course.sample_s;
+        let off = (T::from_f64(observer.recorded[row]) - output) * observer.part;
+        let slopes = self.slopes(self.system.read, t_s, within);
+        let square: f64 = slopes.iter().map(|slope| slope * slope).sum();
+        if square == 0.0 {
+            return;
+        }
+        for (state, slope) in self.states.iter_mut().zip(&slopes) {
+            *state = *state + off * (slope / square);
+        }
+        if self.sides.is_empty() {
+            return;
+        }
+        self.compute(T::from_f64(t_s), within, None);
+        for (side, register) in self.sides.iter_mut().zip(self.system.tape.switches()) {
+            let argument = self.registers[*register].value();
+            *side = match *side {
+                Side::Above if argument < 0.0 => Side::Below,
+                Side::Below if argument > 0.0 => Side::Above,
+                same => same,
+            };
+        }
     }
 
     /// Refuses states that are no numbers, or beyond all bounds.
@@ -372,10 +419,10 @@ impl<T: Number> Run<'_, T> {
         own.chain(lags).collect()
     }
 
-    /// The derivative of a switch's argument along rates of the states, and of the time with its inputs where `timed`.
+    /// The derivative of a register along rates of the states, and of the time with its inputs where `timed`.
     fn along(
         &self,
-        switch: usize,
+        register: usize,
         t_s: f64,
         within: f64,
         (states, rates): (&[f64], &[f64]),
@@ -396,14 +443,14 @@ impl<T: Number> Run<'_, T> {
             sides: &self.sides,
         };
         self.system.tape.run(&instant, &mut registers);
-        registers[self.system.tape.switches()[switch]].slopes[0]
+        registers[register].slopes[0]
     }
 
     /// The rate of a switch's argument along the motion, in some states.
     fn drift(&self, switch: usize, t_s: f64, within: f64, states: &[T]) -> f64 {
         let plain: Vec<f64> = states.iter().map(|x| x.value()).collect();
         let rates = self.plain_rates(t_s, within, &plain);
-        self.along(switch, t_s, within, (&plain, &rates), true)
+        self.along(self.system.tape.switches()[switch], t_s, within, (&plain, &rates), true)
     }
 
     /// The rates of a switch's argument on either side of zero.
@@ -443,9 +490,10 @@ impl<T: Number> Run<'_, T> {
                 };
             }
             if matches!(self.sides[switch], Side::Held(_)) {
-                let slopes = self.slopes(switch, t_s, within);
+                let register = self.system.tape.switches()[switch];
+                let slopes = self.slopes(register, t_s, within);
                 let plain: Vec<f64> = self.states.iter().map(|x| x.value()).collect();
-                let alone = self.along(switch, t_s, within, (&plain, &vec![0.0; plain.len()]), true);
+                let alone = self.along(register, t_s, within, (&plain, &vec![0.0; plain.len()]), true);
                 if slopes.iter().any(|slope| *slope != 0.0) {
                     self.held.push((slopes, alone));
                 }
@@ -453,14 +501,14 @@ impl<T: Number> Run<'_, T> {
         }
     }
 
-    /// The derivatives of a switch's argument by the states.
-    fn slopes(&self, switch: usize, t_s: f64, within: f64) -> Vec<f64> {
+    /// The derivatives of a register by the states.
+    fn slopes(&self, register: usize, t_s: f64, within: f64) -> Vec<f64> {
         let plain: Vec<f64> = self.states.iter().map(|x| x.value()).collect();
         let mut rates = vec![0.0; plain.len()];
         let mut by = |k: usize| {
             rates.fill(0.0);
             rates[k] = 1.0;
-            self.along(switch, t_s, within, (&plain, &rates), false)
+            self.along(register, t_s, within, (&plain, &rates), false)
         };
         (0..plain.len()).map(&mut by).collect()
     }
@@ -495,7 +543,7 @@ mod tests {
     }
 
     fn course(substeps: usize) -> Course<'static> {
-        Course { signals: &[], sample_s: 0.05, rows: 261, start_s: 0.0, substeps }
+        Course { signals: &[], sample_s: 0.05, rows: 261, start_s: 0.0, substeps, observer: None }
     }
 
     /// x″ = −4x − 0.3 sign x′: every half swing about ∓0.075 loses 0.15, until it sticks.

@@ -16,6 +16,8 @@ pub struct System {
     pub(super) rates: Vec<usize>,
     /// Register of the output.
     pub(super) output: usize,
+    /// Register of the output without effects.
+    pub(super) read: usize,
     pub(super) inputs: usize,
 }
 
@@ -77,7 +79,7 @@ impl System {
         let output = add(&mut tape, Target::Output, read, Some(name))?;
         let mut names: Vec<String> = plant.states.iter().map(|(name, _)| name.clone()).collect();
         names.extend(tape.lags().iter().map(|_| "a lag".to_string()));
-        Ok(System { tape, names, rates, output, inputs: plant.inputs.len() })
+        Ok(System { tape, names, rates, output, read, inputs: plant.inputs.len() })
     }
 
     /// The lags, whose states follow those of the plant.

@@ -144,6 +144,51 @@ fn an_effect_of_ones_own_is_named_in_a_tank() {
     }
 }
 
+/// Two tanks, one above the other; only the lower level is recorded, so that the upper one may be in any unit.
+const TWO_TANKS: &str = "\
+[plant]
+kind = \"equations\"
+inputs = { u = \"V\" }
+states = { upper = { unit = \"V\", start = \"fit\" }, lower = { unit = \"V\", start = \"fit\" } }
+output = { y = \"lower\" }
+sampling = \"held\"
+[plant.equations]
+upper = \"-a * sqrt(upper) + g * u\"
+lower = \"b * sqrt(upper) - c * sqrt(lower)\"
+[plant.parameters]
+a = { unit = \"V^0.5/s\", from = 0.001, to = 1.0 }
+b = { unit = \"V^0.5/s\", from = 0.001, to = 1.0 }
+c = { unit = \"V^0.5/s\", from = 0.001, to = 1.0 }
+g = { unit = \"1/s\", from = 0.001, to = 1.0 }
+";
+
+#[test]
+fn an_overflow_gives_a_hidden_level_its_unit() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("tanks.toml"), TWO_TANKS).expect("a file");
+    let overflow =
+        "[[effect]]\nid = \"overflow\"\nequation.upper = \"-k * hinge(upper, 10)\"\nk = { unit = \"1/s\" }\n";
+    fs::write(at("mine.toml"), overflow).expect("a file");
+    let drive = |row: usize| 3.2 + 1.6 * (row as f64 / 41.0).sin() + 1.1 * (row as f64 / 13.7).cos();
+    let levels = |[lower, upper]: [f64; 2], u: f64| {
+        let fall = upper.max(0.0).sqrt();
+        let over = (upper - 10.0).max(0.0);
+        [0.05 * fall - 0.06 * lower.max(0.0).sqrt(), -0.05 * fall + 0.05 * u - 0.3 * over]
+    };
+    made(&at("levels.csv"), 1000, 4.0, [5.0, 6.0], Some(&drive), levels, 1e-3);
+    let arguments = ["levels.csv", "--plant", "tanks.toml", "--effects", "mine.toml"];
+    let answer = diagnosed(folder.path(), &arguments, "levels");
+    assert_eq!(answer["effects"][0]["id"], "overflow", "{answer:#}");
+    assert_eq!(answer["verdict"], "explained", "{answer:#}");
+    let parameters = answer["plant"].as_array().expect("parameters");
+    for (name, truth) in [("a", 0.05), ("b", 0.05), ("c", 0.06), ("g", 0.05)] {
+        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
+        let value = found["value"].as_f64().expect("a number");
+        assert!((value / truth - 1.0).abs() < 0.02, "{found}");
+    }
+}
+
 #[test]
 fn what_is_wrong_is_refused_with_its_place() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -57,8 +57,8 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let data = Data::new(recording);
     let lost = || no_equations(recording, 100.0);
     let rows: usize = data.runs.iter().map(|run| run.len()).sum();
-    let bases = start::nominal(&plant, &data.windows(SEARCH_STEPS.min(rows)))?;
-    let seen = bases.first().ok_or_else(lost)?;
+    let nominal = start::nominal(&plant, &data.windows(SEARCH_STEPS.min(rows)))?.ok_or_else(lost)?;
+    let seen = &nominal.free;
     let windows = data.windows(SEARCH_STEPS / seen.model.substeps);
     let middle = crate::numerics::mean(&recording.positions[0]);
     let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
@@ -73,7 +73,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
     let search = Search { data: &windows, effects, given: seen.model.terms.len() };
-    let chosen = search.run(&bases).unwrap_or_else(|| seen.clone());
+    let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
     let (before, found) = join(|| all_rows(&data, seen), || all_rows(&data, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     judge::standing(&Found { case, data: &data, search: &search, catalogued, before, chosen, found })

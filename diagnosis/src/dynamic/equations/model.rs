@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use fitter::plant::Hold;
-use motion::equations::{Course, EquationsError, MotionEffect, Plant, Stopped, System};
+use motion::equations::{Course, EquationsError, MotionEffect, Observer, Plant, Stopped, System};
 use physics::Parameter;
 
 use super::super::data::Data;
@@ -41,6 +41,8 @@ pub struct Model {
     pub substeps: usize,
     /// Which states begin where a fit says.
     pub free_starts: Vec<bool>,
+    /// Part of what the output is off by that an observer corrects at every row; 0 in free run.
+    pub observed: f64,
 }
 
 /// A parameter as an estimate sees it: by its logarithm where its range spans decades.
@@ -65,7 +67,7 @@ impl Model {
         let effects: Vec<&MotionEffect> = terms.iter().map(|term| &*term.effect).collect();
         let system = Arc::new(System::new(&plant, &effects)?);
         let free_starts = plant.starts.iter().map(Option::is_none).collect();
-        Ok(Model { plant, system, values, terms, hold, substeps: 1, free_starts })
+        Ok(Model { plant, system, values, terms, hold, substeps: 1, free_starts, observed: 0.0 })
     }
 
     /// The model with other terms; none where no equation can hold one of them.
@@ -158,6 +160,10 @@ impl Model {
             rows: data.runs[number].len(),
             start_s: data.starts_s[number],
             substeps: self.substeps,
+            observer: (self.observed > 0.0).then(|| Observer {
+                recorded: &data.position[data.runs[number].clone()],
+                part: self.observed,
+            }),
         };
         run(&course).map_err(|stopped| Unstable(stopped.row))
     }

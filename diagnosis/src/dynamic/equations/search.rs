@@ -14,8 +14,8 @@ use super::super::screen::gained;
 use super::super::search::{gain, worth};
 use super::super::spectrum::fourier::coefficients;
 use super::model::{Model, Term};
-use super::start::{estimated, within};
-use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, SIMPLER, STARTS};
+use super::start::{Nominal, estimated, relaxed, within};
+use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, OBSERVED, SIMPLER, STARTS};
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 use crate::thresholds::dynamic::model::MOST_TERMS;
@@ -33,8 +33,9 @@ pub struct Search<'a> {
     pub given: usize,
 }
 
-/// What a start of an effect promises on the rows that fit, whitened and as it is.
-struct Promise {
+/// What a start of an effect beside an estimate promises on the rows that fit, whitened and as it is.
+struct Promise<'b> {
+    base: &'b Fitted<Model>,
     term: Term,
     whitened: f64,
     plain: f64,
@@ -67,26 +68,32 @@ impl<'a> Search<'a> {
         estimated(PATIENCE, model, states, self.data, FIT_ROWS)
     }
 
-    /// The effects beside a plant, which may be fitted by several parameters alike.
-    pub fn run(&self, nominal: &[Fitted<Model>]) -> Option<Fitted<Model>> {
-        let mut bases: Vec<Fitted<Model>> =
-            nominal.iter().filter_map(|f| self.fit(&f.model, &f.states)).collect();
-        loop {
-            let present = bases.first()?;
-            if present.model.terms.len() >= MOST_TERMS {
-                return Some(present.clone());
-            }
-            let mut worthy: Vec<Fitted<Model>> = bases.iter().flat_map(|base| self.worthy(base)).collect();
-            worthy.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
-            let Some(next) = simplest(&worthy) else { return Some(present.clone()) };
+    /// The effects beside a plant.
+    pub fn run(&self, nominal: &Nominal) -> Option<Fitted<Model>> {
+        let mut present = self.fit(&nominal.free.model, &nominal.free.states)?;
+        let mut observed = nominal.observed.clone();
+        while present.model.terms.len() < MOST_TERMS {
+            let under =
+                |f: &Fitted<Model>| self.fit(&Model { observed: OBSERVED, ..f.model.clone() }, &f.states);
+            observed = match self.structured(&present) {
+                true => observed.par_iter().filter_map(under).collect(),
+                false => Vec::new(),
+            };
+            let worthy = self.worthy(&present, &observed);
+            let Some(next) = simplest(&worthy) else { break };
             let next = self.divided(next, &worthy).unwrap_or_else(|| next.clone());
-            bases = vec![self.pruned(next)];
+            present = self.pruned(next);
+            observed = vec![present.clone()];
         }
+        Some(present)
     }
 
-    /// The effects that are worth their parameters beside a model.
-    fn worthy(&self, present: &Fitted<Model>) -> Vec<Fitted<Model>> {
-        let mut worthy = self.contenders(present);
+    /// The effects that are worth their parameters beside a model, begun from it in free run and from estimates of it under
+    /// an observer.
+    fn worthy(&self, present: &Fitted<Model>, observed: &[Fitted<Model>]) -> Vec<Fitted<Model>> {
+        let mut worthy = self.contenders(std::slice::from_ref(present));
+        worthy.extend(self.contenders(observed));
+        let mut worthy = best_of_each(worthy);
         worthy.retain(|f| self.worth(present, f));
         worthy
     }
@@ -96,7 +103,7 @@ impl<'a> Search<'a> {
         let parameters = |f: &Fitted<Model>| f.model.terms.last().map_or(0, |term| term.values.len());
         let simple: Vec<&Fitted<Model>> =
             worthy.iter().filter(|f| parameters(f) + 1 < parameters(next)).collect();
-        let pairs = simple.into_iter().take(SIMPLER).flat_map(|f| self.worthy(f));
+        let pairs = simple.into_iter().take(SIMPLER).flat_map(|f| self.worthy(f, &[]));
         pairs
             .filter(|pair| pair.model.packed().len() < next.model.packed().len())
             .filter(|pair| gain(pair, next, CHOOSE_ROWS) < 0.0)
@@ -112,11 +119,11 @@ impl<'a> Search<'a> {
     /// Whether the gain is more than chance takes out of a residual with so few independent parts as the spectrum of the
     /// one before has; half of it must show on the rows that did not fit.
     fn outweighs(&self, before: &Fitted<Model>, after: &Fitted<Model>) -> Option<bool> {
-        let (mut power, mut square) = (0.0, 0.0);
-        let residual = before.residual(self.data)?;
-        if autoregression(&residual, &self.data.runs).innovation > PREDICTED * before.rms(ALL) {
+        if !self.structured(before) {
             return Some(false);
         }
+        let (mut power, mut square) = (0.0, 0.0);
+        let residual = before.residual(self.data)?;
         for run in &self.data.runs {
             for line in coefficients(&residual[run.clone()]) {
                 power += line.norm_sqr();
@@ -133,14 +140,22 @@ impl<'a> Search<'a> {
         Some(by_chance < BY_CHANCE && logarithm(CHOOSE) > 0.5 * logarithm(FIT))
     }
 
-    /// Every effect beside a model: the most promising in full, sorted by what they leave on the rows that choose.
-    pub fn contenders(&self, present: &Fitted<Model>) -> Vec<Fitted<Model>> {
+    /// Whether what a model leaves is nearly all predicted by its own past.
+    fn structured(&self, fitted: &Fitted<Model>) -> bool {
+        let structured = |residual: Vec<f64>| {
+            autoregression(&residual, &self.data.runs).innovation <= PREDICTED * fitted.rms(ALL)
+        };
+        fitted.residual(self.data).is_some_and(structured)
+    }
+
+    /// Every effect beside one of several estimates of a model: the most promising in full, sorted by what they leave on the
+    /// rows that choose.
+    pub fn contenders(&self, bases: &[Fitted<Model>]) -> Vec<Fitted<Model>> {
         let tried: Vec<Fitted<Model>> = self
-            .promising(present)
+            .promising(bases)
             .into_par_iter()
-            .filter_map(|term| {
-                let model = present.model.with(term)?;
-                estimated(HEAT, &model, &present.states, self.data, FIT_ROWS)
+            .filter_map(|(base, term)| {
+                estimated(HEAT, &base.model.with(term)?, &base.states, self.data, FIT_ROWS)
             })
             .collect();
         // What is far behind one with no more parameters after a few steps is not followed to its end.
@@ -151,33 +166,22 @@ impl<'a> Search<'a> {
         let fits: Vec<Fitted<Model>> = tried
             .par_iter()
             .filter(|f| !behind(f))
-            .filter_map(|f| estimated(PATIENCE, &f.model, &f.states, self.data, FIT_ROWS))
+            .filter_map(|f| relaxed(PATIENCE, &f.model, &f.states, self.data, FIT_ROWS))
             .filter(|f| f.model.terms[self.given..].iter().all(sound))
             .collect();
-        let mut of_effect: Vec<Fitted<Model>> = Vec::new();
-        for f in fits {
-            match of_effect.iter_mut().find(|g| last_id(g) == last_id(&f)) {
-                Some(g) if f.costs[FIT] < g.costs[FIT] => *g = f,
-                Some(_) => {}
-                None => of_effect.push(f),
-            }
-        }
-        of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
-        of_effect
+        best_of_each(fits)
     }
 
     /// The starts that are worth an estimate in full: the best two of the effects that promise most.
-    fn promising(&self, present: &Fitted<Model>) -> Vec<Term> {
-        let residual = present.residual(self.data).unwrap_or_default();
-        let whitening = autoregression(&residual, &self.data.runs).coefficients;
-        let all: Vec<Term> = self
-            .effects
-            .iter()
-            .filter(|effect| !present.model.has(&effect.text.id))
-            .flat_map(starts)
-            .collect();
-        let promises: Vec<Promise> =
-            all.into_par_iter().filter_map(|term| self.promise(present, term, &whitening)).collect();
+    fn promising<'b>(&self, bases: &'b [Fitted<Model>]) -> Vec<(&'b Fitted<Model>, Term)> {
+        let of_base = |base: &'b Fitted<Model>| -> Vec<Promise<'b>> {
+            let residual = base.residual(self.data).unwrap_or_default();
+            let whitening = autoregression(&residual, &self.data.runs).coefficients;
+            let beside = self.effects.iter().filter(|effect| !base.model.has(&effect.text.id));
+            let all: Vec<Term> = beside.flat_map(starts).collect();
+            all.into_par_iter().filter_map(|term| self.promise(base, term, &whitening)).collect()
+        };
+        let promises: Vec<Promise> = bases.par_iter().flat_map(of_base).collect();
         let best = |by: fn(&Promise) -> f64, most: usize| {
             let mut sorted: Vec<&Promise> = promises.iter().filter(|p| by(p) > 0.3 * LEAST_GAIN).collect();
             sorted.sort_by(|a, b| by(b).total_cmp(&by(a)));
@@ -193,11 +197,11 @@ impl<'a> Search<'a> {
                     taken.push(promise);
                 }
             }
-            taken.into_iter().map(|p| p.term.clone()).collect::<Vec<_>>()
+            taken.into_iter().map(|p| (p.base, p.term.clone())).collect::<Vec<_>>()
         };
         let mut terms = best(|p| p.whitened, REFITTED);
         for term in best(|p| p.plain, REFITTED) {
-            if terms.iter().all(|t| t.effect.text.id != term.effect.text.id) {
+            if terms.iter().all(|(_, t)| t.effect.text.id != term.1.effect.text.id) {
                 terms.push(term);
             }
         }
@@ -205,29 +209,29 @@ impl<'a> Search<'a> {
     }
 
     /// What a start promises; none where it cannot be simulated.
-    fn promise(&self, present: &Fitted<Model>, term: Term, whitening: &[f64]) -> Option<Promise> {
+    fn promise<'b>(&self, base: &'b Fitted<Model>, term: Term, whitening: &[f64]) -> Option<Promise<'b>> {
         let factors = term.effect.parameters.iter().filter(|p| p.range.is_none()).count();
         if factors == 0 {
             // What has no factor (a lag, a limit) is tried by a short estimate.
-            let model = present.model.with(term)?;
-            let fitted = estimated(SHORT, &model, &present.states, self.data, FIT_ROWS)?;
-            let plain = gain(present, &fitted, FIT_ROWS);
+            let model = base.model.with(term)?;
+            let fitted = estimated(SHORT, &model, &base.states, self.data, FIT_ROWS)?;
+            let plain = gain(base, &fitted, FIT_ROWS);
             let term = fitted.model.terms.last()?.clone();
-            return Some(Promise { term, whitened: plain, plain });
+            return Some(Promise { base, term, whitened: plain, plain });
         }
-        let base = present.model.packed().len();
-        if base + factors > MOST_FREE {
+        let free = base.model.packed().len();
+        if free + factors > MOST_FREE {
             return None;
         }
-        let model = present.model.with(Term { kept: true, ..term.clone() })?;
-        let lanes: Vec<usize> = (0..base + factors).collect();
+        let model = base.model.with(Term { kept: true, ..term.clone() })?;
+        let lanes: Vec<usize> = (0..free + factors).collect();
         let through = |filter: &[f64]| {
-            let whole = model.normal(&present.states, self.data, filter).ok()?;
-            Some(gained(&whole, base, &lanes).0)
+            let whole = model.normal(&base.states, self.data, filter).ok()?;
+            Some(gained(&whole, free, &lanes).0)
         };
         let plain = through(&[])?;
         let whitened = if whitening.is_empty() { plain } else { through(whitening)? };
-        Some(Promise { term, whitened, plain })
+        Some(Promise { base, term, whitened, plain })
     }
 
     /// The model without the terms that a later one has made idle.
@@ -246,6 +250,20 @@ impl<'a> Search<'a> {
         }
         present
     }
+}
+
+/// The best estimate of each effect that comes last, sorted by what they leave on the rows that choose.
+fn best_of_each(fits: Vec<Fitted<Model>>) -> Vec<Fitted<Model>> {
+    let mut of_effect: Vec<Fitted<Model>> = Vec::new();
+    for f in fits {
+        match of_effect.iter_mut().find(|g| last_id(g) == last_id(&f)) {
+            Some(g) if f.costs[FIT] < g.costs[FIT] => *g = f,
+            Some(_) => {}
+            None => of_effect.push(f),
+        }
+    }
+    of_effect.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
+    of_effect
 }
 
 /// Whether the parameters of a term are inside their ranges: at an end they say that it is something else.

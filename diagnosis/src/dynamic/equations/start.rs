@@ -1,29 +1,36 @@
-//! Where the estimate of a plant in equations starts: points spread over the ranges of its parameters, tried on the first
-//! rows of each run; the best are followed as the stretch of rows doubles, so that the phase of an oscillation never runs
-//! out of step by more than an estimate can mend.
+//! Where the estimate of a plant in equations starts: points spread over the ranges of its parameters. An observer keeps
+//! the simulation beside the recording while they are far off, and is made weaker until the simulation runs free: so an
+//! oscillation never runs out of step, and a level never so far away that an estimate stops in a local minimum.
 
 use fitter::plant::Hold;
 use motion::equations::{EquationsError, Plant};
-use physics::{Interval, Parameter};
+use physics::Parameter;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::super::data::{ALL, Data, Folds, HOLDS};
 use super::super::estimate::{Fitted, Simulated, fit, fit_in};
-use super::super::noise::Autoregression;
-use super::super::verdict::covariance;
 use super::model::{Model, is_logarithmic};
 use crate::thresholds::dynamic::equations::{
-    ACCURATE, AS_WELL, FIRST_PART, FOLLOWED, LEAST_FIRST, MOST_SUBSTEPS, OPEN, POINTS, STEPS, STRIDE,
+    ACCURATE, APART, AS_WELL, BESIDE, FIRST_ROWS, FOLLOWED, LEAST_FIRST, MOST_SUBSTEPS, OBSERVED, POINTS,
+    STEPS, WEAKER,
 };
+use crate::thresholds::dynamic::estimate::PATIENCE;
 
-/// The plant without further effects, fitted to all rows in the best way of running between the samples. Where other
-/// parameters do as well they follow: the recording does not determine them, as an effect may that is found later. Empty
-/// where no start leads to a plant that can be simulated.
+/// A plant without further effects, fitted to all rows.
+pub struct Nominal {
+    /// In the best way of running between the samples.
+    pub free: Fitted<Model>,
+    /// Under an observer, from the starts that did best: several where the recording leaves a parameter open, as an effect
+    /// may not that is found later. The unit of a hidden state is such a one.
+    pub observed: Vec<Fitted<Model>>,
+}
+
+/// Fits a plant; none where no start leads to one that can be simulated.
 ///
 /// # Errors
 /// [`EquationsError`].
-pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Vec<Fitted<Model>>, EquationsError> {
+pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Option<Nominal>, EquationsError> {
     let holds: Vec<Hold> = match plant.sampling {
         Some(hold) => vec![hold],
         None if plant.inputs.is_empty() => vec![Hold::ZeroOrder],
@@ -32,70 +39,58 @@ pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Vec<Fitted<Model>>, Eq
     let plain = Model::new(plant.clone(), middle(plant), holds[0])?;
     let windowed = data.starts_s.iter().any(|start| *start > 0.0);
     let free_starts = plain.free_starts.iter().map(|free| *free || windowed).collect();
-    let mut all = followed(&Model { free_starts, ..plain }, data);
-    let others = holds[1..].par_iter().filter_map(|hold| {
-        let best = all.first()?;
-        fit(&Model { hold: *hold, ..best.model.clone() }, &best.states, data, ALL)
-    });
+    let observed = observed(&Model { free_starts, observed: OBSERVED, ..plain }, data);
+    let relaxed = observed.par_iter().filter_map(|f| relaxed(PATIENCE, &f.model, &f.states, data, ALL));
+    let Some(best) = least(relaxed.collect()) else { return Ok(None) };
+    let others = holds[1..]
+        .par_iter()
+        .filter_map(|hold| fit(&Model { hold: *hold, ..best.model.clone() }, &best.states, data, ALL));
     let others: Vec<Fitted<Model>> = others.collect();
-    all.extend(others);
-    sort(&mut all);
-    all.truncate(1);
-    let alike = all.first().map_or_else(Vec::new, |best| alike(best, data));
-    all.extend(alike);
-    Ok(all)
+    let free = least([vec![best], others].concat());
+    Ok(free.map(|free| Nominal { observed: distinct(observed, free.model.hold), free }))
 }
 
-/// The same plant with other parameters that do as well, along the one that the recording determines least; none where it
-/// determines all. An offset that no output shows, or the unit of a hidden state, is such a one.
-fn alike(best: &Fitted<Model>, data: &Data) -> Vec<Fitted<Model>> {
-    let free: Vec<usize> = (0..best.model.values.len()).filter(|k| best.model.plant.is_free(*k)).collect();
-    let white = Autoregression { coefficients: Vec::new(), innovation: 0.0 };
-    let covariance = covariance(best, data, &white);
-    let open = |number: usize| {
-        let parameter = &best.model.plant.parameters[free[number]];
-        let width =
-            if is_logarithmic(parameter) { 1.0 } else { parameter.range.map_or(1.0, |r| r.to - r.from) };
-        covariance.at(number, number).sqrt() / width
-    };
-    let least = (0..free.len()).map(|k| (k, open(k))).max_by(|a, b| a.1.total_cmp(&b.1));
-    let Some((number, _)) = least.filter(|(_, open)| *open > OPEN) else { return Vec::new() };
-    let k = free[number];
-    let Some(range) = best.model.plant.parameters[k].range else { return Vec::new() };
-    let walk = |direction: f64| {
-        let (mut found, mut now) = (Vec::new(), best.clone());
-        loop {
-            let mut plant = (*now.model.plant).clone();
-            let packed = direction
-                * if is_logarithmic(&plant.parameters[k]) {
-                    STRIDE
-                } else {
-                    STRIDE * (range.to - range.from)
-                };
-            let there = match is_logarithmic(&plant.parameters[k]) {
-                true => now.model.values[k] * packed.exp(),
-                false => now.model.values[k] + packed,
-            };
-            if !(range.from..=range.to).contains(&there) {
-                return found;
-            }
-            plant.parameters[k].range = Some(Interval { from: there, to: there });
-            let mut model = Model { plant: Arc::new(plant), ..now.model.clone() };
-            model.values[k] = there;
-            let Some(next) = fit(&model, &now.states, data, ALL) else { return found };
-            if next.cost(ALL) > AS_WELL * best.cost(ALL) {
-                return found;
-            }
-            now = Fitted { model: Model { plant: best.model.plant.clone(), ..next.model.clone() }, ..next };
-            found.push(now.clone());
+/// The one that leaves least.
+fn least(all: Vec<Fitted<Model>>) -> Option<Fitted<Model>> {
+    all.into_iter().min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))
+}
+
+/// Those that do as well as the first, with other parameters than those before them.
+fn distinct(all: Vec<Fitted<Model>>, hold: Hold) -> Vec<Fitted<Model>> {
+    let mut kept: Vec<Fitted<Model>> = Vec::new();
+    for f in all {
+        let (now, cost) = (f.model.packed(), f.cost(ALL));
+        let apart = |g: &Fitted<Model>| {
+            let pairs = g.model.packed().into_iter().zip(&now);
+            pairs.map(|(a, b)| (a - b).abs() / a.abs().max(1.0)).fold(0.0, f64::max) > APART
+        };
+        if kept.first().is_none_or(|best| cost <= AS_WELL * best.cost(ALL)) && kept.iter().all(apart) {
+            kept.push(Fitted { model: Model { hold, ..f.model.clone() }, ..f });
         }
-    };
-    let (up, down) = rayon::join(|| walk(1.0), || walk(-1.0));
-    up.into_iter().chain(down).collect()
+    }
+    kept
 }
 
-fn sort(all: &mut [Fitted<Model>]) {
-    all.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
+/// An estimate under an observer, then under ever weaker ones, and in free run in the end.
+pub fn relaxed(
+    patience: usize,
+    model: &Model,
+    states: &[Vec<f64>],
+    data: &Data,
+    folds: Folds,
+) -> Option<Fitted<Model>> {
+    let rows = data.runs.iter().map(|run| run.len()).max().unwrap_or(0) as f64;
+    let (mut model, mut states) = (model.clone(), states.to_vec());
+    while model.observed > 0.0 {
+        let weaker = model.observed / WEAKER;
+        // An observer that takes longer than the run hardly corrects anything.
+        model.observed = if weaker * rows < 1.0 { 0.0 } else { weaker };
+        if model.observed > 0.0 {
+            let fitted = estimated(STEPS, &model, &states, data, folds)?;
+            (model, states) = (fitted.model, fitted.states);
+        }
+    }
+    estimated(patience, &model, &states, data, folds)
 }
 
 /// Every parameter in the middle of its range, or where the file puts it.
@@ -150,11 +145,9 @@ fn first_states(model: &Model, data: &Data) -> Vec<Vec<f64>> {
     data.first_states().into_iter().map(guess).collect()
 }
 
-/// The best estimates over all starts, on all rows.
-fn followed(plain: &Model, data: &Data) -> Vec<Fitted<Model>> {
-    let rows = data.runs.iter().map(|run| run.len()).max().unwrap_or(0);
-    let mut length = (rows / FIRST_PART).max(LEAST_FIRST);
-    let head = data.clone().head(length);
+/// The best estimates under an observer over all starts: tried on the first rows, followed on all.
+fn observed(plain: &Model, data: &Data) -> Vec<Fitted<Model>> {
+    let head = data.clone().head((FIRST_ROWS / data.runs.len()).max(LEAST_FIRST));
     let free: Vec<usize> = (0..plain.values.len())
         .filter(|k| plain.plant.is_free(*k) && plain.plant.values[*k].is_none())
         .collect();
@@ -169,28 +162,15 @@ fn followed(plain: &Model, data: &Data) -> Vec<Fitted<Model>> {
     let states = first_states(plain, data);
     let tried = (0..count).into_par_iter().filter_map(|number| {
         let model = accurate(&point(number), &states, &head)?;
-        fit_in(0, &model, &states, &head, ALL)
+        fit_in(STEPS, &model, &states, &head, ALL)
     });
-    let mut tried: Vec<Fitted<Model>> = tried.collect();
-    loop {
-        sort(&mut tried);
-        tried.truncate(FOLLOWED);
-        let stretch = data.clone().head(length);
-        let further = |f: &Fitted<Model>| {
-            let model = accurate(&f.model, &f.states, &stretch)?;
-            if length < rows {
-                fit_in(STEPS, &model, &f.states, &stretch, ALL)
-            } else {
-                fit(&model, &f.states, data, ALL)
-            }
-        };
-        let next: Vec<Fitted<Model>> = tried.par_iter().filter_map(further).collect();
-        tried = next;
-        if length >= rows || tried.is_empty() {
-            return tried;
-        }
-        length *= 2;
-    }
+    let best = |mut all: Vec<Fitted<Model>>| {
+        all.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
+        all.truncate(FOLLOWED);
+        all
+    };
+    let followed = best(tried.collect());
+    best(followed.par_iter().filter_map(|f| estimated(PATIENCE, &f.model, &f.states, data, ALL)).collect())
 }
 
 /// An estimate in as many steps of the integration as the estimated motion itself asks for.
@@ -215,17 +195,20 @@ pub fn estimated(
 }
 
 /// The model with as many steps from row to row as its own motion asks for: so many that twice as many change nothing
-/// that could be seen; none where that are too many, or it cannot be simulated.
+/// beside what it leaves of the recording; none where that are too many, or it cannot be simulated.
 pub fn accurate(model: &Model, states: &[Vec<f64>], data: &Data) -> Option<Model> {
-    let size = data.position.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let rows = || data.runs.iter().flat_map(|run| run.clone());
+    let square = |of: &dyn Fn(usize) -> f64| rows().map(|k| of(k).powi(2)).sum::<f64>();
+    let size = square(&|k| data.position[k]);
     let mut model = Model { substeps: 1, ..model.clone() };
     let mut coarse = model.positions(states, data).ok();
     while model.substeps < MOST_SUBSTEPS {
         model.substeps *= 2;
         let fine = model.positions(states, data).ok();
         if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
-            let apart = data.runs.iter().flat_map(|run| run.clone()).map(|k| (coarse[k] - fine[k]).abs());
-            if apart.fold(0.0, f64::max) <= ACCURATE * size {
+            let left = square(&|k| data.position[k] - fine[k]);
+            let apart = square(&|k| coarse[k] - fine[k]);
+            if apart <= f64::max(ACCURATE.powi(2) * size, BESIDE.powi(2) * left) {
                 model.substeps /= 2;
                 return Some(model);
             }

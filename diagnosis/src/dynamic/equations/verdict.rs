@@ -81,7 +81,7 @@ fn alternatives(search: &Search, found: &Fitted<Model>, k: usize) -> Vec<String>
         return Vec::new();
     };
     let mut near: Vec<(f64, String)> = rivals
-        .contenders(&without)
+        .contenders(&[without])
         .iter()
         .filter_map(|f| Some((gain(f, &with, FIT_ROWS), f.model.terms.last()?.effect.text.id.clone())))
         .filter(|(behind, _)| *behind < ALTERNATIVE_MARGIN)
