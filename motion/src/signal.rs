@@ -2,6 +2,8 @@
 
 use fitter::plant::Hold;
 
+use crate::equations::Piece;
+
 /// Values of a drive per sample interval, as cubic pieces of equal length.
 #[derive(Debug, Clone)]
 pub struct Signal {
@@ -78,16 +80,20 @@ impl Signal {
     /// Value and rate at `time_s`, taken from the piece that `within_s` lies in: at a sample the limit from
     /// that side. Before the first sample and after the last it stands still.
     pub fn at(&self, time_s: f64, within_s: f64) -> Flow {
+        let piece = self.piece(within_s);
+        Flow { value: piece.value(time_s), rate: piece.rate(time_s) }
+    }
+
+    /// The piece that `within_s` lies in.
+    pub fn piece(&self, within_s: f64) -> Piece {
         let index = ((within_s - self.start_s) / self.piece_s).floor();
-        if index < 0.0 {
-            return Flow { value: self.pieces.first().map_or(0.0, |piece| piece[0]), rate: 0.0 };
-        }
-        let Some([a, b, c, d]) = self.pieces.get(index as usize).copied() else {
-            let value = self.pieces.last().map_or(0.0, |[a, b, c, d]| a + b + c + d);
-            return Flow { value, rate: 0.0 };
+        let standing = |value: f64| [value, 0.0, 0.0, 0.0];
+        let cubic = match self.pieces.get(index.max(0.0) as usize) {
+            Some(piece) if index < 0.0 => standing(piece[0]),
+            Some(piece) => *piece,
+            None => standing(self.pieces.last().map_or(0.0, |[a, b, c, d]| a + b + c + d)),
         };
-        let s = (time_s - self.start_s) / self.piece_s - index;
-        Flow { value: a + s * (b + s * (c + s * d)), rate: (b + s * (2.0 * c + 3.0 * s * d)) / self.piece_s }
+        Piece { from_s: self.start_s + index * self.piece_s, per_s: 1.0 / self.piece_s, cubic }
     }
 }
 

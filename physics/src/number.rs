@@ -3,6 +3,9 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
+/// A derivative below this is none: no product of two that are larger is as small as the smallest number.
+const FORGOTTEN: f64 = 1e-150;
+
 /// What the physics is written in: a plain number, or one with derivatives.
 pub trait Number:
     Copy
@@ -24,8 +27,15 @@ pub trait Number:
     fn nudge(&mut self, direction: usize, by: f64);
     /// A function of it, given that function's value and slope.
     fn chain(self, value: f64, slope: f64) -> Self;
-    /// A function of several, given its value and its slopes by them.
-    fn of_several(value: f64, of: &[Self], slopes: &[f64]) -> Self;
+    /// Adds another's derivatives, times a slope: it follows the other.
+    fn follow(&mut self, other: &Self, slope: f64);
+    /// Puts derivatives to zero that are too small to move anything: a processor computes with numbers near the smallest a
+    /// hundred times more slowly.
+    fn forget(&mut self);
+    /// Whether it carries derivatives.
+    fn carries(&self) -> bool;
+    /// Whether any of them is not zero.
+    fn moves(&self) -> bool;
     /// e to the power of it.
     fn exp(self) -> Self {
         let e = self.value().exp();
@@ -65,21 +75,35 @@ pub trait Number:
 }
 
 impl Number for f64 {
+    #[inline(always)]
     fn from_f64(value: f64) -> f64 {
         value
     }
+    #[inline(always)]
     fn value(self) -> f64 {
         self
     }
+    #[inline(always)]
     fn direction(&self) -> Option<usize> {
         None
     }
+    #[inline(always)]
     fn nudge(&mut self, _: usize, _: f64) {}
+    #[inline(always)]
     fn chain(self, value: f64, _: f64) -> f64 {
         value
     }
-    fn of_several(value: f64, _: &[f64], _: &[f64]) -> f64 {
-        value
+    #[inline(always)]
+    fn follow(&mut self, _: &f64, _: f64) {}
+    #[inline(always)]
+    fn forget(&mut self) {}
+    #[inline(always)]
+    fn carries(&self) -> bool {
+        false
+    }
+    #[inline(always)]
+    fn moves(&self) -> bool {
+        false
     }
 }
 
@@ -103,12 +127,15 @@ impl<const N: usize> Dual<N> {
 }
 
 impl<const N: usize> Number for Dual<N> {
+    #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Dual { value, slopes: [0.0; N] }
     }
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value
     }
+    #[inline(always)]
     fn direction(&self) -> Option<usize> {
         self.slopes.iter().position(|s| *s == 1.0)
     }
@@ -123,14 +150,26 @@ impl<const N: usize> Number for Dual<N> {
         Dual { value, slopes: self.slopes.map(|s| s * slope) }
     }
     #[inline(always)]
-    fn of_several(value: f64, of: &[Self], slopes: &[f64]) -> Self {
-        let mut sum = Self::from_f64(value);
-        for (x, slope) in of.iter().zip(slopes) {
-            for (a, b) in sum.slopes.iter_mut().zip(&x.slopes) {
-                *a += slope * b;
+    fn follow(&mut self, other: &Self, slope: f64) {
+        for (a, b) in self.slopes.iter_mut().zip(&other.slopes) {
+            *a += slope * b;
+        }
+    }
+    #[inline(always)]
+    fn forget(&mut self) {
+        for slope in &mut self.slopes {
+            if slope.abs() < FORGOTTEN {
+                *slope = 0.0;
             }
         }
-        sum
+    }
+    #[inline(always)]
+    fn carries(&self) -> bool {
+        N > 0
+    }
+    #[inline(always)]
+    fn moves(&self) -> bool {
+        self.slopes.iter().any(|slope| *slope != 0.0)
     }
 }
 

@@ -1,18 +1,24 @@
-//! Sentences compiled once into steps over registers, which are then run at every instant of a simulation: with plain
-//! numbers, or with numbers that carry their derivatives.
+//! Sentences compiled once into a graph of values with their derivatives, which is then run at every instant of a
+//! simulation. What stands twice is computed once; what depends on parameters only is computed once a run
+//! ([`Bound`]); a [`Routine`] is what has to be computed for some of the values.
 //!
 //! A lag is a further state of the simulation. A sign and a step jump: which side they are on is a [`Side`] that the
 //! simulation holds while it moves, and changes where the argument passes zero.
+
+mod graph;
+mod routine;
+mod slopes;
 
 use std::collections::BTreeMap;
 
 use crate::check::{Applied, Node, Sentence};
 use crate::error::ExpressionError;
-use crate::number::Number;
-use crate::operator::{Operation, Operator};
+use crate::operator::Operation;
 
-/// Most arguments of an operator.
-const MOST_ARGUMENTS: usize = 4;
+pub use graph::Source;
+use graph::{Graph, MOST_ARGUMENTS, Step};
+pub use routine::{Bound, Places, Routine};
+pub use slopes::Row;
 
 /// Where a name finds its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,62 +44,24 @@ pub enum Side {
     Held(f64),
 }
 
-#[derive(Clone)]
-enum Step {
-    Constant(f64),
-    State(usize),
-    Input(usize),
-    Parameter(usize),
-    Time,
-    Scale(usize, f64),
-    Add(usize, usize),
-    Subtract(usize, usize),
-    Multiply(usize, usize),
-    /// The value of a switch, by number: that below and that above.
-    Switch(usize, [f64; 2]),
-    Apply {
-        operator: &'static dyn Operator,
-        of: [usize; MOST_ARGUMENTS],
-        count: usize,
-    },
-}
-
 /// A lag as a further state: z′ = (input − z)/τ.
 #[derive(Debug, Clone)]
 pub struct Lag {
-    /// Number of the state.
-    pub state: usize,
-    /// Register of what is lagged.
-    pub input: usize,
-    /// Register of the time constant, in seconds.
-    pub tau: usize,
+    /// Register of its rate.
+    pub rate: usize,
     /// Register of where it begins.
     pub start: usize,
 }
 
-/// Sentences as steps.
+/// Sentences as a graph of values.
 #[derive(Clone, Default)]
 pub struct Tape {
-    steps: Vec<Step>,
+    graph: Graph,
     names: BTreeMap<String, Place>,
     states: usize,
     lags: Vec<Lag>,
     /// Registers of the arguments of switches.
     switches: Vec<usize>,
-}
-
-/// What a tape is run at.
-pub struct Instant<'a, T> {
-    /// The states, those of lags last.
-    pub states: &'a [T],
-    /// The inputs.
-    pub inputs: &'a [T],
-    /// The parameters.
-    pub parameters: &'a [T],
-    /// The time in seconds.
-    pub t_s: T,
-    /// On which side each switch is.
-    pub sides: &'a [Side],
 }
 
 impl Tape {
@@ -117,44 +85,27 @@ impl Tape {
 
     /// The register of a sum of two.
     pub fn sum(&mut self, a: usize, b: usize) -> usize {
-        self.push(Step::Add(a, b))
+        self.graph.push(Step::Add(a, b))
     }
 
     /// The register of a name's value.
     pub fn value_of(&mut self, place: Place) -> usize {
         match place {
-            Place::State(k) => self.push(Step::State(k)),
-            Place::Input(k) => self.push(Step::Input(k)),
-            Place::Time => self.push(Step::Time),
+            Place::State(k) => self.graph.source(Source::State(k)),
+            Place::Input(k) => self.graph.source(Source::Input(k)),
+            Place::Time => self.graph.source(Source::Time),
             Place::Register(register) => register,
         }
     }
 
-    /// The register of zero.
-    pub fn zero(&mut self) -> usize {
-        self.push(Step::Constant(0.0))
+    /// A value with its derivatives.
+    pub fn row(&mut self, register: usize) -> Row {
+        self.graph.row(register)
     }
 
-    fn push(&mut self, step: Step) -> usize {
-        let same = |other: &Step| match (other, &step) {
-            (Step::Constant(a), Step::Constant(b)) => a.to_bits() == b.to_bits(),
-            (Step::State(a), Step::State(b))
-            | (Step::Input(a), Step::Input(b))
-            | (Step::Parameter(a), Step::Parameter(b)) => a == b,
-            (Step::Scale(a, x), Step::Scale(b, y)) => a == b && x == y,
-            (Step::Add(a, b), Step::Add(c, d))
-            | (Step::Subtract(a, b), Step::Subtract(c, d))
-            | (Step::Multiply(a, b), Step::Multiply(c, d)) => (a, b) == (c, d),
-            (Step::Apply { operator: p, of: a, count: n }, Step::Apply { operator: q, of: b, count: m }) => {
-                p.operation() == q.operation() && n == m && a == b
-            }
-            _ => false,
-        };
-        // What was computed before is not computed again.
-        self.steps.iter().position(same).unwrap_or_else(|| {
-            self.steps.push(step);
-            self.steps.len() - 1
-        })
+    /// The tape with numbers for its parameters, in a simulation with so many inputs.
+    pub fn bound(&self, parameters: &[f64], inputs: usize) -> Bound<'_> {
+        Bound::new(&self.graph, parameters, self.states + self.lags.len(), inputs)
     }
 
     fn node(
@@ -164,8 +115,8 @@ impl Tape {
         parameters: &[usize],
     ) -> Result<usize, ExpressionError> {
         let (operator, arguments, span) = match node {
-            Node::Constant(value) => return Ok(self.push(Step::Constant(*value))),
-            Node::Parameter(index) => return Ok(self.push(Step::Parameter(parameters[*index]))),
+            Node::Constant(value) => return Ok(self.graph.push(Step::Constant(*value))),
+            Node::Parameter(index) => return Ok(self.graph.source(Source::Parameter(parameters[*index]))),
             Node::Column(name) => {
                 let place = self.names.get(name).copied();
                 let whole = 0..sentence.text.len();
@@ -179,23 +130,27 @@ impl Tape {
         let mut of = [0; MOST_ARGUMENTS];
         for (place, (argument, factor)) in of.iter_mut().zip(arguments) {
             let register = self.node(argument, sentence, parameters)?;
-            *place = if *factor == 1.0 { register } else { self.push(Step::Scale(register, *factor)) };
+            *place = self.graph.scaled(register, *factor);
         }
         let count = arguments.len();
         Ok(match operator.operation() {
-            Operation::Sum => self.push(Step::Add(of[0], of[1])),
-            Operation::Difference => self.push(Step::Subtract(of[0], of[1])),
-            Operation::Product => self.push(Step::Multiply(of[0], of[1])),
+            Operation::Sum => self.graph.push(Step::Add(of[0], of[1])),
+            Operation::Difference => self.graph.push(Step::Subtract(of[0], of[1])),
+            Operation::Product => self.graph.push(Step::Multiply(of[0], of[1])),
+            Operation::Quotient => self.graph.push(Step::Divide(of[0], of[1])),
+            Operation::Negative => self.graph.negative(of[0]),
+            Operation::Power => self.graph.power(operator, of),
             Operation::Sign => self.switch(of[0], [-1.0, 1.0]),
             Operation::Step => {
-                let above = self.push(Step::Subtract(of[0], of[1]));
+                let above = self.graph.push(Step::Subtract(of[0], of[1]));
                 self.switch(above, [0.0, 1.0])
             }
             Operation::LowPass => {
-                let state = self.states + self.lags.len();
-                let start = if count > 2 { of[2] } else { of[0] };
-                self.lags.push(Lag { state, input: of[0], tau: of[1], start });
-                self.push(Step::State(state))
+                let z = self.graph.source(Source::State(self.states + self.lags.len()));
+                let behind = self.graph.push(Step::Subtract(of[0], z));
+                let rate = self.graph.push(Step::Divide(behind, of[1]));
+                self.lags.push(Lag { rate, start: if count > 2 { of[2] } else { of[0] } });
+                z
             }
             _ if operator.remembers() || operator.of_recording() => {
                 let what = format!(
@@ -204,7 +159,7 @@ impl Tape {
                 );
                 return Err(ExpressionError::new(&sentence.text, span, what));
             }
-            _ => self.push(Step::Apply { operator, of, count }),
+            _ => self.graph.push(Step::Apply { operator, of, count }),
         })
     }
 
@@ -213,10 +168,10 @@ impl Tape {
             self.switches.push(argument);
             self.switches.len() - 1
         });
-        self.push(Step::Switch(number, values))
+        self.graph.push(Step::Switch(number, values))
     }
 
-    /// The lags, in the order in which each depends on earlier ones only.
+    /// The lags, in the order in which each depends on earlier ones only; their states follow the others.
     pub fn lags(&self) -> &[Lag] {
         &self.lags
     }
@@ -225,45 +180,6 @@ impl Tape {
     pub fn switches(&self) -> &[usize] {
         &self.switches
     }
-
-    /// Number of registers.
-    pub fn registers(&self) -> usize {
-        self.steps.len()
-    }
-
-    /// Computes all registers.
-    #[inline(always)]
-    pub fn run<T: Number>(&self, at: &Instant<T>, registers: &mut [T]) {
-        let mut values = [0.0; MOST_ARGUMENTS];
-        let mut slopes = [0.0; MOST_ARGUMENTS];
-        let mut given = [T::from_f64(0.0); MOST_ARGUMENTS];
-        for (k, step) in self.steps.iter().enumerate() {
-            registers[k] = match step {
-                Step::Constant(value) => T::from_f64(*value),
-                Step::State(k) => at.states[*k],
-                Step::Input(k) => at.inputs[*k],
-                Step::Parameter(k) => at.parameters[*k],
-                Step::Time => at.t_s,
-                Step::Scale(a, factor) => registers[*a] * *factor,
-                Step::Add(a, b) => registers[*a] + registers[*b],
-                Step::Subtract(a, b) => registers[*a] - registers[*b],
-                Step::Multiply(a, b) => registers[*a] * registers[*b],
-                Step::Switch(number, [below, above]) => T::from_f64(match at.sides[*number] {
-                    Side::Below => *below,
-                    Side::Above => *above,
-                    Side::Held(part) => below + 0.5 * (1.0 + part) * (above - below),
-                }),
-                Step::Apply { operator, of, count } => {
-                    for (k, register) in of[..*count].iter().enumerate() {
-                        given[k] = registers[*register];
-                        values[k] = given[k].value();
-                    }
-                    let value = operator.at(&values[..*count], &mut slopes[..*count]);
-                    T::of_several(value, &given[..*count], &slopes[..*count])
-                }
-            };
-        }
-    }
 }
 
 #[cfg(test)]
@@ -271,7 +187,6 @@ mod tests {
     use super::*;
     use crate::check::{Names, Parameter};
     use crate::interval::Interval;
-    use crate::number::Dual;
     use crate::parse::parse;
     use crate::unit::Unit;
 
@@ -299,23 +214,55 @@ mod tests {
         let swing = tape.add(&read("-a * sin(x)", "1/s^2"), &[0]).unwrap();
         let again = tape.add(&read("-a * sin(x)", "1/s^2"), &[0]).unwrap();
         assert_eq!(swing, again, "what stands twice is computed once");
+        let power = tape.add(&read("a * x^3 / (1 + x^2)", "1/s^2"), &[0]).unwrap();
         let sign = tape.add(&read("sign(v) * a", "1/s^2"), &[0]).unwrap();
         let lagged = tape.add(&read("lowpass(x, tau)", "rad"), &[1]).unwrap();
-        assert_eq!((tape.lags()[0].state, tape.switches().len()), (2, 1));
-        let number = |value, k| Dual::<3>::variable(value, k);
-        let at = Instant {
-            states: &[number(0.5, 0), Dual::from_f64(-0.2), Dual::from_f64(0.7)],
-            inputs: &[],
-            parameters: &[number(3.0, 1), Dual::from_f64(2.0)],
-            t_s: Dual::from_f64(0.0),
-            sides: &[Side::Held(0.5)],
+        assert_eq!(tape.switches().len(), 1);
+        let lag = tape.lags()[0].rate;
+        let rows = [swing, power, sign, lagged, lag].map(|register| tape.row(register));
+        let (x, a, tau) = (0.5, 3.0, 2.0);
+        let bound = tape.bound(&[a, tau], 0);
+        let routine = bound.routine(&rows, |_| true);
+        let mut registers = bound.registers();
+        registers[..3].copy_from_slice(&[x, -0.2, 0.7]);
+        routine.run(&[Side::Held(0.5)], &mut registers);
+        let at = |k: usize| registers[routine.rows[k].value];
+        let by = |all: fn(&Places) -> &Vec<(usize, usize)>, row: usize, k: usize| {
+            let found = all(&routine.rows[row]).iter().find(|(source, _)| *source == k);
+            found.map_or(0.0, |(_, place)| registers[*place])
         };
-        let mut registers = vec![Dual::from_f64(0.0); tape.registers()];
-        tape.run(&at, &mut registers);
-        assert!((registers[swing].value + 3.0 * 0.5_f64.sin()).abs() < 1e-15);
-        assert!((registers[swing].slopes[0] + 3.0 * 0.5_f64.cos()).abs() < 1e-15);
-        assert!((registers[swing].slopes[1] + 0.5_f64.sin()).abs() < 1e-15);
-        assert_eq!((registers[sign].value, registers[lagged].value), (1.5, 0.7));
+        let near =
+            |found: f64, expected: f64| assert!((found - expected).abs() < 1e-14, "{found} {expected}");
+        near(at(0), -a * x.sin());
+        near(by(|row| &row.states, 0, 0), -a * x.cos());
+        near(by(|row| &row.parameters, 0, 0), -x.sin());
+        let square = 1.0 + x * x;
+        near(at(1), a * x.powi(3) / square);
+        near(by(|row| &row.states, 1, 0), a * x * x * (3.0 + x * x) / (square * square));
+        near(by(|row| &row.parameters, 1, 0), x.powi(3) / square);
+        near(at(2), 1.5);
+        near(by(|row| &row.parameters, 2, 0), 0.5);
+        near(at(3), 0.7);
+        near(at(4), (x - 0.7) / tau);
+        near(by(|row| &row.states, 4, 2), -1.0 / tau);
+        near(by(|row| &row.parameters, 4, 1), -(x - 0.7) / (tau * tau));
         assert!(tape.add(&read("a * play(x, 0.1)", "rad/s^2"), &[0]).is_err());
+    }
+
+    #[test]
+    fn what_a_routine_does_not_need_is_not_computed() {
+        let mut tape = Tape::new(2);
+        tape.name("x", Place::State(0));
+        let value = tape.add(&read("a * sin(x)", "1/s^2"), &[0]).unwrap();
+        let row = tape.row(value);
+        let nothing = tape.bound(&[0.0], 0);
+        assert_eq!(nothing.routine(std::slice::from_ref(&row), |_| false).length(), 0, "a factor of zero");
+        assert_eq!(
+            nothing.routine(std::slice::from_ref(&row), |_| true).length(),
+            1,
+            "its derivative is the sine"
+        );
+        let bound = tape.bound(&[2.0], 0);
+        assert_eq!(bound.routine(&[row], |_| false).length(), 2);
     }
 }

@@ -1,7 +1,6 @@
 //! The drive between its samples: held, straight, or band-limited by a cubic spline.
 
 use fitter::plant::Hold;
-use motion::Flow;
 use motion::equations::Input;
 
 use super::span::Span;
@@ -99,11 +98,10 @@ impl Signal {
 }
 
 impl Input for Signal {
-    fn at(&self, t_s: f64, within_s: f64) -> Flow {
+    fn piece(&self, within_s: f64) -> motion::equations::Piece {
         let index = (within_s / self.step_s).floor();
-        let [a, b, c, d] = self.interval(index as isize);
-        let s = t_s / self.step_s - index;
-        Flow { value: a + s * (b + s * (c + s * d)), rate: (b + s * (2.0 * c + 3.0 * s * d)) / self.step_s }
+        let cubic = self.interval(index as isize);
+        motion::equations::Piece { from_s: index * self.step_s, per_s: 1.0 / self.step_s, cubic }
     }
 }
 

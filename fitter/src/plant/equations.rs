@@ -154,6 +154,18 @@ pub struct EffectText {
     /// What it adds to the output.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub output: BTreeMap<String, String>,
+    /// What it adds to the acceleration of a second-order plant.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub acceleration: String,
+    /// What it adds to the drive of a second-order plant.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub drive: String,
+    /// What it adds to the reading of a second-order plant.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub reading: String,
+    /// States of its own, which begin at zero: the rate of each, per second.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub states: BTreeMap<String, String>,
     /// Every further key is a parameter.
     #[serde(flatten)]
     pub parameters: BTreeMap<String, PlantParameter>,

@@ -12,11 +12,16 @@ use super::{EquationsError, Plant, per_second, sentence};
 pub enum Target {
     /// The rate of a state, by number.
     Rate(usize),
+    /// The rate of a state of the effect's own, by number.
+    Own(usize),
     /// An input, by number.
     Input(usize),
     /// The output.
     Output,
 }
+
+/// Most states of an effect's own.
+const MOST_OWN: usize = 2;
 
 /// What an effect adds somewhere.
 #[derive(Debug, Clone)]
@@ -34,6 +39,8 @@ pub struct Added {
 pub struct MotionEffect {
     /// As it was declared.
     pub text: EffectText,
+    /// States of its own, with their units; they begin at zero.
+    pub states: Vec<(String, Unit)>,
     /// What it adds.
     pub adds: Vec<Added>,
     /// Its parameters; those without a range are factors.
@@ -50,6 +57,7 @@ impl MotionEffect {
     pub fn formula(&self, plant: &Plant) -> String {
         let one = |added: &Added| match added.to {
             Target::Rate(k) => format!("{}' += {}", plant.states[k].0, added.sentence.text),
+            Target::Own(k) => format!("{}' = {}", self.states[k].0, added.sentence.text),
             Target::Input(k) => format!("{} += {}", plant.inputs[k].0, added.sentence.text),
             Target::Output => format!("{} += {}", plant.output.0, added.sentence.text),
         };
@@ -57,33 +65,125 @@ impl MotionEffect {
     }
 }
 
+/// Messages about a declared effect.
+trait Refused {
+    fn key(&self, key: &str) -> String;
+    fn wrong(&self, file: &str, at: &str, what: String) -> EquationsError;
+}
+
+impl Refused for EffectText {
+    fn key(&self, key: &str) -> String {
+        format!("effect `{}`, `{key}`", self.id)
+    }
+
+    fn wrong(&self, file: &str, at: &str, what: String) -> EquationsError {
+        EquationsError::Key { file: file.into(), key: self.key(at), what }
+    }
+}
+
+/// What an effect adds, as it is declared: where, in which unit, under which key.
+type Declared<'a> = (Target, Unit, String, &'a String);
+
 impl Plant {
-    /// Reads a declared effect.
+    /// Reads a declared effect. The unit of a state of its own is the first with which all that it adds has the right unit,
+    /// of those of the plant and 1.
     ///
     /// # Errors
     /// [`EquationsError`]: what it acts on is not in the plant, a name or a unit does not fit, a parameter without a
     /// range is no factor, or it adds nothing.
     pub fn effect(&self, file: &str, text: &EffectText) -> Result<MotionEffect, EquationsError> {
-        let key = |key: &str| format!("effect `{}`, `{key}`", text.id);
-        let wrong = |at: &str, what: String| EquationsError::Key { file: file.into(), key: key(at), what };
+        let wrong = |at: &str, what: String| text.wrong(file, at, what);
         if !physics::is_identifier(&text.id) {
             return Err(wrong("id", "has letters other than a to z, digits and `_`: give another".into()));
+        }
+        for (key, added) in
+            [("acceleration", &text.acceleration), ("drive", &text.drive), ("reading", &text.reading)]
+        {
+            if !added.is_empty() {
+                let what =
+                    "is for a second-order plant: give equation.<state>, input.<input> or output.<output>";
+                return Err(wrong(key, what.into()));
+            }
         }
         let parameters = (text.parameters.iter())
             .map(|(name, parameter)| self.own_parameter(name, parameter).map_err(|what| wrong(name, what)))
             .collect::<Result<Vec<_>, _>>()?;
+        let names: Vec<&String> = text.states.keys().collect();
+        if names.len() > MOST_OWN {
+            return Err(wrong("states", format!("are {}, expected at most {MOST_OWN}", names.len())));
+        }
+        let taken = |name: &String| self.units().contains_key(name) || text.parameters.contains_key(name);
+        if let Some(name) = names.iter().find(|name| taken(name) || !physics::is_identifier(name)) {
+            return Err(wrong(&format!("states.{name}"), "has no name of its own: give another".into()));
+        }
+        let mut units: Vec<Unit> = vec![self.output_unit().clone(), Unit::one()];
+        units.extend(self.states.iter().chain(&self.inputs).map(|(_, unit)| unit.clone()));
+        let with = |number: usize| {
+            let unit = |k: usize| units[number / units.len().pow(k as u32) % units.len()].clone();
+            let states = names.iter().enumerate().map(|(k, name)| ((*name).clone(), unit(k))).collect();
+            self.with_states(file, text, &parameters, states)
+        };
+        let all = units.len().pow(names.len() as u32);
+        let first = with(0);
+        if first.is_ok() { first } else { (1..all).find_map(|number| with(number).ok()).map_or(first, Ok) }
+    }
+
+    /// Reads an effect whose own states have these units.
+    fn with_states(
+        &self,
+        file: &str,
+        text: &EffectText,
+        parameters: &[Parameter],
+        states: Vec<(String, Unit)>,
+    ) -> Result<MotionEffect, EquationsError> {
+        let wrong = |at: &str, what: String| text.wrong(file, at, what);
+        let adds = self.declared(file, text, &states)?;
+        let mut units = self.units();
+        units.extend(states.iter().cloned());
+        let column = |name: &str| units.get(name).cloned();
+        let known: Vec<&str> = units.keys().map(String::as_str).collect();
+        let read = |(to, unit, at, added): Declared| {
+            let error = |error| EquationsError::Expression {
+                file: file.into(),
+                key: text.key(&at),
+                error: Box::new(error),
+            };
+            let (sentence, numbers) =
+                sentence(added, Some(&unit), &column, &known, parameters).map_err(error)?;
+            let factor = numbers.iter().find(|k| parameters[**k].range.is_none());
+            match (to, factor) {
+                (Target::Own(_), Some(k)) => {
+                    let what = format!("`{}` has no range: give `from` and `to`", parameters[*k].name);
+                    Err(wrong(&at, what))
+                }
+                _ => Ok(Added { to, sentence, parameters: numbers }),
+            }
+        };
+        let adds = adds.into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        let used = |k: &usize| adds.iter().any(|added| added.parameters.contains(k));
+        if let Some(idle) = (0..parameters.len()).find(|k| !used(k)) {
+            return Err(wrong(&parameters[idle].name, "is in no expression: use it or drop it".into()));
+        }
+        Ok(MotionEffect { text: text.clone(), states, adds, parameters: parameters.to_vec() })
+    }
+
+    /// What an effect adds, and where.
+    fn declared<'a>(
+        &self,
+        file: &str,
+        text: &'a EffectText,
+        states: &[(String, Unit)],
+    ) -> Result<Vec<Declared<'a>>, EquationsError> {
         let place = |all: &[(String, Unit)], name: &str, table: &str| {
             let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
             let found = names.iter().position(|own| *own == name);
             found.ok_or_else(|| {
                 let names = if names.is_empty() { "none".into() } else { names.join(", ") };
-                wrong(
-                    &format!("{table}.{name}"),
-                    format!("the plant has no such name, expected one of: {names}"),
-                )
+                let what = format!("the plant has no such name, expected one of: {names}");
+                text.wrong(file, &format!("{table}.{name}"), what)
             })
         };
-        let mut adds: Vec<(Target, Unit, String, &String)> = Vec::new();
+        let mut adds: Vec<Declared> = Vec::new();
         for (name, added) in &text.equation {
             let k = place(&self.states, name, "equation")?;
             adds.push((Target::Rate(k), per_second(&self.states[k].1), format!("equation.{name}"), added));
@@ -98,29 +198,14 @@ impl Plant {
             adds.push((Target::Output, self.output_unit().clone(), format!("output.{name}"), added));
         }
         if adds.is_empty() {
-            return Err(wrong(
-                "equation",
-                "adds nothing: give equation.<state>, input.<input> or output.<output>".into(),
-            ));
+            let what = "adds nothing: give equation.<state>, input.<input> or output.<output>; beside a second-order plant \
+                        acceleration, drive or reading";
+            return Err(text.wrong(file, "equation", what.into()));
         }
-        let units = self.units();
-        let column = |name: &str| units.get(name).cloned();
-        let known: Vec<&str> = units.keys().map(String::as_str).collect();
-        let read = |(to, unit, at, added): (Target, Unit, String, &String)| {
-            let read = sentence(added, Some(&unit), &column, &known, &parameters);
-            let error = |error| EquationsError::Expression {
-                file: file.into(),
-                key: key(&at),
-                error: Box::new(error),
-            };
-            read.map(|(sentence, parameters)| Added { to, sentence, parameters }).map_err(error)
-        };
-        let adds = adds.into_iter().map(read).collect::<Result<Vec<_>, _>>()?;
-        let used = |k: &usize| adds.iter().any(|added| added.parameters.contains(k));
-        if let Some(idle) = (0..parameters.len()).find(|k| !used(k)) {
-            return Err(wrong(&parameters[idle].name, "is in no expression: use it or drop it".into()));
+        for (k, ((name, unit), added)) in states.iter().zip(text.states.values()).enumerate() {
+            adds.push((Target::Own(k), per_second(unit), format!("states.{name}"), added));
         }
-        Ok(MotionEffect { text: text.clone(), adds, parameters })
+        Ok(adds)
     }
 
     /// Units of all that an effect can read.

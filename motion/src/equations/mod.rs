@@ -2,6 +2,8 @@
 //! derivatives. Nothing here knows how it is fitted.
 
 mod effect;
+mod events;
+mod input;
 mod run;
 mod system;
 
@@ -10,7 +12,8 @@ use fitter::plant::{Hold, PlantFile};
 use physics::{ExpressionError, Names, Parameter, Sentence, Unit};
 
 pub use effect::{Added, MotionEffect, Target};
-pub use run::{Course, Input, Observer, Stopped};
+pub use input::{Input, Piece};
+pub use run::{Course, Observer, Stopped};
 pub use system::System;
 
 fitter::errors! {

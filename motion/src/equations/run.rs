@@ -1,38 +1,26 @@
 //! A run of a plant in equations: the classical fourth-order Runge–Kutta rule, divided where the argument of a sign or a
-//! step passes zero. Where both sides push it back, it is held there (A. F. Filippov, Differential Equations with
-//! Discontinuous Righthand Sides, 1988), as dry friction holds a mechanism.
-//!
-//! With numbers that carry derivatives, the times of these events carry theirs, so that sensitivities are exact.
+//! step passes zero ([`events`](super::events)). With numbers that carry derivatives it yields its sensitivities exactly:
+//! the derivatives of the rates by states and parameters are computed once for all directions.
 
-use physics::number::{Dual, Number};
-use physics::tape::{Instant, Side};
+use std::ops::Mul;
+
+use physics::number::Number;
+use physics::tape::{Places, Routine, Side, Source};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::System;
-use crate::signal::{Flow, Signal};
+use super::input::{Input, Piece};
 
-/// Changes of side in one step that are followed; beyond them the motion is smaller than the step resolves.
-const MOST_EVENTS: usize = 6;
-/// Steps of the search for the instant of an event.
-const MOST_STEPS: usize = 30;
 /// A state beyond this, in its unit, is no motion any more.
 const RUNAWAY: f64 = 1e12;
 /// Change by twice as many steps, over the largest output, that nobody sees.
 const ACCURATE: f64 = 1e-6;
 /// Most steps from row to row.
 const MOST_SUBSTEPS: usize = 256;
-
-/// An input between its samples.
-pub trait Input: Sync {
-    /// Value and rate at `t_s` since the first row, of the piece that `within_s` lies in.
-    fn at(&self, t_s: f64, within_s: f64) -> Flow;
-}
-
-impl Input for Signal {
-    fn at(&self, t_s: f64, within_s: f64) -> Flow {
-        Signal::at(self, t_s, within_s)
-    }
-}
+/// Most of the fastest time constant that a step goes: the rule is stable up to 2.78, and accurate far below.
+const FASTEST: f64 = 1.0;
+/// Change of the rates within a step, relative to them, that says nothing of their time constants.
+const SMOOTH: f64 = 1e-3;
 
 /// What a run goes along.
 pub struct Course<'a> {
@@ -44,14 +32,14 @@ pub struct Course<'a> {
     pub rows: usize,
     /// Time at the first row, s.
     pub start_s: f64,
-    /// Steps from one row to the next.
+    /// Steps from one row to the next, where nothing is faster.
     pub substeps: usize,
     /// What keeps the run beside a recording, if anything: without it the run is free.
     pub observer: Option<Observer<'a>>,
 }
 
-/// A correction of the states that the output reads, at every row, by part of what it is off there. It keeps a simulation beside a recording
-/// while the parameters are far from right, so that an estimate does not stop in a local minimum
+/// A correction of the states that the output reads, at every row, by part of what it is off there. It keeps a simulation
+/// beside a recording while the parameters are far from right, so that an estimate does not stop in a local minimum
 /// (H. D. I. Abarbanel et al., SIAM J. Appl. Dyn. Syst. 8, 2009).
 #[derive(Clone, Copy)]
 pub struct Observer<'a> {
@@ -63,10 +51,7 @@ pub struct Observer<'a> {
 
 /// A run that ended early.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "the state `{state}` has no value, or one beyond all bounds, {t_s:.4} s after the first row: the equations diverge with \
-     these numbers, or take the root or the logarithm of what is negative; check signs, units and ranges"
-)]
+#[error("the state `{state}` {}, {t_s:.4} s after the first row: {}", self.how(), self.why())]
 pub struct Stopped {
     /// The state that has no value any more, or one beyond all bounds.
     pub state: String,
@@ -74,24 +59,78 @@ pub struct Stopped {
     pub t_s: f64,
     /// Before which row.
     pub row: usize,
+    /// Whether it changes too fast to be followed.
+    pub stiff: bool,
+}
+
+impl Stopped {
+    fn how(&self) -> &'static str {
+        if self.stiff { "changes too fast to be followed" } else { "has no value, or one beyond all bounds" }
+    }
+
+    fn why(&self) -> String {
+        match self.stiff {
+            true => format!(
+                "the equations are stiff with these numbers, with more than {MOST_SUBSTEPS} steps of the integration from row to \
+                 row; give a factor less range, or leave out what settles so fast"
+            ),
+            false => "the equations diverge with these numbers, or take the root or the logarithm of what is negative; check \
+                      signs, units and ranges"
+                .into(),
+        }
+    }
 }
 
 fitter::errors!(plain Stopped);
 
+/// What is computed at an instant.
+pub(super) struct Routines {
+    /// The rates of all states.
+    rates: Routine,
+    /// The same where the instant itself moves with the parameters, or the rates of values are wanted.
+    pub moving: Routine,
+    /// The output.
+    output: Routine,
+    /// The output without effects, with all derivatives.
+    read: Routine,
+    /// The arguments of switches, without derivatives.
+    pub sides: Routine,
+    /// With all derivatives.
+    pub arguments: Routine,
+    /// Where lags begin.
+    starts: Routine,
+}
+
 /// A run under way.
-struct Run<'a, T> {
+pub(super) struct Run<'a, T> {
     system: &'a System,
     course: &'a Course<'a>,
     parameters: &'a [T],
-    plain: Vec<f64>,
-    states: Vec<T>,
-    sides: Vec<Side>,
-    registers: Vec<T>,
-    inputs: Vec<T>,
-    rates: [Vec<T>; 4],
+    pub routines: Routines,
+    pub registers: Vec<f64>,
+    /// The inputs in the present step.
+    pub pieces: Vec<Piece>,
+    pub states: Vec<T>,
+    /// The states after a step, and in it.
+    pub after: Vec<T>,
     there: Vec<T>,
+    /// States and sides at the row before.
+    before: (Vec<T>, Vec<Side>),
+    rates: [Vec<T>; 4],
+    pub sides: Vec<Side>,
     /// Of every switch that is held: the derivatives of its argument by the states, and its rate where they stand still.
-    held: Vec<(Vec<f64>, f64)>,
+    pub held: Vec<(Vec<f64>, f64)>,
+}
+
+/// Which of a run's states are meant.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum At {
+    /// Those before the step.
+    Before,
+    /// Those in it.
+    There,
+    /// Those after it.
+    After,
 }
 
 impl System {
@@ -106,36 +145,17 @@ impl System {
         course: &Course,
         visit: &mut dyn FnMut(usize, T),
     ) -> Result<(), Stopped> {
-        let zero = T::from_f64(0.0);
-        let mut run = Run {
-            system: self,
-            course,
-            parameters,
-            plain: parameters.iter().map(|p| p.value()).collect(),
-            states: start.iter().copied().chain(self.lags().iter().map(|_| zero)).collect(),
-            sides: vec![Side::Above; self.tape.switches().len()],
-            registers: vec![zero; self.tape.registers()],
-            inputs: vec![zero; self.inputs],
-            rates: std::array::from_fn(|_| vec![zero; self.states()]),
-            there: vec![zero; self.states()],
-            held: Vec::new(),
-        };
+        let mut run = Run::new(self, parameters, start, course);
         run.begin();
-        let mut at_row = |run: &mut Run<T>, row: usize| {
+        for row in 0..course.rows {
+            if row > 0 {
+                run.to_row(row)?;
+            }
             let output = run.output(row);
             visit(row, output);
             if let Some(observer) = course.observer {
                 run.correct(row, output, observer);
             }
-        };
-        at_row(&mut run, 0);
-        let step_s = course.sample_s / course.substeps as f64;
-        for row in 1..course.rows {
-            for k in 0..course.substeps {
-                run.advance(((row - 1) * course.substeps + k) as f64 * step_s, step_s);
-            }
-            run.alive(row)?;
-            at_row(&mut run, row);
         }
         Ok(())
     }
@@ -173,120 +193,224 @@ impl System {
     }
 }
 
-/// One step of a run.
-struct Step<'r, 'a, T> {
+/// One step of a run from `t_s` on.
+struct Step<'r, 'a, T, H> {
     run: &'r mut Run<'a, T>,
-    t_s: T,
-    h: T,
-    within: f64,
+    t_s: H,
+    h: H,
+    moving: bool,
 }
 
-impl<T: Number> WithSimd for Step<'_, '_, T> {
-    type Output = Vec<T>;
+impl<T: Number + Mul<H, Output = T>, H: Number> WithSimd for Step<'_, '_, T, H> {
+    type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Vec<T> {
-        self.run.runge_kutta(self.t_s, self.h, self.within)
+    fn with_simd<S: Simd>(self, _: S) {
+        self.run.runge_kutta(self.t_s, self.h, self.moving);
     }
 }
 
-impl<T: Number> Run<'_, T> {
+impl<'a, T: Number> Run<'a, T> {
+    fn new(system: &'a System, parameters: &'a [T], start: &[T], course: &'a Course<'a>) -> Run<'a, T> {
+        let zero = T::from_f64(0.0);
+        let mut states = start.to_vec();
+        states.resize(system.states(), zero);
+        let plain: Vec<f64> = parameters.iter().map(|p| p.value()).collect();
+        let bound = system.tape.bound(&plain, system.inputs);
+        let with_states = zero.carries();
+        let followed = |source: Source| match source {
+            Source::State(_) => with_states,
+            Source::Parameter(k) => parameters[k].moves(),
+            Source::Input(_) | Source::Time => false,
+        };
+        let all = |source: Source| match source {
+            Source::Parameter(_) => followed(source),
+            _ => true,
+        };
+        let routines = Routines {
+            rates: bound.routine(&system.rates, followed),
+            moving: bound.routine(&system.rates, all),
+            output: bound.routine(std::slice::from_ref(&system.output), followed),
+            read: bound.routine(std::slice::from_ref(&system.read), all),
+            sides: bound.routine(&system.arguments, |_| false),
+            arguments: bound.routine(&system.arguments, all),
+            starts: bound.routine(&system.starts, followed),
+        };
+        Run {
+            system,
+            course,
+            parameters,
+            routines,
+            registers: bound.registers(),
+            pieces: vec![Piece::default(); system.inputs],
+            after: states.clone(),
+            there: states.clone(),
+            before: (states.clone(), Vec::new()),
+            rates: std::array::from_fn(|_| states.clone()),
+            states,
+            sides: vec![Side::Above; system.arguments.len()],
+            held: Vec::new(),
+        }
+    }
+
     /// Lags begin settled, and every switch on the side to which the motion goes.
     fn begin(&mut self) {
-        let within = 0.25 * self.course.sample_s;
-        let system = self.system;
-        for lag in system.lags() {
-            self.compute(T::from_f64(0.0), within, None);
-            self.states[lag.state] = self.registers[lag.start];
+        self.enter(0.25 * self.course.sample_s);
+        let first = self.states.len() - self.system.starts.len();
+        for lag in 0..self.system.starts.len() {
+            self.load(0.0, At::Before);
+            self.routines.starts.run(&self.sides, &mut self.registers);
+            self.states[first + lag] = self.value(&self.routines.starts.rows[lag], &self.states);
         }
-        self.compute(T::from_f64(0.0), within, None);
-        for (k, register) in system.tape.switches().iter().enumerate() {
-            let argument = self.registers[*register].value();
-            self.sides[k] = if argument < 0.0 { Side::Below } else { Side::Above };
-        }
-        for (k, register) in system.tape.switches().iter().enumerate() {
-            if self.registers[*register].value() == 0.0 {
-                self.sides[k] = self.side_after(k, 0.0, within, None);
-            }
-        }
+        self.choose_sides();
     }
 
     /// The output at a row.
     fn output(&mut self, row: usize) -> T {
+        let routine = &self.routines.output;
+        let is_state = routine.length() == 0 && routine.rows[0].value < self.states.len();
         let t_s = row as f64 * self.course.sample_s;
-        self.compute(T::from_f64(t_s), t_s + 0.25 * self.course.sample_s, None);
-        self.registers[self.system.output]
+        if !is_state {
+            self.enter(t_s + 0.25 * self.course.sample_s);
+        }
+        self.load(t_s, At::Before);
+        self.routines.output.run(&self.sides, &mut self.registers);
+        self.value(&self.routines.output.rows[0], &self.states)
+    }
+
+    /// Goes on to a row, in shorter steps where a rate changes within a step by more than it can follow.
+    fn to_row(&mut self, row: usize) -> Result<(), Stopped> {
+        self.before.0.clone_from(&self.states);
+        self.before.1.clone_from(&self.sides);
+        let mut substeps = self.course.substeps;
+        loop {
+            let step_s = self.course.sample_s / substeps as f64;
+            let mut fastest = (0.0, 0);
+            for k in 0..substeps {
+                self.advance(((row - 1) * substeps + k) as f64 * step_s, step_s);
+                let (speed, state) = self.speed();
+                if speed > fastest.0 || speed.is_nan() {
+                    fastest = (speed, state);
+                }
+            }
+            let stopped = |state: usize, stiff: bool| {
+                let state = self.system.names[state].clone();
+                Err(Stopped { state, t_s: row as f64 * self.course.sample_s, row, stiff })
+            };
+            let lost = self.states.iter().position(|x| x.value().is_nan() || x.value().abs() > RUNAWAY);
+            if lost.is_none() && fastest.0 <= FASTEST {
+                self.states.iter_mut().for_each(T::forget);
+                return Ok(());
+            }
+            if substeps >= MOST_SUBSTEPS {
+                return lost.map_or_else(|| stopped(fastest.1, true), |state| stopped(state, false));
+            }
+            let times = if fastest.0.is_finite() { fastest.0.ceil().max(2.0) } else { 2.0 };
+            substeps = ((substeps as f64 * times) as usize).min(MOST_SUBSTEPS);
+            self.states.clone_from(&self.before.0);
+            self.sides.clone_from(&self.before.1);
+        }
+    }
+
+    /// How far the last step went beside the fastest time constant there, and the state that has it: by how much the third
+    /// and the second estimate of the rates differ, over the second and the first (E. Hairer and G. Wanner, Solving Ordinary
+    /// Differential Equations II, IV.2), all relative to the rates.
+    fn speed(&self) -> (f64, usize) {
+        let [first, second, third, _] = &self.rates;
+        let (mut last, mut before, mut state) = (0.0_f64, 0.0_f64, 0);
+        for (k, rates) in first.iter().zip(second).zip(third).enumerate() {
+            let [a, b, c] = [rates.0.0, rates.0.1, rates.1].map(|rate| rate.value());
+            let size = a.abs() + b.abs() + c.abs();
+            if size > 0.0 {
+                before = before.max((b - a).abs() / size);
+                let change = (c - b).abs() / size;
+                if change > last || change.is_nan() {
+                    (last, state) = (change, k);
+                }
+            }
+        }
+        // Rates that hardly change say nothing of the time constants.
+        if last <= SMOOTH { (0.0, state) } else { (2.0 * last / before, state) }
     }
 
     /// Corrects the states that the output of the plant reads, and the sides of switches that this takes across zero.
     fn correct(&mut self, row: usize, output: T, observer: Observer) {
         let t_s = row as f64 * self.course.sample_s;
-        let within = t_s + 0.25 * self.course.sample_s;
-        let off = (T::from_f64(observer.recorded[row]) - output) * observer.part;
-        let slopes = self.slopes(self.system.read, t_s, within);
-        let square: f64 = slopes.iter().map(|slope| slope * slope).sum();
-        if square == 0.0 {
-            return;
-        }
-        for (state, slope) in self.states.iter_mut().zip(&slopes) {
-            *state = *state + off * (slope / square);
-        }
-        if self.sides.is_empty() {
-            return;
-        }
-        self.compute(T::from_f64(t_s), within, None);
-        for (side, register) in self.sides.iter_mut().zip(self.system.tape.switches()) {
-            let argument = self.registers[*register].value();
-            *side = match *side {
-                Side::Above if argument < 0.0 => Side::Below,
-                Side::Below if argument > 0.0 => Side::Above,
-                same => same,
-            };
+        self.enter(t_s + 0.25 * self.course.sample_s);
+        self.load(t_s, At::Before);
+        self.routines.read.run(&self.sides, &mut self.registers);
+        let slopes = &self.routines.read.rows[0].states;
+        let square: f64 = slopes.iter().map(|(_, place)| self.registers[*place].powi(2)).sum();
+        if square > 0.0 {
+            let off = (T::from_f64(observer.recorded[row]) - output) * observer.part;
+            for (state, place) in slopes {
+                self.states[*state] = self.states[*state] + off * (self.registers[*place] / square);
+            }
+            self.turn_sides(t_s);
         }
     }
 
-    /// Refuses states that are no numbers, or beyond all bounds.
-    fn alive(&self, row: usize) -> Result<(), Stopped> {
-        let lost = self.states.iter().position(|x| x.value().is_nan() || x.value().abs() > RUNAWAY);
-        lost.map_or(Ok(()), |k| {
-            let state = self.system.names[k].clone();
-            Err(Stopped { state, t_s: row as f64 * self.course.sample_s, row })
-        })
-    }
-
-    /// All registers at an instant, of the present states or of others; `within` lies in the piece of the inputs that is
-    /// meant.
+    /// Takes the pieces of the inputs that `within_s` lies in.
     #[inline(always)]
-    fn compute(&mut self, t_s: T, within: f64, states: Option<&[T]>) {
-        for (input, signal) in self.inputs.iter_mut().zip(self.course.signals) {
-            let flow = signal.at(t_s.value(), within);
-            *input = t_s.chain(flow.value, flow.rate);
+    pub fn enter(&mut self, within_s: f64) {
+        for (piece, signal) in self.pieces.iter_mut().zip(self.course.signals) {
+            *piece = signal.piece(within_s);
         }
-        let instant = Instant {
-            states: states.unwrap_or(&self.states),
-            inputs: &self.inputs,
-            parameters: self.parameters,
-            t_s: t_s + T::from_f64(self.course.start_s),
-            sides: &self.sides,
+    }
+
+    /// Writes states, inputs and time to the registers.
+    #[inline(always)]
+    pub fn load(&mut self, t_s: f64, at: At) {
+        let states = match at {
+            At::Before => &self.states,
+            At::There => &self.there,
+            At::After => &self.after,
         };
-        self.system.tape.run(&instant, &mut self.registers);
+        let inputs = self.pieces.iter().map(|piece| piece.value(t_s));
+        let all = states.iter().map(|x| x.value()).chain(inputs).chain([t_s + self.course.start_s]);
+        for (register, value) in self.registers.iter_mut().zip(all) {
+            *register = value;
+        }
     }
 
-    /// The rates at an instant into `rates[stage]`.
+    /// A value that was computed in some states, with its derivatives.
     #[inline(always)]
-    fn rate(&mut self, stage: usize, t_s: T, within: f64, at: bool) {
-        let there = std::mem::take(&mut self.there);
-        self.compute(t_s, within, at.then_some(&there));
-        let system = self.system;
-        for (rate, register) in self.rates[stage].iter_mut().zip(&system.rates) {
-            *rate = self.registers[*register];
+    pub fn value(&self, places: &Places, states: &[T]) -> T {
+        let mut value = T::from_f64(self.registers[places.value]);
+        for (state, place) in &places.states {
+            value.follow(&states[*state], self.registers[*place]);
         }
-        for lag in system.lags() {
-            let state = if at { there[lag.state] } else { self.states[lag.state] };
-            let behind = self.registers[lag.input] - state;
-            self.rates[stage][lag.state] = behind / self.registers[lag.tau];
+        for (parameter, place) in &places.parameters {
+            value.follow(&self.parameters[*parameter], self.registers[*place]);
         }
-        self.there = there;
+        value
+    }
+
+    /// The rate of a value by the time and the inputs alone.
+    #[inline(always)]
+    pub fn pace(&self, places: &Places, t_s: f64) -> f64 {
+        let own = places.time.map_or(0.0, |place| self.registers[place]);
+        let inputs = places.inputs.iter();
+        own + inputs.map(|(k, place)| self.registers[*place] * self.pieces[*k].rate(t_s)).sum::<f64>()
+    }
+
+    /// The rates at an instant into `rates[stage]`; `moving` where that instant has derivatives.
+    #[inline(always)]
+    fn rate<H: Number>(&mut self, stage: usize, t_s: H, at: At, moving: bool)
+    where
+        T: Mul<H, Output = T>,
+    {
+        self.load(t_s.value(), at);
+        let routine = if moving { &self.routines.moving } else { &self.routines.rates };
+        routine.run(&self.sides, &mut self.registers);
+        let states = if at == At::There { &self.there } else { &self.states };
+        for (k, places) in routine.rows.iter().enumerate() {
+            let mut rate = self.value(places, states);
+            if moving {
+                rate.follow(&(T::from_f64(1.0) * t_s), self.pace(places, t_s.value()));
+            }
+            self.rates[stage][k] = rate;
+        }
         // What is held stays at zero, whatever the parameters.
         for (slopes, alone) in &self.held {
             let square: f64 = slopes.iter().map(|slope| slope * slope).sum();
@@ -299,225 +423,32 @@ impl<T: Number> Run<'_, T> {
     }
 
     /// The states after `h` seconds from `t_s` on, in the widest registers that the processor has.
-    fn step(&mut self, t_s: T, h: T, within: f64) -> Vec<T> {
-        Arch::new().dispatch(Step { run: self, t_s, h, within })
+    pub fn step<H: Number>(&mut self, t_s: H, h: H, moving: bool)
+    where
+        T: Mul<H, Output = T>,
+    {
+        Arch::new().dispatch(Step { run: self, t_s, h, moving });
     }
 
     #[inline(always)]
-    fn runge_kutta(&mut self, t_s: T, h: T, within: f64) -> Vec<T> {
-        self.rate(0, t_s, within, false);
+    fn runge_kutta<H: Number>(&mut self, t_s: H, h: H, moving: bool)
+    where
+        T: Mul<H, Output = T>,
+    {
+        self.rate(0, t_s, At::Before, moving);
         for (stage, part) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
             let length = h * part;
-            for k in 0..self.states.len() {
-                self.there[k] = self.states[k] + self.rates[stage - 1][k] * length;
+            for (k, there) in self.there.iter_mut().enumerate() {
+                *there = self.states[k] + self.rates[stage - 1][k] * length;
             }
-            self.rate(stage, t_s + length, within, true);
+            self.rate(stage, t_s + length, At::There, moving);
         }
         let sixth = h * (1.0 / 6.0);
         let [a, b, c, d] = &self.rates;
-        (0..self.states.len()).map(|k| self.states[k] + (a[k] + (b[k] + c[k]) * 2.0 + d[k]) * sixth).collect()
-    }
-
-    /// The argument of a switch in some states.
-    fn argument(&mut self, switch: usize, t_s: T, within: f64, states: &[T]) -> T {
-        self.compute(t_s, within, Some(states));
-        self.registers[self.system.tape.switches()[switch]]
-    }
-
-    /// One step of `h` seconds from `t_s` on, divided where a switch changes its side.
-    fn advance(&mut self, t_s: f64, h: f64) {
-        let within = t_s + 0.5 * h;
-        let (mut now, mut left) = (T::from_f64(t_s), T::from_f64(h));
-        for _ in 0..MOST_EVENTS {
-            self.hold(now.value(), within);
-            let after = self.step(now, left, within);
-            let Some((switch, to)) = self.crossed(now + left, within, &after) else {
-                self.states = after;
-                return;
-            };
-            let part = self.event(switch, (now, left), within, to);
-            self.states = self.step(now, left * part, within);
-            now += left * part;
-            left = left * (T::from_f64(1.0) - part);
-            let came = self.sides[switch];
-            self.sides[switch] = self.side_after(switch, now.value(), within, Some(came));
-            if left.value() <= 1e-9 * h {
-                return;
-            }
-        }
-        self.states = self.step(now, left, within);
-    }
-
-    /// The first switch whose argument has passed zero, and its argument after the step.
-    fn crossed(&mut self, t_s: T, within: f64, after: &[T]) -> Option<(usize, f64)> {
-        if self.sides.is_empty() {
-            return None;
-        }
-        self.compute(t_s, within, Some(after));
-        let system = self.system;
-        let passed = |(k, register): (usize, &usize)| {
-            let argument = self.registers[*register].value();
-            let gone = match self.sides[k] {
-                Side::Above => argument < 0.0,
-                Side::Below => argument > 0.0,
-                Side::Held(_) => false,
-            };
-            gone.then_some((k, argument))
-        };
-        system.tape.switches().iter().enumerate().find_map(passed)
-    }
-
-    /// The part of a step after which a switch's argument is zero, with its derivatives.
-    fn event(&mut self, switch: usize, (now, left): (T, T), within: f64, to: f64) -> T {
-        let states = self.states.clone();
-        let from = self.argument(switch, now, within, &states).value();
-        let mut ends = [(0.0, from), (1.0, to)];
-        // It began on the other side already: an event a moment ago left it there.
-        if from == 0.0 || (from > 0.0) == (to > 0.0) {
-            return T::from_f64(0.0);
-        }
-        let (mut part, mut last) = (1.0, None);
-        for _ in 0..MOST_STEPS {
-            let [(a, fa), (b, fb)] = ends;
-            part = a + (b - a) * (fa / (fa - fb));
-            let there = self.step(now, left * part, within);
-            let argument = self.argument(switch, now + left * part, within, &there).value();
-            let end = usize::from((argument > 0.0) == (to > 0.0));
-            // The Illinois rule: an end that stays counts for half.
-            ends[1 - end].1 *= if last == Some(end) { 0.5 } else { 1.0 };
-            ends[end] = (part, argument);
-            last = Some(end);
-            if argument.abs() <= 1e-13 * from.abs().max(to.abs()) || ends[1].0 - ends[0].0 < 1e-13 {
-                break;
-            }
-        }
-        let there = self.step(now, left * part, within);
-        let argument = self.argument(switch, now + left * part, within, &there);
-        let slope = self.drift(switch, (now + left * part).value(), within, &there) * left.value();
-        let corrected = T::from_f64(part) - argument * (1.0 / slope);
-        let sound = slope.is_finite() && slope != 0.0 && (corrected.value() - part).abs() < 0.02;
-        if sound && (0.0..=1.0).contains(&corrected.value()) { corrected } else { T::from_f64(part) }
-    }
-
-    /// The rates of some states, without derivatives.
-    fn plain_rates(&self, t_s: f64, within: f64, states: &[f64]) -> Vec<f64> {
-        let system = self.system;
-        let inputs: Vec<f64> =
-            self.course.signals.iter().map(|signal| signal.at(t_s, within).value).collect();
-        let instant = Instant {
-            states,
-            inputs: &inputs,
-            parameters: &self.plain,
-            t_s: t_s + self.course.start_s,
-            sides: &self.sides,
-        };
-        let mut registers = vec![0.0; system.tape.registers()];
-        system.tape.run(&instant, &mut registers);
-        let own = system.rates.iter().map(|register| registers[*register]);
-        let lags =
-            system.lags().iter().map(|lag| (registers[lag.input] - states[lag.state]) / registers[lag.tau]);
-        own.chain(lags).collect()
-    }
-
-    /// The derivative of a register along rates of the states, and of the time with its inputs where `timed`.
-    fn along(
-        &self,
-        register: usize,
-        t_s: f64,
-        within: f64,
-        (states, rates): (&[f64], &[f64]),
-        timed: bool,
-    ) -> f64 {
-        let moving = |value: f64, rate: f64| Dual::<1> { value, slopes: [rate] };
-        let pace = if timed { 1.0 } else { 0.0 };
-        let states: Vec<Dual<1>> = states.iter().zip(rates).map(|(x, rate)| moving(*x, *rate)).collect();
-        let flows = self.course.signals.iter().map(|signal| signal.at(t_s, within));
-        let inputs: Vec<Dual<1>> = flows.map(|flow| moving(flow.value, pace * flow.rate)).collect();
-        let parameters: Vec<Dual<1>> = self.plain.iter().map(|p| moving(*p, 0.0)).collect();
-        let mut registers = vec![moving(0.0, 0.0); self.system.tape.registers()];
-        let instant = Instant {
-            states: &states,
-            inputs: &inputs,
-            parameters: &parameters,
-            t_s: moving(t_s + self.course.start_s, pace),
-            sides: &self.sides,
-        };
-        self.system.tape.run(&instant, &mut registers);
-        registers[register].slopes[0]
-    }
-
-    /// The rate of a switch's argument along the motion, in some states.
-    fn drift(&self, switch: usize, t_s: f64, within: f64, states: &[T]) -> f64 {
-        let plain: Vec<f64> = states.iter().map(|x| x.value()).collect();
-        let rates = self.plain_rates(t_s, within, &plain);
-        self.along(self.system.tape.switches()[switch], t_s, within, (&plain, &rates), true)
-    }
-
-    /// The rates of a switch's argument on either side of zero.
-    fn drifts(&mut self, switch: usize, t_s: f64, within: f64) -> [f64; 2] {
-        let (states, now) = (self.states.clone(), self.sides[switch]);
-        let both = [Side::Below, Side::Above].map(|side| {
-            self.sides[switch] = side;
-            self.drift(switch, t_s, within, &states)
-        });
-        self.sides[switch] = now;
-        both
-    }
-
-    /// On which side a switch is whose argument is zero now, and was on side `came` before, where there is a before.
-    fn side_after(&mut self, switch: usize, t_s: f64, within: f64, came: Option<Side>) -> Side {
-        let [below, above] = self.drifts(switch, t_s, within);
-        match came {
-            // Both sides push it back.
-            _ if above <= 0.0 && below >= 0.0 => Side::Held(held_part([below, above])),
-            Some(Side::Above) if below < 0.0 => Side::Below,
-            Some(Side::Below) if above > 0.0 => Side::Above,
-            _ if above > 0.0 => Side::Above,
-            _ => Side::Below,
+        for (k, after) in self.after.iter_mut().enumerate() {
+            *after = self.states[k] + (a[k] + (b[k] + c[k]) * 2.0 + d[k]) * sixth;
         }
     }
-
-    /// What holds each switch that is held, and which is held no longer.
-    fn hold(&mut self, t_s: f64, within: f64) {
-        self.held.clear();
-        for switch in 0..self.sides.len() {
-            if matches!(self.sides[switch], Side::Held(_)) {
-                let drifts = self.drifts(switch, t_s, within);
-                self.sides[switch] = match held_part(drifts) {
-                    part if part > 1.0 => Side::Above,
-                    part if part < -1.0 => Side::Below,
-                    part => Side::Held(part),
-                };
-            }
-            if matches!(self.sides[switch], Side::Held(_)) {
-                let register = self.system.tape.switches()[switch];
-                let slopes = self.slopes(register, t_s, within);
-                let plain: Vec<f64> = self.states.iter().map(|x| x.value()).collect();
-                let alone = self.along(register, t_s, within, (&plain, &vec![0.0; plain.len()]), true);
-                if slopes.iter().any(|slope| *slope != 0.0) {
-                    self.held.push((slopes, alone));
-                }
-            }
-        }
-    }
-
-    /// The derivatives of a register by the states.
-    fn slopes(&self, register: usize, t_s: f64, within: f64) -> Vec<f64> {
-        let plain: Vec<f64> = self.states.iter().map(|x| x.value()).collect();
-        let mut rates = vec![0.0; plain.len()];
-        let mut by = |k: usize| {
-            rates.fill(0.0);
-            rates[k] = 1.0;
-            self.along(register, t_s, within, (&plain, &rates), false)
-        };
-        (0..plain.len()).map(&mut by).collect()
-    }
-}
-
-/// Where between both sides the value of a switch is that keeps its argument at zero, −1 being below and 1 above.
-fn held_part([below, above]: [f64; 2]) -> f64 {
-    let apart = above - below;
-    if apart == 0.0 { 0.0 } else { -(above + below) / apart }
 }
 
 #[cfg(test)]
@@ -526,6 +457,7 @@ mod tests {
     use super::*;
     use fitter::plant::PlantFile;
     use fitter::plant::equations::declared;
+    use physics::number::Dual;
 
     const OSCILLATOR: &str = "[plant]\nkind = \"equations\"\n\
         states = { x = { unit = \"rad\", start = 1.0 }, v = { unit = \"rad/s\", start = 0.0 } }\noutput = { y = \"x\" }\n\
@@ -592,5 +524,27 @@ mod tests {
             assert!((f - along(&by_f)).abs() < 1e-4, "row {k} by friction: {f} {}", along(&by_f));
             assert!((x - along(&by_x)).abs() < 1e-4, "row {k} by start: {x} {}", along(&by_x));
         }
+    }
+
+    /// z′ = (x − z)/τ from 0 on is a lag that begins there.
+    #[test]
+    fn a_state_of_an_effects_own_does_what_a_lag_does() {
+        let file = PlantFile::parse("plant.toml", OSCILLATOR).unwrap();
+        let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
+        let own = "equation.v = \"-k * z\"\nstates = { z = \"(x - z) / tau\" }\n";
+        let lag = "equation.v = \"-k * lowpass(x, tau, 0)\"\n";
+        let outputs = [own, lag].map(|adds| {
+            let text = format!(
+                "[[effect]]\nid = \"creep\"\n{adds}k = {{ unit = \"1/s^2\" }}\n\
+                 tau = {{ unit = \"s\", from = 0.1, to = 9 }}\n"
+            );
+            let texts = declared("mine.toml", &text).unwrap();
+            let effect = plant.effect("mine.toml", &texts[0]).unwrap();
+            let system = System::new(&plant, &[&effect]).unwrap();
+            assert_eq!(system.states(), 3);
+            system.outputs(&[4.0, 1.5, 0.7], &[1.0, 0.0], &course(2)).unwrap()
+        });
+        assert_eq!(outputs[0], outputs[1]);
+        assert!((outputs[0][260] - exact(13.0)).abs() > 0.01, "it does something");
     }
 }

@@ -237,7 +237,8 @@ impl Simulated for Model {
     fn normal(&self, starts: &[Vec<f64>], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
         match self.packed().len() + self.free_starts.iter().filter(|free| **free).count() {
             0..=8 => self.grams::<8>(starts, data, whitening),
-            9..=16 => self.grams::<16>(starts, data, whitening),
+            9..=12 => self.grams::<12>(starts, data, whitening),
+            13..=16 => self.grams::<16>(starts, data, whitening),
             _ => self.grams::<24>(starts, data, whitening),
         }
     }
