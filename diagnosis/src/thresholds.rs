@@ -204,9 +204,9 @@ pub mod dynamic {
         pub const ACCURATE: f64 = 1e-5;
         /// The same over what a model leaves of the recording: it adds a ten-thousandth to its square.
         pub const BESIDE: f64 = 0.01;
-        /// Chance that a random residual of the same spectrum would lose as much to one effect: with a hundred candidates one
-        /// recording in a thousand.
-        pub const BY_CHANCE: f64 = 1e-5;
+        /// Chance that a random residual of the same spectrum would lose as much to the best of all effects: one recording
+        /// in a thousand.
+        pub const BY_CHANCE: f64 = 1e-3;
         /// Simpler effects beside which a second one is sought, where a richer one is the best.
         pub const SIMPLER: usize = 2;
         /// Starts of a parameter with a range beside an effect.

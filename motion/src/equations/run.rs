@@ -16,7 +16,7 @@ const RUNAWAY: f64 = 1e12;
 /// Change by twice as many steps, over the largest output, that nobody sees.
 const ACCURATE: f64 = 1e-6;
 /// Most steps from row to row.
-const MOST_SUBSTEPS: usize = 256;
+const MOST_SUBSTEPS: usize = 1024;
 /// Most of the fastest time constant that a step goes: the rule is stable up to 2.78, and accurate far below.
 const FASTEST: f64 = 1.0;
 /// Change of the rates within a step, relative to them, that says nothing of their time constants.

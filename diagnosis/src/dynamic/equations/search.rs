@@ -137,7 +137,8 @@ impl<'a> Search<'a> {
         let logarithm = |kind: usize| (before.costs[kind] / after.costs[kind]).ln();
         let ratio = logarithm(FIT).exp_m1() * free / parameters;
         let by_chance = FisherSnedecor::new(parameters, free).ok()?.sf(ratio.max(0.0));
-        Some(by_chance < BY_CHANCE && logarithm(CHOOSE) > 0.5 * logarithm(FIT))
+        let least = BY_CHANCE / self.effects.len() as f64;
+        Some(by_chance < least && logarithm(CHOOSE) > 0.5 * logarithm(FIT))
     }
 
     /// Whether what a model leaves is nearly all predicted by its own past.

@@ -71,7 +71,7 @@ fn distinct(all: Vec<Fitted<Model>>, hold: Hold) -> Vec<Fitted<Model>> {
     kept
 }
 
-/// An estimate under an observer, then under ever weaker ones, and in free run in the end.
+/// An estimate under a model's observer, then under ever weaker ones, and in free run in the end.
 pub fn relaxed(
     patience: usize,
     model: &Model,
@@ -80,17 +80,14 @@ pub fn relaxed(
     folds: Folds,
 ) -> Option<Fitted<Model>> {
     let rows = data.runs.iter().map(|run| run.len()).max().unwrap_or(0) as f64;
-    let (mut model, mut states) = (model.clone(), states.to_vec());
-    while model.observed > 0.0 {
-        let weaker = model.observed / WEAKER;
+    let mut fitted = estimated(patience, model, states, data, folds)?;
+    while fitted.model.observed > 0.0 {
+        let weaker = fitted.model.observed / WEAKER;
         // An observer that takes longer than the run hardly corrects anything.
-        model.observed = if weaker * rows < 1.0 { 0.0 } else { weaker };
-        if model.observed > 0.0 {
-            let fitted = estimated(STEPS, &model, &states, data, folds)?;
-            (model, states) = (fitted.model, fitted.states);
-        }
+        fitted.model.observed = if weaker * rows < 1.0 { 0.0 } else { weaker };
+        fitted = estimated(patience, &fitted.model, &fitted.states, data, folds)?;
     }
-    estimated(patience, &model, &states, data, folds)
+    Some(fitted)
 }
 
 /// Every parameter in the middle of its range, or where the file puts it.
