@@ -211,6 +211,8 @@ pub mod dynamic {
         pub const SIMPLER: usize = 2;
         /// Starts of a parameter with a range beside an effect.
         pub const STARTS: usize = 5;
+        /// Range of a parameter of an effect that a second-order plant gives, over its value and under it: by judgement.
+        pub const GIVEN_RANGE: f64 = 100.0;
         /// Most starts of one effect: two parameters with a range have their own each, more share them.
         pub const MOST_STARTS: usize = 25;
     }

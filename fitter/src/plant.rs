@@ -37,6 +37,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub mod equations;
+mod second_order;
 
 pub use equations::Equations;
 

@@ -2,8 +2,8 @@
 //! simulation. What stands twice is computed once; what depends on parameters only is computed once a run
 //! ([`Bound`]); a [`Routine`] is what has to be computed for some of the values.
 //!
-//! A lag is a further state of the simulation. A sign and a step jump: which side they are on is a [`Side`] that the
-//! simulation holds while it moves, and changes where the argument passes zero.
+//! A lag is a further state of the simulation. A sign and a step jump, a hinge, `abs`, `min` and `max` bend: which side
+//! they are on is a [`Side`] that the simulation holds while it moves, and changes where the argument passes zero.
 
 mod graph;
 mod routine;
@@ -145,6 +145,19 @@ impl Tape {
                 let above = self.graph.push(Step::Subtract(of[0], of[1]));
                 self.switch(above, [0.0, 1.0])
             }
+            Operation::Abs => {
+                let side = self.switch(of[0], [-1.0, 1.0]);
+                self.graph.push(Step::Multiply(of[0], side))
+            }
+            Operation::Hinge => self.above(of[0], of[1]),
+            Operation::Max => {
+                let above = self.above(of[0], of[1]);
+                self.graph.push(Step::Add(of[1], above))
+            }
+            Operation::Min => {
+                let above = self.above(of[0], of[1]);
+                self.graph.push(Step::Subtract(of[0], above))
+            }
             Operation::LowPass => {
                 let z = self.graph.source(Source::State(self.states + self.lags.len()));
                 let behind = self.graph.push(Step::Subtract(of[0], z));
@@ -161,6 +174,13 @@ impl Tape {
             }
             _ => self.graph.push(Step::Apply { operator, of, count }),
         })
+    }
+
+    /// What one value is above another, or nothing. Its bend is a switch, so that a step of a simulation ends there.
+    fn above(&mut self, value: usize, other: usize) -> usize {
+        let above = self.graph.push(Step::Subtract(value, other));
+        let side = self.switch(above, [0.0, 1.0]);
+        self.graph.push(Step::Multiply(above, side))
     }
 
     fn switch(&mut self, argument: usize, values: [f64; 2]) -> usize {

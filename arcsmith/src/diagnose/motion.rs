@@ -30,7 +30,12 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let entries = dynamic::equations::entries();
     let mut ids: Vec<&str> = vec![linear::file::ID];
     ids.extend(dynamic::effects::CATALOGUE.iter().map(|e| e.id));
-    ids.extend(entries.iter().filter(|_| file.equations.is_some()).map(|entry| entry.id.as_str()));
+    ids.extend(
+        entries
+            .iter()
+            .filter(|_| file.equations.is_some() || !effects.is_empty())
+            .map(|entry| entry.id.as_str()),
+    );
     ids.extend(effects.iter().map(|effect| effect.text.id.as_str()));
     known(&cli.without, &ids)?;
     one_simulation(cli)?;
@@ -97,7 +102,8 @@ fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
     }
 }
 
-/// The user's own effects, which take part beside a plant in equations; its expressions are read in any case.
+/// The user's own effects, which take part beside a second-order plant or one in equations; the expressions of a plant are
+/// read in any case.
 fn own_effects(cli: &Arguments, name: &str, file: &PlantFile) -> Result<Vec<Arc<MotionEffect>>> {
     let (effects, texts) = match &cli.effects {
         Some(path) => (text_safety::path(path), fitter::plant::equations::read_declared(path)?),
@@ -107,8 +113,8 @@ fn own_effects(cli: &Arguments, name: &str, file: &PlantFile) -> Result<Vec<Arc<
         Some(own) => Ok(own?),
         None if cli.effects.is_none() => Ok(Vec::new()),
         None => Err(refused!(
-            "effects of your own in motion need a plant in equations (kind = \"equations\"), and the plant is of another \
-             kind; state it in equations"
+            "effects of your own in motion need a plant with equations of motion (kind = \"second-order\" or \"equations\"), \
+             and the plant is `linear`; state it in equations"
         )),
     }
 }

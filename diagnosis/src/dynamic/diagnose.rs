@@ -158,6 +158,9 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     if let Some(other) = case.held_out {
         recording.comparable(other)?;
     }
+    if !linear && !case.options.own.is_empty() {
+        return equations::second_order::diagnose(case);
+    }
     match plant.plant.feedback {
         _ if linear => linear::diagnose::diagnose(case),
         Some(_) => feedback::diagnose(case),

@@ -192,6 +192,10 @@ impl<T: Number> Run<'_, T> {
 
 /// Where between both sides the value of a switch is that keeps its argument at zero, −1 being below and 1 above.
 fn held_part([below, above]: [f64; 2]) -> f64 {
-    let apart = above - below;
-    if apart == 0.0 { 0.0 } else { -(above + below) / apart }
+    match above == below {
+        // As at a bend: nothing holds it, unless it rests.
+        true if above == 0.0 => 0.0,
+        true => above * f64::INFINITY,
+        false => -(above + below) / (above - below),
+    }
 }

@@ -43,6 +43,17 @@ c = { unit = \"1/s\" }
 at = { unit = \"V\", from = 1, to = 6 }
 ";
 
+const SECOND_ORDER: &str =
+    "[plant]\nkind = \"second-order\"\nposition_unit = \"mm\"\ndrive_unit = \"A\"\nhold = \"zero-order\"\n";
+
+const STOP: &str = "\
+[[effect]]
+id = \"end_stop\"
+acceleration = \"-c * hinge(x, at)\"
+c = { unit = \"1/s^2\" }
+at = { unit = \"p\", from = 0.1, to = 2 }
+";
+
 fn arcsmith(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_arcsmith"))
         .args(arguments)
@@ -189,6 +200,73 @@ fn an_overflow_gives_a_hidden_level_its_unit() {
     }
 }
 
+/// A drive that excites a mechanism of some hertz.
+fn excitation(row: usize) -> f64 {
+    let t = row as f64;
+    (t / 17.3).sin() + 0.7 * (t / 6.1).cos() + 0.5 * (t / 41.0).sin()
+}
+
+#[test]
+fn an_effect_of_ones_own_is_named_in_a_second_order_plant() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
+    fs::write(at("mine.toml"), STOP).expect("a file");
+    let rate = |[x, v]: [f64; 2], u: f64| [v, -3.0 * v - 300.0 * x + 250.0 * u - 900.0 * (x - 0.8).max(0.0)];
+    made(&at("stroke.csv"), 3000, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
+    let arguments = ["stroke.csv", "--plant", "plant.toml", "--effects", "mine.toml"];
+    let answer = diagnosed(folder.path(), &arguments, "stroke");
+    assert_eq!(answer["verdict"], "explained", "{answer:#}");
+    let effects = answer["effects"].as_array().expect("effects");
+    assert_eq!(effects.len(), 1, "{answer:#}");
+    let said = [&effects[0]["id"], &effects[0]["kind"], &effects[0]["formula"]];
+    assert_eq!(said, ["end_stop", "declared", "v' += -c * hinge(x, at)"]);
+    let of_effect = effects[0]["parameters"].as_array().expect("parameters");
+    let of_plant = answer["plant"].as_array().expect("parameters");
+    let truths = [("c", 900.0), ("at", 0.8), ("damping", 3.0), ("stiffness", 300.0), ("gain", 250.0)];
+    for (name, truth) in truths {
+        let found = of_effect.iter().chain(of_plant).find(|p| p["name"] == name).expect("the parameter");
+        let [low, high] = [0, 1].map(|k| found["ci95"][k].as_f64().expect("a number"));
+        // Of five intervals at 95 % one may miss by its own half.
+        let (value, half) = (0.5 * (low + high), 0.5 * (high - low));
+        assert!((value - truth).abs() < 2.0 * half && half < 0.02 * truth, "{found}");
+    }
+    // What is handed on is simulated.
+    let simulated =
+        ["simulate", "--plant", "out/stroke.plant.toml", "--drive", "stroke.csv", "--out", "again.csv"];
+    assert!(arcsmith(folder.path(), &simulated).status.success());
+}
+
+#[test]
+fn what_a_second_order_plant_cannot_be_as_equations_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let row =
+        |k: usize| format!("{},{},{},{}\n", 0.01 * k as f64, excitation(k), excitation(k + 3), excitation(k));
+    let rows: String = (0..400).map(row).collect();
+    fs::write(at("rows.csv"), format!("t_s,drive,position,command\n{rows}")).expect("a file");
+    let bouc_wen = "[[effects]]\nid = \"bouc_wen_hysteresis\"\nstiffness = 3.0\nyield = 0.1\n";
+    let cases = [
+        (SECOND_ORDER.to_string() + bouc_wen, STOP.to_string(), "`bouc_wen_hysteresis`"),
+        (SECOND_ORDER.to_string() + "feedback = \"command\"\n", STOP.into(), "`plant.feedback`"),
+        (SECOND_ORDER.into(), STOP.replace("hinge(x, at)", "hinge(w, at)"), "`w` is not known"),
+        (SECOND_ORDER.into(), STOP.replace("\"p\"", "\"A\""), "do not go together"),
+        (PENDULUM.into(), STOP.into(), "is for a second-order plant"),
+        (SECOND_ORDER.replace("second-order", "linear"), STOP.into(), "the plant is `linear`"),
+    ];
+    for (plant, effects, expected) in cases {
+        fs::write(at("plant.toml"), plant).expect("a file");
+        fs::write(at("mine.toml"), effects).expect("a file");
+        let arguments =
+            ["diagnose", "rows.csv", "--plant", "plant.toml", "--effects", "mine.toml", "--out", "out"];
+        let output = arcsmith(folder.path(), &arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{expected}: {said}");
+        assert!(said.contains(expected), "{said}\nexpected {expected}");
+        assert!(!at("out").exists(), "nothing is written");
+    }
+}
+
 #[test]
 fn what_is_wrong_is_refused_with_its_place() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -204,7 +282,7 @@ fn what_is_wrong_is_refused_with_its_place() {
         (PENDULUM.replace("d = {", "x = {"), "", "two meanings"),
         (TANK.into(), &OVERFLOW.replace("equation.h ", "equation.q "), "expected one of: h"),
         (TANK.into(), &OVERFLOW.replace("hinge(h, at)", "hinge(h, at)^2"), "expected a value in V/s"),
-        (TANK.into(), &OVERFLOW.replace("-c * hinge(h, at)", "-play(c * h, at)"), "`play`"),
+        (TANK.into(), &OVERFLOW.replace("-c * hinge(h, at)", "-plays(c * h, at)"), "`plays`"),
         (TANK.into(), &OVERFLOW.replace("overflow", "coulomb_friction"), "there is an effect of this id"),
     ];
     for (plant, effects, expected) in cases {
