@@ -148,11 +148,13 @@ pub fn fit_in<M: Simulated>(
     let mut model = model.clone();
     let mut states = states.to_vec();
     let mut now = model.normal(&states, data, &[]).ok()?;
+    // What has lost its influence is damped as when it had most (J. J. Moré, Lecture Notes in Mathematics 630, 1978).
+    let mut scales = now.scales(folds);
     let mut lambda = 1e-3;
     let mut refused = 0;
     for _ in 0..patience {
         let cost = now.cost(folds);
-        let (step, moves, promised) = now.step(folds, lambda);
+        let (step, moves, promised) = now.step(folds, lambda, &scales);
         if promised.is_nan() || promised <= ENOUGH * cost / now.rows(folds).max(1) as f64 {
             break;
         }
@@ -163,6 +165,7 @@ pub fn fit_in<M: Simulated>(
             Ok(next) if next.cost(folds) < cost => {
                 let got = cost - next.cost(folds);
                 (model, states, now) = (there, moved, next);
+                scales.iter_mut().zip(now.scales(folds)).for_each(|(scale, new)| *scale = scale.max(new));
                 lambda = if got > 0.75 * promised { lambda * 0.1 } else { lambda * 0.5 };
                 lambda = f64::max(lambda, 1e-12);
                 refused = 0;

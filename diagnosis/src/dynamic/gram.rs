@@ -208,8 +208,9 @@ impl Grams {
     }
 
     /// The normal equations of the parameters alone, the initial states of all runs eliminated (Schur
-    /// complement): sensitivities first, the residual last. `lambda` is the damping of Marquardt.
-    pub fn reduced(&self, folds: Folds, lambda: f64) -> Symmetric {
+    /// complement): sensitivities first, the residual last. `lambda` is the damping of Marquardt, `scales` that of each
+    /// parameter beside it.
+    pub fn reduced(&self, folds: Folds, lambda: f64, scales: &[f64]) -> Symmetric {
         let states = self.states;
         let size = self.products[0][0].size - states;
         let mut sum = Symmetric::zero(size);
@@ -223,13 +224,21 @@ impl Grams {
                     let through: f64 =
                         solved.iter().enumerate().map(|(k, s)| whole.at(states + i, k) * s).sum();
                     *sum.at_mut(i, j) += whole.at(states + i, states + j) - through;
-                    if i == j && i + 1 < size {
-                        *sum.at_mut(i, j) += lambda * whole.at(states + i, states + i);
-                    }
                 }
             }
         }
+        scales.iter().enumerate().for_each(|(i, scale)| *sum.at_mut(i, i) += lambda * scale);
         sum
+    }
+
+    /// Squared sensitivity to each parameter.
+    pub fn scales(&self, folds: Folds) -> Vec<f64> {
+        let mut sums = vec![0.0; self.products[0][0].size - self.states - 1];
+        for run in 0..self.products.len() {
+            let whole = self.of_run(run, folds);
+            sums.iter_mut().zip(self.states..).for_each(|(sum, i)| *sum += whole.at(i, i));
+        }
+        sums
     }
 
     /// A run's initial state that goes with a step of the parameters, then that step.
@@ -245,8 +254,8 @@ impl Grams {
 
     /// The step of Levenberg and Marquardt: of the parameters, of every run's initial state, and the
     /// decrease of the cost that the linearised model promises.
-    pub fn step(&self, folds: Folds, lambda: f64) -> (Vec<f64>, Vec<Vec<f64>>, f64) {
-        let reduced = self.reduced(folds, lambda);
+    pub fn step(&self, folds: Folds, lambda: f64, scales: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>, f64) {
+        let reduced = self.reduced(folds, lambda, scales);
         let size = reduced.size - 1;
         let right: Vec<f64> = (0..size).map(|i| reduced.at(i, size)).collect();
         let step = reduced.part(0..size).factor().solve(&right);

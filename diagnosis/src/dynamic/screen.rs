@@ -112,7 +112,7 @@ pub fn gained(whole: &Grams, base: usize, lanes: &[usize]) -> (f64, f64) {
 
 /// Least squares in some directions on some rows: what is left there, and what is left on others.
 fn solved(whole: &Grams, lanes: &[usize], on: Folds, other: Folds) -> (f64, f64) {
-    let reduced = whole.reduced(on, 0.0);
+    let reduced = whole.reduced(on, 0.0, &[]);
     let last = reduced.size - 1;
     let right: Vec<f64> = lanes.iter().map(|a| reduced.at(*a, last)).collect();
     let step = reduced.part(lanes.iter().copied()).factor().solve(&right);

@@ -167,7 +167,7 @@ pub fn covariance<M: Simulated>(found: &Fitted<M>, data: &Data, noise: &Autoregr
     let Ok(whole) = found.model.normal(&found.states, data, &noise.coefficients) else {
         return Symmetric::zero(free);
     };
-    let reduced = whole.reduced(ALL, 0.0);
+    let reduced = whole.reduced(ALL, 0.0, &[]);
     let mut inverse = reduced.part(0..free).factor().inverse();
     let square = whole.cost(ALL) / whole.rows(ALL).max(1) as f64;
     inverse.entries.iter_mut().for_each(|e| *e *= square);

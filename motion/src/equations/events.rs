@@ -10,6 +10,8 @@ use super::run::{At, Run};
 
 /// Changes of side in one step that are followed; beyond them the motion is smaller than the step resolves.
 const MOST_EVENTS: usize = 6;
+/// Slope of an argument where it passes zero, over its change in the step, below which it grazes.
+const GRAZING: f64 = 1e-6;
 /// Steps of the search for the instant of an event.
 const MOST_STEPS: usize = 30;
 
@@ -124,7 +126,9 @@ impl<T: Number> Run<'_, T> {
         let mut argument = self.value(row, &self.after);
         argument.follow(&there, self.pace(row, there.value()));
         let corrected = T::from_f64(part) - argument * (1.0 / slope);
-        let sound = slope.is_finite() && slope != 0.0 && (corrected.value() - part).abs() < 0.02;
+        // Where it only grazes zero, the instant has no derivatives that mean anything.
+        let steep = slope.abs() > GRAZING * f64::max(from.abs(), to.abs());
+        let sound = slope.is_finite() && steep && (corrected.value() - part).abs() < 0.02;
         if sound && (0.0..=1.0).contains(&corrected.value()) { corrected } else { T::from_f64(part) }
     }
 

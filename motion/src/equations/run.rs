@@ -17,10 +17,12 @@ const RUNAWAY: f64 = 1e12;
 const ACCURATE: f64 = 1e-6;
 /// Most steps from row to row.
 const MOST_SUBSTEPS: usize = 1024;
-/// Most of the fastest time constant that a step goes: the rule is stable up to 2.78, and accurate far below.
+/// Most of the fastest time constant that a step goes, to be accurate.
 const FASTEST: f64 = 1.0;
-/// Change of the rates within a step, relative to them, that says nothing of their time constants.
-const SMOOTH: f64 = 1e-3;
+/// The same where steps can be no shorter: the rule is stable up to 2.78.
+const STABLE: f64 = 2.5;
+/// Squarings of a matrix whose spectral radius is estimated: to the sixteenth power, right to some percent.
+const SQUARINGS: i32 = 4;
 
 /// What a run goes along.
 pub struct Course<'a> {
@@ -87,7 +89,9 @@ fitter::errors!(plain Stopped);
 pub(super) struct Routines {
     /// The rates of all states.
     rates: Routine,
-    /// The same where the instant itself moves with the parameters, or the rates of values are wanted.
+    /// Their derivatives by the states.
+    slopes: Routine,
+    /// The rates where the instant itself moves with the parameters, or the rates of values are wanted.
     pub moving: Routine,
     /// The output.
     output: Routine,
@@ -229,6 +233,7 @@ impl<'a, T: Number> Run<'a, T> {
         };
         let routines = Routines {
             rates: bound.routine(&system.rates, followed),
+            slopes: bound.routine(&system.rates, |source| matches!(source, Source::State(_))),
             moving: bound.routine(&system.rates, all),
             output: bound.routine(std::slice::from_ref(&system.output), followed),
             read: bound.routine(std::slice::from_ref(&system.read), all),
@@ -278,59 +283,72 @@ impl<'a, T: Number> Run<'a, T> {
         self.value(&self.routines.output.rows[0], &self.states)
     }
 
-    /// Goes on to a row, in shorter steps where a rate changes within a step by more than it can follow.
+    /// Goes on to a row, in shorter steps where the equations have a faster time constant.
     fn to_row(&mut self, row: usize) -> Result<(), Stopped> {
+        let sample_s = self.course.sample_s;
         self.before.0.clone_from(&self.states);
         self.before.1.clone_from(&self.sides);
-        let mut substeps = self.course.substeps;
+        let before = self.speed((row - 1) as f64 * sample_s, row);
+        let steps = |(speed, _): (f64, usize)| (speed * sample_s / FASTEST).ceil() as usize;
+        let mut substeps = steps(before).clamp(self.course.substeps, MOST_SUBSTEPS);
         loop {
-            let step_s = self.course.sample_s / substeps as f64;
-            let mut fastest = (0.0, 0);
+            let step_s = sample_s / substeps as f64;
             for k in 0..substeps {
                 self.advance(((row - 1) * substeps + k) as f64 * step_s, step_s);
-                let (speed, state) = self.speed();
-                if speed > fastest.0 || speed.is_nan() {
-                    fastest = (speed, state);
-                }
             }
             let stopped = |state: usize, stiff: bool| {
                 let state = self.system.names[state].clone();
-                Err(Stopped { state, t_s: row as f64 * self.course.sample_s, row, stiff })
+                Err(Stopped { state, t_s: row as f64 * sample_s, row, stiff })
             };
+            let after = self.speed(row as f64 * sample_s, row);
+            let fastest = if after.0 > before.0 { after } else { before };
             let lost = self.states.iter().position(|x| x.value().is_nan() || x.value().abs() > RUNAWAY);
-            if lost.is_none() && fastest.0 <= FASTEST {
-                self.states.iter_mut().for_each(T::forget);
-                return Ok(());
+            // What ran away in steps too long for it, or needs shorter ones where it has come to.
+            let wanted = if lost.is_some() { 4 * substeps } else { steps(after) };
+            if substeps < MOST_SUBSTEPS && wanted > substeps {
+                substeps = wanted.min(MOST_SUBSTEPS);
+                self.states.clone_from(&self.before.0);
+                self.sides.clone_from(&self.before.1);
+                continue;
             }
-            if substeps >= MOST_SUBSTEPS {
-                return lost.map_or_else(|| stopped(fastest.1, true), |state| stopped(state, false));
+            if let Some(state) = lost {
+                return stopped(state, false);
             }
-            let times = if fastest.0.is_finite() { fastest.0.ceil().max(2.0) } else { 2.0 };
-            substeps = ((substeps as f64 * times) as usize).min(MOST_SUBSTEPS);
-            self.states.clone_from(&self.before.0);
-            self.sides.clone_from(&self.before.1);
+            if fastest.0 * step_s > STABLE {
+                return stopped(fastest.1, true);
+            }
+            self.states.iter_mut().for_each(T::forget);
+            return Ok(());
         }
     }
 
-    /// How far the last step went beside the fastest time constant there, and the state that has it: by how much the third
-    /// and the second estimate of the rates differ, over the second and the first (E. Hairer and G. Wanner, Solving Ordinary
-    /// Differential Equations II, IV.2), all relative to the rates.
-    fn speed(&self) -> (f64, usize) {
-        let [first, second, third, _] = &self.rates;
-        let (mut last, mut before, mut state) = (0.0_f64, 0.0_f64, 0);
-        for (k, rates) in first.iter().zip(second).zip(third).enumerate() {
-            let [a, b, c] = [rates.0.0, rates.0.1, rates.1].map(|rate| rate.value());
-            let size = a.abs() + b.abs() + c.abs();
-            if size > 0.0 {
-                before = before.max((b - a).abs() / size);
-                let change = (c - b).abs() / size;
-                if change > last || change.is_nan() {
-                    (last, state) = (change, k);
-                }
-            }
+    /// The spectral radius of the rates' derivatives by the states, 1/s, and the state that is fastest by itself. A motion
+    /// that has settled shows no speed, but its derivatives would grow without bound in steps too long for it.
+    fn speed(&mut self, t_s: f64, row: usize) -> (f64, usize) {
+        self.enter((row as f64 - 0.5) * self.course.sample_s);
+        self.load(t_s, At::Before);
+        self.routines.slopes.run(&self.sides, &mut self.registers);
+        let size = self.states.len();
+        let mut power = vec![0.0; size * size];
+        for (k, places) in self.routines.slopes.rows.iter().enumerate() {
+            places.states.iter().for_each(|(state, place)| power[k * size + state] = self.registers[*place]);
         }
-        // Rates that hardly change say nothing of the time constants.
-        if last <= SMOOTH { (0.0, state) } else { (2.0 * last / before, state) }
+        let by_itself = |k: &usize| power[k * (size + 1)].abs();
+        let state = (0..size).max_by(|a, b| by_itself(a).total_cmp(&by_itself(b))).unwrap_or(0);
+        // The sixteenth root of the norm of the sixteenth power, whatever the units.
+        let mut radius = 1.0;
+        for squaring in 0..=SQUARINGS {
+            let norm = power.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            if norm == 0.0 || !norm.is_finite() {
+                return (if norm == 0.0 { 0.0 } else { f64::MAX }, state);
+            }
+            radius *= norm.powf(0.5_f64.powi(squaring));
+            power.iter_mut().for_each(|x| *x /= norm);
+            let entry =
+                |k: usize| (0..size).map(|j| power[k / size * size + j] * power[j * size + k % size]).sum();
+            power = (0..size * size).map(entry).collect();
+        }
+        (radius, state)
     }
 
     /// Corrects the states that the output of the plant reads, and the sides of switches that this takes across zero.
@@ -455,6 +473,7 @@ impl<'a, T: Number> Run<'a, T> {
 mod tests {
     use super::super::{MotionEffect, Plant};
     use super::*;
+    use crate::signal::Signal;
     use fitter::plant::PlantFile;
     use fitter::plant::equations::declared;
     use physics::number::Dual;
@@ -507,6 +526,43 @@ mod tests {
             assert!(largest < expected, "{substeps}: {largest:e}, expected {expected:e}");
             assert_eq!(outputs[260], outputs[230], "it is held");
         }
+    }
+
+    /// A level that overflows into a wall: filled by a sine, it stops at 1.
+    const LEVEL: &str = "[plant]\nkind = \"equations\"\ninputs = { u = \"V\" }\n\
+        states = { h = { unit = \"V\", start = 0.5 }, g = { unit = \"V\", start = 0.9 } }\noutput = { y = \"h + g\" }\n\
+        [plant.equations]\nh = \"a * u - k * sqrt(h) - c * hinge(h, 1)\"\ng = \"k * sqrt(h) - a * g - c * hinge(g, 1)\"\n\
+        [plant.parameters]\na = { unit = \"1/s\", value = 0.4 }\nc = { unit = \"1/s\", value = 40.0 }\n\
+        k = { unit = \"V^0.5/s\", value = 0.4 }\n";
+
+    #[test]
+    fn a_wall_is_followed_in_shorter_steps_with_its_sensitivities() {
+        let file = PlantFile::parse("level.toml", LEVEL).unwrap();
+        let plant = Plant::of("level.toml", &file).unwrap().unwrap();
+        let system = System::new(&plant, &[]).unwrap();
+        let drive: Vec<f64> = (0..200).map(|k| 1.0 + 0.8 * (k as f64 / 9.0).sin()).collect();
+        let signal =
+            Signal::new(&drive, 0.0, 2.0, fitter::plant::Hold::ZeroOrder, crate::signal::Edge::Reflected);
+        let signals: [&dyn Input; 1] = [&signal];
+        let course =
+            Course { signals: &signals, sample_s: 2.0, rows: 200, start_s: 0.0, substeps: 4, observer: None };
+        let at = |c: f64, k: f64| system.outputs(&[0.4, c, k], &[0.5, 0.9], &course).unwrap();
+        let numbers = [Dual::<2>::from_f64(0.4), Dual::variable(40.0, 0), Dual::variable(0.4, 1)];
+        let start = [0.5, 0.9].map(Dual::<2>::from_f64);
+        let mut slopes = Vec::new();
+        system.run(&numbers, &start, &course, &mut |_, y: Dual<2>| slopes.push(y.slopes)).unwrap();
+        let h = 1e-6;
+        let [by_c, by_k] = [[at(40.0 + h, 0.4), at(40.0 - h, 0.4)], [at(40.0, 0.4 + h), at(40.0, 0.4 - h)]];
+        for (k, [c, a]) in slopes.iter().enumerate() {
+            let along = |both: &[Vec<f64>; 2]| (both[0][k] - both[1][k]) / (2.0 * h);
+            let apart = [c - along(&by_c), a - along(&by_k)].map(f64::abs);
+            // The largest derivatives are 2e-4 and 3.
+            assert!(apart[0] < 1e-6 && apart[1] < 1e-4, "{k}: {apart:?}");
+        }
+        let fine = system.outputs(&[0.4, 40.0, 0.4], &[0.5, 0.9], &Course { substeps: 400, ..course });
+        let coarse = at(40.0, 0.4);
+        let apart = fine.unwrap().iter().zip(&coarse).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-4, "{apart:e}");
     }
 
     #[test]
