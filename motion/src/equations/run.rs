@@ -220,7 +220,7 @@ impl<'a, T: Number> Run<'a, T> {
             delays: Vec::new(),
             routines,
             registers: bound.registers(),
-            pieces: vec![Piece::default(); system.inputs + system.delays.len()],
+            pieces: vec![Piece::NONE; system.inputs + system.delays.len()],
             after: states.clone(),
             there: states.clone(),
             rates: std::array::from_fn(|_| states.clone()),
@@ -275,7 +275,9 @@ impl<'a, T: Number> Run<'a, T> {
     pub fn enter(&mut self, within_s: f64) {
         self.enter_ago(within_s);
         for (piece, signal) in self.pieces.iter_mut().zip(self.course.signals) {
-            *piece = signal.piece(within_s);
+            if !piece.holds(within_s) {
+                *piece = signal.piece(within_s);
+            }
         }
     }
 
@@ -283,9 +285,11 @@ impl<'a, T: Number> Run<'a, T> {
     #[inline(always)]
     pub fn enter_ago(&mut self, within_s: f64) {
         for (piece, delay) in self.pieces[self.system.inputs..].iter_mut().zip(&self.delays) {
-            let by_s = delay.by_s.value();
-            *piece = self.course.signals[delay.input].piece(within_s - by_s);
-            piece.from_s += by_s;
+            if !piece.holds(within_s) {
+                let by_s = delay.by_s.value();
+                *piece = self.course.signals[delay.input].piece(within_s - by_s);
+                piece.from_s += by_s;
+            }
         }
     }
 
@@ -316,11 +320,14 @@ impl<'a, T: Number> Run<'a, T> {
             At::There => &self.there,
             At::After => &self.after,
         };
-        let inputs = self.pieces.iter().map(|piece| piece.value(t_s));
-        let all = states.iter().map(|x| x.value()).chain(inputs).chain([t_s + self.course.start_s]);
-        for (register, value) in self.registers.iter_mut().zip(all) {
-            *register = value;
+        let (of_states, rest) = self.registers.split_at_mut(states.len());
+        for (register, state) in of_states.iter_mut().zip(states) {
+            *register = state.value();
         }
+        for (register, piece) in rest.iter_mut().zip(&self.pieces) {
+            *register = piece.value(t_s);
+        }
+        rest[self.pieces.len()] = t_s + self.course.start_s;
     }
 
     /// A value that was computed in some states at a time, with its derivatives.
