@@ -62,14 +62,18 @@ fn in_equations(last: &str) -> System {
     System::new(&plant, &effects.iter().collect::<Vec<_>>()).expect("all can be computed")
 }
 
-/// Seconds of the fastest round.
-fn seconds(mut run: impl FnMut()) -> f64 {
-    let one = |_| {
-        let start = Instant::now();
-        run();
-        start.elapsed().as_secs_f64()
-    };
-    (0..ROUNDS).map(one).fold(f64::INFINITY, f64::min)
+/// Seconds of the fastest round of each, which take turns.
+fn seconds<const N: usize>(runs: [&mut dyn FnMut(); N]) -> [f64; N] {
+    let mut fastest = [f64::INFINITY; N];
+    let mut runs = runs;
+    for _ in 0..ROUNDS {
+        for (run, fastest) in runs.iter_mut().zip(&mut fastest) {
+            let start = Instant::now();
+            run();
+            *fastest = fastest.min(start.elapsed().as_secs_f64());
+        }
+    }
+    fastest
 }
 
 fn compare(name: &str, own: &Model, system: &System, last: f64) {
@@ -93,16 +97,13 @@ fn compare(name: &str, own: &Model, system: &System, last: f64) {
         values.iter().enumerate().map(|(k, value)| Dual::variable(*value, k)).collect();
     let begin = [Dual::variable(0.1, 7), Dual::from_f64(0.0)];
     let mut sum = 0.0;
-    let with_derivatives = || {
-        system.run(&numbers, &begin, &course(substeps), &mut |_, y| sum += y.slopes[0]).expect("it moves");
+    let mut with_derivatives = || {
+        let mut visit = |_, y: Dual<8>| sum += y.slopes[0];
+        system.run(&numbers, &begin, &course(substeps), &mut visit).expect("it moves");
     };
-    let (equations, plain) = (
-        seconds(with_derivatives),
-        seconds(|| {
-            system.outputs(&values, &[0.1, 0.0], &course(substeps)).expect("it moves");
-        }),
-    );
-    let own = seconds(|| _ = run_own());
+    let mut plain = || _ = system.outputs(&values, &[0.1, 0.0], &course(substeps)).expect("it moves");
+    let mut run_own = || _ = run_own();
+    let [own, plain, equations] = seconds([&mut run_own, &mut plain, &mut with_derivatives]);
     println!(
         "{name}: second order {:.0} ns per row; equations ({substeps} steps per row) {:.0} ns, with 8 derivatives {:.0} ns; \
          ratio {:.2}",

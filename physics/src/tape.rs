@@ -2,10 +2,12 @@
 //! simulation. What stands twice is computed once; what depends on parameters only is computed once a run
 //! ([`Bound`]); a [`Routine`] is what has to be computed for some of the values.
 //!
-//! A lag is a further state of the simulation. A sign and a step jump, a hinge, `abs`, `min` and `max` bend: which side
-//! they are on is a [`Side`] that the simulation holds while it moves, and changes where the argument passes zero.
+//! A lag is a further state of the simulation, a play one that is set after every step, a delay a further input. A sign
+//! and a step jump, a hinge, `abs`, `min` and `max` bend: which side they are on is a [`Side`] that the simulation holds
+//! while it moves, and changes where the argument passes zero.
 
 mod graph;
+mod memory;
 mod routine;
 mod slopes;
 
@@ -44,13 +46,24 @@ pub enum Side {
     Held(f64),
 }
 
-/// A lag as a further state: z′ = (input − z)/τ.
+/// A state that an operator brings with it, of a lag or a play.
 #[derive(Debug, Clone)]
-pub struct Lag {
-    /// Register of its rate.
+pub struct Memory {
+    /// Register of its rate, which is zero of a play.
     pub rate: usize,
     /// Register of where it begins.
     pub start: usize,
+    /// Of a play the registers of what it follows, and of its gap: the state is where it was after the last step.
+    pub play: Option<[usize; 2]>,
+}
+
+/// A further input: what another one was some time ago.
+#[derive(Debug, Clone)]
+pub struct Delayed {
+    /// Which.
+    pub input: usize,
+    /// Register of the time in seconds.
+    pub by: usize,
 }
 
 /// Sentences as a graph of values.
@@ -59,15 +72,19 @@ pub struct Tape {
     graph: Graph,
     names: BTreeMap<String, Place>,
     states: usize,
-    lags: Vec<Lag>,
+    inputs: usize,
+    memories: Vec<Memory>,
+    delayed: Vec<Delayed>,
+    /// Registers of the rates of all states, once they are known.
+    rates: Vec<usize>,
     /// Registers of the arguments of switches.
     switches: Vec<usize>,
 }
 
 impl Tape {
-    /// An empty tape of a simulation with so many states.
-    pub fn new(states: usize) -> Tape {
-        Tape { states, ..Tape::default() }
+    /// An empty tape of a simulation with so many states and inputs.
+    pub fn new(states: usize, inputs: usize) -> Tape {
+        Tape { states, inputs, ..Tape::default() }
     }
 
     /// Gives a name a meaning for the sentences that follow.
@@ -103,9 +120,15 @@ impl Tape {
         self.graph.row(register)
     }
 
-    /// The tape with numbers for its parameters, in a simulation with so many inputs.
-    pub fn bound(&self, parameters: &[f64], inputs: usize) -> Bound<'_> {
-        Bound::new(&self.graph, parameters, self.states + self.lags.len(), inputs)
+    /// Says what the rates of the states are, so that sentences that follow can hold the rate of a value.
+    pub fn moves(&mut self, rates: &[usize]) {
+        self.rates = rates.to_vec();
+    }
+
+    /// The tape with numbers for its parameters.
+    pub fn bound(&self, parameters: &[f64]) -> Bound<'_> {
+        let (states, inputs) = (self.states + self.memories.len(), self.inputs + self.delayed.len());
+        Bound::new(&self.graph, parameters, states, inputs)
     }
 
     fn node(
@@ -133,6 +156,8 @@ impl Tape {
             *place = self.graph.scaled(register, *factor);
         }
         let count = arguments.len();
+        let refused =
+            |why: &str| ExpressionError::new(&sentence.text, span, format!("`{}` {why}", operator.name()));
         Ok(match operator.operation() {
             Operation::Sum => self.graph.push(Step::Add(of[0], of[1])),
             Operation::Difference => self.graph.push(Step::Subtract(of[0], of[1])),
@@ -158,19 +183,17 @@ impl Tape {
                 let above = self.above(of[0], of[1]);
                 self.graph.push(Step::Subtract(of[0], above))
             }
-            Operation::LowPass => {
-                let z = self.graph.source(Source::State(self.states + self.lags.len()));
-                let behind = self.graph.push(Step::Subtract(of[0], z));
-                let rate = self.graph.push(Step::Divide(behind, of[1]));
-                self.lags.push(Lag { rate, start: if count > 2 { of[2] } else { of[0] } });
-                z
-            }
+            Operation::LowPass => self.lag(of[0], of[1], if count > 2 { of[2] } else { of[0] }),
+            Operation::Play => self.play(of[0], of[1], if count > 2 { of[2] } else { of[0] }).ok_or_else(|| {
+                refused("follows a sum of states and inputs times numbers, across a gap that stays as it is")
+            })?,
+            Operation::Delay => (self.delay(of[0], of[1]))
+                .ok_or_else(|| refused("is computed of inputs alone, by a time that stays as it is"))?,
+            Operation::Rate => self.rate(of[0]).ok_or_else(|| {
+                refused("stands in an effect on the output alone, of states and not of inputs; elsewhere write its equation")
+            })?,
             _ if operator.remembers() || operator.of_recording() => {
-                let what = format!(
-                    "`{}` is not computed in an equation of motion: write its state as a state of its own",
-                    operator.name()
-                );
-                return Err(ExpressionError::new(&sentence.text, span, what));
+                return Err(refused("is not computed in an equation of motion: write its state as a state of its own"));
             }
             _ => self.graph.push(Step::Apply { operator, of, count }),
         })
@@ -191,9 +214,15 @@ impl Tape {
         self.graph.push(Step::Switch(number, values))
     }
 
-    /// The lags, in the order in which each depends on earlier ones only; their states follow the others.
-    pub fn lags(&self) -> &[Lag] {
-        &self.lags
+    /// The states that operators bring with them, in the order in which each depends on earlier ones only; they follow the
+    /// others.
+    pub fn memories(&self) -> &[Memory] {
+        &self.memories
+    }
+
+    /// Further inputs, which follow the others.
+    pub fn delayed(&self) -> &[Delayed] {
+        &self.delayed
     }
 
     /// Registers of the arguments of signs and steps.
@@ -228,7 +257,7 @@ mod tests {
 
     #[test]
     fn a_tape_gives_values_and_derivatives() {
-        let mut tape = Tape::new(2);
+        let mut tape = Tape::new(2, 0);
         tape.name("x", Place::State(0));
         tape.name("v", Place::State(1));
         let swing = tape.add(&read("-a * sin(x)", "1/s^2"), &[0]).unwrap();
@@ -238,10 +267,10 @@ mod tests {
         let sign = tape.add(&read("sign(v) * a", "1/s^2"), &[0]).unwrap();
         let lagged = tape.add(&read("lowpass(x, tau)", "rad"), &[1]).unwrap();
         assert_eq!(tape.switches().len(), 1);
-        let lag = tape.lags()[0].rate;
+        let lag = tape.memories()[0].rate;
         let rows = [swing, power, sign, lagged, lag].map(|register| tape.row(register));
         let (x, a, tau) = (0.5, 3.0, 2.0);
-        let bound = tape.bound(&[a, tau], 0);
+        let bound = tape.bound(&[a, tau]);
         let routine = bound.routine(&rows, |_| true);
         let mut registers = bound.registers();
         registers[..3].copy_from_slice(&[x, -0.2, 0.7]);
@@ -266,23 +295,24 @@ mod tests {
         near(at(4), (x - 0.7) / tau);
         near(by(|row| &row.states, 4, 2), -1.0 / tau);
         near(by(|row| &row.parameters, 4, 1), -(x - 0.7) / (tau * tau));
-        assert!(tape.add(&read("a * play(x, 0.1)", "rad/s^2"), &[0]).is_err());
+        assert!(tape.add(&read("a * plays(x, 0.1)", "rad/s^2"), &[0]).is_err());
+        assert!(tape.add(&read("a * delay(x, tau)", "rad/s^2"), &[0, 1]).is_err(), "a state has no past");
     }
 
     #[test]
     fn what_a_routine_does_not_need_is_not_computed() {
-        let mut tape = Tape::new(2);
+        let mut tape = Tape::new(2, 0);
         tape.name("x", Place::State(0));
         let value = tape.add(&read("a * sin(x)", "1/s^2"), &[0]).unwrap();
         let row = tape.row(value);
-        let nothing = tape.bound(&[0.0], 0);
+        let nothing = tape.bound(&[0.0]);
         assert_eq!(nothing.routine(std::slice::from_ref(&row), |_| false).length(), 0, "a factor of zero");
         assert_eq!(
             nothing.routine(std::slice::from_ref(&row), |_| true).length(),
             1,
             "its derivative is the sine"
         );
-        let bound = tape.bound(&[2.0], 0);
+        let bound = tape.bound(&[2.0]);
         assert_eq!(bound.routine(&[row], |_| false).length(), 2);
     }
 }

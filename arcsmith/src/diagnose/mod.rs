@@ -48,7 +48,7 @@ pub struct Arguments {
     /// The folder to write into; it is made if it is not there
     #[arg(long)]
     out: PathBuf,
-    /// Effects of your own (TOML), which take part beside the catalogue: in calibrations, and in motion beside a plant in equations
+    /// Effects of your own (TOML), which take part beside the catalogue: in calibrations, and in motion beside a second-order plant or one in equations
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     #[command(flatten)]

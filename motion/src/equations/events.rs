@@ -6,7 +6,7 @@
 use physics::number::Number;
 use physics::tape::Side;
 
-use super::run::{At, Run};
+use super::run::{At, NEAR, Run};
 
 /// Changes of side in one step that are followed; beyond them the motion is smaller than the step resolves.
 const MOST_EVENTS: usize = 6;
@@ -39,21 +39,37 @@ impl<T: Number> Run<'_, T> {
         }
     }
 
-    /// One step of `h` seconds from `t_s` on, divided where a switch changes its side.
+    /// One step of `h` seconds from `t_s` on, divided where a row comes through a delay and where a switch changes its side.
     pub fn advance(&mut self, t_s: f64, h: f64) {
+        let plays = self.plays_before(t_s, h);
         self.enter(t_s + 0.5 * h);
-        if self.sides.is_empty() {
-            self.step(t_s, h, false);
-            return std::mem::swap(&mut self.states, &mut self.after);
-        }
-        let (mut now, mut left) = (T::from_f64(t_s), T::from_f64(h));
-        for event in 0..MOST_EVENTS {
-            self.hold(now.value());
-            match event {
-                0 => self.step(t_s, h, false),
-                _ => self.step(now, left, true),
+        let breaks = self.breaks(t_s, t_s + h);
+        if breaks.is_empty() {
+            self.stretch(T::from_f64(t_s), T::from_f64(h), false);
+        } else {
+            let mut now = T::from_f64(t_s);
+            for end in breaks.into_iter().chain([T::from_f64(t_s + h)]) {
+                // What comes at `end` is not here yet, however short the stretch.
+                let before = end.value() - 2.0 * NEAR * self.course.sample_s;
+                self.enter_ago(before.min(0.5 * (now + end).value()));
+                self.stretch(now, end - now, true);
+                now = end;
             }
-            let Some((switch, to)) = self.crossed((now + left).value()) else {
+        }
+        self.play(&plays, t_s, h);
+    }
+
+    /// A stretch of `left` seconds from `now` on; `moving` where these have derivatives.
+    fn stretch(&mut self, mut now: T, mut left: T, moving: bool) {
+        let least = 1e-9 * left.value();
+        for event in 0..=MOST_EVENTS {
+            self.hold(now.value());
+            match moving || event > 0 {
+                false => self.step(now.value(), left.value(), false),
+                true => self.step(now, left, true),
+            }
+            let passed = if event < MOST_EVENTS { self.crossed((now + left).value()) } else { None };
+            let Some((switch, to)) = passed else {
                 return std::mem::swap(&mut self.states, &mut self.after);
             };
             let part = self.event(switch, (now, left), to);
@@ -63,12 +79,10 @@ impl<T: Number> Run<'_, T> {
             left = left * (T::from_f64(1.0) - part);
             let came = self.sides[switch];
             self.sides[switch] = self.side_after(switch, now.value(), Some(came));
-            if left.value() <= 1e-9 * h {
+            if left.value() <= least {
                 return;
             }
         }
-        self.step(now, left, true);
-        std::mem::swap(&mut self.states, &mut self.after);
     }
 
     /// The arguments of all switches.
@@ -80,6 +94,9 @@ impl<T: Number> Run<'_, T> {
 
     /// The first switch whose argument has passed zero after the step, and its argument there.
     fn crossed(&mut self, t_s: f64) -> Option<(usize, f64)> {
+        if self.sides.is_empty() {
+            return None;
+        }
         self.load(t_s, At::After);
         self.routines.sides.run(&self.sides, &mut self.registers);
         let rows = self.routines.sides.rows.iter().zip(&self.sides).enumerate();
@@ -123,7 +140,7 @@ impl<T: Number> Run<'_, T> {
         let there = now + left * part;
         let slope = self.drift(switch, there.value(), At::After) * left.value();
         let row = &self.routines.arguments.rows[switch];
-        let mut argument = self.value(row, &self.after);
+        let mut argument = self.value(row, &self.after, there.value());
         argument.follow(&there, self.pace(row, there.value()));
         let corrected = T::from_f64(part) - argument * (1.0 / slope);
         // Where it only grazes zero, the instant has no derivatives that mean anything.

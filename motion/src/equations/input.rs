@@ -3,7 +3,7 @@
 use crate::signal::Signal;
 
 /// A cubic in the part s of its time that has passed: a + b s + c s² + d s³.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub struct Piece {
     /// Where it begins, s since the first row.
     pub from_s: f64,
@@ -14,6 +14,15 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// One that holds no time.
+    pub const NONE: Piece = Piece { from_s: f64::INFINITY, per_s: 1.0, cubic: [0.0; 4] };
+
+    /// Whether it is the piece of a time.
+    #[inline(always)]
+    pub fn holds(&self, t_s: f64) -> bool {
+        (0.0..1.0).contains(&((t_s - self.from_s) * self.per_s))
+    }
+
     /// The value at a time.
     #[inline(always)]
     pub fn value(&self, t_s: f64) -> f64 {

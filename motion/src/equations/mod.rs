@@ -4,6 +4,7 @@
 mod effect;
 mod events;
 mod input;
+mod plays;
 mod run;
 mod system;
 
@@ -175,3 +176,6 @@ fn sentence(
     let names = Names { column, known, parameters: &own };
     Ok((Sentence::read(text, unit, &names)?, numbers))
 }
+
+#[cfg(test)]
+mod tests;

@@ -5,18 +5,20 @@
 use std::ops::Mul;
 
 use physics::number::Number;
-use physics::tape::{Places, Routine, Side, Source};
+use physics::tape::{Places, Routine, Row, Side, Source};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::System;
 use super::input::{Input, Piece};
 
+/// Times this close, over the time from row to row, are the same.
+pub(super) const NEAR: f64 = 1e-9;
 /// A state beyond this, in its unit, is no motion any more.
 const RUNAWAY: f64 = 1e12;
 /// Change by twice as many steps, over the largest output, that nobody sees.
 const ACCURATE: f64 = 1e-6;
 /// Most steps from row to row.
-const MOST_SUBSTEPS: usize = 1024;
+const MOST_SUBSTEPS: usize = 64;
 /// Most of the fastest time constant that a step goes, to be accurate.
 const FASTEST: f64 = 1.0;
 /// The same where steps can be no shorter: the rule is stable up to 2.78.
@@ -101,15 +103,24 @@ pub(super) struct Routines {
     pub sides: Routine,
     /// With all derivatives.
     pub arguments: Routine,
-    /// Where lags begin.
+    /// Where states that operators bring with them begin.
     starts: Routine,
+    /// The signals and gaps of plays.
+    pub plays: Routine,
+}
+
+/// A further input: another one some time ago.
+pub(super) struct Delay<T> {
+    input: usize,
+    by_s: T,
 }
 
 /// A run under way.
 pub(super) struct Run<'a, T> {
-    system: &'a System,
-    course: &'a Course<'a>,
+    pub system: &'a System,
+    pub course: &'a Course<'a>,
     parameters: &'a [T],
+    delays: Vec<Delay<T>>,
     pub routines: Routines,
     pub registers: Vec<f64>,
     /// The inputs in the present step.
@@ -120,7 +131,7 @@ pub(super) struct Run<'a, T> {
     there: Vec<T>,
     /// States and sides at the row before.
     before: (Vec<T>, Vec<Side>),
-    rates: [Vec<T>; 4],
+    pub rates: [Vec<T>; 4],
     pub sides: Vec<Side>,
     /// Of every switch that is held: the derivatives of its argument by the states, and its rate where they stand still.
     pub held: Vec<(Vec<f64>, f64)>,
@@ -220,17 +231,21 @@ impl<'a, T: Number> Run<'a, T> {
         let mut states = start.to_vec();
         states.resize(system.states(), zero);
         let plain: Vec<f64> = parameters.iter().map(|p| p.value()).collect();
-        let bound = system.tape.bound(&plain, system.inputs);
+        let bound = system.tape.bound(&plain);
         let with_states = zero.carries();
         let followed = |source: Source| match source {
             Source::State(_) => with_states,
             Source::Parameter(k) => parameters[k].moves(),
-            Source::Input(_) | Source::Time => false,
+            Source::Input(k) => with_states && k >= system.inputs,
+            Source::Time => false,
         };
         let all = |source: Source| match source {
             Source::Parameter(_) => followed(source),
             _ => true,
         };
+        let of_delays: Vec<Row> = system.delays.iter().map(|(_, row)| row.clone()).collect();
+        let of_delays = bound.routine(&of_delays, followed).rows;
+        let of_plays: Vec<Row> = system.plays.iter().flat_map(|play| play.rows.clone()).collect();
         let routines = Routines {
             rates: bound.routine(&system.rates, followed),
             slopes: bound.routine(&system.rates, |source| matches!(source, Source::State(_))),
@@ -240,14 +255,16 @@ impl<'a, T: Number> Run<'a, T> {
             sides: bound.routine(&system.arguments, |_| false),
             arguments: bound.routine(&system.arguments, all),
             starts: bound.routine(&system.starts, followed),
+            plays: bound.routine(&of_plays, all),
         };
-        Run {
+        let mut run = Run {
             system,
             course,
             parameters,
+            delays: Vec::new(),
             routines,
             registers: bound.registers(),
-            pieces: vec![Piece::default(); system.inputs],
+            pieces: vec![Piece::NONE; system.inputs + system.delays.len()],
             after: states.clone(),
             there: states.clone(),
             before: (states.clone(), Vec::new()),
@@ -255,17 +272,23 @@ impl<'a, T: Number> Run<'a, T> {
             states,
             sides: vec![Side::Above; system.arguments.len()],
             held: Vec::new(),
-        }
+        };
+        let delay = |((input, _), places): (&(usize, Row), &Places)| {
+            // Only parameters are in it.
+            Delay { input: *input, by_s: run.value(places, &[], 0.0) }
+        };
+        run.delays = system.delays.iter().zip(&of_delays).map(delay).collect();
+        run
     }
 
-    /// Lags begin settled, and every switch on the side to which the motion goes.
+    /// What operators remember begins settled, and every switch on the side to which the motion goes.
     fn begin(&mut self) {
         self.enter(0.25 * self.course.sample_s);
         let first = self.states.len() - self.system.starts.len();
-        for lag in 0..self.system.starts.len() {
+        for memory in 0..self.system.starts.len() {
             self.load(0.0, At::Before);
             self.routines.starts.run(&self.sides, &mut self.registers);
-            self.states[first + lag] = self.value(&self.routines.starts.rows[lag], &self.states);
+            self.states[first + memory] = self.value(&self.routines.starts.rows[memory], &self.states, 0.0);
         }
         self.choose_sides();
     }
@@ -280,7 +303,7 @@ impl<'a, T: Number> Run<'a, T> {
         }
         self.load(t_s, At::Before);
         self.routines.output.run(&self.sides, &mut self.registers);
-        self.value(&self.routines.output.rows[0], &self.states)
+        self.value(&self.routines.output.rows[0], &self.states, t_s)
     }
 
     /// Goes on to a row, in shorter steps where the equations have a faster time constant.
@@ -290,7 +313,8 @@ impl<'a, T: Number> Run<'a, T> {
         self.before.1.clone_from(&self.sides);
         let before = self.speed((row - 1) as f64 * sample_s, row);
         let steps = |(speed, _): (f64, usize)| (speed * sample_s / FASTEST).ceil() as usize;
-        let mut substeps = steps(before).clamp(self.course.substeps, MOST_SUBSTEPS);
+        let most = MOST_SUBSTEPS.max(self.course.substeps);
+        let mut substeps = steps(before).clamp(self.course.substeps, most);
         loop {
             let step_s = sample_s / substeps as f64;
             for k in 0..substeps {
@@ -305,8 +329,8 @@ impl<'a, T: Number> Run<'a, T> {
             let lost = self.states.iter().position(|x| x.value().is_nan() || x.value().abs() > RUNAWAY);
             // What ran away in steps too long for it, or needs shorter ones where it has come to.
             let wanted = if lost.is_some() { 4 * substeps } else { steps(after) };
-            if substeps < MOST_SUBSTEPS && wanted > substeps {
-                substeps = wanted.min(MOST_SUBSTEPS);
+            if substeps < most && wanted > substeps {
+                substeps = wanted.min(most);
                 self.states.clone_from(&self.before.0);
                 self.sides.clone_from(&self.before.1);
                 continue;
@@ -371,9 +395,43 @@ impl<'a, T: Number> Run<'a, T> {
     /// Takes the pieces of the inputs that `within_s` lies in.
     #[inline(always)]
     pub fn enter(&mut self, within_s: f64) {
+        self.enter_ago(within_s);
         for (piece, signal) in self.pieces.iter_mut().zip(self.course.signals) {
-            *piece = signal.piece(within_s);
+            if !piece.holds(within_s) {
+                *piece = signal.piece(within_s);
+            }
         }
+    }
+
+    /// The same of inputs that come later.
+    #[inline(always)]
+    pub fn enter_ago(&mut self, within_s: f64) {
+        for (piece, delay) in self.pieces[self.system.inputs..].iter_mut().zip(&self.delays) {
+            if !piece.holds(within_s) {
+                let by_s = delay.by_s.value();
+                *piece = self.course.signals[delay.input].piece(within_s - by_s);
+                piece.from_s += by_s;
+            }
+        }
+    }
+
+    /// When a row reaches the mechanism through a delay from `from_s` on and before `to_s`, in order: an input may jump or
+    /// bend there.
+    pub fn breaks(&self, from_s: f64, to_s: f64) -> Vec<T> {
+        let sample_s = self.course.sample_s;
+        let near = NEAR * sample_s;
+        let mut all = Vec::new();
+        for Delay { input, by_s } in &self.delays {
+            let mut row = ((from_s - near - by_s.value()) / sample_s).ceil();
+            while row * sample_s + by_s.value() < to_s - near {
+                if bends(self.course.signals[*input], row * sample_s, sample_s) {
+                    all.push(*by_s + T::from_f64(row * sample_s));
+                }
+                row += 1.0;
+            }
+        }
+        all.sort_by(|a, b| a.value().total_cmp(&b.value()));
+        all
     }
 
     /// Writes states, inputs and time to the registers.
@@ -384,22 +442,30 @@ impl<'a, T: Number> Run<'a, T> {
             At::There => &self.there,
             At::After => &self.after,
         };
-        let inputs = self.pieces.iter().map(|piece| piece.value(t_s));
-        let all = states.iter().map(|x| x.value()).chain(inputs).chain([t_s + self.course.start_s]);
-        for (register, value) in self.registers.iter_mut().zip(all) {
-            *register = value;
+        let (of_states, rest) = self.registers.split_at_mut(states.len());
+        for (register, state) in of_states.iter_mut().zip(states) {
+            *register = state.value();
         }
+        for (register, piece) in rest.iter_mut().zip(&self.pieces) {
+            *register = piece.value(t_s);
+        }
+        rest[self.pieces.len()] = t_s + self.course.start_s;
     }
 
-    /// A value that was computed in some states, with its derivatives.
+    /// A value that was computed in some states at a time, with its derivatives.
     #[inline(always)]
-    pub fn value(&self, places: &Places, states: &[T]) -> T {
+    pub fn value(&self, places: &Places, states: &[T], t_s: f64) -> T {
         let mut value = T::from_f64(self.registers[places.value]);
         for (state, place) in &places.states {
             value.follow(&states[*state], self.registers[*place]);
         }
         for (parameter, place) in &places.parameters {
             value.follow(&self.parameters[*parameter], self.registers[*place]);
+        }
+        for (input, place) in places.inputs.iter().filter(|(input, _)| *input >= self.system.inputs) {
+            // The later it comes, the earlier a sample is felt.
+            let rate = self.pieces[*input].rate(t_s);
+            value.follow(&self.delays[*input - self.system.inputs].by_s, -self.registers[*place] * rate);
         }
         value
     }
@@ -414,7 +480,7 @@ impl<'a, T: Number> Run<'a, T> {
 
     /// The rates at an instant into `rates[stage]`; `moving` where that instant has derivatives.
     #[inline(always)]
-    fn rate<H: Number>(&mut self, stage: usize, t_s: H, at: At, moving: bool)
+    pub fn rate<H: Number>(&mut self, stage: usize, t_s: H, at: At, moving: bool)
     where
         T: Mul<H, Output = T>,
     {
@@ -423,7 +489,7 @@ impl<'a, T: Number> Run<'a, T> {
         routine.run(&self.sides, &mut self.registers);
         let states = if at == At::There { &self.there } else { &self.states };
         for (k, places) in routine.rows.iter().enumerate() {
-            let mut rate = self.value(places, states);
+            let mut rate = self.value(places, states, t_s.value());
             if moving {
                 rate.follow(&(T::from_f64(1.0) * t_s), self.pace(places, t_s.value()));
             }
@@ -467,6 +533,13 @@ impl<'a, T: Number> Run<'a, T> {
             *after = self.states[k] + (a[k] + (b[k] + c[k]) * 2.0 + d[k]) * sixth;
         }
     }
+}
+
+/// Whether an input jumps or bends at a row.
+fn bends(signal: &dyn Input, t_s: f64, sample_s: f64) -> bool {
+    let [before, after] = [-0.05, 0.05].map(|part| signal.piece(t_s + part * sample_s));
+    let differ = |a: f64, b: f64| (a - b).abs() > NEAR * (a.abs() + b.abs());
+    differ(before.value(t_s), after.value(t_s)) || differ(before.rate(t_s), after.rate(t_s))
 }
 
 #[cfg(test)]

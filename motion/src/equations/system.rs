@@ -12,16 +12,29 @@ pub struct System {
     pub(super) tape: Tape,
     /// Names of the states, for messages.
     pub(super) names: Vec<String>,
-    /// The rate of every state, those of lags last.
+    /// The rate of every state, those that operators bring with them last.
     pub(super) rates: Vec<Row>,
-    /// Where the lags begin.
+    /// Where the states that operators bring with them begin.
     pub(super) starts: Vec<Row>,
+    /// The plays.
+    pub(super) plays: Vec<Play>,
+    /// Further inputs: which of the others, and how long ago.
+    pub(super) delays: Vec<(usize, Row)>,
     /// The arguments of switches.
     pub(super) arguments: Vec<Row>,
     pub(super) output: Row,
     /// The output without effects.
     pub(super) read: Row,
     pub(super) inputs: usize,
+}
+
+/// What follows a signal across a gap.
+#[derive(Clone)]
+pub struct Play {
+    /// The state that says where it was after the last step.
+    pub(super) state: usize,
+    /// The signal, and the gap.
+    pub(super) rows: [Row; 2],
 }
 
 impl System {
@@ -31,7 +44,7 @@ impl System {
     /// [`EquationsError::Expression`] where no equation of motion can hold an operator.
     pub fn new(plant: &Plant, effects: &[&MotionEffect]) -> Result<System, EquationsError> {
         let own_states: usize = effects.iter().map(|effect| effect.states.len()).sum();
-        let mut tape = Tape::new(plant.states.len() + own_states);
+        let mut tape = Tape::new(plant.states.len() + own_states, plant.inputs.len());
         let key = |key: String| {
             let file = plant.file.clone();
             move |error: ExpressionError| EquationsError::Expression { file, key, error: Box::new(error) }
@@ -81,7 +94,6 @@ impl System {
             let register = tape.add(sentence, numbers).map_err(key(format!("`plant.equations.{state}`")))?;
             rates.push(add(&mut tape, Target::Rate(k), register, None)?);
         }
-        let output = add(&mut tape, Target::Output, read, Some(name))?;
         let mut names: Vec<String> = plant.states.iter().map(|(name, _)| name.clone()).collect();
         for (effect, first, state) in &numbered {
             for (k, (own, _)) in effect.states.iter().enumerate() {
@@ -94,17 +106,41 @@ impl System {
                 rates.push(tape.add(&added.sentence, &numbers).map_err(error)?);
             }
         }
-        names.extend(tape.lags().iter().map(|_| "a lag".to_string()));
-        rates.extend(tape.lags().iter().map(|lag| lag.rate));
-        let starts: Vec<usize> = tape.lags().iter().map(|lag| lag.start).collect();
-        let arguments = tape.switches().to_vec();
-        let [rates, starts, arguments] = [rates, starts, arguments]
-            .map(|registers| registers.into_iter().map(|register| tape.row(register)).collect());
-        let [output, read] = [output, read].map(|register| tape.row(register));
-        Ok(System { tape, names, rates, starts, arguments, output, read, inputs: plant.inputs.len() })
+        rates.extend(tape.memories().iter().map(|memory| memory.rate));
+        tape.moves(&rates);
+        // What acts on the output may hold rates, and memories of its own.
+        let before = tape.memories().len();
+        let output = add(&mut tape, Target::Output, read, Some(name))?;
+        rates.extend(tape.memories()[before..].iter().map(|memory| memory.rate));
+        names.extend(tape.memories().iter().map(|_| "a lag".to_string()));
+        Ok(System::of(tape, names, rates, [output, read], plant.inputs.len()))
     }
 
-    /// Number of states, those of lags included.
+    /// What is computed, with its derivatives.
+    fn of(
+        mut tape: Tape,
+        names: Vec<String>,
+        rates: Vec<usize>,
+        outputs: [usize; 2],
+        inputs: usize,
+    ) -> System {
+        let (memories, delayed) = (tape.memories().to_vec(), tape.delayed().to_vec());
+        let starts = memories.iter().map(|memory| memory.start).collect();
+        let arguments = tape.switches().to_vec();
+        let [rates, starts, arguments] = [rates, starts, arguments].map(|registers: Vec<usize>| {
+            registers.into_iter().map(|register| tape.row(register)).collect::<Vec<Row>>()
+        });
+        let first = rates.len() - memories.len();
+        let plays = memories.iter().enumerate().filter_map(|(k, memory)| {
+            Some(Play { state: first + k, rows: memory.play?.map(|register| tape.row(register)) })
+        });
+        let plays = plays.collect();
+        let delays = delayed.iter().map(|delayed| (delayed.input, tape.row(delayed.by))).collect();
+        let [output, read] = outputs.map(|register| tape.row(register));
+        System { tape, names, rates, starts, plays, delays, arguments, output, read, inputs }
+    }
+
+    /// Number of states, those that operators bring with them included.
     pub fn states(&self) -> usize {
         self.names.len()
     }

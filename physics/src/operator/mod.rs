@@ -21,6 +21,7 @@ use crate::quantity::{Agreed, Quantity, UnitError};
 pub use play::ELEMENTS;
 
 pub(crate) use arithmetic::{DIFFERENCE, NEGATIVE, POWER, PRODUCT, QUOTIENT, SUM};
+pub(crate) use elementary::{MAX, MIN};
 
 /// Which operator it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -79,6 +79,18 @@ impl Graph {
         })
     }
 
+    /// All that a value follows from, and itself, in order.
+    pub fn below(&self, register: usize) -> Vec<usize> {
+        let mut held = vec![false; register + 1];
+        held[register] = true;
+        for k in (0..=register).rev() {
+            if held[k] {
+                self.steps[k].of().for_each(|of| held[of] = true);
+            }
+        }
+        (0..=register).filter(|k| held[*k]).collect()
+    }
+
     /// The register of a source.
     pub fn source(&mut self, source: Source) -> usize {
         self.push(Step::Source(source))

@@ -200,6 +200,59 @@ fn an_overflow_gives_a_hidden_level_its_unit() {
     }
 }
 
+const MECHANISM: &str = "\
+[plant]
+kind = \"equations\"
+inputs = { u = \"A\" }
+states = { x = { unit = \"mm\", start = \"fit\" }, v = { unit = \"mm/s\", start = \"fit\" } }
+output = { y = \"x\" }
+sampling = \"held\"
+[plant.equations]
+x = \"v\"
+v = \"-d * v - k * x + g * u\"
+[plant.parameters]
+d = { unit = \"1/s\", from = 0.1, to = 100 }
+k = { unit = \"1/s^2\", from = 10, to = 10000 }
+g = { unit = \"mm/(s^2 A)\", from = 10, to = 10000 }
+";
+
+/// A mechanism whose drive comes later by a time and whose reading follows it across a gap, by steps far below a row.
+fn late_and_loose(name: &Path, delay_s: f64, gap: f64) {
+    let (rows, sample_s, fine) = (3000, 0.01, 400);
+    let mut draw = normal(11);
+    let ([mut x, mut v], mut reading) = ([0.0_f64, 0.0_f64], 0.0_f64);
+    let mut text = String::from("t_s,drive,position\n");
+    for row in 0..rows {
+        text += &format!("{:.4},{},{:.8}\n", row as f64 * sample_s, excitation(row), reading + 1e-3 * draw());
+        for step in 0..fine {
+            let h = sample_s / f64::from(fine);
+            let came = ((row as f64 + f64::from(step) / f64::from(fine)) - delay_s / sample_s).max(0.0);
+            let push = 250.0 * excitation(came as usize);
+            let half = [x + 0.5 * h * v, v + 0.5 * h * (push - 3.0 * v - 300.0 * x)];
+            (x, v) = (x + h * half[1], v + h * (push - 3.0 * half[1] - 300.0 * half[0]));
+            reading = reading.clamp(x - gap, x + gap);
+        }
+    }
+    fs::write(name, text).expect("a file");
+}
+
+#[test]
+fn a_delay_and_backlash_are_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), MECHANISM).expect("a file");
+    for (delay_s, gap, id, truth) in [(0.0133, 0.0, "transport_delay", 0.0133), (0.0, 0.05, "backlash", 0.05)]
+    {
+        late_and_loose(&at("late.csv"), delay_s, gap);
+        let answer = diagnosed(folder.path(), &["late.csv", "--plant", "plant.toml"], "late");
+        let effects = answer["effects"].as_array().expect("effects");
+        assert_eq!(effects.len(), 1, "{answer:#}");
+        assert_eq!((&effects[0]["id"], &answer["verdict"]), (&id.into(), &"explained".into()), "{answer:#}");
+        let [low, high] = [0, 1].map(|k| effects[0]["parameters"][0]["ci95"][k].as_f64().expect("a number"));
+        assert!(low < truth && truth < high && high - low < 0.1 * truth, "{:#}", effects[0]);
+    }
+}
+
 /// A drive that excites a mechanism of some hertz.
 fn excitation(row: usize) -> f64 {
     let t = row as f64;
