@@ -1,4 +1,4 @@
-//! A run of a plant in equations: a Runge–Kutta rule of order four or six, divided where the argument of a sign or a step
+//! A run of a plant in equations: a Runge–Kutta rule ([`rule`](super::rule)), divided where the argument of a sign or a step
 //! passes zero ([`events`](super::events)). With numbers that carry derivatives it yields its sensitivities exactly:
 //! the derivatives of the rates by states and parameters are computed once for all directions.
 
@@ -31,7 +31,7 @@ pub struct Course<'a> {
     pub rows: usize,
     /// Time at the first row, s.
     pub start_s: f64,
-    /// Steps of the classical rule from one row to the next, or the work of so many.
+    /// Steps of the classical rule from one row to the next, or about the work of so many.
     pub substeps: usize,
 }
 
@@ -410,7 +410,7 @@ impl<'a, T: Number> Run<'a, T> {
             self.rate(stage, t_s + h * *part, At::There, moving);
         }
         for (k, after) in self.after.iter_mut().enumerate() {
-            *after = self.states[k] + weighted(&self.rates, k, rule.weights) * h;
+            *after = self.states[k] + weighted(&self.rates, k, &rule.weights) * h;
         }
     }
 }
@@ -526,14 +526,17 @@ mod tests {
     }
 
     #[test]
-    fn twice_as_many_steps_are_right_to_two_digits_more() {
-        let largest = |substeps| {
-            let outputs = system().outputs(&[4.0, 0.0], &[1.0, 0.0], &course(substeps)).unwrap();
-            let apart = outputs.iter().enumerate().map(|(k, y)| (y - (0.1 * k as f64).cos()).abs());
-            apart.fold(0.0, f64::max)
+    fn half_the_step_is_more_accurate_by_the_order_of_the_rule() {
+        let last = |substeps, rows: usize| {
+            let course = Course { sample_s: 4.0 / (rows - 1) as f64, rows, ..course(substeps) };
+            let outputs = system().outputs(&[4.0, 0.0], &[1.0, 0.0], &course).unwrap();
+            (outputs[rows - 1] - 8.0_f64.cos()).abs()
         };
-        let [once, twice] = [2, 4].map(largest);
-        // Order six: 64 times, of which roundings take a little.
-        assert!(twice < once / 50.0 && once < 1e-7, "{once:e} {twice:e}");
+        for (substeps, order) in [(1, 4), (2, 6), (4, 8)] {
+            let [once, twice] = [17, 33].map(|rows| last(substeps, rows));
+            // The next order makes it more or less than 2^order.
+            let ratio = (once / twice).log2();
+            assert!(ratio > f64::from(order) - 0.5, "{substeps}: {once:e} {twice:e}");
+        }
     }
 }
