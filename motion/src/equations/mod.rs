@@ -5,6 +5,7 @@ mod effect;
 mod events;
 mod input;
 mod plays;
+mod rule;
 mod run;
 mod system;
 

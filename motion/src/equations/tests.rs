@@ -22,7 +22,14 @@ fn system(plant: &str, effect: &str) -> System {
 /// Time, output and its derivative by the last parameter at every row.
 fn run(system: &System, values: [f64; 2], start: &[f64], input: Option<&dyn Input>) -> Vec<[f64; 3]> {
     let signals: Vec<&dyn Input> = input.into_iter().collect();
-    let course = Course { signals: &signals, sample_s: SAMPLE_S, rows: ROWS, start_s: 0.0, substeps: 4 };
+    let course = Course {
+        signals: &signals,
+        sample_s: SAMPLE_S,
+        rows: ROWS,
+        start_s: 0.0,
+        substeps: 4,
+        observer: None,
+    };
     let numbers = [Dual::<1>::from_f64(values[0]), Dual::variable(values[1], 0)];
     let start: Vec<Dual<1>> = start.iter().map(|x| Dual::from_f64(*x)).collect();
     let mut rows = Vec::new();

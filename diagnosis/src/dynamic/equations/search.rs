@@ -68,18 +68,19 @@ impl<'a> Search<'a> {
         estimated(PATIENCE, model, states, self.data, FIT_ROWS)
     }
 
-    /// The effects beside a plant.
+    /// The effects beside a plant: in free run, and where that finds none though structure is left, from estimates under an
+    /// observer.
     pub fn run(&self, nominal: &Nominal) -> Option<Fitted<Model>> {
         let mut present = self.fit(&nominal.free.model, &nominal.free.states)?;
         let mut observed = nominal.observed.clone();
         while present.model.terms.len() < MOST_TERMS {
-            let under =
-                |f: &Fitted<Model>| self.fit(&Model { observed: OBSERVED, ..f.model.clone() }, &f.states);
-            observed = match self.structured(&present) {
-                true => observed.par_iter().filter_map(under).collect(),
-                false => Vec::new(),
-            };
-            let worthy = self.worthy(&present, &observed);
+            let mut worthy = self.worthy(&present, self.contenders(std::slice::from_ref(&present)));
+            if worthy.is_empty() && self.structured(&present) {
+                let under =
+                    |f: &Fitted<Model>| self.fit(&Model { observed: OBSERVED, ..f.model.clone() }, &f.states);
+                observed = observed.par_iter().filter_map(under).collect();
+                worthy = self.worthy(&present, self.contenders(&observed));
+            }
             let Some(next) = simplest(&worthy) else { break };
             let next = self.divided(next, &worthy).unwrap_or_else(|| next.clone());
             present = self.pruned(next);
@@ -88,14 +89,10 @@ impl<'a> Search<'a> {
         Some(present)
     }
 
-    /// The effects that are worth their parameters beside a model, begun from it in free run and from estimates of it under
-    /// an observer.
-    fn worthy(&self, present: &Fitted<Model>, observed: &[Fitted<Model>]) -> Vec<Fitted<Model>> {
-        let mut worthy = self.contenders(std::slice::from_ref(present));
-        worthy.extend(self.contenders(observed));
-        let mut worthy = best_of_each(worthy);
-        worthy.retain(|f| self.worth(present, f));
-        worthy
+    /// Those of some contenders that are worth their parameters.
+    fn worthy(&self, present: &Fitted<Model>, mut contenders: Vec<Fitted<Model>>) -> Vec<Fitted<Model>> {
+        contenders.retain(|f| self.worth(present, f));
+        contenders
     }
 
     /// Two simpler effects in the place of a richer one, where they do as well with fewer parameters.
@@ -103,7 +100,10 @@ impl<'a> Search<'a> {
         let parameters = |f: &Fitted<Model>| f.model.terms.last().map_or(0, |term| term.values.len());
         let simple: Vec<&Fitted<Model>> =
             worthy.iter().filter(|f| parameters(f) + 1 < parameters(next)).collect();
-        let pairs = simple.into_iter().take(SIMPLER).flat_map(|f| self.worthy(f, &[]));
+        let pairs = simple
+            .into_iter()
+            .take(SIMPLER)
+            .flat_map(|f| self.worthy(f, self.contenders(std::slice::from_ref(f))));
         pairs
             .filter(|pair| pair.model.packed().len() < next.model.packed().len())
             .filter(|pair| gain(pair, next, CHOOSE_ROWS) < 0.0)
