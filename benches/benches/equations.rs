@@ -111,7 +111,7 @@ fn compare(name: &str, own: &Model, system: &System, last: f64) {
     let mut run_own = || _ = run_own();
     let [own, plain, equations] = seconds([&mut run_own, &mut plain, &mut with_derivatives]);
     println!(
-        "{name}: second order {:.0} ns per row; equations (the work of {substeps} classical steps per row) {:.0} ns, with 8 derivatives {:.0} ns; \
+        "{name}: second order {:.0} ns per row; equations (as {substeps} classical steps per row) {:.0} ns, with 8 derivatives {:.0} ns; \
          ratio {:.2}",
         1e9 * own / ROWS as f64,
         1e9 * plain / ROWS as f64,

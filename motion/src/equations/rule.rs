@@ -61,12 +61,12 @@ impl Rule {
         &FOURTH
     }
 
-    /// The rule for about the work of so many steps of the classical one, and the number of its steps. Where that is much
-    /// the plant is stiff, and the classical rule is stable over a longer time for the same work.
+    /// The rule that is about as accurate as so many steps of the classical one with fewer stages, and the number of its
+    /// steps. Where that is many the plant is stiff, and the classical rule is stable over a longer time for the same work.
     pub fn for_steps(classical: usize) -> (&'static Rule, usize) {
         match classical {
-            2..4 => (&SIXTH, classical.div_ceil(2)),
-            4..=MOST_SMOOTH => (&EIGHTH, classical.div_ceil(4)),
+            2..8 => (&SIXTH, classical.div_ceil(2)),
+            8..=MOST_SMOOTH => (&EIGHTH, classical.div_ceil(8)),
             _ => (&FOURTH, classical),
         }
     }

@@ -37,7 +37,7 @@ pub struct Model {
     pub terms: Vec<Term>,
     /// How the inputs run between their samples.
     pub hold: Hold,
-    /// Steps of the classical rule from row to row, or the work of so many.
+    /// Steps of the classical rule from row to row, or what is as accurate.
     pub substeps: usize,
     /// Which states begin where a fit says.
     pub free_starts: Vec<bool>,

@@ -68,19 +68,19 @@ impl<'a> Search<'a> {
         estimated(PATIENCE, model, states, self.data, FIT_ROWS)
     }
 
-    /// The effects beside a plant: in free run, and where that finds none though structure is left, from estimates under an
-    /// observer.
+    /// The effects beside a plant: begun in free run, and where structure is left from estimates under an observer as well.
     pub fn run(&self, nominal: &Nominal) -> Option<Fitted<Model>> {
         let mut present = self.fit(&nominal.free.model, &nominal.free.states)?;
         let mut observed = nominal.observed.clone();
         while present.model.terms.len() < MOST_TERMS {
-            let mut worthy = self.worthy(&present, self.contenders(std::slice::from_ref(&present)));
-            if worthy.is_empty() && self.structured(&present) {
+            let mut contenders = self.contenders(std::slice::from_ref(&present));
+            if self.structured(&present) {
                 let under =
                     |f: &Fitted<Model>| self.fit(&Model { observed: OBSERVED, ..f.model.clone() }, &f.states);
                 observed = observed.par_iter().filter_map(under).collect();
-                worthy = self.worthy(&present, self.contenders(&observed));
+                contenders.extend(self.contenders(&observed));
             }
+            let worthy = self.worthy(&present, best_of_each(contenders));
             let Some(next) = simplest(&worthy) else { break };
             let next = self.divided(next, &worthy).unwrap_or_else(|| next.clone());
             present = self.pruned(next);
