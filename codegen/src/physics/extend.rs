@@ -12,7 +12,7 @@ use super::observed::Observed;
 use super::selection::by_time;
 use super::shape::Variable;
 use super::sum::Sum;
-use super::{Physics, PhysicsError, Result, exponential, gaussian, periodic, play, product, warm_up};
+use super::{Physics, PhysicsError, Result, exponential, gaussian, periodic, product, unread, warm_up};
 use crate::bound::{self, Overflows};
 use crate::design::{Design, DesignError};
 use crate::exact::{Interval, arcsec_per_rad};
@@ -72,8 +72,9 @@ impl Physics {
         }
         let Builder { mut program, known, sum, .. } = b;
         let gain = sum.gain.to_f64_up();
-        let account = ErrorAccount { steps: known, sum: sum.word.clone() };
         finish(&mut program, &design.program, at, &sum.word)?;
+        let mut account = ErrorAccount { steps: known, sum: sum.word.clone() };
+        unread::drop_rows(&mut program, &mut account);
         let mut bound = design.bound.clone();
         // Where the terms enlarge what the function is off, that is listed with them.
         let before = bound.approximation + bound.input + bound.evaluation;
@@ -125,7 +126,6 @@ impl Physics {
             };
             match &term.operator {
                 Operator::Product(p) => product::expand(&mut expanded, p, weight, &variable, &given)?,
-                Operator::Play(p) => play::subtract(b, p, &weights, observe(&p.observable)?)?,
                 Operator::Gaussian(g) => gaussian::subtract(b, g, weight, &observe(&g.observable)?)?,
                 Operator::Exponential(e) if by_time(e, &self.further) => {
                     warm_up::subtract(b, e, weight, self.period_s)?;
@@ -137,21 +137,24 @@ impl Physics {
                 | Operator::Rate(_)
                 | Operator::Hinge(_)
                 | Operator::Step(_)
+                | Operator::Play(_)
                 | Operator::Expression(_) => {
                     let pair = matches!(model.sensor, Sensor::EddyCurrentPair { .. });
                     let kind = (&*term.effect, term.operator.kind());
+                    let (variable, given, period_s) = (&variable, &given[..], self.period_s);
+                    let mut lowering =
+                        Lowering { b, shared: &mut shared, variable, given, period_s, term: kind };
+                    if let Operator::Play(play) = &term.operator {
+                        lowering.subtract_plays(play, &term.coefficients, &statistic)?;
+                        continue;
+                    }
                     let unread = |why| PhysicsError::NotGenerated {
                         effect: term.effect.clone(),
                         kind: kind.1,
                         why: format!(": {why}"),
                     };
                     let tree = Tree::of_term(term, pair).map_err(unread)?;
-                    let (variable, given, period_s) = (&variable, &given[..], self.period_s);
-                    Lowering { b, shared: &mut shared, variable, given, period_s, term: kind }.subtract(
-                        &tree,
-                        &statistic,
-                        &term.effect,
-                    )?;
+                    lowering.subtract(&tree, &statistic)?;
                 }
             }
         }

@@ -16,11 +16,11 @@ mod further;
 mod gaussian;
 mod observed;
 mod periodic;
-mod play;
 mod product;
 mod selection;
 mod shape;
 mod sum;
+mod unread;
 mod warm_up;
 mod words;
 

@@ -40,14 +40,6 @@ impl<'a> Observed<'a> {
         }
     }
 
-    /// The observable less the middle of its range, and that middle, where its word has room for another bit then: for
-    /// terms that only see how it moves.
-    pub fn centred(self) -> (Self, Interval) {
-        let middle = self.range().midpoint();
-        let centred = self.affine(&middle, &Interval::from_int(1));
-        if centred.bits() > self.bits() { (centred, middle) } else { (self, Interval::zero()) }
-    }
-
     /// All that it can be.
     pub fn range(&self) -> Interval {
         match self {

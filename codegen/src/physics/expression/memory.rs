@@ -8,6 +8,7 @@ use super::value::Value;
 use super::words::{self, Scaled};
 use super::{Lowering, Tree};
 use crate::exact::{Interval, exp_minus};
+use crate::program::Operand;
 
 /// The input of a lag, less the middle of its range, is taken to words below 2^FRACTION.
 const FRACTION: i64 = 23;
@@ -214,24 +215,36 @@ impl Lowering<'_, '_> {
         Ok(delayed)
     }
 
-    /// What follows across gaps of ±r/elements, ±2r/elements, … ±r, the mean of those: d ← limit(v − p, −r, r),
-    /// p ← v − d. Nothing of that is rounded: only v is.
+    /// What follows across gaps of ±r/elements, ±2r/elements, … ±r, the mean of those.
+    pub(super) fn play(&mut self, of: &[Tree], elements: i64, within: f64) -> Result<Value> {
+        let e = self.lower(&of[0], within)?;
+        let mut follows = e.less(&self.gaps(of, elements, within)?);
+        if of.get(2).is_none() {
+            follows.range = e.range;
+        }
+        Ok(follows)
+    }
+
+    /// How far v is from what follows it, the mean of all elements: d ← limit(v − p, −r, r), p ← v − d. Nothing of that
+    /// is rounded: only v is.
     ///
     /// The play operator does not expand distances (Brokate and Sprekels, "Hysteresis and Phase Transitions", 1996,
     /// proposition 2.3.9): if every v is known to within e, r to within e_r and the initial state to within e₀, then
     /// every p is within max(e + e_r, e₀), however long the history.
-    pub(super) fn play(&mut self, of: &[Tree], elements: i64, within: f64) -> Result<Value> {
+    pub(super) fn gaps(&mut self, of: &[Tree], elements: i64, within: f64) -> Result<Value> {
         let e = self.lower(&of[0], within)?;
         let r = self.constant(&of[1], "a gap")?;
         let zero = Interval::zero();
-        if e.is_constant() {
-            let start = Tree::Apply(self.of_elements(elements), of.to_vec()).at_start();
-            return self.lower(&start, within);
-        }
         if r == zero {
-            return Ok(e);
+            return Ok(Value::number(zero));
         }
         let seen = self.word(&e, false, within, "follow")?;
+        if matches!(seen.word.operand, Operand::Int(_)) {
+            // Nothing moves, but for what the word is off: what follows stays where it was at first.
+            let start = Tree::Apply(self.of_elements(elements), of.to_vec()).at_start();
+            let moved = (&seen.word.error * &seen.unit).mul_pow2(1);
+            return Ok(e.less(&self.lower(&start, within)?).plus(&Value::number(moved.symmetric())));
+        }
         // v in words of which the smallest gap is 2^n: not more than half of those that are seen.
         let least = r.div(&Interval::from_int(elements));
         let scale = |n: i64| seen.unit.mul_pow2(n).div(&least);
@@ -255,12 +268,7 @@ impl Lowering<'_, '_> {
         }
         let word = sum.unwrap_or(none);
         let unit = unit.div(&Interval::from_int(elements));
-        let gaps = words::value_of(&mut self.shared.bases, Scaled { word, offset: zero, unit });
-        let mut follows = e.less(&gaps);
-        if of.get(2).is_none() {
-            follows.range = e.range;
-        }
-        Ok(follows)
+        Ok(words::value_of(&mut self.shared.bases, Scaled { word, offset: zero, unit }))
     }
 
     fn of_elements(&self, elements: i64) -> physics::Operation {

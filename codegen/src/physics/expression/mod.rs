@@ -12,6 +12,7 @@ mod tree;
 mod value;
 mod words;
 
+use fitter::terms::Play;
 use physics::Operation;
 
 use super::builder::{Builder, Tracked, whole};
@@ -54,7 +55,16 @@ pub(super) struct Lowering<'a, 'b> {
 impl Lowering<'_, '_> {
     /// Subtracts an expression, in the unit of the statistics, from the result; `statistic` is one of that unit in the
     /// result's.
-    pub fn subtract(&mut self, tree: &Tree, statistic: &Interval, note: &str) -> Result {
+    pub fn subtract(&mut self, tree: &Tree, statistic: &Interval) -> Result {
+        self.begin();
+        tree.observed().into_iter().try_for_each(|name| self.lower(name, 1.0).map(drop))?;
+        let within = self.within(statistic);
+        let value = self.lower(tree, within)?.scaled(statistic);
+        words::subtract(self.b, &self.shared.bases, &value, self.term.0)
+    }
+
+    /// Takes note of the words that are there.
+    fn begin(&mut self) {
         if self.shared.bases.is_empty() {
             let word = self.variable.word.clone();
             let ends = self.variable.plan.reach_in_v();
@@ -63,10 +73,31 @@ impl Lowering<'_, '_> {
                 self.shared.bases.push(Base::of(given.word.clone(), 32));
             }
         }
-        tree.observed().into_iter().try_for_each(|name| self.lower(name, 1.0).map(drop))?;
-        let within = self.b.sum.tolerance.mul_pow2(-self.b.sum.bits).div(statistic).to_f64();
-        let value = self.lower(tree, within)?.scaled(statistic);
-        words::subtract(self.b, &self.shared.bases, &value, note)
+    }
+
+    /// Subtracts Σ weight·(v − play of v) from the result; the weights are in the unit of the statistics.
+    pub fn subtract_plays(&mut self, play: &Play, weights: &[f64], statistic: &Interval) -> Result {
+        self.begin();
+        let seen = Tree::Observed(play.observable.clone());
+        // All elements have a share of it, v a share of that.
+        let all = weights.iter().fold(f64::MIN_POSITIVE, |sum, weight| sum + weight.abs());
+        let within = SHARE * SHARE * self.within(statistic) / all;
+        for (element, weight) in play.elements.iter().zip(weights) {
+            let weight = &Interval::from_f64(*weight) * statistic;
+            if self.b.leaves_out(&(&weight * &Interval::from_f64(element.half_width))) {
+                continue;
+            }
+            let mut of = vec![seen.clone(), Tree::Number(element.half_width)];
+            of.extend(element.initial.map(Tree::Number));
+            let gap = self.gaps(&of, 1, within)?.scaled(&weight);
+            words::subtract(self.b, &self.shared.bases, &gap, self.term.0)?;
+        }
+        Ok(())
+    }
+
+    /// What an approximation of the terms may be off, in the unit of the statistics.
+    fn within(&self, statistic: &Interval) -> f64 {
+        self.b.sum.tolerance.mul_pow2(-self.b.sum.bits).div(statistic).to_f64()
     }
 
     /// A refusal of the term.

@@ -68,12 +68,11 @@ fn horner(
     }
     let mut scale = vec![bits; c.len()];
     for k in 1..c.len() {
-        let constant = k == c.len() - 1;
-        let largest = partial[k].magnitude().hull(&c[k].magnitude()).magnitude();
+        let product = (&partial[k] - &c[k]).magnitude();
+        let largest = partial[k].magnitude().hull(&c[k].magnitude()).hull(&product).magnitude();
         // A trace more, for rounding may go up to the next power of two.
         let largest = &largest + &largest.mul_pow2(-MOST);
-        let room = bits_of(&largest, if constant { MOST + 2 } else { MOST + 1 });
-        scale[k] = room.min(scale[k - 1] + 32 - base.exponent);
+        scale[k] = bits_of(&largest, MOST + 2).min(scale[k - 1] + 32 - base.exponent);
     }
     let own = format!("p_{}", b.program.steps.len());
     let mut sum = Tracked::constant(&c[c.len() - 1].mul_pow2(scale[c.len() - 1]));
@@ -135,7 +134,8 @@ pub(super) fn word(
             return Ok(Scaled { word, offset: Interval::zero(), unit });
         }
     }
-    let offset = if absolute { Interval::zero() } else { value.range.midpoint() };
+    // Without a constant to add, where that may be.
+    let offset = if absolute { Interval::zero() } else { value.constant.midpoint() };
     // Partial sums must fit as well.
     let away = (&value.constant - &offset).magnitude();
     let each = value.parts.iter().map(|(of, shape)| {
