@@ -9,18 +9,14 @@
 mod builder;
 mod error;
 mod exponent;
-mod exponential;
 mod expression;
 mod extend;
 mod further;
-mod gaussian;
-mod observed;
 mod periodic;
 mod product;
 mod selection;
 mod shape;
 mod sum;
-mod unread;
 mod warm_up;
 mod words;
 

@@ -1,6 +1,8 @@
 //! Operators that remember: the state is a word, or one of 64 bits, that begins with what the expression without its
 //! memories is at the first call.
 
+use physics::Operation;
+
 use super::super::builder::Tracked;
 use super::super::sum::fitted;
 use super::super::{PhysicsError, Result};
@@ -122,9 +124,7 @@ impl Lowering<'_, '_> {
         b.keep(index, next.operand);
         let word = b.high(&format!("lagged_{number}"), &next, bits as u32, range, &error)?;
         let scaled = Scaled { word, offset: middle, unit: Interval::pow2(-scale) };
-        let mut lagged = words::value_of(&mut self.shared.bases, scaled);
-        lagged.range = all;
-        Ok(lagged)
+        Ok(words::value_of(&mut self.shared.bases, scaled).within(&mut self.shared.bases, &all))
     }
 
     /// The input before the first call with which that call leaves the lag where it starts.
@@ -239,11 +239,17 @@ impl Lowering<'_, '_> {
             return Ok(Value::number(zero));
         }
         let seen = self.word(&e, false, within, "follow")?;
-        if matches!(seen.word.operand, Operand::Int(_)) {
-            // Nothing moves, but for what the word is off: what follows stays where it was at first.
-            let start = Tree::Apply(self.of_elements(elements), of.to_vec()).at_start();
-            let moved = (&seen.word.error * &seen.unit).mul_pow2(1);
-            return Ok(e.less(&self.lower(&start, within)?).plus(&Value::number(moved.symmetric())));
+        let alike = of.get(2).is_none_or(|start| start.at_start().observed().is_empty());
+        if matches!(seen.word.operand, Operand::Int(_)) && alike {
+            // Nothing moves, but for what the word is off: it stays as far from what follows as it was at first.
+            let v = &seen.offset + &(&seen.word.range * &seen.unit);
+            let held = Tree::Number(v.to_f64());
+            let off = (&v - &Interval::from_f64(v.to_f64())).magnitude();
+            let moved = (&(&seen.word.error * &seen.unit) + &off).mul_pow2(1);
+            let followed = [std::slice::from_ref(&held), &of[1..]].concat();
+            let follows = Tree::Apply(self.of_elements(elements), followed).at_start();
+            let gap = Tree::Apply(Operation::Difference, vec![held, follows]);
+            return Ok(self.lower(&gap, within)?.plus(&Value::number(moved.symmetric())));
         }
         // v in words of which the smallest gap is 2^n: not more than half of those that are seen.
         let least = r.div(&Interval::from_int(elements));
@@ -271,8 +277,8 @@ impl Lowering<'_, '_> {
         Ok(words::value_of(&mut self.shared.bases, Scaled { word, offset: zero, unit }))
     }
 
-    fn of_elements(&self, elements: i64) -> physics::Operation {
-        if elements == 1 { physics::Operation::Play } else { physics::Operation::Plays }
+    fn of_elements(&self, elements: i64) -> Operation {
+        if elements == 1 { Operation::Play } else { Operation::Plays }
     }
 
     /// What follows at first, in the words of v.

@@ -6,6 +6,7 @@
 //! be off is handed down from the result, by how strongly each operator depends on its arguments; that only chooses
 //! how long polynomials are, and the bound holds whatever is chosen.
 
+mod decay;
 mod elementary;
 mod memory;
 mod tree;
@@ -101,7 +102,7 @@ impl Lowering<'_, '_> {
     }
 
     /// A refusal of the term.
-    fn refuse(&self, why: String) -> PhysicsError {
+    pub fn refuse(&self, why: String) -> PhysicsError {
         let (effect, kind) = self.term;
         PhysicsError::NotGenerated { effect: effect.into(), kind, why: format!(": {why}") }
     }

@@ -90,6 +90,16 @@ fn horner(
     Ok(sum)
 }
 
+/// The bits with which a value less `offset` is a word; partial sums must fit as well.
+pub(super) fn finest(bases: &[Base], value: &Value, offset: &Interval) -> i64 {
+    let away = (&value.constant - offset).magnitude();
+    let each = value.parts.iter().map(|(of, shape)| {
+        let (from, to) = &bases[*of].ends;
+        (&shape.polynomial.range(from, to) + &shape.remainder.symmetric()).magnitude()
+    });
+    bits_of(&each.fold(away, |sum, part| &sum + &part), MOST + 1).min(200)
+}
+
 /// A value as a word of (value − from)·2^bits, within about `tolerance` of it; polynomials that are next to nothing
 /// are left out.
 pub(super) fn word_at(
@@ -136,14 +146,7 @@ pub(super) fn word(
     }
     // Without a constant to add, where that may be.
     let offset = if absolute { Interval::zero() } else { value.constant.midpoint() };
-    // Partial sums must fit as well.
-    let away = (&value.constant - &offset).magnitude();
-    let each = value.parts.iter().map(|(of, shape)| {
-        let (from, to) = &bases[*of].ends;
-        (&shape.polynomial.range(from, to) + &shape.remainder.symmetric()).magnitude()
-    });
-    let largest = each.fold(away, |sum, part| &sum + &part);
-    let bits = bits_of(&largest, MOST + 1).min(200);
+    let bits = finest(bases, value, &offset);
     let word = word_at(b, bases, value, (&offset, bits), (tolerance, name))?;
     Ok(Scaled { word, offset, unit: Interval::pow2(-bits) })
 }
