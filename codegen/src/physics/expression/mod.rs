@@ -222,6 +222,10 @@ impl Lowering<'_, '_> {
                 // max(a, b) = b + max(a − b, 0), min(a, b) = b − max(b − a, 0).
                 let sign = Interval::from_int(sign);
                 let beyond = a.less(&b).narrowed(&self.shared.bases).scaled(&sign);
+                if onto.is_some() && Interval::zero().certainly_le(&beyond.range.lower()) {
+                    // The other has no part in it, nor what it is off.
+                    return Ok(a);
+                }
                 let beyond = self.positive(&beyond, shares[0].min(shares[1]))?.scaled(&sign);
                 Ok(onto.map_or(beyond.clone(), |b| b.plus(&beyond)))
             }
