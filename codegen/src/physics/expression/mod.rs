@@ -212,23 +212,7 @@ impl Lowering<'_, '_> {
                 let x = one(self, 0)?;
                 self.magnitude(&x, shares[0])
             }
-            Operation::Min | Operation::Max | Operation::Hinge => {
-                let (a, b) = (one(self, 0)?, one(self, 1)?);
-                let (sign, onto) = match operation {
-                    Operation::Min => (-1, Some(&b)),
-                    Operation::Max => (1, Some(&b)),
-                    _ => (1, None),
-                };
-                // max(a, b) = b + max(a − b, 0), min(a, b) = b − max(b − a, 0).
-                let sign = Interval::from_int(sign);
-                let beyond = a.less(&b).narrowed(&self.shared.bases).scaled(&sign);
-                if onto.is_some() && Interval::zero().certainly_le(&beyond.range.lower()) {
-                    // The other has no part in it, nor what it is off.
-                    return Ok(a);
-                }
-                let beyond = self.positive(&beyond, shares[0].min(shares[1]))?.scaled(&sign);
-                Ok(onto.map_or(beyond.clone(), |b| b.plus(&beyond)))
-            }
+            Operation::Min | Operation::Max | Operation::Hinge => self.extreme(operation, of, shares),
             Operation::Sign | Operation::Step => {
                 let x = one(self, 0)?;
                 let at = if operation == Operation::Step {
@@ -257,6 +241,25 @@ impl Lowering<'_, '_> {
                 Err(self.refuse(format!("`{}` is a figure of a whole recording", operation.name())))
             }
         }
+    }
+
+    /// The larger, the smaller, or what the first is above the second.
+    fn extreme(&mut self, operation: Operation, of: &[Tree], shares: &[f64]) -> Result<Value> {
+        let (a, b) = (self.lower(&of[0], shares[0])?, self.lower(&of[1], shares[1])?);
+        let (sign, onto) = match operation {
+            Operation::Min => (-1, Some(&b)),
+            Operation::Max => (1, Some(&b)),
+            _ => (1, None),
+        };
+        // max(a, b) = b + max(a − b, 0), min(a, b) = b − max(b − a, 0).
+        let sign = Interval::from_int(sign);
+        let beyond = a.less(&b).narrowed(&self.shared.bases).scaled(&sign);
+        if onto.is_some() && Interval::zero().certainly_le(&beyond.range.lower()) {
+            // The other has no part in it, nor what it is off.
+            return Ok(a);
+        }
+        let beyond = self.positive(&beyond, shares[0].min(shares[1]))?.scaled(&sign);
+        Ok(onto.map_or(beyond.clone(), |b| b.plus(&beyond)))
     }
 
     /// A part that must be a constant.
