@@ -8,7 +8,7 @@ use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_ang
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 
-use crate::effects::{Effect, PERIODIC_ERROR, Reading};
+use crate::effects::{Effect, Reading};
 use crate::model::{FittedTerm, Model};
 use crate::numerics::least_squares;
 use crate::numerics::{mean, range};
@@ -177,7 +177,7 @@ impl HandOn<'_> {
             let row = |i| (1..n).map(|k| model.covariance[i * fitted + k]).collect();
             linear.extend((1..n).map(|k| (0..fitted).map(|i| f64::from(u8::from(i == k))).collect()));
             file.terms.push(Term {
-                effect: PERIODIC_ERROR.into(),
+                effect: physics::found_by_fit("harmonics"),
                 scope: Scope::Device,
                 operator: Operator::Periodic(Periodic::of(turn.revolution, (waves.len() / 2) as u16)),
                 coefficients: waves.to_vec(),

@@ -745,6 +745,8 @@ pub mod judge {
 pub mod numerics {
     /// Relative length below which what is left of a column after projection is rounding.
     pub const DEPENDENT: f64 = 1e-7;
+    /// Partial sums of an inner product: enough for two of the widest registers, and the same on every processor.
+    pub const LANES: usize = 16;
 }
 
 /// See [`crate::model`].
@@ -800,6 +802,8 @@ pub mod refit {
 
 /// See [`crate::report`].
 pub mod report {
+    /// Most observables that get a chart of the residual, by judgement.
+    pub const MOST_CHARTS: usize = 4;
     /// See [`crate::report::charts`].
     pub mod charts {
         /// Most points that are drawn; of a longer recording evenly chosen rows.
@@ -813,6 +817,12 @@ pub mod report {
         pub const RANGES: usize = 10;
         /// Deviation in units of its uncertainty at which a cell has its full colour.
         pub const FULL: f64 = 8.0;
+        /// Height of an observable in pixels, by judgement: two rows of cells, 17 each, and the gap to the next.
+        pub const LINE: i32 = 46;
+        /// Width of the names in pixels, by judgement.
+        pub const LEFT: i32 = 178;
+        /// Width of a cell in pixels, its gap included, by judgement.
+        pub const CELL: i32 = 38;
     }
     /// See [`crate::report::spectra`].
     pub mod spectra {

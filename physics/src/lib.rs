@@ -10,6 +10,8 @@
 //! [`declared`] reads effects that a user states in a file. A [`tape::Tape`] is what the right-hand sides of equations of
 //! motion are compiled to.
 
+#[cfg(feature = "declarations")]
+mod catalogue;
 mod check;
 #[cfg(feature = "declarations")]
 mod declaration;
@@ -24,6 +26,8 @@ mod quantity;
 pub mod tape;
 mod unit;
 
+#[cfg(feature = "declarations")]
+pub use catalogue::{CATALOGUE, found_by_fit};
 pub use check::{Applied, Names, Node, Parameter, Sentence};
 #[cfg(feature = "declarations")]
 pub use declaration::{

@@ -86,6 +86,14 @@ impl Trial {
         Some(metric.left_by(&columns, &added, ids))
     }
 
+    /// ρ of another error of the reading beside the base model, in arcsec for every row of the recording; none where the
+    /// covariance of the noise is not positive definite.
+    pub fn rho_of(&self, error_arcsec: &[f64]) -> Option<f64> {
+        let columns = Columns::new(&self.record(), self.distance_mm());
+        let metric = Metric::new(&columns, &self.covariance(), self.distance_mm())?;
+        metric.rho(&[error_arcsec.to_vec()]).first().copied()
+    }
+
     /// Distance of the probes in millimetres.
     pub fn distance_mm(&self) -> f64 {
         self.device.geometry.probe_distance_mm

@@ -11,7 +11,7 @@ use fitter::turn::Turn;
 use fitter::{Coefficients, Fit};
 use serde_json::{Value, json};
 
-use crate::terminal::{FIGURE, LABEL, WARNING, line};
+use crate::terminal::{FIGURE, LABEL, WARNING, line, with_options};
 
 /// So many harmonics are listed unless everything is.
 const LISTED: usize = 6;
@@ -163,7 +163,7 @@ fn write_coefficients(text: &mut String, file: &Coefficients) -> std::fmt::Resul
         )?;
     }
     for open in &identification.unidentifiable {
-        *text += &line("open", &open.statement);
+        *text += &line("open", &with_options(&open.message()));
     }
     Ok(())
 }

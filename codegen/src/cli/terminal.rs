@@ -235,16 +235,20 @@ fn ended(code: ExitCode) -> ExitCode {
     }
 }
 
-/// Prints a message, with the options that set the values of which it speaks: what of it comes from outside does nothing,
-/// and is cut to a length that can be read.
-fn refuse(message: &Message) -> ExitCode {
+/// A message with the options that set the values of which it speaks.
+pub fn with_options(message: &Message) -> String {
     let options = message.options(option);
     let by = if options.is_empty() { String::new() } else { format!(" (give {})", options.join(", ")) };
-    let text = format!("{message}{by}");
+    format!("{message}{by}")
+}
+
+/// Prints a message with its options: what of it comes from outside does nothing, and is cut to a length that can be read.
+fn refuse(message: &Message) -> ExitCode {
+    let text = with_options(message);
     let safe = text.lines().map(text_safety::visible).collect::<Vec<_>>().join("\n");
     let readable = shortened(&safe, LONGEST_MESSAGE);
     match machine() {
-        true => complain_as_json(&readable, message, &options),
+        true => complain_as_json(&readable, message, &message.options(option)),
         false => {
             let style = clap::builder::Styles::styled();
             let label = style.get_error();

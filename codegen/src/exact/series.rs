@@ -152,10 +152,7 @@ fn wave(x: &Interval) -> (Interval, Interval) {
     let reduced = &middle - &(&Interval::from_int(turns) * &pi().mul_pow2(1));
     let (cosine, sine) = cos_sin(&reduced);
     let slack = (x - &middle).magnitude().symmetric();
-    let within = |value: Interval| {
-        let wide = &value + &slack;
-        if wide.inside(&one.symmetric()) { wide } else { one.symmetric() }
-    };
+    let within = |value: Interval| (&value + &slack).meet(&one.symmetric());
     (within(cosine), within(sine))
 }
 

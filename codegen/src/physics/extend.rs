@@ -5,14 +5,13 @@ use std::collections::BTreeMap;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::Operator;
 
-use super::builder::{Builder, ErrorAccount, Tracked};
+use super::builder::{Builder, ErrorAccount, Tracked, whole};
 use super::expression::{Lowering, Shared, Tree};
 use super::further::Given;
-use super::observed::Observed;
 use super::selection::by_time;
 use super::shape::Variable;
 use super::sum::Sum;
-use super::{Physics, PhysicsError, Result, exponential, gaussian, periodic, play, product, warm_up};
+use super::{Physics, PhysicsError, Result, periodic, product, warm_up};
 use crate::bound::{self, Overflows};
 use crate::design::{Design, DesignError};
 use crate::exact::{Interval, arcsec_per_rad};
@@ -72,8 +71,9 @@ impl Physics {
         }
         let Builder { mut program, known, sum, .. } = b;
         let gain = sum.gain.to_f64_up();
-        let account = ErrorAccount { steps: known, sum: sum.word.clone() };
         finish(&mut program, &design.program, at, &sum.word)?;
+        let mut account = ErrorAccount { steps: known, sum: sum.word.clone() };
+        drop_unread_rows(&mut program, &mut account);
         let mut bound = design.bound.clone();
         // Where the terms enlarge what the function is off, that is listed with them.
         let before = bound.approximation + bound.input + bound.evaluation;
@@ -114,23 +114,18 @@ impl Physics {
         let mut shared = Shared::default();
         for term in &self.terms {
             // Coefficients are in the statistics' unit per unit of the observable.
-            let weights: Vec<Interval> =
-                term.coefficients.iter().map(|c| &Interval::from_f64(*c) * &statistic).collect();
-            let nothing = Interval::zero();
-            let weight = weights.first().unwrap_or(&nothing);
-            let observe = |name: &str| {
-                let (effect, kind) = (term.effect.clone(), term.operator.kind());
-                let needs = || PhysicsError::Needs { effect, kind, observable: name.into() };
-                Observed::of(name, &variable, &given)?.ok_or_else(needs)
-            };
+            let weight = &Interval::from_f64(term.coefficients.first().copied().unwrap_or(0.0)) * &statistic;
+            let kind = (&*term.effect, term.operator.kind());
+            let (variable, given, period_s) = (&variable, &given[..], self.period_s);
+            let mut lowering = Lowering { b, shared: &mut shared, variable, given, period_s, term: kind };
             match &term.operator {
-                Operator::Product(p) => product::expand(&mut expanded, p, weight, &variable, &given)?,
-                Operator::Play(p) => play::subtract(b, p, &weights, observe(&p.observable)?)?,
-                Operator::Gaussian(g) => gaussian::subtract(b, g, weight, &observe(&g.observable)?)?,
+                Operator::Product(p) => product::expand(&mut expanded, p, &weight, variable, given)?,
+                Operator::Play(p) => lowering.subtract_plays(p, &term.coefficients, &statistic)?,
+                Operator::Gaussian(g) => lowering.subtract_gaussian(g, &weight)?,
                 Operator::Exponential(e) if by_time(e, &self.further) => {
-                    warm_up::subtract(b, e, weight, self.period_s)?;
+                    warm_up::subtract(b, e, &weight, period_s)?;
                 }
-                Operator::Exponential(e) => exponential::subtract(b, e, weight, &observe(&e.observable)?)?,
+                Operator::Exponential(e) => lowering.subtract_exponential(e, &weight)?,
                 // Of the result itself: solved in the end.
                 Operator::Periodic(_) => {}
                 Operator::Lag(_)
@@ -139,19 +134,8 @@ impl Physics {
                 | Operator::Step(_)
                 | Operator::Expression(_) => {
                     let pair = matches!(model.sensor, Sensor::EddyCurrentPair { .. });
-                    let kind = (&*term.effect, term.operator.kind());
-                    let unread = |why| PhysicsError::NotGenerated {
-                        effect: term.effect.clone(),
-                        kind: kind.1,
-                        why: format!(": {why}"),
-                    };
-                    let tree = Tree::of_term(term, pair).map_err(unread)?;
-                    let (variable, given, period_s) = (&variable, &given[..], self.period_s);
-                    Lowering { b, shared: &mut shared, variable, given, period_s, term: kind }.subtract(
-                        &tree,
-                        &statistic,
-                        &term.effect,
-                    )?;
+                    let tree = Tree::of_term(term, pair).map_err(|why| lowering.refuse(why))?;
+                    lowering.subtract(&tree, &statistic)?;
                 }
             }
         }
@@ -170,6 +154,36 @@ fn wide_first(program: &mut Program) {
         }
     }
     program.state = order.into_iter().map(|i| program.state[i].clone()).collect();
+}
+
+/// Takes out the rows of the table that no written step reads, of parts that came to nothing in the end; a step that was to
+/// read one holds its number.
+fn drop_unread_rows(program: &mut Program, account: &mut ErrorAccount) {
+    let written = program.written_steps();
+    let (mut gone, mut unread) = (0, Vec::new());
+    for step in 0..program.steps.len() {
+        let kept = written.binary_search(&step).is_ok();
+        match (&mut program.steps[step].op, account.steps.get_mut(&step)) {
+            (Op::Index { add, by, .. }, Some(known)) if kept => {
+                *add -= gone << *by;
+                known.result.range = &known.result.range - &Interval::from_int(gone);
+            }
+            (Op::Index { .. }, Some(known)) => {
+                let (first, last) = whole(&known.result.range);
+                let mut rows = program.table.drain((first - gone) as usize..=(last - gone) as usize);
+                unread.push((Operand::Step(step), rows.next().unwrap_or_default()));
+                gone += last + 1 - first;
+            }
+            (op @ Op::Entry { .. }, _) => {
+                if let Op::Entry { index, column } = op
+                    && let Some((_, row)) = unread.iter().find(|(of, _)| of == index)
+                {
+                    *op = Op::Add { a: Operand::Int(row[*column]), b: Operand::Int(0) };
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Appends the steps of `before` from `at` on, which make the output of the sum, so that they read `sum` instead.

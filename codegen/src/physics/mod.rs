@@ -9,14 +9,10 @@
 mod builder;
 mod error;
 mod exponent;
-mod exponential;
 mod expression;
 mod extend;
 mod further;
-mod gaussian;
-mod observed;
 mod periodic;
-mod play;
 mod product;
 mod selection;
 mod shape;

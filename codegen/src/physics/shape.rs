@@ -114,7 +114,7 @@ pub(super) fn best_within(
         } else {
             minimax(&shape.polynomial, lower, from, to)
         };
-        let supremum = best.sub(&shape.polynomial).supremum(from, to, &tolerance.mul_pow2(-4));
+        let supremum = best.sub(&shape.polynomial).supremum(from, to, &tolerance.mul_pow2(-6));
         let distance = (&supremum.magnitude() + &shape.remainder).upper();
         if distance.certainly_le(tolerance) {
             return (best, distance);

@@ -472,6 +472,28 @@ fn walk() -> (Device, Vec<(i32, u16)>) {
     (device, (0..20_000).map(step).collect())
 }
 
+/// A drift of three times the angle: the sum that the function leaves has no room for it, until it is coarser.
+#[test]
+fn a_term_that_overflows_is_given_more_headroom() {
+    let (device, words) = walk();
+    let (device, words) = (Device { zero_drift: 2000.0, ..device }, &words[..2000]);
+    let small = Device { zero_drift: 0.35, ..device.clone() };
+    let options = Options { bound: Some(1.0), degree: Some(9), ..options() };
+    let [routine, usual] = [&device, &small].map(|device| {
+        routine::design(&device.coefficients(), &options, &options.routines[0]).expect("a routine")
+    });
+    assert!(routine.design.sum_bits < usual.design.sum_bits, "there is room at once: nothing is tested");
+    let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
+    let (from, to) = routine.design.program.valid;
+    let inside: Vec<(i32, u16)> =
+        words.iter().map(|(s, t)| (f64::from(*s).clamp(from, to) as i32, (*t).clamp(1900, 3900))).collect();
+    let expected = device.corrected_rad(&readings(&inside));
+    for (word, expected) in interpreted(&routine, &inside).into_iter().zip(expected) {
+        let error = (f64::from(word) * unit - expected).abs();
+        assert!(error <= bound * (1.0 + 1e-9), "{error:e} exceeds {bound:e}");
+    }
+}
+
 /// The counted figures of the routine with temperature and three plays, as committed: in C on a Cortex-M4F.
 #[test]
 fn temperature_and_three_plays_stay_within_their_budget() {

@@ -106,10 +106,13 @@ fn made(declared: Declared, pair: bool, own: bool) -> Result<Effect, String> {
     };
     let functions = functions.map(function).collect::<Result<BTreeMap<_, _>, String>>()?;
     let found_by_fit: fn(&Turn) -> bool = match declared.known.found_by_fit.as_deref() {
-        None => |_| false,
+        // The harmonics of a turn are the base.
+        None | Some("harmonics") => |_| false,
         Some("lag") => |turn| turn.directions.lag_corrected,
         Some("slope") => |turn| turn.slope.is_some(),
-        Some(other) => return Err(format!("`fit` finds no `{other}`, expected `lag` or `slope`")),
+        Some(other) => {
+            return Err(format!("`fit` finds no `{other}`, expected `harmonics`, `lag` or `slope`"));
+        }
     };
     let is_factor = |index: &usize| matches!(declared.parameters[*index].role, Role::Factor(_));
     let (factors, shaped) = (0..declared.parameters.len()).partition(is_factor);

@@ -117,9 +117,6 @@ pub struct Handed {
     pub map: Vec<Vec<f64>>,
 }
 
-/// Id of the error that repeats with the angle: what `fit` calls the harmonics of a turn.
-pub const PERIODIC_ERROR: &str = "periodic_error";
-
 /// All effects of the catalogue for a sensor, in the order in which ties are broken: the simpler explanation first.
 pub fn catalogue(sensor: &Sensor) -> Arc<[Effect]> {
     let (pair, unit) = declared::of_sensor(sensor);
@@ -133,7 +130,7 @@ fn catalogue_in(pair: bool, unit: &str) -> Arc<[Effect]> {
     // What a thread that failed left behind is whole: it is put in at once.
     let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
     let made = || {
-        let effects = declared::catalogued(include_str!("catalogue.toml"), pair, unit);
+        let effects = declared::catalogued(physics::CATALOGUE, pair, unit);
         effects.unwrap_or_else(|error| unreachable!("the catalogue is read in every test: {error}")).into()
     };
     Arc::clone(read.entry((pair, unit.to_string())).or_insert_with(made))

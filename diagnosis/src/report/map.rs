@@ -8,7 +8,7 @@ use super::readable;
 use crate::diagnosis::Outcome;
 use crate::generic;
 use crate::numerics::range;
-use crate::thresholds::report::map::{FULL, RANGES};
+use crate::thresholds::report::map::{CELL, FULL, LEFT, LINE, RANGES};
 use crate::verdict::{angle_name, values_of};
 
 /// The map as SVG, with a line that says how to read it.
@@ -42,9 +42,6 @@ fn draw(
     after: &[f64],
     level: f64,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    const LINE: i32 = 46;
-    const LEFT: i32 = 178;
-    const CELL: i32 = 38;
     let height = LINE * variables.len() as i32 + 10;
     let root = SVGBackend::with_string(svg, ((LEFT + CELL * RANGES as i32 + 8) as u32, height as u32))
         .into_drawing_area();

@@ -14,10 +14,8 @@ use serde::Serialize;
 
 use crate::diagnosis::{Diagnosis, Outcome};
 use crate::dynamic::{DynamicOutcome, DynamicRecording};
+use crate::thresholds::report::MOST_CHARTS;
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict, angle_name};
-
-/// Most observables that get a chart of the residual.
-const CHARTS: usize = 4;
 
 /// What a page shows beside the answer itself.
 #[derive(Serialize)]
@@ -85,7 +83,7 @@ pub fn page(outcome: &Outcome) -> String {
     let (rows, passes) = (outcome.rows.len(), outcome.rows.passes().len());
     let (before, after) = (residual(outcome, false), residual(outcome, true));
     let mut shown: Vec<(String, Option<String>)> =
-        d.locations.iter().map(|l| (l.variable.clone(), l.times.clone())).take(CHARTS).collect();
+        d.locations.iter().map(|l| (l.variable.clone(), l.times.clone())).take(MOST_CHARTS).collect();
     for usual in [angle_name(&outcome.rows), "t_s".into()] {
         if shown.len() < 2 && !shown.iter().any(|(v, _)| *v == usual) {
             shown.push((usual, None));

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::error_model::{ErrorModel, Sensor};
+use crate::message::Message;
 use crate::recording::Recording;
 use crate::terms::Term;
 use crate::turn::Turn;
@@ -263,6 +264,13 @@ pub struct Unidentifiable {
     pub direction: Vec<Movement>,
     /// Smallest singular value of the Jacobian over its largest.
     pub relative_singular_value: f64,
+}
+
+impl Unidentifiable {
+    /// The statement, with the value that settles it where it is measured otherwise.
+    pub fn message(&self) -> Message {
+        Message::of(&self.statement).by("probe_distance_error")
+    }
 }
 
 /// See [`Unidentifiable::direction`].

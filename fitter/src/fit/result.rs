@@ -162,8 +162,8 @@ fn unidentifiable(parts: &Parts, model: &ErrorModel) -> Result<Vec<Unidentifiabl
     Ok(vec![Unidentifiable {
         statement: format!(
             "the probe distance error dd and a1 cannot be told apart: raising dd by 1 mm and a1 by {slope:.6} \
-             leaves every predicted angle as it is; only a1 - dd/d = {:.6} is determined (give \
-             --probe-distance-error to separate them)",
+             leaves every predicted angle as it is; only a1 - dd/d = {:.6} is determined, until the probe distance \
+             error is measured otherwise",
             model.coefficients[1]
         ),
         direction,

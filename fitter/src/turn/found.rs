@@ -109,18 +109,18 @@ impl Found {
         let mut terms = Vec::new();
         if !self.waves.is_empty() {
             terms.push(Term {
-                effect: "periodic_error".to_string(),
+                effect: physics::found_by_fit("harmonics"),
                 scope: Scope::Device,
                 operator: Operator::Periodic(Periodic::of(problem.turn, (self.waves.len() / 2) as u16)),
                 coefficients: self.waves.clone(),
                 covariance: if self.freedom > 0 { self.covariance.clone() } else { Vec::new() },
             });
         }
-        let mut also = |effect: &str, kind: Kind, operator: Operator| {
+        let mut also = |found: &str, kind: Kind, operator: Operator| {
             let Some(place) = problem.place(kind) else { return };
             let error = self.estimate(problem, kind, 1.0).map(|estimate| estimate.standard_error);
             terms.push(Term {
-                effect: effect.to_string(),
+                effect: physics::found_by_fit(found),
                 scope: Scope::Device,
                 operator,
                 coefficients: vec![self.beside[place]],
@@ -128,10 +128,10 @@ impl Found {
             });
         };
         if let Some(middle) = self.corrections.middle {
-            also("turn_slope", Kind::Slope, Operator::Product(Product::of("measured", middle)));
+            also("slope", Kind::Slope, Operator::Product(Product::of("measured", middle)));
         }
         if self.corrections.lag {
-            also("read_lag", Kind::Velocity, Operator::Rate(Rate::of("measured")));
+            also("lag", Kind::Velocity, Operator::Rate(Rate::of("measured")));
         }
         terms
     }

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use crate::diagnose::common::{Scene, normal, recording, scene};
 
-const HEATING: &str = "\
+pub(super) const HEATING: &str = "\
 [[effect]]
 id = \"coil_heating\"
 title = \"heating by the coil current\"
@@ -18,7 +18,7 @@ confused_with = [\"thermal_lag\"]
 /// k in arcsec/A² and τ in s.
 const TRUTH: [f64; 2] = [60.0, 45.0];
 
-fn arcsmith(arguments: &[&str]) -> Output {
+pub(super) fn arcsmith(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_arcsmith")).args(arguments).output().expect("the program runs")
 }
 
@@ -48,7 +48,7 @@ fn declare(scene: &Scene, text: &str) -> String {
 }
 
 /// Root mean square of `angle_arcsec` less the reference, without its mean.
-fn left(angles: &Path, recording: &Path) -> f64 {
+pub(super) fn left(angles: &Path, recording: &Path) -> f64 {
     let column = |path: &Path, name: &str| -> Vec<f64> {
         let text = std::fs::read_to_string(path).expect("a table");
         let mut lines = text.lines();

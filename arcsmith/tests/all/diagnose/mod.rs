@@ -6,6 +6,7 @@ mod cli;
 mod common;
 mod correlated_noise;
 mod declared;
+mod declared_campaign;
 mod dynamic;
 mod dynamic_hidden;
 mod dynamic_judged;

@@ -5,7 +5,7 @@ use super::super::shape::{Shape, best_within};
 use super::super::{PhysicsError, Result};
 use super::value::{Base, Value};
 use super::words::{self, Scaled};
-use super::{Lowering, Tree};
+use super::{Lowering, SHARE, Tree};
 use crate::approximate::interpolate;
 use crate::bound::of_type;
 use crate::exact::{Function, Interval, Polynomial};
@@ -80,7 +80,10 @@ impl Lowering<'_, '_> {
         let (of, offset, slope) = match x.affine() {
             Some(affine) => affine,
             None => {
-                let scaled = self.word(x, false, of_argument, "of")?;
+                // It stays away from 0 where there is no value.
+                let away = x.range.to_f64_down().abs().min(x.range.to_f64_up().abs());
+                let most = if function.exists(&Interval::zero()) { f64::INFINITY } else { SHARE * away };
+                let scaled = self.word(x, false, of_argument.min(most), "of")?;
                 let value = words::value_of(&mut self.shared.bases, scaled);
                 value.affine().ok_or(PhysicsError::TooLarge)?
             }

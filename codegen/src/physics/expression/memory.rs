@@ -1,6 +1,8 @@
 //! Operators that remember: the state is a word, or one of 64 bits, that begins with what the expression without its
 //! memories is at the first call.
 
+use physics::Operation;
+
 use super::super::builder::Tracked;
 use super::super::sum::fitted;
 use super::super::{PhysicsError, Result};
@@ -8,6 +10,7 @@ use super::value::Value;
 use super::words::{self, Scaled};
 use super::{Lowering, Tree};
 use crate::exact::{Interval, exp_minus};
+use crate::program::Operand;
 
 /// The input of a lag, less the middle of its range, is taken to words below 2^FRACTION.
 const FRACTION: i64 = 23;
@@ -121,9 +124,7 @@ impl Lowering<'_, '_> {
         b.keep(index, next.operand);
         let word = b.high(&format!("lagged_{number}"), &next, bits as u32, range, &error)?;
         let scaled = Scaled { word, offset: middle, unit: Interval::pow2(-scale) };
-        let mut lagged = words::value_of(&mut self.shared.bases, scaled);
-        lagged.range = all;
-        Ok(lagged)
+        Ok(words::value_of(&mut self.shared.bases, scaled).within(&mut self.shared.bases, &all))
     }
 
     /// The input before the first call with which that call leaves the lag where it starts.
@@ -214,24 +215,42 @@ impl Lowering<'_, '_> {
         Ok(delayed)
     }
 
-    /// What follows across gaps of ±r/elements, ±2r/elements, … ±r, the mean of those: d ← limit(v − p, −r, r),
-    /// p ← v − d. Nothing of that is rounded: only v is.
+    /// What follows across gaps of ±r/elements, ±2r/elements, … ±r, the mean of those.
+    pub(super) fn play(&mut self, of: &[Tree], elements: i64, within: f64) -> Result<Value> {
+        let e = self.lower(&of[0], within)?;
+        let mut follows = e.less(&self.gaps(of, elements, within)?);
+        if of.get(2).is_none() {
+            follows.range = e.range;
+        }
+        Ok(follows)
+    }
+
+    /// How far v is from what follows it, the mean of all elements: d ← limit(v − p, −r, r), p ← v − d. Nothing of that
+    /// is rounded: only v is.
     ///
     /// The play operator does not expand distances (Brokate and Sprekels, "Hysteresis and Phase Transitions", 1996,
     /// proposition 2.3.9): if every v is known to within e, r to within e_r and the initial state to within e₀, then
     /// every p is within max(e + e_r, e₀), however long the history.
-    pub(super) fn play(&mut self, of: &[Tree], elements: i64, within: f64) -> Result<Value> {
+    pub(super) fn gaps(&mut self, of: &[Tree], elements: i64, within: f64) -> Result<Value> {
         let e = self.lower(&of[0], within)?;
         let r = self.constant(&of[1], "a gap")?;
         let zero = Interval::zero();
-        if e.is_constant() {
-            let start = Tree::Apply(self.of_elements(elements), of.to_vec()).at_start();
-            return self.lower(&start, within);
-        }
         if r == zero {
-            return Ok(e);
+            return Ok(Value::number(zero));
         }
         let seen = self.word(&e, false, within, "follow")?;
+        let alike = of.get(2).is_none_or(|start| start.at_start().observed().is_empty());
+        if matches!(seen.word.operand, Operand::Int(_)) && alike {
+            // Nothing moves, but for what the word is off: it stays as far from what follows as it was at first.
+            let v = &seen.offset + &(&seen.word.range * &seen.unit);
+            let held = Tree::Number(v.to_f64());
+            let off = (&v - &Interval::from_f64(v.to_f64())).magnitude();
+            let moved = (&(&seen.word.error * &seen.unit) + &off).mul_pow2(1);
+            let followed = [std::slice::from_ref(&held), &of[1..]].concat();
+            let follows = Tree::Apply(self.of_elements(elements), followed).at_start();
+            let gap = Tree::Apply(Operation::Difference, vec![held, follows]);
+            return Ok(self.lower(&gap, within)?.plus(&Value::number(moved.symmetric())));
+        }
         // v in words of which the smallest gap is 2^n: not more than half of those that are seen.
         let least = r.div(&Interval::from_int(elements));
         let scale = |n: i64| seen.unit.mul_pow2(n).div(&least);
@@ -255,16 +274,11 @@ impl Lowering<'_, '_> {
         }
         let word = sum.unwrap_or(none);
         let unit = unit.div(&Interval::from_int(elements));
-        let gaps = words::value_of(&mut self.shared.bases, Scaled { word, offset: zero, unit });
-        let mut follows = e.less(&gaps);
-        if of.get(2).is_none() {
-            follows.range = e.range;
-        }
-        Ok(follows)
+        Ok(words::value_of(&mut self.shared.bases, Scaled { word, offset: zero, unit }))
     }
 
-    fn of_elements(&self, elements: i64) -> physics::Operation {
-        if elements == 1 { physics::Operation::Play } else { physics::Operation::Plays }
+    fn of_elements(&self, elements: i64) -> Operation {
+        if elements == 1 { Operation::Play } else { Operation::Plays }
     }
 
     /// What follows at first, in the words of v.

@@ -6,12 +6,14 @@
 //! be off is handed down from the result, by how strongly each operator depends on its arguments; that only chooses
 //! how long polynomials are, and the bound holds whatever is chosen.
 
+mod decay;
 mod elementary;
 mod memory;
 mod tree;
 mod value;
 mod words;
 
+use fitter::terms::Play;
 use physics::Operation;
 
 use super::builder::{Builder, Tracked, whole};
@@ -54,7 +56,16 @@ pub(super) struct Lowering<'a, 'b> {
 impl Lowering<'_, '_> {
     /// Subtracts an expression, in the unit of the statistics, from the result; `statistic` is one of that unit in the
     /// result's.
-    pub fn subtract(&mut self, tree: &Tree, statistic: &Interval, note: &str) -> Result {
+    pub fn subtract(&mut self, tree: &Tree, statistic: &Interval) -> Result {
+        self.begin();
+        tree.observed().into_iter().try_for_each(|name| self.lower(name, 1.0).map(drop))?;
+        let within = self.within(statistic);
+        let value = self.lower(tree, within)?.scaled(statistic);
+        words::subtract(self.b, &self.shared.bases, &value, self.term.0)
+    }
+
+    /// Takes note of the words that are there.
+    fn begin(&mut self) {
         if self.shared.bases.is_empty() {
             let word = self.variable.word.clone();
             let ends = self.variable.plan.reach_in_v();
@@ -63,14 +74,35 @@ impl Lowering<'_, '_> {
                 self.shared.bases.push(Base::of(given.word.clone(), 32));
             }
         }
-        tree.observed().into_iter().try_for_each(|name| self.lower(name, 1.0).map(drop))?;
-        let within = self.b.sum.tolerance.mul_pow2(-self.b.sum.bits).div(statistic).to_f64();
-        let value = self.lower(tree, within)?.scaled(statistic);
-        words::subtract(self.b, &self.shared.bases, &value, note)
+    }
+
+    /// Subtracts Σ weight·(v − play of v) from the result; the weights are in the unit of the statistics.
+    pub fn subtract_plays(&mut self, play: &Play, weights: &[f64], statistic: &Interval) -> Result {
+        self.begin();
+        let seen = Tree::Observed(play.observable.clone());
+        // All elements have a share of it, v a share of that.
+        let all = weights.iter().fold(f64::MIN_POSITIVE, |sum, weight| sum + weight.abs());
+        let within = SHARE * SHARE * self.within(statistic) / all;
+        for (element, weight) in play.elements.iter().zip(weights) {
+            let weight = &Interval::from_f64(*weight) * statistic;
+            if self.b.leaves_out(&(&weight * &Interval::from_f64(element.half_width))) {
+                continue;
+            }
+            let mut of = vec![seen.clone(), Tree::Number(element.half_width)];
+            of.extend(element.initial.map(Tree::Number));
+            let gap = self.gaps(&of, 1, within)?.scaled(&weight);
+            words::subtract(self.b, &self.shared.bases, &gap, self.term.0)?;
+        }
+        Ok(())
+    }
+
+    /// What an approximation of the terms may be off, in the unit of the statistics.
+    fn within(&self, statistic: &Interval) -> f64 {
+        self.b.sum.tolerance.mul_pow2(-self.b.sum.bits).div(statistic).to_f64()
     }
 
     /// A refusal of the term.
-    fn refuse(&self, why: String) -> PhysicsError {
+    pub fn refuse(&self, why: String) -> PhysicsError {
         let (effect, kind) = self.term;
         PhysicsError::NotGenerated { effect: effect.into(), kind, why: format!(": {why}") }
     }
@@ -180,19 +212,7 @@ impl Lowering<'_, '_> {
                 let x = one(self, 0)?;
                 self.magnitude(&x, shares[0])
             }
-            Operation::Min | Operation::Max | Operation::Hinge => {
-                let (a, b) = (one(self, 0)?, one(self, 1)?);
-                let (sign, onto) = match operation {
-                    Operation::Min => (-1, Some(&b)),
-                    Operation::Max => (1, Some(&b)),
-                    _ => (1, None),
-                };
-                // max(a, b) = b + max(a − b, 0), min(a, b) = b − max(b − a, 0).
-                let sign = Interval::from_int(sign);
-                let beyond = a.less(&b).narrowed(&self.shared.bases).scaled(&sign);
-                let beyond = self.positive(&beyond, shares[0].min(shares[1]))?.scaled(&sign);
-                Ok(onto.map_or(beyond.clone(), |b| b.plus(&beyond)))
-            }
+            Operation::Min | Operation::Max | Operation::Hinge => self.extreme(operation, of, shares),
             Operation::Sign | Operation::Step => {
                 let x = one(self, 0)?;
                 let at = if operation == Operation::Step {
@@ -221,6 +241,25 @@ impl Lowering<'_, '_> {
                 Err(self.refuse(format!("`{}` is a figure of a whole recording", operation.name())))
             }
         }
+    }
+
+    /// The larger, the smaller, or what the first is above the second.
+    fn extreme(&mut self, operation: Operation, of: &[Tree], shares: &[f64]) -> Result<Value> {
+        let (a, b) = (self.lower(&of[0], shares[0])?, self.lower(&of[1], shares[1])?);
+        let (sign, onto) = match operation {
+            Operation::Min => (-1, Some(&b)),
+            Operation::Max => (1, Some(&b)),
+            _ => (1, None),
+        };
+        // max(a, b) = b + max(a − b, 0), min(a, b) = b − max(b − a, 0).
+        let sign = Interval::from_int(sign);
+        let beyond = a.less(&b).narrowed(&self.shared.bases).scaled(&sign);
+        if onto.is_some() && Interval::zero().certainly_le(&beyond.range.lower()) {
+            // The other has no part in it, nor what it is off.
+            return Ok(a);
+        }
+        let beyond = self.positive(&beyond, shares[0].min(shares[1]))?.scaled(&sign);
+        Ok(onto.map_or(beyond.clone(), |b| b.plus(&beyond)))
     }
 
     /// A part that must be a constant.

@@ -117,7 +117,8 @@ impl Value {
         let (of, shape) = self.parts.first_key_value()?;
         let exact = shape.remainder == Interval::zero() && shape.polynomial.coefficients().len() == 2;
         let slope = shape.polynomial.coefficients().get(1)?.clone();
-        (exact && self.parts.len() == 1).then_some((*of, self.constant.clone(), slope))
+        let changes = !Interval::zero().inside(&slope);
+        (exact && changes && self.parts.len() == 1).then_some((*of, self.constant.clone(), slope))
     }
 
     /// Takes note that it lies in a range.

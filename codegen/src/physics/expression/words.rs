@@ -68,12 +68,11 @@ fn horner(
     }
     let mut scale = vec![bits; c.len()];
     for k in 1..c.len() {
-        let constant = k == c.len() - 1;
-        let largest = partial[k].magnitude().hull(&c[k].magnitude()).magnitude();
+        let product = (&partial[k] - &c[k]).magnitude();
+        let largest = partial[k].magnitude().hull(&c[k].magnitude()).hull(&product).magnitude();
         // A trace more, for rounding may go up to the next power of two.
         let largest = &largest + &largest.mul_pow2(-MOST);
-        let room = bits_of(&largest, if constant { MOST + 2 } else { MOST + 1 });
-        scale[k] = room.min(scale[k - 1] + 32 - base.exponent);
+        scale[k] = bits_of(&largest, MOST + 2).min(scale[k - 1] + 32 - base.exponent);
     }
     let own = format!("p_{}", b.program.steps.len());
     let mut sum = Tracked::constant(&c[c.len() - 1].mul_pow2(scale[c.len() - 1]));
@@ -89,6 +88,16 @@ fn horner(
     let moved = (&slope * &base.error()).mul_pow2(bits);
     sum.error = (&sum.error + &moved).upper();
     Ok(sum)
+}
+
+/// The bits with which a value less `offset` is a word; partial sums must fit as well.
+pub(super) fn finest(bases: &[Base], value: &Value, offset: &Interval) -> i64 {
+    let away = (&value.constant - offset).magnitude();
+    let each = value.parts.iter().map(|(of, shape)| {
+        let (from, to) = &bases[*of].ends;
+        (&shape.polynomial.range(from, to) + &shape.remainder.symmetric()).magnitude()
+    });
+    bits_of(&each.fold(away, |sum, part| &sum + &part), MOST + 1).min(200)
 }
 
 /// A value as a word of (value − from)·2^bits, within about `tolerance` of it; polynomials that are next to nothing
@@ -135,15 +144,9 @@ pub(super) fn word(
             return Ok(Scaled { word, offset: Interval::zero(), unit });
         }
     }
-    let offset = if absolute { Interval::zero() } else { value.range.midpoint() };
-    // Partial sums must fit as well.
-    let away = (&value.constant - &offset).magnitude();
-    let each = value.parts.iter().map(|(of, shape)| {
-        let (from, to) = &bases[*of].ends;
-        (&shape.polynomial.range(from, to) + &shape.remainder.symmetric()).magnitude()
-    });
-    let largest = each.fold(away, |sum, part| &sum + &part);
-    let bits = bits_of(&largest, MOST + 1).min(200);
+    // Without a constant to add, where that may be.
+    let offset = if absolute { Interval::zero() } else { value.constant.midpoint() };
+    let bits = finest(bases, value, &offset);
     let word = word_at(b, bases, value, (&offset, bits), (tolerance, name))?;
     Ok(Scaled { word, offset, unit: Interval::pow2(-bits) })
 }
