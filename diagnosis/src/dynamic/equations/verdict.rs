@@ -5,6 +5,7 @@ use std::sync::Arc;
 use fitter::plant::equations::{PlantParameter, StateStart};
 use fitter::plant::{Equations, PlantFile};
 use motion::equations::Target;
+use rayon::prelude::*;
 
 use super::super::data::{ALL, Data, FIT_ROWS};
 use super::super::diagnose::idle_term;
@@ -61,7 +62,7 @@ pub fn effects(
         };
         Some((without.cost(ALL) - found.cost(ALL), named))
     };
-    shared((search.given..found.model.terms.len()).filter_map(one).collect())
+    shared((search.given..found.model.terms.len()).into_par_iter().filter_map(one).collect())
 }
 
 /// Effects that do as well in a term's place.
