@@ -191,7 +191,7 @@ pub mod dynamic {
         pub const OBSERVED: f64 = 0.5;
         /// Factor by which the observer is made weaker from one estimate to the next.
         pub const WEAKER: f64 = 4.0;
-        /// Steps of an estimate under an observer that is made weaker afterwards.
+        /// Most steps of an estimate from one of the starts.
         pub const STEPS: usize = 12;
         /// Rows on which the starts are tried.
         pub const FIRST_ROWS: usize = 1024;

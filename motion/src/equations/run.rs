@@ -132,6 +132,9 @@ pub(super) struct Run<'a, T> {
     there: Vec<T>,
     /// States and sides at the row before.
     before: (Vec<T>, Vec<Side>),
+    /// What [`Run::speed`] was at the row that was reached.
+    reached: Option<(f64, usize)>,
+    powers: [Vec<f64>; 2],
     rule: &'static Rule,
     pub rates: [Vec<T>; MOST_STAGES],
     pub sides: Vec<Side>,
@@ -166,7 +169,7 @@ impl System {
         run.begin();
         for row in 0..course.rows {
             if row > 0 {
-                run.to_row(row)?;
+                run.reach(row)?;
             }
             let output = run.output(row);
             visit(row, output);
@@ -270,6 +273,8 @@ impl<'a, T: Number> Run<'a, T> {
             after: states.clone(),
             there: states.clone(),
             before: (states.clone(), Vec::new()),
+            reached: None,
+            powers: [Vec::new(), Vec::new()],
             rule: Rule::for_steps(course.substeps).0,
             rates: std::array::from_fn(|_| states.clone()),
             states,
@@ -310,11 +315,14 @@ impl<'a, T: Number> Run<'a, T> {
     }
 
     /// Goes on to a row, in shorter steps where the equations have a faster time constant.
-    fn to_row(&mut self, row: usize) -> Result<(), Stopped> {
+    fn reach(&mut self, row: usize) -> Result<(), Stopped> {
         let sample_s = self.course.sample_s;
         self.before.0.clone_from(&self.states);
         self.before.1.clone_from(&self.sides);
-        let before = self.speed((row - 1) as f64 * sample_s, row);
+        let before = match self.reached.take() {
+            Some(speed) => speed,
+            None => self.speed((row - 1) as f64 * sample_s, row),
+        };
         let steps = |(speed, _): (f64, usize)| (speed * sample_s / FASTEST).ceil() as usize;
         let most = MOST_SUBSTEPS.max(self.course.substeps);
         let mut substeps = steps(before).clamp(self.course.substeps, most);
@@ -350,6 +358,7 @@ impl<'a, T: Number> Run<'a, T> {
                 return stopped(fastest.1, true);
             }
             self.states.iter_mut().for_each(T::forget);
+            self.reached = self.course.observer.is_none().then_some(after);
             return Ok(());
         }
     }
@@ -361,7 +370,9 @@ impl<'a, T: Number> Run<'a, T> {
         self.load(t_s, At::Before);
         self.routines.slopes.run(&self.sides, &mut self.registers);
         let size = self.states.len();
-        let mut power = vec![0.0; size * size];
+        let [mut power, mut next] = std::mem::take(&mut self.powers);
+        power.clear();
+        power.resize(size * size, 0.0);
         for (k, places) in self.routines.slopes.rows.iter().enumerate() {
             places.states.iter().for_each(|(state, place)| power[k * size + state] = self.registers[*place]);
         }
@@ -372,14 +383,19 @@ impl<'a, T: Number> Run<'a, T> {
         for squaring in 0..=SQUARINGS {
             let norm = power.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
             if norm == 0.0 || !norm.is_finite() {
-                return (if norm == 0.0 { 0.0 } else { f64::MAX }, state);
+                radius = if norm == 0.0 { 0.0 } else { f64::MAX };
+                break;
             }
             radius *= norm.powf(0.5_f64.powi(squaring));
             power.iter_mut().for_each(|x| *x /= norm);
-            let entry =
-                |k: usize| (0..size).map(|j| power[k / size * size + j] * power[j * size + k % size]).sum();
-            power = (0..size * size).map(entry).collect();
+            next.clear();
+            next.extend((0..size * size).map(|k| {
+                let (row, column) = (k / size * size, k % size);
+                (0..size).map(|j| power[row + j] * power[j * size + column]).sum::<f64>()
+            }));
+            std::mem::swap(&mut power, &mut next);
         }
+        self.powers = [power, next];
         (radius, state)
     }
 
