@@ -197,6 +197,10 @@ pub mod dynamic {
         pub const FIRST_ROWS: usize = 1024;
         /// Rows of every run among them at least.
         pub const LEAST_FIRST: usize = 64;
+        /// Rows in which effects are sought, in windows, where the recording is too long to be searched whole: over longer
+        /// windows an oscillator runs out of step while an effect is missing; of a Duffing oscillator 4000 rows gave all four
+        /// effects, 11 000 two, 33 000 none of them.
+        pub const SEARCH_ROWS: usize = 4_000;
         /// Most steps of the integration from row to row: beyond them a plant is stiff.
         pub const MOST_SUBSTEPS: usize = 64;
         /// Change by twice as many steps, over the recorded output (both as root mean square), that is none: a tenth of the

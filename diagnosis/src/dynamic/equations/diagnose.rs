@@ -20,6 +20,7 @@ use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
+use crate::thresholds::dynamic::equations::SEARCH_ROWS;
 use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::expected::LOST;
 use crate::thresholds::dynamic::score::STEADY_ROWS;
@@ -59,7 +60,9 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let rows: usize = data.runs.iter().map(|run| run.len()).sum();
     let nominal = start::nominal(&plant, &data.windows(SEARCH_STEPS.min(rows)))?.ok_or_else(lost)?;
     let seen = &nominal.free;
-    let windows = data.windows(SEARCH_STEPS / seen.model.substeps);
+    // A recording that can be searched whole is.
+    let most = SEARCH_STEPS / seen.model.substeps;
+    let windows = data.windows(if rows <= most { rows } else { SEARCH_ROWS.min(most) });
     let middle = crate::numerics::mean(&recording.positions[0]);
     let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
     let left = seen.cost(ALL) / seen.rows.iter().sum::<usize>() as f64 * rows as f64 / whole;
