@@ -16,7 +16,8 @@ use crate::numerics::rms;
 use crate::reach::reach;
 use crate::search::Term;
 use crate::thresholds::attempt::CLEARLY;
-use crate::verdict::{self, Said};
+use crate::thresholds::compose::CLEARLY as FORMS;
+use crate::verdict::{self, Said, Verdict};
 
 /// What is said where a search without the held-out rows does not find effects that predict them.
 const CHOSEN_WITH_ALL: &str = "the effects were chosen with all readings, and only fitted without the held-out ones: the held-out figures are \
@@ -40,6 +41,29 @@ pub struct Attempt<'a> {
     pub said: Said,
 }
 
+impl Attempt<'_> {
+    /// Whether structure is left that no effect explains.
+    pub fn leaves_structure(&self) -> bool {
+        matches!(self.said.verdict, Verdict::PartlyExplained | Verdict::Unexplained)
+    }
+
+    /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
+    /// only by a clearly greater merit of its terms.
+    pub fn gives_way_to(&self, with_forms: &Attempt) -> bool {
+        if self.leaves_structure() {
+            return with_forms.left() < self.left();
+        }
+        let search = &with_forms.explanation.search;
+        let merit = |attempt: &Attempt| search.merit(&attempt.explanation.terms);
+        !with_forms.leaves_structure() && merit(with_forms) > merit(self) + FORMS
+    }
+
+    /// What is left of held-out readings, of all where none are held out.
+    fn left(&self) -> f64 {
+        self.fit.after.held_out_rms.unwrap_or(self.fit.after.train_rms)
+    }
+}
+
 /// The best judged explanation of a recording. `accuracy` is that of the reference, in the recording's unit.
 ///
 /// # Errors
@@ -47,14 +71,14 @@ pub struct Attempt<'a> {
 pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) -> Result<Attempt<'a>, String> {
     let Found { explanation, gross } = explain(hand_on.rows, hand_on.catalogue, skip);
     let first = attempt(explanation, hand_on, accuracy)?;
-    let Some(floor) = gross.filter(|_| first.said.verdict != verdict::Verdict::Explained) else {
+    let Some(floor) = gross.filter(|_| first.leaves_structure() || first.said.verdict == Verdict::Consistent)
+    else {
         return Ok(first);
     };
     let second = explain_gross(hand_on.rows, hand_on.catalogue, skip, floor)
         .and_then(|explanation| attempt(explanation, hand_on, accuracy).ok());
-    let left = |attempt: &Attempt| attempt.fit.after.held_out_rms.unwrap_or(attempt.fit.after.train_rms);
     Ok(match second {
-        Some(second) if left(&second) < CLEARLY * left(&first) => second,
+        Some(second) if second.left() < CLEARLY * first.left() => second,
         _ => first,
     })
 }

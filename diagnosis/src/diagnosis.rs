@@ -6,6 +6,7 @@ use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
 use crate::attempt::{self, Attempt};
+use crate::compose;
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
 use crate::error::DiagnosisError;
@@ -173,8 +174,17 @@ fn of_readings(
         simulated: simulated.is_some(),
     };
     let accuracy = mirror.reference_accuracy_arcsec.filter(|_| rows.pair);
-    let Attempt { explanation, before, before_file, settled, mut fit, noise_floor, said } =
+    let named =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
+    let wider = compose::with_forms(&effects, &named, &mirror.sensor);
+    let hand_on = HandOn { catalogue: &wider, ..hand_on };
+    let described = attempt::best(&hand_on, &options.skip, accuracy);
+    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =
+        match described {
+            Ok(described) if named.gives_way_to(&described) => described,
+            _ => named,
+        };
+    let effects = explanation.search.catalogue;
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -197,6 +207,8 @@ fn of_readings(
             full.passes().len()
         ));
     }
+    let mut file = file;
+    compose::number(&mut said, &mut settled.judged, file.as_mut().ok());
     let (coefficients, withheld) = match file {
         Ok(file) => {
             let diagnosis = Some(Diagnosed {
@@ -215,7 +227,7 @@ fn of_readings(
         withheld,
         ..Diagnosis::of(&recording.file, said, noise_floor, fit)
     };
-    let map = map(&explanation, &effects);
+    let map = map(&explanation, effects);
     // Of means of rows no single reading is known, and where structure is left none is far out of noise.
     let explained = !matches!(diagnosis.verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let far_out = match explained && rows.len() == full.len() {

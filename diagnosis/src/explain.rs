@@ -96,7 +96,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
         model.extend(terms.iter().flat_map(|t| t.columns.iter().cloned()));
         let light = model.clone();
         // What the names leave would be taken for memory. (Of a single move it may well be that.)
-        let unexplained = terms.iter().any(|t| now.is_generic(t.family))
+        let is_form = |t: &Term| now.effect(t.family).is_some_and(|e| catalogue[e].is_form());
+        let unexplained = terms.iter().any(|t| now.is_generic(t.family) || is_form(t))
             || (!rows.single_move() && search.leaves_much(&terms));
         if unexplained {
             let all = saturated(rows, &base);

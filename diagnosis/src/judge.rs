@@ -276,7 +276,7 @@ pub fn allowed(
 ) -> (Verdict, Option<String>) {
     let lower = match meant {
         Verdict::Consistent => Verdict::Unexplained,
-        Verdict::Explained => Verdict::PartlyExplained,
+        Verdict::Explained | Verdict::Described => Verdict::PartlyExplained,
         other => return (other, None),
     };
     if left > AT_FLOOR * floor.value {

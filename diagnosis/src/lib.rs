@@ -23,6 +23,7 @@ mod attempt;
 mod averaging;
 mod base;
 mod calibrate;
+mod compose;
 mod condense;
 mod content;
 mod correlation;

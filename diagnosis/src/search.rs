@@ -18,11 +18,13 @@ use crate::calibrate::{Calibration, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
 use crate::effects::{Effect, Range};
+use crate::generic::observables;
 use crate::jumps::Jumps;
 use crate::noise::Noise;
 use crate::numerics::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::rows::Rows;
 use crate::thresholds::calibrate::GENERIC_SHARE;
+use crate::thresholds::compose::{HANDICAP, HANDICAP_PER_FACTOR};
 use crate::thresholds::search::{
     GENERIC_HANDICAP, GRID_LOSS, HANDICAP_PER_COLUMN, MOST_RIVALS, MOST_TIED, NEAR_TIE, SHAPE_PRICE, TOP_LOSS,
 };
@@ -81,6 +83,8 @@ pub struct Search<'a> {
     /// Ranges of the shape parameters of every effect of the catalogue.
     ranges: Vec<Vec<Range>>,
     base_order: usize,
+    /// Whether forms without a name are among the effects.
+    with_forms: bool,
     /// The candidates beside the base, made when they are first asked for.
     projected: OnceLock<Projected>,
     base: Basis,
@@ -104,7 +108,11 @@ impl<'a> Search<'a> {
         let shares: Vec<f64> = dictionary
             .families
             .iter()
-            .map(|f| if matches!(f.kind, Kind::Generic(_)) { GENERIC_SHARE } else { 1.0 })
+            .map(|f| match f.kind {
+                Kind::Generic(_) => GENERIC_SHARE,
+                Kind::Effect(e) if catalogue[e].is_form() => GENERIC_SHARE,
+                Kind::Effect(_) | Kind::Order => 1.0,
+            })
             .collect();
         let whitener = noise.whitener();
         let projected = dictionary.project(&whitener, &base);
@@ -136,6 +144,7 @@ impl<'a> Search<'a> {
             prices,
             ranges: catalogue.iter().map(|effect| effect.ranges(rows)).collect(),
             base_order: order,
+            with_forms: catalogue.iter().any(Effect::is_form),
             projected: OnceLock::from(projected),
             base,
             target,
@@ -159,6 +168,7 @@ impl<'a> Search<'a> {
             prices: whole.prices.clone(),
             ranges: whole.ranges.clone(),
             base_order: order,
+            with_forms: whole.with_forms,
             projected: OnceLock::new(),
             base,
             target,
@@ -202,10 +212,28 @@ impl<'a> Search<'a> {
     pub fn price(&self, term: &Term) -> f64 {
         let own = self.own_price(term);
         match self.effect(term.family) {
-            Some(e) => own + SHAPE_PRICE * self.free_shapes(e) as f64,
+            Some(e) => {
+                let form = if self.catalogue[e].is_form() { self.price_of_form(e, term) } else { 0.0 };
+                own + SHAPE_PRICE * self.free_shapes(e) as f64 + form
+            }
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
         }
+    }
+
+    /// What a form must explain beyond a named effect: for every factor, and for every column beyond the first the choice
+    /// of it among all columns.
+    fn price_of_form(&self, effect: usize, term: &Term) -> f64 {
+        let columns = self.catalogue[effect].further_columns().saturating_sub(1);
+        let choice = 2.0 * (observables(self.rows).len().max(1) as f64).ln();
+        HANDICAP + HANDICAP_PER_FACTOR * (term.columns.len() as f64 - 1.0) + choice * columns as f64
+    }
+
+    /// Whether a family may take part at all: beside forms no curve of what is recorded, which can be handed to nobody.
+    fn takes_part(&self, family: usize) -> bool {
+        let Kind::Generic(place) = &self.dictionary.families[family].kind else { return true };
+        let of_time = |name: &str| ["t_s", "pass"].contains(&name);
+        !self.with_forms || of_time(&place.variable) || place.times.as_deref().is_some_and(of_time)
     }
 
     /// How many shape parameters of an effect of the catalogue are free to take any value.

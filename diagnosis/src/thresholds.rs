@@ -55,6 +55,19 @@ pub mod calibrate {
     pub const TABLE_END: f64 = 120.0;
 }
 
+/// See [`crate::compose`].
+pub mod compose {
+    /// Most columns of which forms are made, the strongest: by judgement, so that a search stays below a second.
+    pub const MOST_COLUMNS: usize = 10;
+    /// What a form without a name must explain beyond a named effect to be preferred, and for every factor beyond the
+    /// first: as a curve, it follows the signature of an effect.
+    pub const HANDICAP: f64 = 2.0;
+    /// The same for every factor beyond the first.
+    pub const HANDICAP_PER_FACTOR: f64 = 1.5;
+    /// What a set of terms with forms must explain beyond the named effects that explain a recording alone.
+    pub const CLEARLY: f64 = 10.0;
+}
+
 /// See [`crate::condense`].
 pub mod condense {
     /// Rows above which a recording is condensed, and about how many cells are made of it.

@@ -5,7 +5,7 @@ use fitter::figures::with_interval;
 use serde::Serialize;
 
 use crate::dictionary::Kind;
-use crate::effects::{Effect, Place};
+use crate::effects::{Effect, Origin, Place};
 use crate::experiment;
 use crate::explain::Explanation;
 use crate::judge::Settled;
@@ -27,6 +27,8 @@ pub enum Verdict {
     Consistent,
     /// Named effects leave noise.
     Explained,
+    /// What was found leaves noise, and some of it is a form without a name.
+    Described,
     /// Named effects, and structure is left.
     PartlyExplained,
     /// Structure, and no catalogued effect accounts for it.
@@ -39,6 +41,7 @@ impl Verdict {
         match self {
             Verdict::Consistent => "consistent",
             Verdict::Explained => "explained",
+            Verdict::Described => "described",
             Verdict::PartlyExplained => "partly_explained",
             Verdict::Unexplained => "unexplained",
         }
@@ -109,12 +112,37 @@ pub struct NamedEffect {
     pub alternatives: Vec<String>,
     /// Whether a correction can undo it at run time.
     pub runtime_correctable: bool,
+    /// More of a form without a name.
+    #[serde(flatten)]
+    pub form: Form,
+}
+
+/// What is said of a form without a name; nothing of a named effect.
+#[derive(Debug, Clone, Default, Serialize)]
+#[non_exhaustive]
+pub struct Form {
+    /// What physics has this form, as suggestions.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub readings: Vec<String>,
+    /// How it would be declared as an effect.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub declaration: Option<String>,
+}
+
+fn kind(effect: &Effect) -> &'static str {
+    match effect.origin {
+        Origin::Catalogue => CATALOGUED,
+        Origin::User => DECLARED,
+        Origin::Form(_) => EMPIRICAL,
+    }
 }
 
 /// [`NamedEffect::kind`] of an effect of the catalogue.
 pub const CATALOGUED: &str = "catalogued";
 /// The same of one that the user declared.
 pub const DECLARED: &str = "declared";
+/// The same of a form that no effect of the catalogue or of the user's has.
+pub const EMPIRICAL: &str = "empirical";
 
 /// Verdict, locations, effects, and what comes next.
 #[derive(Debug, Clone)]
@@ -170,6 +198,7 @@ pub fn say(
     let total: f64 = order.iter().map(|(t, _)| t.explained).sum::<f64>().max(1e-300);
     let verdict = match (named, order.len() - named) {
         (0, 0) => Verdict::Consistent,
+        (_, 0) if model.terms.iter().any(|t| is_form(catalogue, t)) => Verdict::Described,
         (_, 0) => Verdict::Explained,
         (0, _) => Verdict::Unexplained,
         _ => Verdict::PartlyExplained,
@@ -195,7 +224,7 @@ pub fn say(
         }
         effects.push(NamedEffect {
             id: catalogue[e].id.clone(),
-            kind: if catalogue[e].declared { DECLARED } else { CATALOGUED },
+            kind: kind(&catalogue[e]),
             title: catalogue[e].found_as(&term.amplitudes).into(),
             formula: catalogue[e].formula_at(&term.term.shape),
             p_value,
@@ -212,6 +241,10 @@ pub fn say(
                 .collect(),
             alternatives: rivals.iter().map(|r| catalogue[r.effect].id.to_string()).collect(),
             runtime_correctable: !catalogue[e].of_one_time,
+            form: Form {
+                readings: catalogue[e].suggestions.clone(),
+                declaration: catalogue[e].declaration(),
+            },
         });
     }
     for location in further {
@@ -220,6 +253,11 @@ pub fn say(
     let next_experiment = experiment::next(rows, catalogue, &effects, &locations, verdict);
     open.extend(unidentifiable(rows, catalogue, model));
     Said { verdict, locations, effects, unidentifiable: open, next_experiment }
+}
+
+/// Whether a term is a form without a name.
+fn is_form(catalogue: &[Effect], term: &FittedTerm) -> bool {
+    term.effect.is_some_and(|e| catalogue[e].is_form())
 }
 
 /// What is said where more alternatives fit than are listed.
@@ -303,7 +341,7 @@ fn alternatives(explanation: &Explanation, catalogue: &[Effect], model: &Model, 
         })
         .collect();
     found.sort_by(|a, b| b.part.total_cmp(&a.part));
-    found.retain(|r| catalogue[r.effect].testable(search.rows).is_ok());
+    found.retain(|r| !catalogue[r.effect].is_form() && catalogue[r.effect].testable(search.rows).is_ok());
     found
 }
 

@@ -84,6 +84,9 @@ pub struct Known {
     pub of_a_probe: Option<String>,
     /// Under which name `fit` finds it already in a sensor that turns.
     pub found_by_fit: Option<String>,
+    /// What physics has this form, where it is a form without a name.
+    #[serde(default)]
+    pub readings: Vec<String>,
 }
 
 /// An expression with the parameters of the effect that it reads.

@@ -18,6 +18,7 @@ mod declaration;
 mod error;
 mod evaluate;
 mod expression;
+mod grammar;
 mod interval;
 pub mod number;
 mod operator;
@@ -37,6 +38,7 @@ pub use declaration::{
 pub use error::ExpressionError;
 pub use evaluate::{Columns, Time, Value};
 pub use expression::{Expression, is_identifier};
+pub use grammar::forms;
 pub use interval::Interval;
 pub use operator::{ELEMENTS, Operation, Operator};
 pub use parse::parse;

@@ -17,6 +17,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     let place = d.locations.first().map_or(String::new(), |l| format!(" on {}", l.variable));
     match d.verdict {
         Verdict::Consistent => format!("{}: consistent with the simulation", d.recording),
+        Verdict::Described => format!("{}: described by {}", d.recording, names.join(" and ")),
         Verdict::Explained => format!("{}: explained by {}", d.recording, names.join(" and ")),
         Verdict::PartlyExplained => {
             format!("{}: partly explained by {}; structure is left", d.recording, names.join(" and "))
@@ -36,7 +37,7 @@ fn name(e: &NamedEffect) -> String {
 /// The sentence and what it rests on; `verbose` leaves nothing out.
 pub fn styled(d: &Diagnosis, verbose: bool) -> String {
     let style = match d.verdict {
-        Verdict::Consistent | Verdict::Explained => FIGURE,
+        Verdict::Consistent | Verdict::Explained | Verdict::Described => FIGURE,
         Verdict::PartlyExplained | Verdict::Unexplained => WARNING,
     };
     let listed = if verbose { usize::MAX } else { LISTED };

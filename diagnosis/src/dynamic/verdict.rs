@@ -128,6 +128,7 @@ pub fn named(
         parameters: term.effect.readings(&term.parameters).iter().map(parameter).collect(),
         alternatives,
         runtime_correctable: true,
+        form: crate::verdict::Form::default(),
     }
 }
 

@@ -14,7 +14,7 @@ use physics::{DeclarationError, Declared, Role, Unit, Vocabulary, What};
 
 use super::effect::Made;
 use super::needs::Need;
-use super::{Effect, Experiment, Facts, Place, read, report};
+use super::{Effect, Experiment, Facts, Origin, Place, read, report};
 use crate::rows::Rows;
 
 pub use explained::{Explained, Searched};
@@ -37,7 +37,7 @@ pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<Effect>, Decl
     Unit::parse(name).map_err(of_file)?;
     let catalogue = super::catalogue(sensor);
     let taken: Vec<&str> = catalogue.iter().map(|effect| effect.id.as_str()).collect();
-    effects(file, text, pair, name, &taken)
+    effects(file, text, pair, name, &taken, Origin::User)
 }
 
 /// Reads declared effects from a file.
@@ -52,16 +52,17 @@ pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<Effect>, Message> {
 
 /// The effects of the catalogue for a position in unit `name`.
 pub(super) fn catalogued(text: &str, pair: bool, name: &str) -> Result<Vec<Effect>, DeclarationError> {
-    effects("catalogue.toml", text, pair, name, &[])
+    effects("catalogue.toml", text, pair, name, &[], Origin::Catalogue)
 }
 
-/// Reads effects; those beside `taken` ids are the user's own.
-fn effects(
+/// Reads effects beside those of `taken` ids.
+pub(super) fn effects(
     file: &str,
     text: &str,
     pair: bool,
     name: &str,
     taken: &[&str],
+    origin: Origin,
 ) -> Result<Vec<Effect>, DeclarationError> {
     // A sensor's unit may be any name.
     let position = Unit::parse(name).unwrap_or_else(|_| Unit::named(name));
@@ -88,13 +89,13 @@ fn effects(
     let refuse = |id: String, what: String| DeclarationError::Effect { file: file.to_string(), id, what };
     let made = |declared: Declared| {
         let id = declared.id.clone();
-        made(declared, pair, !taken.is_empty()).map_err(|what| refuse(id, what))
+        made(declared, pair, origin.clone()).map_err(|what| refuse(id, what))
     };
     declared.into_iter().map(made).collect()
 }
 
 /// An effect of its declaration.
-fn made(declared: Declared, pair: bool, own: bool) -> Result<Effect, String> {
+fn made(declared: Declared, pair: bool, origin: Origin) -> Result<Effect, String> {
     let needs = declared.known.needs.iter().map(|need| Need::read(need)).collect::<Result<Vec<_>, _>>()?;
     let functions = declared.reported.iter().filter_map(|reported| match &reported.value {
         What::Named(name) => Some(name.clone()),
@@ -116,7 +117,7 @@ fn made(declared: Declared, pair: bool, own: bool) -> Result<Effect, String> {
     };
     let is_factor = |index: &usize| matches!(declared.parameters[*index].role, Role::Factor(_));
     let (factors, shaped) = (0..declared.parameters.len()).partition(is_factor);
-    let facts = facts(&declared, own)?;
+    let facts = facts(&declared, origin)?;
     let of_sum = declared.parameters.iter().any(|parameter| matches!(parameter.role, Role::Sum(_)));
     let effect = Effect {
         made: Arc::new(Made { facts, declared, needs, functions, found_by_fit, pair, shaped, factors }),
@@ -138,7 +139,7 @@ fn repeats(effect: &Effect) -> bool {
     effect.period(&rows, &shape).is_some()
 }
 
-fn facts(declared: &Declared, own: bool) -> Result<Facts, String> {
+fn facts(declared: &Declared, origin: Origin) -> Result<Facts, String> {
     let known = &declared.known;
     let columns = &declared.adds[0].sentence.columns;
     let place = match (&known.place[..], columns.first().map(String::as_str)) {
@@ -176,7 +177,8 @@ fn facts(declared: &Declared, own: bool) -> Result<Facts, String> {
         shape_follows: is(|role| matches!(role, Role::Follows(..))),
         place_of_a_probe: probe.transpose()?,
         of_common_mode: columns[..] == ["common_mode"] && !declared.adds[0].sentence.remembers(),
-        declared: own,
+        origin,
+        suggestions: known.readings.clone(),
         told_by: told_by.collect::<Result<_, String>>()?,
     })
 }

@@ -15,7 +15,7 @@ use super::needs::Need;
 use super::read::{Figures, Read};
 use super::report::Function;
 use super::term::Terms;
-use super::{Facts, Handed, Reading};
+use super::{Facts, Handed, Origin, Reading};
 use crate::rows::Rows;
 use crate::thresholds::effects::effect::{MOVED, RELUCTANCE, STEEPEST};
 
@@ -86,6 +86,25 @@ impl Effect {
     /// The value of an expression beside what it adds; NaN where it has none.
     pub(super) fn figure(figures: &Figures, formula: &Formula, values: &[f64]) -> f64 {
         formula.values(figures, values).map_or(f64::NAN, |value| value[0])
+    }
+
+    /// Whether it is a form without a name.
+    pub fn is_form(&self) -> bool {
+        matches!(self.origin, Origin::Form(_))
+    }
+
+    /// How many columns its first form reads that a recording need not have.
+    pub fn further_columns(&self) -> usize {
+        let columns = &self.made.declared.adds[0].sentence.columns;
+        columns.iter().filter(|name| Read::need_not_be(name).is_some()).count()
+    }
+
+    /// How a form without a name would be declared as an effect.
+    pub fn declaration(&self) -> Option<String> {
+        match &self.origin {
+            Origin::Form(declaration) => Some(declaration.clone()),
+            Origin::Catalogue | Origin::User => None,
+        }
     }
 
     /// Whether `fit` found it already in a sensor that turns.

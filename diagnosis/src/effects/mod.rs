@@ -2,6 +2,7 @@
 //! declarations, and those that a user declares. An effect's contribution is linear in its amplitudes and may depend on a
 //! few shape parameters (time constants, periods, thresholds, …) that the search finds.
 
+mod composed;
 pub mod declared;
 mod effect;
 mod grid;
@@ -12,6 +13,7 @@ mod read;
 mod report;
 mod term;
 
+pub use composed::composed;
 pub use effect::Effect;
 pub use operators::{low_pass, play_from};
 
@@ -69,6 +71,17 @@ pub struct Reading {
     pub unit: String,
 }
 
+/// Who says that there is such an effect.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// The catalogue.
+    Catalogue,
+    /// The user.
+    User,
+    /// No one: it is a form that a dependence may have, with how it would be declared as an effect.
+    Form(String),
+}
+
 /// What is known of an effect beside its expressions.
 #[derive(Debug)]
 pub struct Facts {
@@ -102,8 +115,10 @@ pub struct Facts {
     pub place_of_a_probe: Option<usize>,
     /// Whether its one amplitude multiplies the common mode, which holds the noise of the probes.
     pub of_common_mode: bool,
-    /// Whether the user declared it.
-    pub declared: bool,
+    /// Who says that there is such an effect.
+    pub origin: Origin,
+    /// What physics has this form, where it has no name.
+    pub suggestions: Vec<String>,
     /// The experiments that tell it from others, each with what it does there.
     pub told_by: Vec<(Experiment, String)>,
 }

@@ -219,7 +219,7 @@ fn sentence(d: &Diagnosis, unit: &str) -> String {
             "The recording agrees with its simulation: nothing is found beyond a noise of {} per reading.",
             figure(d.noise_floor.value, unit)
         ),
-        Verdict::Explained => {
+        Verdict::Explained | Verdict::Described => {
             format!(
                 "The recording departs from its simulation by {names}; what is left is noise.{held}{caveat}"
             )

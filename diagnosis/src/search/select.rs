@@ -53,6 +53,9 @@ impl Search<'_> {
     /// Whether a family may stand beside these terms: an effect that cannot repeat only once.
     fn allowed_beside(&self, family: usize, terms: &[Term]) -> bool {
         let repeatable = self.effect(family).is_none_or(|e| self.catalogue[e].repeatable);
+        if !self.takes_part(family) {
+            return false;
+        }
         let already = terms.iter().filter(|t| t.family == family).count();
         already < if repeatable { 2 } else { 1 }
     }

@@ -59,6 +59,7 @@ pub fn effects(
             parameters,
             alternatives: alternatives(search, small, k),
             runtime_correctable: true,
+            form: crate::verdict::Form::default(),
         };
         Some((without.cost(ALL) - found.cost(ALL), named))
     };

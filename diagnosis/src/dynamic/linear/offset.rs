@@ -111,6 +111,7 @@ impl Offset {
             parameters: self.values.iter().zip(&self.errors).enumerate().map(parameter).collect(),
             alternatives: if self.values.len() <= drives { vec![DRIVE_OFFSET.into()] } else { Vec::new() },
             runtime_correctable: true,
+            form: crate::verdict::Form::default(),
         }
     }
 }

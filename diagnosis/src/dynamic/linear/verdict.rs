@@ -182,5 +182,6 @@ pub fn hysteresis(
         parameters,
         alternatives: Vec::new(),
         runtime_correctable: false,
+        form: crate::verdict::Form::default(),
     }
 }

@@ -1,0 +1,49 @@
+//! What no named effect explains, described by forms without a name: they compete with the named effects in one search
+//! that is calibrated as a whole, so that a form is taken only where chance would not bring it about in all of them.
+
+use fitter::Coefficients;
+use fitter::error_model::Sensor;
+
+use crate::attempt::Attempt;
+use crate::dictionary::Kind;
+use crate::effects::{Effect, composed};
+use crate::generic::observables;
+use crate::thresholds::compose::MOST_COLUMNS;
+use crate::verdict::{EMPIRICAL, Said};
+
+/// The effects with the forms of dependences on the columns that tell most of what the effects leave open.
+pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
+    let search = &attempt.explanation.search;
+    let survey = search.survey(&[]);
+    let strength = |column: &str| {
+        let of_column = |family: usize| match &search.dictionary.families[family].kind {
+            Kind::Generic(place) => place.variable == column || place.times.as_deref() == Some(column),
+            _ => false,
+        };
+        let found = survey.iter().filter(|found| of_column(found.term.family));
+        found.map(|found| found.surprise).fold(0.0, f64::max)
+    };
+    let observed = observables(search.rows);
+    let mut columns: Vec<(f64, &str)> =
+        observed.iter().map(|column| (strength(&column.name), column.name.as_str())).collect();
+    columns.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let in_expressions = |name| if name == "common_mode_um" { "common_mode" } else { name };
+    let columns: Vec<&str> =
+        columns.iter().take(MOST_COLUMNS).map(|(_, name)| in_expressions(*name)).collect();
+    let taken: Vec<&str> = effects.iter().map(|effect| effect.id.as_str()).collect();
+    [effects.to_vec(), composed(&columns, sensor, &taken)].concat()
+}
+
+/// Numbers the forms that were found, the strongest first, wherever they are named.
+pub fn number(said: &mut Said, judged: &mut [String], file: Option<&mut Coefficients>) {
+    let mut terms = file.map_or_else(Vec::new, |file| file.terms.iter_mut().collect());
+    let forms = said.effects.iter_mut().filter(|effect| effect.kind == EMPIRICAL);
+    for (k, effect) in forms.enumerate() {
+        let id = std::mem::replace(&mut effect.id, format!("empirical_{}", k + 1));
+        let of_it = |term: &&mut &mut fitter::terms::Term| term.effect == id;
+        terms.iter_mut().filter(of_it).for_each(|term| term.effect.clone_from(&effect.id));
+        for text in said.unidentifiable.iter_mut().chain(judged.iter_mut()) {
+            *text = text.replace(&id, &effect.id);
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Effects without a name: forms that a dependence on a recording's columns may have.
+
+use fitter::error_model::Sensor;
+use physics::is_identifier;
+
+use super::declared::{effects, of_sensor};
+use super::{Effect, Origin};
+
+/// The forms of dependences on these columns, for a sensor, beside the ids that are taken; none of a column whose name
+/// cannot stand in an expression.
+pub fn composed(columns: &[&str], sensor: &Sensor, taken: &[&str]) -> Vec<Effect> {
+    let (pair, unit) = of_sensor(sensor);
+    let columns: Vec<&str> = columns.iter().copied().filter(|column| is_identifier(column)).collect();
+    let read = |declaration: String| {
+        let origin = Origin::Form(declaration.clone());
+        effects("grammar.toml", &declaration, pair, unit, taken, origin).ok()?.pop()
+    };
+    physics::forms(&columns).into_iter().filter_map(read).collect()
+}
