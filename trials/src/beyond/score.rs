@@ -1,0 +1,255 @@
+//! What counts: found, located, a wrong name alone, and the gain on a fresh recording.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::draw::Truth;
+use super::plan::{Condition, Device};
+use crate::answer::{Answer, Verdict};
+use crate::score::{Figure, Share};
+use crate::statistics::percentile;
+
+/// A gain that is worth measuring, as a part of the base's mean square on the fresh recording; by judgement.
+const WORTHWHILE: f64 = 0.05;
+/// A fresh recording is made worse where its rms is so many times that of the base alone.
+const WORSE: f64 = 1.03;
+/// A model realises the gain where it reaches this part of the oracle's.
+const REALISED: f64 = 0.9;
+/// A wrong name alone that reaches less than this part loses the gain.
+const LOSES: f64 = 0.8;
+
+/// Mean squares of the error of the corrected reading on a fresh recording, in the square of the reading's unit.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Fresh {
+    /// By the base alone, as `fit` makes it.
+    pub base: f64,
+    /// By what was handed on.
+    pub handed_on: f64,
+    /// By the oracle.
+    pub oracle: f64,
+}
+
+/// One recording, unsealed.
+#[derive(Debug, Clone, Serialize)]
+pub struct Row {
+    /// What was concealed.
+    #[serde(flatten)]
+    pub truth: Truth,
+    /// The answer in words.
+    pub said: String,
+    /// A verdict other than `consistent`.
+    pub found: bool,
+    /// The quantity that carries it is among those located.
+    pub located: bool,
+    /// Named in full, and only by effects of the catalogue.
+    pub named_alone: bool,
+    /// Effects that are named.
+    pub named: usize,
+    /// Terms of the handed-on model that hold on any recording.
+    pub terms: usize,
+    /// On the fresh recording; none where a model was refused.
+    pub fresh: Option<Fresh>,
+    /// The part of the oracle's gain that was realised; none where there was nothing to gain, or nothing that could be
+    /// corrected.
+    pub gain: Option<f64>,
+    /// Whether the fresh recording was made worse.
+    pub harmed: bool,
+}
+
+impl Row {
+    /// What the answer to a recording and its worth are.
+    pub fn new(truth: Truth, answer: Option<&Answer>, terms: usize, fresh: Option<Fresh>) -> Self {
+        let located = |a: &Answer| {
+            let is = |name: &String| truth.depends_on.contains(name);
+            a.locations.iter().any(|l| is(&l.variable) || l.times.as_ref().is_some_and(is))
+        };
+        let named_alone = |a: &Answer| {
+            a.verdict == Verdict::Explained
+                && !a.effects.is_empty()
+                && a.effects.iter().all(|effect| catalogued(&effect.id))
+        };
+        let counts = truth.lasts && truth.condition != Condition::ColumnsMissing;
+        let gain = |f: &Fresh| (f.base - f.handed_on) / (f.base - f.oracle);
+        Self {
+            said: answer.map_or_else(|| "refused".to_owned(), Answer::sentence),
+            found: answer.is_some_and(Answer::detects),
+            located: answer.is_some_and(located),
+            named_alone: truth.kind.is_some() && answer.is_some_and(named_alone),
+            named: answer.map_or(0, |a| a.effects.len()),
+            terms,
+            gain: fresh.filter(|f| counts && f.base - f.oracle > WORTHWHILE * f.base).as_ref().map(gain),
+            harmed: fresh.is_some_and(|f| f.handed_on > WORSE * WORSE * f.base),
+            fresh,
+            truth,
+        }
+    }
+
+    /// What was to be gained, and what of it was, in units of the noise.
+    fn gained(&self) -> Option<[f64; 2]> {
+        let (gain, fresh) = (self.gain?, self.fresh?);
+        let most = (fresh.base - fresh.oracle) / self.truth.noise.powi(2);
+        Some([most, gain * most])
+    }
+}
+
+fn catalogued(id: &str) -> bool {
+    id == "turn_slope" || twin::effects::find(id).is_some_and(|s| s.catalogued())
+}
+
+/// The recordings of one kind, noise or condition.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Line {
+    /// Of which they are.
+    pub what: String,
+    /// How many.
+    pub recordings: u64,
+    /// Found.
+    pub found: u64,
+    /// Rightly located.
+    pub located: u64,
+    /// With a name of the catalogue alone.
+    pub named_alone: u64,
+    /// Of these, those that lose the gain.
+    pub named_and_lost: u64,
+    /// Whose fresh recording was made worse.
+    pub harmed: u64,
+    /// Whose gain is counted.
+    pub counted: u64,
+    /// Of them those that realise nine tenths.
+    pub realised: u64,
+    /// Part of the oracle's gain, of all together.
+    pub pooled: Option<f64>,
+    /// The same of the median recording.
+    pub median: Option<f64>,
+}
+
+impl Line {
+    fn of<'a>(what: &str, rows: impl Iterator<Item = &'a Row>) -> Self {
+        let mut line = Self { what: what.to_owned(), ..Self::default() };
+        let (mut gains, mut sums) = (Vec::new(), [0.0; 2]);
+        for row in rows {
+            line.recordings += 1;
+            line.found += u64::from(row.found);
+            line.located += u64::from(row.located);
+            line.named_alone += u64::from(row.named_alone);
+            line.named_and_lost += u64::from(row.named_alone && row.gain.is_some_and(|gain| gain < LOSES));
+            line.harmed += u64::from(row.harmed);
+            line.realised += u64::from(row.gain.is_some_and(|gain| gain >= REALISED));
+            gains.extend(row.gain);
+            for (sum, value) in sums.iter_mut().zip(row.gained().unwrap_or_default()) {
+                *sum += value;
+            }
+        }
+        line.counted = gains.len() as u64;
+        line.pooled = (sums[0] > 0.0).then(|| sums[1] / sums[0]);
+        line.median = percentile(&gains, 0.5);
+        line
+    }
+}
+
+/// Recordings of nothing, of one noise family.
+#[derive(Debug, Clone, Serialize)]
+pub struct NullLine {
+    /// The family.
+    pub family: String,
+    /// How many.
+    pub recordings: u64,
+    /// A verdict other than `consistent`.
+    pub alarms: u64,
+    /// With an effect named.
+    pub named: u64,
+    /// With terms that hold on any recording.
+    pub terms: u64,
+    /// Whose fresh recording was made worse.
+    pub harmed: u64,
+}
+
+/// Everything that was measured.
+#[derive(Debug, Serialize)]
+pub struct Score {
+    /// The summary.
+    pub figures: Vec<Figure>,
+    /// By kind.
+    pub kinds: Vec<Line>,
+    /// By noise.
+    pub families: Vec<Line>,
+    /// By condition.
+    pub conditions: Vec<Line>,
+    /// Of recordings of nothing.
+    pub nulls: Vec<NullLine>,
+    /// Every recording.
+    pub rows: Vec<Row>,
+}
+
+/// Scores the recordings.
+pub fn score(rows: &[Row]) -> Score {
+    let concealed: Vec<&Row> = rows.iter().filter(|row| row.truth.kind.is_some()).collect();
+    let lines = |key: &dyn Fn(&Row) -> String| -> Vec<Line> {
+        let mut groups: BTreeMap<String, Vec<&Row>> = BTreeMap::new();
+        for row in &concealed {
+            groups.entry(key(row)).or_default().push(row);
+        }
+        groups.iter().map(|(what, rows)| Line::of(what, rows.iter().copied())).collect()
+    };
+    let device = |row: &Row| if row.truth.device == Device::Mirror { " (mirror)" } else { "" };
+    let kind = |row: &Row| format!("{}{}", row.truth.kind.clone().unwrap_or_default(), device(row));
+    Score {
+        figures: figures(&concealed),
+        kinds: lines(&kind),
+        families: lines(&|row| row.truth.family.clone()),
+        conditions: lines(&|row| row.truth.condition.name().to_owned()),
+        nulls: nulls(rows),
+        rows: rows.to_vec(),
+    }
+}
+
+fn nulls(rows: &[Row]) -> Vec<NullLine> {
+    let family = |family: &super::plan::Family| {
+        let of: Vec<&Row> =
+            rows.iter().filter(|r| r.truth.kind.is_none() && r.truth.family == family.name).collect();
+        let count = |is: &dyn Fn(&Row) -> bool| of.iter().filter(|row| is(row)).count() as u64;
+        let (alarms, named) = (count(&|row| row.found), count(&|row| row.named > 0));
+        NullLine {
+            family: family.name.to_owned(),
+            recordings: of.len() as u64,
+            alarms,
+            named,
+            terms: count(&|row| row.terms > 0),
+            harmed: count(&|row| row.harmed),
+        }
+    };
+    super::plan::FAMILIES.iter().map(family).filter(|line| line.recordings > 0).collect()
+}
+
+fn figures(rows: &[&Row]) -> Vec<Figure> {
+    let all = Line::of("all", rows.iter().copied());
+    let percent = |part: Option<f64>| part.map_or("none".to_owned(), |part| format!("{:.1} %", 100.0 * part));
+    let least = |figure: &str, least: f64, part: Option<f64>| Figure {
+        figure: figure.to_owned(),
+        wanted: format!("≥ {} %", 100.0 * least),
+        measured: percent(part),
+        passed: part.map(|part| part >= least),
+    };
+    let share = |hits, of| Share { hits, of };
+    let at_least = |figure: &str, wanted: f64, of: Share| Figure {
+        measured: of.to_string(),
+        ..least(figure, wanted, of.value())
+    };
+    let at_most = |figure: &str, most: f64, of: Share| Figure {
+        figure: figure.to_owned(),
+        wanted: format!("≤ {} %", 100.0 * most),
+        measured: of.to_string(),
+        passed: of.value().map(|part| part <= most),
+    };
+    vec![
+        Figure::reported("beyond the catalogue: found", share(all.found, all.recordings)),
+        Figure::reported("rightly located", share(all.located, all.recordings)),
+        least("gain realised on a fresh recording, pooled", 0.9, all.pooled),
+        least("the same, median recording", 0.95, all.median),
+        at_least("recordings with nine tenths of the gain", 0.75, share(all.realised, all.counted)),
+        at_most("a fresh recording made worse (> 3 %)", 0.002, share(all.harmed, all.recordings)),
+        Figure::reported("a catalogued name alone", share(all.named_alone, all.recordings)),
+        at_most("of it, losing more than 20 % of the gain", 0.02, share(all.named_and_lost, all.recordings)),
+    ]
+}
