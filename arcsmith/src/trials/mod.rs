@@ -51,6 +51,9 @@ struct Beyond {
     /// Recordings of nothing in each of the eight noise families
     #[arg(long, default_value_t = 100)]
     nulls: usize,
+    /// Recordings of each effect of the catalogue, which is left out of it
+    #[arg(long, default_value_t = 0)]
+    leave_out: usize,
     /// This kind alone; may be repeated
     #[arg(long = "kind", value_name = "ID")]
     kinds: Vec<String>,
@@ -175,7 +178,12 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
             refused!("--kind {unknown}: found no such kind").mend(format!("take one of {}", ids.join(", ")))
         );
     }
-    let counts = beyond::plan::Counts { trials: args.trials, nulls: args.nulls, kinds: args.kinds.clone() };
+    let counts = beyond::plan::Counts {
+        trials: args.trials,
+        left_out: args.leave_out,
+        nulls: args.nulls,
+        kinds: args.kinds.clone(),
+    };
     let jobs = threads(args.jobs)?;
     let campaign = beyond::campaign::Campaign { counts, seed: args.seed, jobs, out: args.out.clone() };
     let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;

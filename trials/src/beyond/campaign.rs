@@ -1,5 +1,6 @@
 //! One campaign: draw, write the recordings, seal, have them diagnosed blind, unseal, try on fresh recordings.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use fitter::recording::Recording;
@@ -58,10 +59,14 @@ impl Campaign {
         sealed(&hash, truths.len());
         programs.begin("diagnosing", truths.len());
         let batches = Batches { programs, nominal: Nominal::Mirror, jobs: self.jobs };
-        for (device, folders) in &places {
-            let of = truths.iter().filter(|truth| truth.device == *device);
-            let files: Vec<String> = of.map(|truth| truth.recording.clone()).collect();
-            batches.diagnose(&folders.blind, &files, &folders.diagnosed, None)?;
+        let mut together: BTreeMap<(Device, Option<&str>), Vec<String>> = BTreeMap::new();
+        for truth in &truths {
+            let left_out = truth.kind.as_deref().filter(|_| truth.left_out);
+            together.entry((truth.device, left_out)).or_default().push(truth.recording.clone());
+        }
+        for ((device, left_out), files) in together {
+            let folders = folders(&places, device);
+            batches.diagnose(&folders.blind, &files, &folders.diagnosed, left_out)?;
         }
         put(&self.out.join("truth.jsonl"), &text)?;
         programs.begin("recording afresh", drawn.len());

@@ -23,6 +23,8 @@ pub struct Truth {
     pub device: Device,
     /// The kind; none of a null.
     pub kind: Option<String>,
+    /// Whether it is an effect of the catalogue that was left out there.
+    pub left_out: bool,
     /// Whether a fresh recording of the device shows it again.
     pub lasts: bool,
     pub family: String,
@@ -134,6 +136,7 @@ fn attempt(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng) -> 
         recording: file.to_owned(),
         device: assignment.device,
         kind: assignment.concealed.map(|kind| kind.id.to_owned()),
+        left_out: assignment.concealed.is_some_and(|kind| kind.left_out),
         lasts: assignment.concealed.is_some_and(|kind| kind.lasts),
         family: assignment.family.name.to_owned(),
         condition,
@@ -157,5 +160,75 @@ fn round(lab: &mut Lab, step: f64) {
         lab.change(lab.reference, |values| values.iter_mut().for_each(|v| *v = (*v / unit).round() * unit));
         // Rounding errs evenly over a step.
         lab.noise *= (1.0 + step * step / 12.0).sqrt();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rayon::prelude::*;
+
+    use super::*;
+    use crate::beyond::plan::{FAMILIES, kinds};
+
+    fn drawn(index: usize, condition: Condition) -> Drawn {
+        let kind = kinds()[index];
+        let assignment = Assignment {
+            concealed: Some(kind),
+            device: kind.device,
+            family: FAMILIES[0],
+            condition,
+            rho: 40.0,
+            seed: 70 + index as u64,
+        };
+        Drawn::draw(&assignment, "r.csv".to_owned()).unwrap()
+    }
+
+    /// The recording as it would be without what is concealed, or as if nobody knew of it.
+    fn without(lab: &Lab, corrected: bool) -> Lab {
+        let less = |m: &f64, e: &f64| if corrected { m - e } else { *m };
+        let measured = lab.measured.iter().zip(&lab.effect).map(|(m, e)| less(m, e)).collect();
+        Lab { measured, effect: vec![0.0; lab.rows()], ..lab.clone() }
+    }
+
+    #[test]
+    fn every_kind_has_the_strength_that_was_wanted_and_an_oracle_corrects_it() {
+        (0..kinds().len()).into_par_iter().for_each(|index| {
+            let drawn = drawn(index, Condition::Plain);
+            let (truth, id) = (&drawn.truth, kinds()[index].id);
+            assert!((truth.rho / 40.0 - 1.0).abs() < 0.05, "{id}: ρ {}", truth.rho);
+            if !truth.lasts {
+                return;
+            }
+            let left = |corrected: bool| {
+                let of = [&drawn.seen, &drawn.fresh].map(|lab| without(lab, corrected));
+                deviation(&oracle::left(&of[0], &of[1])).powi(2)
+            };
+            let (base, floor) = (left(false), left(true));
+            let gain = (base - drawn.oracle) / (base - floor);
+            assert!(gain > 0.9, "{id}: {gain} of what there is, from {base} by {} to {floor}", drawn.oracle);
+        });
+    }
+
+    #[test]
+    fn a_recording_comes_again_from_its_seed_and_its_condition_shows() {
+        let humid = kinds().iter().position(|kind| kind.id == "ooc_swelling").unwrap();
+        let plain = drawn(humid, Condition::Plain);
+        assert_eq!(plain.csv(), drawn(humid, Condition::Plain).csv());
+        assert!(!plain.seen.column("humidity_pct").is_empty());
+        let missing = drawn(humid, Condition::ColumnsMissing);
+        assert!(
+            missing.seen.column("humidity_pct").is_empty() && missing.fresh.column("humidity_pct").is_empty()
+        );
+        let forward = drawn(humid, Condition::ForwardOnly);
+        assert!(forward.seen.column("direction").iter().all(|direction| *direction > 0.0));
+        let changes = |drawn: &Drawn| {
+            let temperature_c = drawn.seen.column("temperature_c");
+            temperature_c.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64
+                / temperature_c.len() as f64
+        };
+        assert!(changes(&plain) > 0.9 && changes(&drawn(humid, Condition::ThermometerHeld)) < 0.1);
+        let rows = |condition| drawn(humid, condition).truth.rows;
+        assert!(rows(Condition::FewRows) < 130 && rows(Condition::ManyRows) > 1000);
+        assert!(rows(Condition::UnequalPasses) < plain.truth.rows);
     }
 }

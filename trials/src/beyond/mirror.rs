@@ -24,7 +24,16 @@ impl Mirror {
     pub fn draw(assignment: &Assignment, generator: &mut ChaCha12Rng) -> Self {
         let thermal = assignment.concealed.is_some_and(|kind| kind.depends_on.contains(&"temperature_c"));
         let noise = (assignment.family.noise)();
-        let protocol = Protocol { noise, ..protocol(assignment.condition, thermal, generator) };
+        // What shows only in motion is read in motion.
+        let moves = assignment.concealed.is_some_and(|kind| kind.depends_on.contains(&"velocity"));
+        let mut protocol = |condition| match moves {
+            true => Protocol { temperature: Temperature::Laboratory, ..Protocol::scan() },
+            false => protocol(condition, thermal, generator),
+        };
+        let fresh_protocol = protocol(Condition::Plain);
+        let protocol = Protocol { noise, ..protocol(assignment.condition) };
+        // In the same chamber: no model is asked about temperatures that it never saw.
+        let fresh_protocol = Protocol { temperature: protocol.temperature.clone(), ..fresh_protocol };
         let specification = assignment.concealed.and_then(|kind| catalogue::find(kind.id));
         let effect = specification.map(|s| twin::effects::draw(s, &protocol, generator));
         Self {
@@ -34,7 +43,7 @@ impl Mirror {
             lasts: assignment.concealed.is_some_and(|kind| kind.lasts),
             protocol,
             seed: generator.random(),
-            fresh_protocol: self::protocol(Condition::Plain, thermal, generator),
+            fresh_protocol,
             fresh_seed: generator.random(),
         }
     }

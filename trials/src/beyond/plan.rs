@@ -156,6 +156,8 @@ pub struct Concealable {
     pub lasts: bool,
     /// The variables that carry it.
     pub depends_on: &'static [&'static str],
+    /// Whether the catalogue has it, and it is left out there.
+    pub left_out: bool,
 }
 
 /// Variables that every recording holds.
@@ -170,19 +172,21 @@ impl Concealable {
     }
 }
 
-/// All kinds that can be concealed.
+/// All kinds that can be concealed: those outside the catalogue, and the catalogue's own, to be left out of it.
 pub fn kinds() -> Vec<Concealable> {
-    let mirror = catalogue::ALL.iter().filter(|s| !s.catalogued()).map(|s| Concealable {
+    let mirror = catalogue::ALL.iter().map(|s| Concealable {
         id: s.id,
         device: Device::Mirror,
         lasts: s.scope == Scope::Device,
         depends_on: s.depends_on,
+        left_out: s.catalogued(),
     });
     let sensor = twin::sensor::ALL.iter().map(|kind| Concealable {
         id: kind.id,
         device: Device::Sensor,
         lasts: true,
         depends_on: kind.depends_on,
+        left_out: false,
     });
     sensor.chain(mirror).collect()
 }
@@ -207,8 +211,10 @@ pub struct Assignment {
 /// What is asked for.
 #[derive(Debug, Clone, Default)]
 pub struct Counts {
-    /// Recordings of each kind.
+    /// Recordings of each kind that the catalogue lacks.
     pub trials: usize,
+    /// Recordings of each effect of the catalogue, which is left out of it.
+    pub left_out: usize,
     /// Recordings of nothing in each noise family.
     pub nulls: usize,
     /// The kinds that are concealed; all where empty.
@@ -228,7 +234,7 @@ pub fn assignments(counts: &Counts, seed: u64) -> Vec<Assignment> {
     let mut list = Vec::new();
     let wanted = |kind: &Concealable| counts.kinds.is_empty() || counts.kinds.iter().any(|id| id == kind.id);
     for kind in kinds().into_iter().filter(wanted) {
-        for _ in 0..counts.trials {
+        for _ in 0..if kind.left_out { counts.left_out } else { counts.trials } {
             list.push(assigned(Some(kind), kind.device, None, seeds.random()));
         }
     }

@@ -19,6 +19,9 @@ impl Report<Score> {
             "trials beyond --trials {} --nulls {} --seed {}",
             counts.trials, counts.nulls, campaign.seed
         );
+        if counts.left_out > 0 {
+            command += &format!(" --leave-out {}", counts.left_out);
+        }
         command.extend(counts.kinds.iter().map(|id| format!(" --kind {id}")));
         Self::of(command, outcome, score)
     }
@@ -46,10 +49,13 @@ impl Report<Score> {
         }
         for (title, lines) in [
             ("kind", &self.score.kinds),
+            ("left out of the catalogue", &self.score.left_out),
             ("noise", &self.score.families),
             ("condition", &self.score.conditions),
         ] {
-            text += &table(title, lines);
+            if !lines.is_empty() {
+                text += &table(title, lines);
+            }
         }
         if !self.score.nulls.is_empty() {
             text += &nulls(&self.score.nulls);

@@ -172,6 +172,8 @@ pub struct Score {
     pub figures: Vec<Figure>,
     /// By kind.
     pub kinds: Vec<Line>,
+    /// By effect of the catalogue, which was left out of it.
+    pub left_out: Vec<Line>,
     /// By noise.
     pub families: Vec<Line>,
     /// By condition.
@@ -184,23 +186,43 @@ pub struct Score {
 
 /// Scores the recordings.
 pub fn score(rows: &[Row]) -> Score {
-    let concealed: Vec<&Row> = rows.iter().filter(|row| row.truth.kind.is_some()).collect();
-    let lines = |key: &dyn Fn(&Row) -> String| -> Vec<Line> {
-        let mut groups: BTreeMap<String, Vec<&Row>> = BTreeMap::new();
-        for row in &concealed {
-            groups.entry(key(row)).or_default().push(row);
-        }
-        groups.iter().map(|(what, rows)| Line::of(what, rows.iter().copied())).collect()
-    };
+    let concealed = rows.iter().filter(|row| row.truth.kind.is_some());
+    let (left_out, beyond): (Vec<&Row>, Vec<&Row>) = concealed.partition(|row| row.truth.left_out);
+    let lines = |key: &dyn Fn(&Row) -> String| lines(&beyond, key);
     let device = |row: &Row| if row.truth.device == Device::Mirror { " (mirror)" } else { "" };
     let kind = |row: &Row| format!("{}{}", row.truth.kind.clone().unwrap_or_default(), device(row));
+    let mut figures = if beyond.is_empty() { Vec::new() } else { figures(&beyond) };
+    if !left_out.is_empty() {
+        let all = Line::of("all", left_out.iter().copied());
+        figures.push(least("left out of the catalogue: gain realised, pooled", 0.9, all.pooled));
+    }
     Score {
-        figures: figures(&concealed),
+        figures,
         kinds: lines(&kind),
+        left_out: self::lines(&left_out, &kind),
         families: lines(&|row| row.truth.family.clone()),
         conditions: lines(&|row| row.truth.condition.name().to_owned()),
         nulls: nulls(rows),
         rows: rows.to_vec(),
+    }
+}
+
+/// The rows by a key.
+fn lines(rows: &[&Row], key: &dyn Fn(&Row) -> String) -> Vec<Line> {
+    let mut groups: BTreeMap<String, Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        groups.entry(key(row)).or_default().push(row);
+    }
+    groups.iter().map(|(what, rows)| Line::of(what, rows.iter().copied())).collect()
+}
+
+/// A part that must reach a least value.
+fn least(figure: &str, least: f64, part: Option<f64>) -> Figure {
+    Figure {
+        figure: figure.to_owned(),
+        wanted: format!("≥ {} %", 100.0 * least),
+        measured: part.map_or("none".to_owned(), |part| format!("{:.1} %", 100.0 * part)),
+        passed: part.map(|part| part >= least),
     }
 }
 
@@ -224,13 +246,6 @@ fn nulls(rows: &[Row]) -> Vec<NullLine> {
 
 fn figures(rows: &[&Row]) -> Vec<Figure> {
     let all = Line::of("all", rows.iter().copied());
-    let percent = |part: Option<f64>| part.map_or("none".to_owned(), |part| format!("{:.1} %", 100.0 * part));
-    let least = |figure: &str, least: f64, part: Option<f64>| Figure {
-        figure: figure.to_owned(),
-        wanted: format!("≥ {} %", 100.0 * least),
-        measured: percent(part),
-        passed: part.map(|part| part >= least),
-    };
     let share = |hits, of| Share { hits, of };
     let at_least = |figure: &str, wanted: f64, of: Share| Figure {
         measured: of.to_string(),

@@ -23,8 +23,8 @@ fn every_kind_adds_something_beside_the_characteristic_and_comes_again_from_its_
         assert!(left > 0.1 * varies && varies > 0.0, "{}: {left} of {varies}", kind.id);
         let again: Vec<f64> = recorded(kind, 5).iter().map(|row| row.effect).collect();
         assert_eq!(effect, again, "{}", kind.id);
-        let other: Vec<f64> = recorded(kind, 6).iter().map(|row| row.effect).collect();
-        assert_ne!(effect, other, "{}", kind.id);
+        let other: Vec<f64> = recorded(kind, 6).iter().map(|row| row.measured_mm).collect();
+        assert_ne!(x, other, "{}", kind.id);
     }
 }
 
