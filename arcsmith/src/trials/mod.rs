@@ -51,6 +51,9 @@ struct Beyond {
     /// Recordings of nothing in each of the eight noise families
     #[arg(long, default_value_t = 100)]
     nulls: usize,
+    /// Recordings of each kind of physics in motion
+    #[arg(long, default_value_t = 0)]
+    motion: usize,
     /// Recordings of each effect of the catalogue, which is left out of it
     #[arg(long, default_value_t = 0)]
     leave_out: usize,
@@ -180,6 +183,7 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
     }
     let counts = beyond::plan::Counts {
         trials: args.trials,
+        motion: args.motion,
         left_out: args.leave_out,
         nulls: args.nulls,
         kinds: args.kinds.clone(),

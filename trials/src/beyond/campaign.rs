@@ -3,25 +3,28 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use fitter::plant::PlantFile;
 use fitter::recording::Recording;
 use fitter::terms::Scope;
 use fitter::{apply, coefficients};
 use rayon::prelude::*;
+use twin::dynamic::{Begin, Series, simulate};
 
 use super::draw::{Drawn, Truth};
 use super::lab::Lab;
 use super::plan::{self, Counts, Device};
 use super::score::{Fresh, Row};
 use crate::error::CampaignError;
-use crate::linear::deviation;
+use crate::linear::{deviation, norm};
 use crate::programs::{Nominal, Programs};
 use crate::truth::seal;
 use crate::workspace::{Batches, Folders, Outcome, answer_of, draw_all, put, threads};
 
-/// What is stated to the programs of the mirrors and of the sensors.
-const STATED: [(Device, &str, &str); 2] = [
-    (Device::Mirror, "mirror", include_str!("../mirror.toml")),
-    (Device::Sensor, "sensor", "[sensor]\nkind = \"direct\"\nunit = \"mm\"\n"),
+/// What is stated to the programs of each device, and the folder of its recordings.
+const STATED: [(Device, Nominal, &str, &str); 3] = [
+    (Device::Mirror, Nominal::Mirror, "mirror", include_str!("../mirror.toml")),
+    (Device::Sensor, Nominal::Mirror, "sensor", "[sensor]\nkind = \"direct\"\nunit = \"mm\"\n"),
+    (Device::Motion, Nominal::Plant, "motion", include_str!("../dynamic/plant.toml")),
 ];
 
 /// What a campaign is asked for.
@@ -48,8 +51,8 @@ impl Campaign {
         sealed: impl FnOnce(&str, usize),
     ) -> Result<Outcome<Row>, CampaignError> {
         let mut places = Vec::new();
-        for (device, name, stated) in STATED {
-            places.push((device, Folders::prepare(&self.out.join(name), Nominal::Mirror, stated)?));
+        for (device, nominal, name, stated) in STATED {
+            places.push((device, Folders::prepare(&self.out.join(name), nominal, stated)?));
         }
         let pool = threads(self.jobs)?;
         let drawn = pool.install(|| self.draw(programs, &places))?;
@@ -58,7 +61,6 @@ impl Campaign {
         let (text, hash) = seal(&truths);
         sealed(&hash, truths.len());
         programs.begin("diagnosing", truths.len());
-        let batches = Batches { programs, nominal: Nominal::Mirror, jobs: self.jobs };
         let mut together: BTreeMap<(Device, Option<&str>), Vec<String>> = BTreeMap::new();
         for truth in &truths {
             let left_out = truth.kind.as_deref().filter(|_| truth.left_out);
@@ -66,6 +68,8 @@ impl Campaign {
         }
         for ((device, left_out), files) in together {
             let folders = folders(&places, device);
+            let nominal = if device == Device::Motion { Nominal::Plant } else { Nominal::Mirror };
+            let batches = Batches { programs, nominal, jobs: self.jobs };
             batches.diagnose(&folders.blind, &files, &folders.diagnosed, left_out)?;
         }
         put(&self.out.join("truth.jsonl"), &text)?;
@@ -106,6 +110,19 @@ fn row(programs: &Programs, folders: &Folders, drawn: Drawn) -> Result<Row, Camp
     let file = &drawn.truth.recording;
     let stem = file.trim_end_matches(".csv");
     let answer = answer_of(&folders.diagnosed, stem)?;
+    if let Some(base) = drawn.base {
+        let fresh = folders.fresh.join(file);
+        let (handed_on, terms) =
+            match free_run(&folders.diagnosed.join(format!("{stem}.plant.toml")), &fresh, &drawn) {
+                Ok((left, effects)) => (Some(left), effects),
+                Err(reason) => {
+                    programs.watch.warn(&format!("{stem}: {reason}"));
+                    (None, 0)
+                }
+            };
+        let fresh = handed_on.map(|handed_on| Fresh { base, handed_on, oracle: drawn.oracle });
+        return Ok(Row::new(drawn.truth, answer.as_ref(), terms, fresh));
+    }
     let handed_on = folders.diagnosed.join(format!("{stem}.coefficients.json"));
     let base = folders.fresh.join(format!("{stem}.base.json"));
     let fitted = programs.fit(&folders.blind, file, &base)?;
@@ -143,4 +160,17 @@ fn left(recording: &Recording, path: &Path, fresh: &Lab) -> Result<f64, String> 
         .map(|(corrected, clean)| scale * corrected - clean)
         .collect();
     Ok(deviation(&error).powi(2))
+}
+
+/// Mean square of what a plant's free run from rest leaves of a fresh drive's position without its noise, and how many
+/// effects the plant has.
+fn free_run(plant: &Path, fresh: &Path, drawn: &Drawn) -> Result<(f64, usize), String> {
+    let file = PlantFile::read(plant).map_err(|e| e.to_string())?;
+    let driven = Series::read(fresh).map_err(|e| e.to_string())?;
+    let simulated =
+        simulate(&plant.display().to_string(), &file, &driven, Begin::Rest).map_err(|e| e.to_string())?;
+    let left: Vec<f64> =
+        simulated.positions.iter().flatten().zip(&drawn.fresh.clean).map(|(s, clean)| s - clean).collect();
+    let in_equations = file.equations.as_ref().map_or(0, |equations| equations.effects.len());
+    Ok((norm(&left).powi(2) / left.len().max(1) as f64, file.effects.len() + in_equations))
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lab::Lab;
 use super::mirror::{self, Mirror};
+use super::motion;
 use super::oracle;
 use super::plan::{Assignment, Condition, Device};
 use super::sensor::{self, Sensor};
@@ -46,6 +47,8 @@ pub struct Drawn {
     pub truth: Truth,
     pub seen: Lab,
     pub fresh: Lab,
+    /// Mean square of what the base alone leaves of the fresh recording, where no program is asked for it.
+    pub base: Option<f64>,
     /// Mean square of what an oracle leaves of the fresh recording.
     pub oracle: f64,
 }
@@ -69,6 +72,7 @@ impl Drawn {
         let decimals = match self.truth.device {
             Device::Mirror => mirror::decimals,
             Device::Sensor => sensor::decimals,
+            Device::Motion => motion::decimals,
         };
         [&self.seen, &self.fresh].map(|lab| lab.csv(decimals))
     }
@@ -107,6 +111,7 @@ fn attempt(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng) -> 
     let made = match assignment.device {
         Device::Mirror => Made::Mirror(Box::new(Mirror::draw(assignment, generator))),
         Device::Sensor => Made::Sensor(Sensor::draw(assignment, generator)),
+        Device::Motion => return motion::attempt(assignment, file, generator),
     };
     let (condition, noise) = (assignment.condition, (assignment.family.noise)());
     let carriers = assignment.concealed.map_or_else(Vec::new, |kind| kind.carriers());
@@ -150,7 +155,7 @@ fn attempt(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng) -> 
         rows: seen.rows(),
     };
     let oracle = deviation(&oracle::left(&seen, &fresh)).powi(2);
-    Some(Drawn { truth, seen, fresh, oracle })
+    Some(Drawn { truth, seen, fresh, base: None, oracle })
 }
 
 /// Rounds the reference to steps of so many standard deviations of the noise; not at all where that is 0.
@@ -195,6 +200,11 @@ mod tests {
         (0..kinds().len()).into_par_iter().for_each(|index| {
             let drawn = drawn(index, Condition::Plain);
             let (truth, id) = (&drawn.truth, kinds()[index].id);
+            if let Some(base) = drawn.base {
+                // Nine tenths of what there is beside nothing at all.
+                assert!(drawn.oracle < 0.1 * base && truth.rho >= 12.0, "{id}: {} of {base}", drawn.oracle);
+                return;
+            }
             assert!((truth.rho / 40.0 - 1.0).abs() < 0.05, "{id}: ρ {}", truth.rho);
             if !truth.lasts {
                 return;

@@ -17,6 +17,8 @@ pub enum Device {
     Mirror,
     /// The position sensor.
     Sensor,
+    /// A mechanism in motion.
+    Motion,
 }
 
 /// A kind of noise.
@@ -45,6 +47,9 @@ pub const FAMILIES: [Family; 8] = [
     family("popcorn", || Noise::Popcorn),
     family("bursts", || Noise::Bursts),
 ];
+/// White noise, and noise that is correlated over some samples of a motion.
+const IN_MOTION: [Family; 2] =
+    [FAMILIES[0], family("correlated", || Noise::Autocorrelated { correlation_time_s: 2e-3 })];
 /// How many of them are forgotten from reading to reading.
 pub const ORDINARY: usize = 4;
 
@@ -188,7 +193,14 @@ pub fn kinds() -> Vec<Concealable> {
         depends_on: kind.depends_on,
         left_out: false,
     });
-    sensor.chain(mirror).collect()
+    let motion = twin::dynamic::rig::ALL.iter().map(|kind| Concealable {
+        id: kind.id,
+        device: Device::Motion,
+        lasts: true,
+        depends_on: kind.depends_on,
+        left_out: false,
+    });
+    sensor.chain(mirror).chain(motion).collect()
 }
 
 /// A recording that is to be drawn.
@@ -213,6 +225,8 @@ pub struct Assignment {
 pub struct Counts {
     /// Recordings of each kind that the catalogue lacks.
     pub trials: usize,
+    /// Recordings of each kind in motion.
+    pub motion: usize,
     /// Recordings of each effect of the catalogue, which is left out of it.
     pub left_out: usize,
     /// Recordings of nothing in each noise family.
@@ -234,7 +248,12 @@ pub fn assignments(counts: &Counts, seed: u64) -> Vec<Assignment> {
     let mut list = Vec::new();
     let wanted = |kind: &Concealable| counts.kinds.is_empty() || counts.kinds.iter().any(|id| id == kind.id);
     for kind in kinds().into_iter().filter(wanted) {
-        for _ in 0..if kind.left_out { counts.left_out } else { counts.trials } {
+        let count = match kind.device {
+            Device::Motion => counts.motion,
+            _ if kind.left_out => counts.left_out,
+            _ => counts.trials,
+        };
+        for _ in 0..count {
             list.push(assigned(Some(kind), kind.device, None, seeds.random()));
         }
     }
@@ -255,7 +274,10 @@ fn assigned(concealed: Option<Concealable>, device: Device, family: Option<Famil
         true => (0, ORDINARY),
         false => (ORDINARY, FAMILIES.len()),
     };
-    let drawn = FAMILIES[uniform(from as f64, to as f64) as usize];
+    let drawn = match (device, uniform(0.0, 1.0)) {
+        (Device::Motion, part) => IN_MOTION[usize::from(part > 0.6)],
+        (_, part) => FAMILIES[from + (part * (to - from) as f64) as usize],
+    };
     let condition = match uniform(0.0, 1.0) < PLAIN {
         true => Condition::Plain,
         false => CONDITIONS[uniform(1.0, CONDITIONS.len() as f64) as usize],

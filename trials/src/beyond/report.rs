@@ -19,6 +19,9 @@ impl Report<Score> {
             "trials beyond --trials {} --nulls {} --seed {}",
             counts.trials, counts.nulls, campaign.seed
         );
+        if counts.motion > 0 {
+            command += &format!(" --motion {}", counts.motion);
+        }
         if counts.left_out > 0 {
             command += &format!(" --leave-out {}", counts.left_out);
         }
@@ -49,6 +52,7 @@ impl Report<Score> {
         }
         for (title, lines) in [
             ("kind", &self.score.kinds),
+            ("kind in motion", &self.score.motion),
             ("left out of the catalogue", &self.score.left_out),
             ("noise", &self.score.families),
             ("condition", &self.score.conditions),

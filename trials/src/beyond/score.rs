@@ -172,6 +172,8 @@ pub struct Score {
     pub figures: Vec<Figure>,
     /// By kind.
     pub kinds: Vec<Line>,
+    /// By kind in motion.
+    pub motion: Vec<Line>,
     /// By effect of the catalogue, which was left out of it.
     pub left_out: Vec<Line>,
     /// By noise.
@@ -188,10 +190,15 @@ pub struct Score {
 pub fn score(rows: &[Row]) -> Score {
     let concealed = rows.iter().filter(|row| row.truth.kind.is_some());
     let (left_out, beyond): (Vec<&Row>, Vec<&Row>) = concealed.partition(|row| row.truth.left_out);
+    let (motion, beyond): (Vec<&Row>, Vec<&Row>) =
+        beyond.into_iter().partition(|row| row.truth.device == Device::Motion);
     let lines = |key: &dyn Fn(&Row) -> String| lines(&beyond, key);
     let device = |row: &Row| if row.truth.device == Device::Mirror { " (mirror)" } else { "" };
     let kind = |row: &Row| format!("{}{}", row.truth.kind.clone().unwrap_or_default(), device(row));
     let mut figures = if beyond.is_empty() { Vec::new() } else { figures(&beyond) };
+    if !motion.is_empty() {
+        figures.extend(figures_in_motion(&motion));
+    }
     if !left_out.is_empty() {
         let all = Line::of("all", left_out.iter().copied());
         figures.push(least("left out of the catalogue: gain realised, pooled", 0.9, all.pooled));
@@ -199,6 +206,7 @@ pub fn score(rows: &[Row]) -> Score {
     Score {
         figures,
         kinds: lines(&kind),
+        motion: self::lines(&motion, &kind),
         left_out: self::lines(&left_out, &kind),
         families: lines(&|row| row.truth.family.clone()),
         conditions: lines(&|row| row.truth.condition.name().to_owned()),
@@ -242,6 +250,31 @@ fn nulls(rows: &[Row]) -> Vec<NullLine> {
         }
     };
     super::plan::FAMILIES.iter().map(family).filter(|line| line.recordings > 0).collect()
+}
+
+/// A free run over a fresh drive comes so close to the noise of its read-out.
+const AS_THE_NOISE: f64 = 1.3;
+
+fn figures_in_motion(rows: &[&Row]) -> Vec<Figure> {
+    let all = Line::of("all", rows.iter().copied());
+    let mut close = Share::default();
+    for row in rows {
+        // What is left of the position without noise, and the noise beside it.
+        let left = row.fresh.map(|fresh| 1.0 + fresh.handed_on / row.truth.noise.powi(2));
+        close.count(left.is_some_and(|left| left.sqrt() <= AS_THE_NOISE));
+    }
+    vec![
+        Figure::reported("in motion: found", Share { hits: all.found, of: all.recordings }),
+        least("in motion: gain realised on a fresh drive, pooled", 0.8, all.pooled),
+        Figure {
+            measured: close.to_string(),
+            ..least("in motion: free run within 1.3 of the noise", 0.5, close.value())
+        },
+        Figure::reported(
+            "in motion: a fresh drive made worse",
+            Share { hits: all.harmed, of: all.recordings },
+        ),
+    ]
 }
 
 fn figures(rows: &[&Row]) -> Vec<Figure> {
