@@ -193,7 +193,7 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
     let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
     let report = Report::of_beyond(&campaign, &outcome);
     report.write_tables(&args.out)?;
-    Ok(summary.campaign(&report.score.figures, 0, &args.out))
+    Ok(summary.campaign(&report.score.figures, report.score.missed(), &args.out))
 }
 
 const OPENED: &str = "Opened examples of an independent laboratory";

@@ -56,6 +56,7 @@ impl Report<Score> {
             ("left out of the catalogue", &self.score.left_out),
             ("noise", &self.score.families),
             ("condition", &self.score.conditions),
+            ("ρ", &self.score.strengths),
         ] {
             if !lines.is_empty() {
                 text += &table(title, lines);
