@@ -6,6 +6,7 @@
 
 mod answer;
 mod benchmark;
+pub mod beyond;
 pub mod campaign;
 mod curve;
 pub mod draw;

@@ -11,7 +11,7 @@ use trials::campaign::Campaign;
 use trials::plan::Counts;
 use trials::programs::Programs;
 use trials::report::Report;
-use trials::{dynamic, score};
+use trials::{beyond, dynamic, score};
 
 /// A program that accepts all and writes nothing.
 fn silent() -> Programs<'static> {
@@ -76,4 +76,19 @@ fn no_answer_is_no_right_answer_in_motion_either() {
     let truth = std::fs::read_to_string(folder.path().join("truth.jsonl")).unwrap();
     assert_eq!(truth.lines().count(), 5);
     only(&folder.path().join("recordings"), "plant.toml", ".csv.gz");
+}
+
+#[test]
+fn no_answer_gains_nothing_beyond_the_catalogue_either() {
+    let folder = tempfile::tempdir().unwrap();
+    let counts =
+        beyond::plan::Counts { trials: 1, nulls: 1, motion: 0, left_out: 0, kinds: vec!["ooc_abbe".into()] };
+    let campaign = beyond::campaign::Campaign { counts, seed: 1, jobs: 1, out: folder.path().to_owned() };
+    let outcome = campaign.run(&silent(), |_, count| assert_eq!(count, 9)).unwrap();
+    assert!(outcome.cases.iter().all(|row| row.said == "refused" && row.gain.is_none() && !row.found));
+    let report = Report::of_beyond(&campaign, &outcome);
+    assert_eq!(report.score.nulls.len(), 8);
+    assert!(report.tables().contains("| ooc_abbe | 1 | 0 | 0 |"), "{}", report.tables());
+    only(&folder.path().join("sensor/recordings"), "mirror.toml", ".csv");
+    only(&folder.path().join("mirror/recordings"), "mirror.toml", ".csv");
 }

@@ -46,6 +46,7 @@ mod orthogonal;
 pub mod probes;
 pub mod protocol;
 mod record;
+pub mod sensor;
 pub mod streams;
 pub mod temperature;
 pub mod truth;

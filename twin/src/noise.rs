@@ -29,6 +29,14 @@ pub enum Noise {
         /// How many times the autocollimator's noise they have.
         factor: f64,
     },
+    /// White noise and 1/f noise of the same size, over four decades of time.
+    Flicker,
+    /// White noise, and a walk that grows by as much within 300 s.
+    RandomWalk,
+    /// White noise, and a level that jumps between two values every 150 s on average.
+    Popcorn,
+    /// White noise that is six times as large for 10 s, every 150 s on average.
+    Bursts,
 }
 
 impl Noise {
@@ -76,7 +84,8 @@ impl Noise {
         }
     }
 
-    /// The correlation of the noise of two readings that lie so far apart in time.
+    /// The correlation of the noise of two readings that lie so far apart in time; of noise that lasts, its white part
+    /// alone.
     pub fn correlation(&self, apart_s: f64) -> f64 {
         match *self {
             Self::Autocorrelated { correlation_time_s } => (-apart_s.abs() / correlation_time_s).exp(),
@@ -91,6 +100,7 @@ impl Noise {
 pub(crate) struct Source {
     generator: ChaCha12Rng,
     wanders: Vec<Wander>,
+    lasting: Vec<Lasting>,
 }
 
 impl Source {
@@ -101,16 +111,89 @@ impl Source {
             }
             _ => Vec::new(),
         };
-        Self { generator, wanders }
+        let lasting = (0..instruments).filter_map(|_| Lasting::start(noise, &mut generator)).collect();
+        Self { generator, wanders, lasting }
     }
 
     /// The noise of one instrument in the reading at `t_s`.
     pub(crate) fn draw(&mut self, instrument: usize, t_s: f64) -> f64 {
-        match self.wanders.get_mut(instrument) {
-            Some(wander) => wander.at(t_s, &mut self.generator),
-            None => self.generator.sample(StandardNormal),
+        let generator = &mut self.generator;
+        match (self.wanders.get_mut(instrument), self.lasting.get_mut(instrument)) {
+            (Some(wander), _) => wander.at(t_s, generator),
+            (None, Some(lasting)) => lasting.at(t_s, generator),
+            (None, None) => generator.sample(StandardNormal),
         }
     }
+}
+
+/// White noise, and what lasts beside it.
+#[derive(Debug)]
+struct Lasting {
+    kind: Process,
+    time_s: f64,
+}
+
+#[derive(Debug)]
+enum Process {
+    /// 1/f: processes whose correlation times are a factor √10 apart, each of the same size.
+    Flicker(Vec<Wander>),
+    Walk(f64),
+    /// The level, and when it changes next.
+    Popcorn(f64, f64),
+    /// Whether it is loud, and when that changes next.
+    Bursts(bool, f64),
+}
+
+impl Lasting {
+    fn start(noise: &Noise, generator: &mut impl Rng) -> Option<Self> {
+        let kind = match noise {
+            Noise::Flicker => {
+                let size = 1.0 / 9f64.sqrt();
+                let time_s = |half_decade: i32| 10f64.powf(0.5 * f64::from(half_decade));
+                Process::Flicker((0..9).map(|k| Wander::start(size, time_s(k), generator)).collect())
+            }
+            Noise::RandomWalk => Process::Walk(0.0),
+            Noise::Popcorn => Process::Popcorn(1.0, waiting_s(150.0, generator)),
+            Noise::Bursts => Process::Bursts(false, waiting_s(150.0, generator)),
+            _ => return None,
+        };
+        Some(Self { kind, time_s: 0.0 })
+    }
+
+    /// The noise of the reading at `time_s`, which must not lie before the last one asked for.
+    fn at(&mut self, time_s: f64, generator: &mut impl Rng) -> f64 {
+        let step_s = time_s - self.time_s;
+        self.time_s = time_s;
+        let white: f64 = generator.sample(StandardNormal);
+        match &mut self.kind {
+            Process::Flicker(wanders) => {
+                white + wanders.iter_mut().map(|wander| wander.at(time_s, generator)).sum::<f64>()
+            }
+            Process::Walk(level) => {
+                *level += (step_s / 300.0).sqrt() * generator.sample::<f64, _>(StandardNormal);
+                white + *level
+            }
+            Process::Popcorn(level, next_s) => {
+                while *next_s < time_s {
+                    *level = -*level;
+                    *next_s += waiting_s(150.0, generator);
+                }
+                white + *level
+            }
+            Process::Bursts(loud, next_s) => {
+                while *next_s < time_s {
+                    *loud = !*loud;
+                    *next_s += waiting_s(if *loud { 10.0 } else { 150.0 }, generator);
+                }
+                white * if *loud { 6.0 } else { 1.0 }
+            }
+        }
+    }
+}
+
+/// The time until something happens that happens at random, in `mean_s` on average.
+fn waiting_s(mean_s: f64, generator: &mut impl Rng) -> f64 {
+    -mean_s * (1.0 - generator.random::<f64>()).ln()
 }
 
 /// A stationary Ornstein–Uhlenbeck process, advanced exactly over steps of any length.

@@ -164,8 +164,8 @@ fn run(
         let optics_arcsec = device.autocollimator.total_noise_arcsec() * growth;
         let disturbed = noise.disturbance(&mut outliers);
         let seen_arcsec = arcsec_from_rad(seen_rad) + chain.reference_arcsec(&pose);
-        let reference_arcsec =
-            seen_arcsec + zero_arcsec + loudness * optics_arcsec * disturbed * optics.draw(0, stop.t_s);
+        let reference_noise_arcsec = loudness * optics_arcsec * disturbed * optics.draw(0, stop.t_s);
+        let reference_arcsec = seen_arcsec + zero_arcsec + reference_noise_arcsec;
 
         let mut normal = || loudness * housekeeping.sample::<f64, _>(StandardNormal);
         let cross_arcsec = pose.cross_arcsec + device.autocollimator.cross_noise_arcsec * normal();
@@ -179,6 +179,7 @@ fn run(
             zero_arcsec,
             error_arcsec: arcsec_from_rad(calculated_angle_rad(x1_mm, x2_mm, d)) + zero_arcsec
                 - reference_arcsec,
+            reference_noise_arcsec,
             probe_noise_arcsec: per_mm * SQRT_2 * probe_mm,
             optics_noise_arcsec: optics_arcsec * noise.outlier_variance().sqrt(),
             outlier: disturbed > 1.0,

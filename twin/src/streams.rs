@@ -35,6 +35,8 @@ pub enum Stream {
     ReadOut(u32),
     /// Traits of a direct sensor.
     Sensor,
+    /// The course of one column of a direct sensor's surroundings.
+    Surroundings(u32),
 }
 
 impl Stream {
@@ -53,6 +55,7 @@ impl Stream {
             Self::Outliers => 10,
             Self::Sensor => 11,
             Self::Seat(pass) => 1000 + u64::from(pass),
+            Self::Surroundings(column) => (3 << 40) + u64::from(column),
             Self::Excitation(run) => (1 << 40) + u64::from(run),
             Self::ReadOut(run) => (2 << 40) + u64::from(run),
         }

@@ -12,6 +12,8 @@ pub struct Truth {
     pub zero_arcsec: f64,
     /// Δθ_M in arcseconds with the true zero, before the log rounds it.
     pub error_arcsec: f64,
+    /// What of the reading of the reference is noise, in arcseconds.
+    pub reference_noise_arcsec: f64,
     /// Standard deviation in arcseconds of what the probes' repeatability does to this reading's Δθ_M.
     pub probe_noise_arcsec: f64,
     /// Standard deviation in arcseconds of the autocollimator's noise in this reading, outliers included

@@ -13,7 +13,7 @@ use trials::plan::{Counts, cells};
 use trials::programs::Programs;
 use trials::report::Report;
 use trials::workspace::put;
-use trials::{dynamic, examples, real};
+use trials::{beyond, dynamic, examples, real};
 
 use crate::terminal::{Common, Result, Watched};
 use summary::Summary;
@@ -26,7 +26,8 @@ Examples:
   arcsmith trials static --trials 300 --nulls 50 --skip-without       some minutes
   arcsmith trials static --trials 0 --nulls 0 --coverage 400 --only local_defect --only sensor_clipping
   arcsmith trials static --trials 0 --nulls 0 --twice 1000            some minutes
-  arcsmith trials dynamic --trials 50 --seed 2 --json")]
+  arcsmith trials dynamic --trials 50 --seed 2 --json
+  arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
     command: Command,
@@ -38,6 +39,36 @@ enum Command {
     Static(Static),
     /// Moving mechanisms
     Dynamic(Dynamic),
+    /// Calibrations with physics that the catalogue lacks: what is handed on is tried on a fresh recording
+    Beyond(Beyond),
+}
+
+#[derive(Args)]
+struct Beyond {
+    /// Recordings of each kind of physics
+    #[arg(long, default_value_t = 20)]
+    trials: usize,
+    /// Recordings of nothing in each of the eight noise families
+    #[arg(long, default_value_t = 100)]
+    nulls: usize,
+    /// Recordings of each kind of physics in motion
+    #[arg(long, default_value_t = 0)]
+    motion: usize,
+    /// Recordings of each effect of the catalogue, which is left out of it
+    #[arg(long, default_value_t = 0)]
+    leave_out: usize,
+    /// This kind alone; may be repeated
+    #[arg(long = "kind", value_name = "ID")]
+    kinds: Vec<String>,
+    /// Seed of everything: the same seed gives the same report
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+    /// The folder for recordings, answers and the report (report.json, report.md)
+    #[arg(long, default_value = "target/trials-beyond")]
+    out: PathBuf,
 }
 
 #[derive(Args)]
@@ -101,6 +132,7 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
     let reached = match &args.command {
         Command::Static(args) => run_static(args, &mut summary, &programs)?,
         Command::Dynamic(args) => run_dynamic(args, &mut summary, &programs)?,
+        Command::Beyond(args) => run_beyond(args, &mut summary, &programs)?,
     };
     watch.0.finish_and_clear();
     summary.end(reached);
@@ -139,6 +171,29 @@ fn run_dynamic(args: &Dynamic, summary: &mut Summary, programs: &Programs) -> Re
         }
     }
     Ok(reached)
+}
+
+fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Result<bool> {
+    let known = beyond::plan::kinds();
+    if let Some(unknown) = args.kinds.iter().find(|id| !known.iter().any(|kind| kind.id == **id)) {
+        let ids: Vec<&str> = known.iter().map(|kind| kind.id).collect();
+        return Err(
+            refused!("--kind {unknown}: found no such kind").mend(format!("take one of {}", ids.join(", ")))
+        );
+    }
+    let counts = beyond::plan::Counts {
+        trials: args.trials,
+        motion: args.motion,
+        left_out: args.leave_out,
+        nulls: args.nulls,
+        kinds: args.kinds.clone(),
+    };
+    let jobs = threads(args.jobs)?;
+    let campaign = beyond::campaign::Campaign { counts, seed: args.seed, jobs, out: args.out.clone() };
+    let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
+    let report = Report::of_beyond(&campaign, &outcome);
+    report.write_tables(&args.out)?;
+    Ok(summary.campaign(&report.score.figures, report.score.missed(), &args.out))
 }
 
 const OPENED: &str = "Opened examples of an independent laboratory";

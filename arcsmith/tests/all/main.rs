@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
 
 mod bad_cell;
+mod beyond;
 mod contradictions;
 mod diagnose;
 mod fitting;

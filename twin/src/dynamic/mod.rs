@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod excitation;
 pub mod position_loop;
+pub mod rig;
 
 pub use bench::Bench;
 pub use excitation::Excitation;
