@@ -9,10 +9,13 @@ use crate::dictionary::Kind;
 use crate::effects::{Effect, composed};
 use crate::generic::observables;
 use crate::thresholds::compose::MOST_COLUMNS;
-use crate::verdict::{EMPIRICAL, Said};
+use crate::verdict::{EMPIRICAL, Said, Verdict};
 
-/// The effects with the forms of dependences on the columns that tell most of what the effects leave open.
+/// The effects with the forms of dependences on the columns that tell most; without them where nothing was found.
 pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
+    if attempt.said.verdict == Verdict::Consistent {
+        return effects.to_vec();
+    }
     let search = &attempt.explanation.search;
     let survey = search.survey(&[]);
     let strength = |column: &str| {

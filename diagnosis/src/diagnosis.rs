@@ -178,10 +178,10 @@ fn of_readings(
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let wider = compose::with_forms(&effects, &named, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
-    let described = attempt::best(&hand_on, &options.skip, accuracy);
+    let with_forms = (wider.len() > effects.len()).then(|| attempt::best(&hand_on, &options.skip, accuracy));
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =
-        match described {
-            Ok(described) if named.gives_way_to(&described) => described,
+        match with_forms {
+            Some(Ok(with_forms)) if named.gives_way_to(&with_forms) => with_forms,
             _ => named,
         };
     let effects = explanation.search.catalogue;

@@ -7,8 +7,9 @@ use fitter::error_model::ErrorModel;
 use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_angle};
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
+use physics::Columns;
 
-use crate::effects::{Effect, Reading};
+use crate::effects::{Effect, Read, Reading};
 use crate::model::{FittedTerm, Model};
 use crate::numerics::least_squares;
 use crate::numerics::{mean, range};
@@ -191,9 +192,14 @@ impl HandOn<'_> {
 
     /// Adds an effect whose first amplitude is number `begin` of what was fitted.
     fn add_term(&self, parts: &mut Parts, effect: &Effect, term: &FittedTerm, begin: usize) {
-        let handed = effect.operator(&parts.rows, &term.term.shape);
-        if matches!(handed.operator, Operator::Expression(_)) {
+        let mut handed = effect.operator(&parts.rows, &term.term.shape);
+        if let Operator::Expression(expressed) = &mut handed.operator {
             parts.file.version = VERSION_EXPRESSION;
+            if effect.is_form() {
+                let within =
+                    |name: &&str| Some((name.to_string(), covered(&Read(&parts.rows).column(name)?)));
+                expressed.limits = effect.further_columns().iter().filter_map(within).collect();
+            }
         }
         let width = term.amplitudes.len();
         let coefficients =
@@ -322,11 +328,16 @@ fn observed(recording: &Recording, mirror: &Mirror, terms: &[Term]) -> BTreeMap<
     let covered = |name: &str| {
         let values = observables.get(name).ok()?;
         let known: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
-        let (from, to) = range(&known);
-        let margin = MARGIN * (to - from);
-        Some((name.to_string(), [from - margin, to + margin]))
+        Some((name.to_string(), covered(&known)))
     };
     names.filter(|name| !depends_on_angle(name)).filter_map(covered).collect()
+}
+
+/// The range of values, with a margin.
+fn covered(values: &[f64]) -> [f64; 2] {
+    let (from, to) = range(values);
+    let margin = MARGIN * (to - from);
+    [from - margin, to + margin]
 }
 
 /// Says how much was recorded and over which range.

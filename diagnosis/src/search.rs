@@ -85,6 +85,8 @@ pub struct Search<'a> {
     base_order: usize,
     /// Whether forms without a name are among the effects.
     with_forms: bool,
+    /// What the choice of one column among all is worth, in −2 log likelihood.
+    choice_of_column: f64,
     /// The candidates beside the base, made when they are first asked for.
     projected: OnceLock<Projected>,
     base: Basis,
@@ -145,6 +147,7 @@ impl<'a> Search<'a> {
             ranges: catalogue.iter().map(|effect| effect.ranges(rows)).collect(),
             base_order: order,
             with_forms: catalogue.iter().any(Effect::is_form),
+            choice_of_column: 2.0 * (observables(rows).len().max(1) as f64).ln(),
             projected: OnceLock::from(projected),
             base,
             target,
@@ -169,6 +172,7 @@ impl<'a> Search<'a> {
             ranges: whole.ranges.clone(),
             base_order: order,
             with_forms: whole.with_forms,
+            choice_of_column: whole.choice_of_column,
             projected: OnceLock::new(),
             base,
             target,
@@ -224,9 +228,10 @@ impl<'a> Search<'a> {
     /// What a form must explain beyond a named effect: for every factor, and for every column beyond the first the choice
     /// of it among all columns.
     fn price_of_form(&self, effect: usize, term: &Term) -> f64 {
-        let columns = self.catalogue[effect].further_columns().saturating_sub(1);
-        let choice = 2.0 * (observables(self.rows).len().max(1) as f64).ln();
-        HANDICAP + HANDICAP_PER_FACTOR * (term.columns.len() as f64 - 1.0) + choice * columns as f64
+        let columns = self.catalogue[effect].further_columns().len().saturating_sub(1);
+        HANDICAP
+            + HANDICAP_PER_FACTOR * (term.columns.len() as f64 - 1.0)
+            + self.choice_of_column * columns as f64
     }
 
     /// Whether a family may take part at all: beside forms no curve of what is recorded, which can be handed to nobody.

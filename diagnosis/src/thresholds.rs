@@ -58,7 +58,7 @@ pub mod calibrate {
 /// See [`crate::compose`].
 pub mod compose {
     /// Most columns of which forms are made, the strongest: by judgement, so that a search stays below a second.
-    pub const MOST_COLUMNS: usize = 10;
+    pub const MOST_COLUMNS: usize = 5;
     /// What a form without a name must explain beyond a named effect to be preferred, and for every factor beyond the
     /// first: as a curve, it follows the signature of an effect.
     pub const HANDICAP: f64 = 2.0;

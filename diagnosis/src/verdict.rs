@@ -297,17 +297,15 @@ pub fn place_of(explanation: &Explanation, catalogue: &[Effect], term: &Term) ->
     }
 }
 
-/// The model's terms without `term`, and without what stands for the names' rest: a curve of many columns may hold most
-/// of the effect, too.
+/// The terms without `term`, and without what stands for the names' rest: a curve of many columns may hold most of the
+/// effect, too. A higher order of the base, which is no term of the model any more, stays.
 pub fn without(explanation: &Explanation, model: &Model, term: &Term) -> Vec<Term> {
     let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
     let rest = &explanation.terms[explanation.chosen..];
-    model
-        .terms
-        .iter()
-        .map(|t| t.term.clone())
-        .filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r)))
-        .collect()
+    let families = &explanation.search.dictionary.families;
+    let orders = explanation.terms.iter().filter(|t| matches!(families[t.family].kind, Kind::Order));
+    let of_model = model.terms.iter().map(|t| &t.term);
+    of_model.filter(|t| !is(t, term) && !rest.iter().any(|r| is(t, r))).chain(orders).cloned().collect()
 }
 
 /// Catalogued effects that do nearly as well in the term's place.

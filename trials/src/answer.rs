@@ -14,6 +14,8 @@ pub enum Verdict {
     Consistent,
     /// Named effects leave noise.
     Explained,
+    /// What was found leaves noise, and some of it is a form without a name.
+    Described,
     /// Named effects, and structure is left.
     PartlyExplained,
     /// Structure without a name.
@@ -134,6 +136,7 @@ impl Answer {
         let verdict = match self.verdict {
             Verdict::Consistent => "consistent",
             Verdict::Explained => "explained",
+            Verdict::Described => "described",
             Verdict::PartlyExplained => "partly explained",
             Verdict::Unexplained => "unexplained",
         };

@@ -93,10 +93,10 @@ impl Effect {
         matches!(self.origin, Origin::Form(_))
     }
 
-    /// How many columns its first form reads that a recording need not have.
-    pub fn further_columns(&self) -> usize {
-        let columns = &self.made.declared.adds[0].sentence.columns;
-        columns.iter().filter(|name| Read::need_not_be(name).is_some()).count()
+    /// The columns that its first form reads and that a recording need not have.
+    pub fn further_columns(&self) -> Vec<&str> {
+        let columns = self.made.declared.adds[0].sentence.columns.iter();
+        columns.map(String::as_str).filter(|name| Read::need_not_be(name).is_some()).collect()
     }
 
     /// How a form without a name would be declared as an effect.

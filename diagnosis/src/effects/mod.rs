@@ -16,6 +16,7 @@ mod term;
 pub use composed::composed;
 pub use effect::Effect;
 pub use operators::{low_pass, play_from};
+pub(crate) use read::Read;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};

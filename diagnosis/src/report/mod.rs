@@ -253,6 +253,8 @@ fn effect(e: &NamedEffect) -> Value {
         p_value => e.p_value,
         parameters => e.parameters.iter().map(parameter).collect::<Vec<_>>(),
         alternatives => e.alternatives.iter().map(|a| a.replace('_', " ")).collect::<Vec<_>>(),
+        readings => &e.form.readings,
+        declaration => &e.form.declaration,
     }
 }
 

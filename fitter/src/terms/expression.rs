@@ -1,6 +1,7 @@
 //! `expression`: what an expression of physics adds, linear in its factors: one coefficient per factor.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use physics::{Columns, Interval, Names, Parameter, Sentence, Time, Unit};
 use serde::{Deserialize, Serialize};
@@ -23,6 +24,10 @@ pub struct Expressed {
     /// The other parameters with their values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<Fixed>,
+    /// Between which values columns are limited before they are read: beyond what was recorded nothing speaks for a form
+    /// without a name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub limits: BTreeMap<String, [f64; 2]>,
 }
 
 /// A parameter on which an expression depends linearly.
@@ -84,7 +89,8 @@ impl Expressed {
         factors: Vec<Factor>,
         parameters: Vec<Fixed>,
     ) -> Expressed {
-        let made = Expressed { text, unit: unit.to_string(), observables: Vec::new(), factors, parameters };
+        let (observables, limits) = (Vec::new(), BTreeMap::new());
+        let made = Expressed { text, unit: unit.to_string(), observables, factors, parameters, limits };
         let sentence = made.sentence(pair);
         let observables = sentence.map(|sentence| Expressed::observables_of(&sentence, pair, unit));
         Expressed { observables: observables.unwrap_or_default(), ..made }
@@ -116,6 +122,10 @@ impl Expressed {
         if let Some(fixed) = self.parameters.iter().find(|fixed| !fixed.value.is_finite()) {
             return Some(format!("`{}` of an `expression` term is {}", fixed.name, fixed.value));
         }
+        let ordered = |[from, to]: &[f64; 2]| from.partial_cmp(to).is_some_and(|order| order.is_le());
+        if let Some((name, [from, to])) = self.limits.iter().find(|(_, ends)| !ordered(ends)) {
+            return Some(format!("`limits` of `{name}` in an `expression` term are {from} and {to}"));
+        }
         let wrong = |error: String| format!("the expression `{}` of a term: {error}", self.text);
         let (of_pair, of_other) = (self.sentence(true), self.sentence(false));
         let stated = |sentence: &Sentence, pair| {
@@ -137,6 +147,7 @@ impl Expressed {
             observables,
             pair,
             unit: &self.unit,
+            limits: &self.limits,
             pass: observables.recording.pass.iter().map(|pass| i64::from(*pass)).collect(),
         };
         let values: Vec<f64> =
@@ -166,6 +177,7 @@ struct Read<'a> {
     observables: &'a Observables<'a>,
     pair: bool,
     unit: &'a str,
+    limits: &'a BTreeMap<String, [f64; 2]>,
     pass: Vec<i64>,
 }
 
@@ -173,7 +185,11 @@ impl Read<'_> {
     /// The cells of a column, NaN where blank.
     fn cells(&self, name: &str) -> Option<Cow<'_, [f64]>> {
         let (observable, _) = Expressed::observable(name, self.pair, self.unit).ok()?;
-        self.observables.get(observable).ok()
+        let cells = self.observables.get(observable).ok()?;
+        Some(match self.limits.get(name) {
+            Some([from, to]) => cells.iter().map(|cell| cell.clamp(*from, *to)).collect(),
+            None => cells,
+        })
     }
 }
 

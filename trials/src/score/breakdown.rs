@@ -52,8 +52,8 @@ fn count(case: &Case, row: &mut Breakdown) {
             row.sets.count(case.said(|a| a.ids() == truth.ids()))
         }
         Group::Outside => row.outside.count(case.said(|a: &Answer| {
-            use crate::answer::Verdict::{PartlyExplained, Unexplained};
-            matches!(a.verdict, Unexplained | PartlyExplained)
+            use crate::answer::Verdict::{Described, PartlyExplained, Unexplained};
+            matches!(a.verdict, Unexplained | PartlyExplained | Described)
         })),
         _ => {}
     }

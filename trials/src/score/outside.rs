@@ -38,7 +38,7 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<OutsideRow>, Ve
     let left = |c: &Case| c.truth.effects[0].imitation.as_ref().is_none_or(|(_, left)| *left >= LEFT);
     let outside = || cases.iter().filter(|c| c.truth.group == Group::Outside && c.truth.least_rho() >= 8.0);
     let right = |c: &Case, a: &Answer| {
-        matches!(a.verdict, Verdict::Unexplained | Verdict::PartlyExplained)
+        matches!(a.verdict, Verdict::Unexplained | Verdict::PartlyExplained | Verdict::Described)
             && a.located_on(&c.truth.effects[0].depends_on)
     };
     let figure = ("outside the table, ρ ≥ 8: unexplained or partly explained, rightly located", 0.95);
@@ -59,7 +59,8 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<OutsideRow>, Ve
         |c: &Case| crate::formulas::find(&c.truth.effects[0].id).is_some_and(|f| f.limit_of.is_some());
     let (mut share, mut apart) = (Share::default(), Share::default());
     for (case, answer) in asked.iter().filter(|(c, _)| left(c) && !known(c)) {
-        let hit = answer.as_ref().is_some_and(|a| a.verdict == Verdict::Unexplained);
+        let hit =
+            answer.as_ref().is_some_and(|a| matches!(a.verdict, Verdict::Unexplained | Verdict::Described));
         share.count(hit);
         if hit || !alike(case.left_by_names[1]) {
             apart.count(hit);
@@ -99,7 +100,7 @@ fn rows<'a>(answers: impl Iterator<Item = (&'a Case, &'a Option<Answer>, bool, b
         row.alike += u64::from(alike);
         match answer.as_ref().map(|a| a.verdict) {
             Some(Verdict::Unexplained) => row.unexplained += 1,
-            Some(Verdict::PartlyExplained) => row.partly += 1,
+            Some(Verdict::PartlyExplained | Verdict::Described) => row.partly += 1,
             Some(Verdict::Explained) => row.named += 1,
             Some(Verdict::Consistent) | None => row.missed += 1,
         }

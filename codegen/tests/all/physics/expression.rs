@@ -40,6 +40,7 @@ fn expressed(text: &str) -> Operator {
         observables,
         factors,
         parameters: Vec::new(),
+        limits: Default::default(),
     })
 }
 
