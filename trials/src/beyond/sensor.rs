@@ -2,13 +2,10 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
-use twin::sensor::{Bench, COLUMNS, Row, Schedule, find};
+use twin::sensor::{Bench, COLUMNS, Row, Schedule, TEMPERATURE, find};
 
 use super::lab::Lab;
 use super::plan::{Assignment, Condition};
-
-/// The column of the temperature; it is always recorded.
-const TEMPERATURE: usize = 0;
 
 /// A sensor with physics concealed in it, and how it is recorded.
 pub struct Sensor {
@@ -26,6 +23,7 @@ impl Sensor {
     pub fn draw(assignment: &Assignment, generator: &mut ChaCha12Rng) -> Self {
         let kind = assignment.concealed.and_then(|kind| find(kind.id));
         let mut columns: Vec<usize> = kind.map_or_else(Vec::new, |kind| kind.columns.to_vec());
+        // The temperature is always recorded.
         columns.push(TEMPERATURE);
         // Two columns that have nothing to do with it.
         columns.extend((0..2).map(|_| generator.random_range(0..COLUMNS.len())));

@@ -206,7 +206,7 @@ pub(super) const SHAFT_RUNOUT: Kind = Kind {
     },
 };
 
-/// Play of a nut that the load presses open: 4 µm at 12 N. The sensor stands on the driving side.
+/// Play of a nut that the load presses open, 4 µm at 12 N, of which a part turns the sensor on the driving side.
 pub(super) const LOADED_PLAY: Kind = Kind {
     id: "ooc_loaded_play",
     title: "lost motion in proportion to the load",

@@ -13,7 +13,7 @@ mod surroundings;
 mod temperature;
 
 pub use bench::{Bench, Row, Schedule};
-pub use surroundings::{COLUMNS, Column, Surroundings};
+pub use surroundings::{COLUMNS, Column, Surroundings, TEMPERATURE};
 
 /// Where the sensor stands at the end of a step of the bench.
 #[derive(Debug, Clone, Copy)]

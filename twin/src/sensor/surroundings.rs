@@ -41,6 +41,7 @@ const fn levels(name: &'static str, mean: f64, deviation: f64) -> Described {
     Described { name, mean, deviation, course: Course::Levels }
 }
 
+/// The temperature.
 pub const TEMPERATURE: Column = 0;
 pub const HUMIDITY: Column = 1;
 pub const PRESSURE: Column = 2;
