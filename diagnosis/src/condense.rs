@@ -29,8 +29,17 @@ impl Condensed {
         }
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); cells.len()];
         cell_of.iter().enumerate().for_each(|(row, cell)| members[*cell].push(row));
+        // Two rows always lie on a line: with those of the next cell of their pass they scatter about one.
+        let place = |row: usize| (full.pass[row], full.direction[row] > 0.0);
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        for rows in members {
+            match groups.last_mut() {
+                Some(last) if last.len() <= 2 && place(last[0]) == place(rows[0]) => last.extend(rows),
+                _ => groups.push(rows),
+            }
+        }
         let (mut squares, mut freedom) = (0.0, 0.0);
-        for rows in members.iter().filter(|rows| rows.len() > 2) {
+        for rows in groups.iter().filter(|rows| rows.len() > 2) {
             let n = rows.len() as f64;
             let mean = |v: &dyn Fn(usize) -> f64| rows.iter().map(|row| v(*row)).sum::<f64>() / n;
             let (x, y) = (mean(&|row| full.theta[row]), mean(&|row| full.error[row]));
@@ -172,7 +181,7 @@ fn limits(theta: &[f64], ranges: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{MOST_ROWS, even_ranges, limits, ranges_of_angle};
+    use super::{Condensed, MOST_ROWS, even_ranges, limits, ranges_of_angle};
     use crate::numerics::mean;
     use crate::rows::Rows;
 
@@ -200,6 +209,25 @@ mod tests {
         // The cells are not all of one size, so that the mean of means is near, not equal.
         assert!((mean(&condensed.rows.error) - mean(&column)).abs() < 0.02);
         assert!(condensed.rows.t_s.windows(2).all(|w| w[1] >= w[0]));
+    }
+
+    #[test]
+    fn the_noise_of_a_reading_is_that_of_its_cells_of_two_and_within_them() {
+        let n = 2000;
+        let noise = crate::correlation::tests::white(n, 5);
+        let theta: Vec<f64> = (0..n).map(|i| (i % 200) as f64).collect();
+        let rows = Rows {
+            t_s: (0..n).map(|i| i as f64).collect(),
+            pass: (0..n).map(|i| (i / 200) as i64).collect(),
+            direction: vec![1.0; n],
+            error: theta.iter().zip(&noise).map(|(x, e)| 0.3 * x + e).collect(),
+            theta,
+            ..Rows::default()
+        };
+        let cell_of: Vec<usize> = (0..n).map(|i| i / 2).collect();
+        let cells = Rows { t_s: vec![0.0; n / 2], ..Rows::default() };
+        let found = Condensed::of_rows(&cells, &cell_of, &rows, 0.5_f64.sqrt());
+        assert!((found - 1.0).abs() < 0.03, "{found}");
     }
 
     #[test]

@@ -11,7 +11,6 @@ use rayon::prelude::*;
 use twin::dynamic::{Begin, Series, simulate};
 
 use super::draw::{Drawn, Truth};
-use super::lab::Lab;
 use super::plan::{self, Counts, Device};
 use super::score::{Fresh, Row};
 use crate::error::CampaignError;
@@ -128,7 +127,7 @@ fn row(programs: &Programs, folders: &Folders, drawn: Drawn) -> Result<Row, Camp
     let fitted = programs.fit(&folders.blind, file, &base)?;
     let recording = Recording::read(&folders.fresh.join(file))?;
     let error = |coefficients: &Path| {
-        let left = left(&recording, coefficients, &drawn.fresh);
+        let left = left(&recording, coefficients, &drawn);
         left.map_err(|reason| programs.watch.warn(&format!("{stem}: {reason}"))).ok()
     };
     let base = match fitted {
@@ -148,18 +147,18 @@ fn row(programs: &Programs, folders: &Folders, drawn: Drawn) -> Result<Row, Camp
 }
 
 /// Mean square of what coefficients leave of a fresh recording about its mean, in the square of the result's unit,
-/// beside the reference without its noise.
-fn left(recording: &Recording, path: &Path, fresh: &Lab) -> Result<f64, String> {
+/// beside the reference without its noise, in the range that the first recording covers.
+fn left(recording: &Recording, path: &Path, drawn: &Drawn) -> Result<f64, String> {
     let coefficients = coefficients::read(path).map_err(|e| e.to_string())?;
     let applied = apply::apply_screened(recording, &coefficients).map_err(|e| e.to_string())?;
     let scale = coefficients.sensor.per_internal();
     let error: Vec<f64> = applied
         .corrected
         .iter()
-        .zip(&fresh.clean)
+        .zip(&drawn.fresh.clean)
         .map(|(corrected, clean)| scale * corrected - clean)
         .collect();
-    Ok(deviation(&error).powi(2))
+    Ok(deviation(&drawn.fresh.covered(&drawn.seen, &error)).powi(2))
 }
 
 /// Mean square of what a plant's free run from rest leaves of a fresh drive's position without its noise, and how many

@@ -154,7 +154,7 @@ fn attempt(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng) -> 
         noise: seen.noise,
         rows: seen.rows(),
     };
-    let oracle = deviation(&oracle::left(&seen, &fresh)).powi(2);
+    let oracle = deviation(&fresh.covered(&seen, &oracle::left(&seen, &fresh))).powi(2);
     Some(Drawn { truth, seen, fresh, base: None, oracle })
 }
 

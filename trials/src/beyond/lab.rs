@@ -41,6 +41,14 @@ impl Lab {
         self.measured.iter().zip(self.column(self.reference)).map(|(m, r)| m - r).collect()
     }
 
+    /// What stands in the rows whose reading another recording covers as well: beyond it no model promises anything.
+    pub fn covered(&self, other: &Lab, values: &[f64]) -> Vec<f64> {
+        let low = other.measured.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = other.measured.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let rows = self.measured.iter().zip(values);
+        rows.filter(|(measured, _)| (low..=high).contains(*measured)).map(|(_, value)| *value).collect()
+    }
+
     /// Leaves out rows.
     pub fn keep(&mut self, kept: &[bool]) {
         let own = [&mut self.measured, &mut self.clean, &mut self.effect];
