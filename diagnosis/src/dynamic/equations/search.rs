@@ -167,7 +167,9 @@ impl<'a> Search<'a> {
         let fits: Vec<Fitted<Model>> = tried
             .par_iter()
             .filter(|f| !behind(f))
-            .filter_map(|f| relaxed(PATIENCE, &f.model, &f.states, self.data, FIT_ROWS))
+            .filter_map(|f| {
+                relaxed(estimated(PATIENCE, &f.model, &f.states, self.data, FIT_ROWS)?, self.data, FIT_ROWS)
+            })
             .filter(|f| f.model.terms[self.given..].iter().all(sound))
             .collect();
         best_of_each(fits)
