@@ -80,23 +80,23 @@ impl<T: Number> Run<'_, T> {
         }
         let by_itself = |k: &usize| power[k * (size + 1)].abs();
         let state = (0..size).max_by(|a, b| by_itself(a).total_cmp(&by_itself(b))).unwrap_or(0);
+        let largest = |matrix: &[f64]| matrix.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         // The sixteenth root of the norm of the sixteenth power, whatever the units.
-        let mut radius = 1.0;
-        for squaring in 0..=SQUARINGS {
-            let norm = power.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            if norm == 0.0 || !norm.is_finite() {
-                radius = if norm == 0.0 { 0.0 } else { f64::MAX };
-                break;
-            }
-            radius *= norm.powf(0.5_f64.powi(squaring));
-            power.iter_mut().for_each(|x| *x /= norm);
+        let norm = largest(&power);
+        let scale = if norm > 0.0 { 1.0 / norm } else { 0.0 };
+        power.iter_mut().for_each(|x| *x *= scale);
+        for _ in 0..SQUARINGS {
             next.clear();
-            next.extend((0..size * size).map(|k| {
-                let (row, column) = (k / size * size, k % size);
-                (0..size).map(|j| power[row + j] * power[j * size + column]).sum::<f64>()
-            }));
+            for row in power.chunks_exact(size) {
+                for column in 0..size {
+                    next.push(row.iter().enumerate().map(|(j, x)| x * power[j * size + column]).sum());
+                }
+            }
             std::mem::swap(&mut power, &mut next);
         }
+        let root = (0..SQUARINGS).fold(largest(&power), |x, _| x.sqrt());
+        // Where no derivative has a value, what runs away is found by its state.
+        let radius = if norm.is_finite() { norm * root } else { f64::MAX };
         self.powers = [power, next];
         (radius, state)
     }
