@@ -534,8 +534,8 @@ pub mod dynamic {
             pub const CLOSE: f64 = 1.15;
         }
 
-        /// See [`crate::dynamic::search::grow`].
-        pub mod grow {
+        /// See [`crate::dynamic::search::contenders`].
+        pub mod contenders {
             /// Effects that are refitted in full in every round.
             pub const REFITTED: usize = 8;
             /// Further effects that are refitted for what they explain before whitening.

@@ -27,11 +27,26 @@ pub trait Simulated: Clone + Send + Sync {
     /// A start, moved.
     fn moved(&self, start: &Self::Start, by: &[f64]) -> Self::Start;
 
-    /// The normal equations of a simulation, see [`grams`].
+    /// The normal equations of a simulation through several filters: `filters` are the coefficients c of
+    /// e_t = x_t − Σ c_j x_(t−j), which residual and sensitivities pass first (empty: none).
     ///
     /// # Errors
     /// [`Unstable`].
-    fn normal(&self, starts: &[Self::Start], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable>;
+    fn normals<const F: usize>(
+        &self,
+        starts: &[Self::Start],
+        data: &Data,
+        filters: [&[f64]; F],
+    ) -> Result<[Grams; F], Unstable>;
+
+    /// The same through one filter.
+    ///
+    /// # Errors
+    /// [`Unstable`].
+    fn normal(&self, starts: &[Self::Start], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
+        let [one] = self.normals(starts, data, [whitening])?;
+        Ok(one)
+    }
 
     /// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
     ///
@@ -56,8 +71,13 @@ impl Simulated for Model {
         [start[0] + by[0], start[1] + by[1]]
     }
 
-    fn normal(&self, starts: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
-        grams(self, starts, data, whitening)
+    fn normals<const F: usize>(
+        &self,
+        starts: &[[f64; 2]],
+        data: &Data,
+        filters: [&[f64]; F],
+    ) -> Result<[Grams; F], Unstable> {
+        grams(self, starts, data, filters)
     }
 
     fn positions(&self, starts: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {

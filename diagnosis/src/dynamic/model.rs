@@ -67,11 +67,6 @@ impl Model {
         model
     }
 
-    /// Whether it has an effect.
-    pub fn has(&self, id: &str) -> bool {
-        self.terms.iter().any(|t| t.effect.id == id)
-    }
-
     /// The free parameters as an estimate sees them: shapes by their logarithm.
     pub fn pack(&self) -> Vec<f64> {
         let nominal = (0..3).filter(|k| self.nominal_free[*k]).map(|k| self.nominal[k]);
@@ -106,6 +101,18 @@ impl Model {
             }
         }
         model
+    }
+
+    /// Numbers of the free parameters of term `k` among the packed ones, none for what is kept.
+    pub fn packed_of(&self, k: usize) -> Vec<Option<usize>> {
+        let free = |all: &[bool]| all.iter().filter(|free| **free).count();
+        let before: usize = self.terms[..k].iter().map(|term| free(&term.free)).sum();
+        let mut next = free(&self.nominal_free) + before;
+        let number = |free: &bool| {
+            next += usize::from(*free);
+            free.then(|| next - 1)
+        };
+        self.terms[k].free.iter().map(number).collect()
     }
 
     /// Number of free parameters.

@@ -19,7 +19,6 @@ use super::{catalogue, start, verdict};
 use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::numerics::Symmetric;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::expected::LOST;
 use crate::thresholds::dynamic::score::STEADY_ROWS;
 use crate::verdict::{Said, Verdict};
@@ -69,7 +68,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let catalogued = verdict::ids(&of_catalogue);
     effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
-    let search = Search { data: windows, effects, given: seen.model.terms.len() };
+    let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };
     let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
     let (before, found) = join(|| all_rows(&data, windows, seen), || all_rows(&data, windows, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
@@ -95,7 +94,7 @@ fn all_rows(data: &Data, windows: &Data, seen: &Fitted<Model>) -> Option<Fitted<
         })
         .collect();
     let model = Model { free_starts, ..model.clone() };
-    start::estimated(PATIENCE, &model, &first, data, ALL)
+    start::estimated(&model, &first, data, ALL)
 }
 
 impl Problem for Found<'_> {
@@ -132,7 +131,7 @@ impl Found<'_> {
         };
         let covariance = self.covariance(found);
         let named = match named_any {
-            true => verdict::effects(search, data, small, found, &covariance, &self.catalogued),
+            true => verdict::effects(search, data, [small, found], &covariance, &self.catalogued),
             false => Vec::new(),
         };
         let explained = (1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -144,7 +143,7 @@ impl Found<'_> {
         });
         let fits = [before, found];
         let other = self.case.held_out.map(|r| Predicted::by(r, fits, |fitted| held_out(r, fitted)));
-        let idle = proof_after.as_ref().filter(|_| named_any).and_then(|f| verdict::idle(search, data, f));
+        let idle = proof_after.as_ref().filter(|_| named_any).and_then(|f| search.idle(f, data));
         let predicted = |f: &Option<Fitted<Model>>| f.as_ref().and_then(|f| f.positions(data).ok());
         let without = [predicted(&proof_before), predicted(&proof_after)];
         let channels: score::Channels = |recording| &recording.positions;
@@ -164,7 +163,7 @@ impl Found<'_> {
 
     /// What tells an effect from others.
     fn experiment(&self, id: &str) -> String {
-        let effect = self.search.effects.iter().find(|effect| effect.text.id == id);
+        let effect = self.search.catalogue.iter().find(|effect| effect.text.id == id);
         effect.map_or_else(String::new, |effect| effect.text.experiment.clone())
     }
 

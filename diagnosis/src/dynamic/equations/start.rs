@@ -16,7 +16,6 @@ use crate::thresholds::dynamic::equations::{
     ACCURATE, APART, AS_WELL, BESIDE, FIRST_ROWS, FOLLOWED, LEAST_FIRST, OBSERVED, POINTS, SEARCH_ROWS,
     STEPS, WEAKER,
 };
-use crate::thresholds::dynamic::estimate::PATIENCE;
 
 /// A plant without further effects, fitted to all rows of the windows in which effects are searched.
 pub struct Nominal<'a> {
@@ -73,8 +72,7 @@ fn followed<'a>(
 ) -> Option<Nominal<'a>> {
     let data = &windows;
     let starts = starts.par_iter();
-    let observed =
-        best(starts.filter_map(|(model, states)| estimated(PATIENCE, model, states, data, ALL)).collect());
+    let observed = best(starts.filter_map(|(model, states)| estimated(model, states, data, ALL)).collect());
     let relaxed = observed.par_iter().filter_map(|f| relaxed(f.clone(), data, ALL));
     let free = best(relaxed.collect()).into_iter().next()?;
     let others = holds[1..].par_iter();
@@ -116,7 +114,7 @@ pub fn relaxed(mut fitted: Fitted<Model>, data: &Data, folds: Folds) -> Option<F
         let weaker = fitted.model.observed / WEAKER;
         // An observer that takes longer than the run hardly corrects anything.
         fitted.model.observed = if weaker * rows < 1.0 { 0.0 } else { weaker };
-        fitted = estimated(PATIENCE, &fitted.model, &fitted.states, data, folds)?;
+        fitted = estimated(&fitted.model, &fitted.states, data, folds)?;
     }
     Some(fitted)
 }
@@ -196,17 +194,11 @@ fn tried(plain: &Model, data: &Data) -> Vec<(Model, Vec<Vec<f64>>)> {
 }
 
 /// An estimate in as many steps of the integration as the estimated motion itself asks for.
-pub fn estimated(
-    patience: usize,
-    model: &Model,
-    states: &[Vec<f64>],
-    data: &Data,
-    folds: Folds,
-) -> Option<Fitted<Model>> {
+pub fn estimated(model: &Model, states: &[Vec<f64>], data: &Data, folds: Folds) -> Option<Fitted<Model>> {
     let mut model = accurate(model, states, data)?;
     let mut states = states.to_vec();
     loop {
-        let fitted = fit_in(patience, &model, &states, data, folds)?;
+        let fitted = fit(&model, &states, data, folds)?;
         let asked = accurate(&fitted.model, &fitted.states, data)?.substeps;
         if asked <= model.substeps {
             return Some(fitted);
