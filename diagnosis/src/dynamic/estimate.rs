@@ -6,9 +6,9 @@ use fitter::plant::Hold;
 use rayon::prelude::*;
 
 use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
-use super::gram::{Grams, grams};
+use super::gram::Grams;
 use super::model::Model;
-use super::simulate::{Theta, Unstable, simulate};
+use super::simulate::Unstable;
 use crate::thresholds::dynamic::estimate::{ENOUGH, PATIENCE};
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
@@ -55,36 +55,6 @@ pub trait Simulated: Clone + Send + Sync {
     fn positions(&self, starts: &[Self::Start], data: &Data) -> Result<Vec<f64>, Unstable>;
 }
 
-impl Simulated for Model {
-    /// Position and velocity.
-    type Start = [f64; 2];
-
-    fn packed(&self) -> Vec<f64> {
-        self.pack()
-    }
-
-    fn unpacked(&self, packed: &[f64]) -> Model {
-        self.unpack(packed)
-    }
-
-    fn moved(&self, start: &[f64; 2], by: &[f64]) -> [f64; 2] {
-        [start[0] + by[0], start[1] + by[1]]
-    }
-
-    fn normals<const F: usize>(
-        &self,
-        starts: &[[f64; 2]],
-        data: &Data,
-        filters: [&[f64]; F],
-    ) -> Result<[Grams; F], Unstable> {
-        grams(self, starts, data, filters)
-    }
-
-    fn positions(&self, starts: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
-        positions(self, starts, data)
-    }
-}
-
 /// A model with what belongs to this recording, and how well it does.
 #[derive(Clone)]
 pub struct Fitted<M: Simulated = Model> {
@@ -121,20 +91,6 @@ impl<M: Simulated> Fitted<M> {
         let positions = self.positions(data).ok()?;
         Some(data.position.iter().zip(&positions).map(|(a, b)| a - b).collect())
     }
-}
-
-/// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
-///
-/// # Errors
-/// [`Unstable`].
-pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
-    let theta = Theta::plain(model);
-    let mut out = vec![f64::NAN; data.position.len()];
-    for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
-        let out = &mut out[run.clone()];
-        simulate(model, &theta, &data.course(number, model.hold), *state, &mut |k, y: f64| out[k] = y)?;
-    }
-    Ok(out)
 }
 
 /// Fits a model to the wanted kinds of rows; none where it cannot be simulated at all.

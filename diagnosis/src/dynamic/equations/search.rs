@@ -23,22 +23,6 @@ use crate::thresholds::dynamic::search::contenders::REFITTED;
 /// The search, the user's own effects first.
 pub type Search<'a> = super::super::search::Search<'a, Model>;
 
-/// An effect with all factors at zero, its other parameters spread over their ranges.
-fn starts(effect: &Arc<MotionEffect>) -> Vec<Term> {
-    let mut all = vec![Vec::new()];
-    for parameter in &effect.parameters {
-        let places = match parameter.range {
-            None => vec![0.0],
-            // What would be more starts than can be tried shares one place.
-            Some(_) if all.len() * STARTS > MOST_STARTS => vec![within(parameter, 0.5)],
-            Some(_) => (0..STARTS).map(|k| within(parameter, (k as f64 + 0.5) / STARTS as f64)).collect(),
-        };
-        let with = |values: Vec<f64>| places.iter().map(move |place| [values.clone(), vec![*place]].concat());
-        all = all.into_iter().flat_map(|values| with(values).collect::<Vec<_>>()).collect();
-    }
-    all.into_iter().map(|values| Term { effect: effect.clone(), values, kept: false }).collect()
-}
-
 impl Augmented for Model {
     type Effect = Arc<MotionEffect>;
     type Term = Term;
@@ -67,8 +51,21 @@ impl Augmented for Model {
         says(effect, other) || says(other, effect)
     }
 
+    /// All factors at zero, the other parameters spread over their ranges.
     fn starts(effect: &Arc<MotionEffect>, _: &Data) -> Vec<Term> {
-        starts(effect)
+        let mut all = vec![Vec::new()];
+        for parameter in &effect.parameters {
+            let places = match parameter.range {
+                None => vec![0.0],
+                // What would be more starts than can be tried shares one place.
+                Some(_) if all.len() * STARTS > MOST_STARTS => vec![within(parameter, 0.5)],
+                Some(_) => (0..STARTS).map(|k| within(parameter, (k as f64 + 0.5) / STARTS as f64)).collect(),
+            };
+            let with =
+                |values: Vec<f64>| places.iter().map(move |place| [values.clone(), vec![*place]].concat());
+            all = all.into_iter().flat_map(|values| with(values).collect::<Vec<_>>()).collect();
+        }
+        all.into_iter().map(|values| Term { effect: effect.clone(), values, kept: false }).collect()
     }
 
     /// Inside its ranges: at an end they say that it is something else.
