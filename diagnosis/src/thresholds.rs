@@ -214,8 +214,6 @@ pub mod dynamic {
         /// windows an oscillator runs out of step while an effect is missing; of a Duffing oscillator 4000 rows gave all four
         /// effects, 11 000 two, 33 000 none of them.
         pub const SEARCH_ROWS: usize = 4_000;
-        /// Most steps of the integration from row to row: beyond them a plant is stiff.
-        pub const MOST_SUBSTEPS: usize = 64;
         /// Change by twice as many steps, over the recorded output (both as root mean square), that is none: a tenth of the
         /// error of a good converter.
         pub const ACCURATE: f64 = 1e-5;
@@ -549,8 +547,8 @@ pub mod dynamic {
             pub const CLOSE: f64 = 1.15;
         }
 
-        /// See [`crate::dynamic::search::grow`].
-        pub mod grow {
+        /// See [`crate::dynamic::search::contenders`].
+        pub mod contenders {
             /// Effects that are refitted in full in every round.
             pub const REFITTED: usize = 8;
             /// Further effects that are refitted for what they explain before whitening.

@@ -1,14 +1,13 @@
 //! One dynamic recording from rows to everything that is said of it.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use fitter::plant::{Kind, PlantFile};
 use motion::equations::MotionEffect;
 use rayon::prelude::*;
 
-use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
-use super::estimate::{Fitted, Simulated, fit};
+use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, UNSCORED};
+use super::estimate::{Fitted, fit};
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::noise::autoregression;
@@ -22,7 +21,7 @@ use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::Fit;
 use crate::numerics::Symmetric;
-use crate::thresholds::dynamic::diagnose::{SEARCH_STEPS, START_ROWS, TOLD};
+use crate::thresholds::dynamic::diagnose::{SEARCH_STEPS, START_ROWS};
 use crate::thresholds::dynamic::effects::HARD;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
 use crate::verdict::{Said, Verdict};
@@ -270,7 +269,7 @@ impl FreeRun<'_> {
             Verdict::Unexplained | Verdict::Consistent => Vec::new(),
             _ => {
                 let imperfect = verdict == Verdict::PartlyExplained;
-                verdict::effects(search, data, &small, found, &covariance, imperfect, plant)
+                verdict::effects(search, data, [&small, found], &covariance, imperfect, plant)
             }
         };
         // What mimics an effect that is in no catalogue is not handed on.
@@ -289,7 +288,7 @@ impl FreeRun<'_> {
         self.case.simulated.iter().for_each(|s| own.before[0].clone_from(&s.positions));
         let models = [&before.model, &after.model];
         let other = self.case.held_out.map(|r| Predicted::by(r, models, |model| predicted(r, model)));
-        let idle = proof_after.as_ref().filter(|_| !named.is_empty()).and_then(|f| self.idle(f));
+        let idle = proof_after.as_ref().filter(|_| !named.is_empty()).and_then(|f| search.idle(f, data));
         let predicted = |f: &Option<Fitted>| f.as_ref().and_then(|f| f.positions(data).ok());
         let without = [
             // The user's simulation was fitted to nothing.
@@ -374,34 +373,6 @@ impl FreeRun<'_> {
     fn positions(&self, model: &Fitted) -> Vec<f64> {
         model.positions(self.data).unwrap_or_default()
     }
-
-    /// The effect without which the rows that score are predicted as well, of those whose part they show.
-    fn idle(&self, with: &Fitted) -> Option<String> {
-        let terms = self.search.given..with.model.terms.len();
-        let idle = idle_term(terms, with, self.data, |k| Some(with.model.without(k)));
-        idle.map(|k| with.model.terms[k].effect.id.into())
-    }
-}
-
-/// The term without which the rows that score are predicted as well, of those whose part they show.
-pub(super) fn idle_term<M: Simulated>(
-    terms: Range<usize>,
-    with: &Fitted<M>,
-    data: &Data,
-    without: impl Fn(usize) -> Option<M> + Sync,
-) -> Option<usize> {
-    let predicted = with.positions(data).ok()?;
-    let scores = |k: &usize| data.fold[*k] as usize == SCORE;
-    let gained = |k: usize| {
-        let without = fit(&without(k)?, &with.states, data, UNSCORED)?;
-        let other = without.positions(data).ok()?;
-        let rows = data.runs.iter().flat_map(|r| r.clone()).filter(scores);
-        let moved: f64 = rows.map(|k| (predicted[k] - other[k]).powi(2)).sum();
-        let shown = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
-        shown.then(|| (k, gain(&without, with, SCORE_ROWS)))
-    };
-    let worst = terms.into_par_iter().filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
-    worst.filter(|(_, gain)| *gain <= 0.0).map(|(k, _)| k)
 }
 
 /// What a model leaves of the recorded positions.

@@ -6,9 +6,9 @@ use fitter::plant::Hold;
 use rayon::prelude::*;
 
 use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
-use super::gram::{Grams, grams};
+use super::gram::Grams;
 use super::model::Model;
-use super::simulate::{Theta, Unstable, simulate};
+use super::simulate::Unstable;
 use crate::thresholds::dynamic::estimate::{ENOUGH, PATIENCE};
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
@@ -27,42 +27,32 @@ pub trait Simulated: Clone + Send + Sync {
     /// A start, moved.
     fn moved(&self, start: &Self::Start, by: &[f64]) -> Self::Start;
 
-    /// The normal equations of a simulation, see [`grams`].
+    /// The normal equations of a simulation through several filters: `filters` are the coefficients c of
+    /// e_t = x_t − Σ c_j x_(t−j), which residual and sensitivities pass first (empty: none).
     ///
     /// # Errors
     /// [`Unstable`].
-    fn normal(&self, starts: &[Self::Start], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable>;
+    fn normals<const F: usize>(
+        &self,
+        starts: &[Self::Start],
+        data: &Data,
+        filters: [&[f64]; F],
+    ) -> Result<[Grams; F], Unstable>;
+
+    /// The same through one filter.
+    ///
+    /// # Errors
+    /// [`Unstable`].
+    fn normal(&self, starts: &[Self::Start], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
+        let [one] = self.normals(starts, data, [whitening])?;
+        Ok(one)
+    }
 
     /// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
     ///
     /// # Errors
     /// [`Unstable`].
     fn positions(&self, starts: &[Self::Start], data: &Data) -> Result<Vec<f64>, Unstable>;
-}
-
-impl Simulated for Model {
-    /// Position and velocity.
-    type Start = [f64; 2];
-
-    fn packed(&self) -> Vec<f64> {
-        self.pack()
-    }
-
-    fn unpacked(&self, packed: &[f64]) -> Model {
-        self.unpack(packed)
-    }
-
-    fn moved(&self, start: &[f64; 2], by: &[f64]) -> [f64; 2] {
-        [start[0] + by[0], start[1] + by[1]]
-    }
-
-    fn normal(&self, starts: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
-        grams(self, starts, data, whitening)
-    }
-
-    fn positions(&self, starts: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
-        positions(self, starts, data)
-    }
 }
 
 /// A model with what belongs to this recording, and how well it does.
@@ -101,20 +91,6 @@ impl<M: Simulated> Fitted<M> {
         let positions = self.positions(data).ok()?;
         Some(data.position.iter().zip(&positions).map(|(a, b)| a - b).collect())
     }
-}
-
-/// The simulated positions of all runs, row for row of the recording; NaN in rows of no run.
-///
-/// # Errors
-/// [`Unstable`].
-pub fn positions(model: &Model, states: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
-    let theta = Theta::plain(model);
-    let mut out = vec![f64::NAN; data.position.len()];
-    for (number, (run, state)) in data.runs.iter().zip(states).enumerate() {
-        let out = &mut out[run.clone()];
-        simulate(model, &theta, &data.course(number, model.hold), *state, &mut |k, y: f64| out[k] = y)?;
-    }
-    Ok(out)
 }
 
 /// Fits a model to the wanted kinds of rows; none where it cannot be simulated at all.

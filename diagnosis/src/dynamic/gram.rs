@@ -23,21 +23,12 @@ pub struct Grams {
 /// What one run adds to them: products and rows of every kind.
 type OfRun = ([Symmetric; FOLDS], [usize; FOLDS]);
 
-/// Simulates `model` and collects the normal equations; `whitening` are the coefficients c of a filter
-/// e_t = x_t − Σ c_j x_(t−j) that residual and sensitivities pass first (empty: none).
+/// Simulates a second-order plant and collects its normal equations through several filters, as
+/// [`Simulated::normals`](super::estimate::Simulated::normals).
 ///
 /// # Errors
 /// [`Unstable`] where the simulation leaves every bound.
-pub fn grams(model: &Model, states: &[[f64; 2]], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
-    let [one] = grams_through(model, states, data, [whitening])?;
-    Ok(one)
-}
-
-/// The same through several filters, from one simulation.
-///
-/// # Errors
-/// [`Unstable`].
-pub fn grams_through<const F: usize>(
+pub fn grams<const F: usize>(
     model: &Model,
     states: &[[f64; 2]],
     data: &Data,

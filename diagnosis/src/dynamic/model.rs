@@ -3,7 +3,11 @@
 
 use fitter::plant::Hold;
 
+use super::data::Data;
 use super::effects::{DynamicEffect, Part};
+use super::estimate::Simulated;
+use super::gram::{Grams, grams};
+use super::simulate::{Theta, Unstable, simulate};
 
 /// An effect with its parameters.
 #[derive(Clone)]
@@ -67,45 +71,16 @@ impl Model {
         model
     }
 
-    /// Whether it has an effect.
-    pub fn has(&self, id: &str) -> bool {
-        self.terms.iter().any(|t| t.effect.id == id)
-    }
-
-    /// The free parameters as an estimate sees them: shapes by their logarithm.
-    pub fn pack(&self) -> Vec<f64> {
-        let nominal = (0..3).filter(|k| self.nominal_free[*k]).map(|k| self.nominal[k]);
-        let terms = self.terms.iter().flat_map(|term| {
-            let parameters = term.effect.parameters;
-            (0..parameters.len()).filter(|k| term.free[*k]).map(move |k| match parameters[k].shape {
-                true => term.parameters[k].ln(),
-                false => term.parameters[k],
-            })
-        });
-        nominal.chain(terms).collect()
-    }
-
-    /// The model with its free parameters set.
-    pub fn unpack(&self, packed: &[f64]) -> Model {
-        let mut model = self.clone();
-        let mut values = packed.iter().copied();
-        let mut next = |old: f64| values.next().unwrap_or(old);
-        for k in 0..3 {
-            if self.nominal_free[k] {
-                model.nominal[k] = next(model.nominal[k]);
-            }
-        }
-        for term in &mut model.terms {
-            for (k, parameter) in term.effect.parameters.iter().enumerate() {
-                if term.free[k] {
-                    term.parameters[k] = match parameter.shape {
-                        true => next(term.parameters[k].ln()).clamp(-80.0, 80.0).exp(),
-                        false => next(term.parameters[k]),
-                    };
-                }
-            }
-        }
-        model
+    /// Numbers of the free parameters of term `k` among the packed ones, none for what is kept.
+    pub fn packed_of(&self, k: usize) -> Vec<Option<usize>> {
+        let free = |all: &[bool]| all.iter().filter(|free| **free).count();
+        let before: usize = self.terms[..k].iter().map(|term| free(&term.free)).sum();
+        let mut next = free(&self.nominal_free) + before;
+        let number = |free: &bool| {
+            next += usize::from(*free);
+            free.then(|| next - 1)
+        };
+        self.terms[k].free.iter().map(number).collect()
     }
 
     /// Number of free parameters.
@@ -151,5 +126,68 @@ impl Model {
     /// Terms that act on a part.
     pub fn acting(&self, part: Part) -> impl Iterator<Item = usize> + '_ {
         (0..self.terms.len()).filter(move |k| self.terms[*k].effect.part == part)
+    }
+}
+
+impl Simulated for Model {
+    /// Position and velocity.
+    type Start = [f64; 2];
+
+    /// Shapes by their logarithm.
+    fn packed(&self) -> Vec<f64> {
+        let nominal = (0..3).filter(|k| self.nominal_free[*k]).map(|k| self.nominal[k]);
+        let terms = self.terms.iter().flat_map(|term| {
+            let parameters = term.effect.parameters;
+            (0..parameters.len()).filter(|k| term.free[*k]).map(move |k| match parameters[k].shape {
+                true => term.parameters[k].ln(),
+                false => term.parameters[k],
+            })
+        });
+        nominal.chain(terms).collect()
+    }
+
+    fn unpacked(&self, packed: &[f64]) -> Model {
+        let mut model = self.clone();
+        let mut values = packed.iter().copied();
+        let mut next = |old: f64| values.next().unwrap_or(old);
+        for k in 0..3 {
+            if self.nominal_free[k] {
+                model.nominal[k] = next(model.nominal[k]);
+            }
+        }
+        for term in &mut model.terms {
+            for (k, parameter) in term.effect.parameters.iter().enumerate() {
+                if term.free[k] {
+                    term.parameters[k] = match parameter.shape {
+                        true => next(term.parameters[k].ln()).clamp(-80.0, 80.0).exp(),
+                        false => next(term.parameters[k]),
+                    };
+                }
+            }
+        }
+        model
+    }
+
+    fn moved(&self, start: &[f64; 2], by: &[f64]) -> [f64; 2] {
+        [start[0] + by[0], start[1] + by[1]]
+    }
+
+    fn normals<const F: usize>(
+        &self,
+        starts: &[[f64; 2]],
+        data: &Data,
+        filters: [&[f64]; F],
+    ) -> Result<[Grams; F], Unstable> {
+        grams(self, starts, data, filters)
+    }
+
+    fn positions(&self, starts: &[[f64; 2]], data: &Data) -> Result<Vec<f64>, Unstable> {
+        let theta = Theta::plain(self);
+        let mut out = vec![f64::NAN; data.position.len()];
+        for (number, (run, start)) in data.runs.iter().zip(starts).enumerate() {
+            let out = &mut out[run.clone()];
+            simulate(self, &theta, &data.course(number, self.hold), *start, &mut |k, y: f64| out[k] = y)?;
+        }
+        Ok(out)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::data::{ALL, Data, SCORE};
 use super::diagnose::{Case, Predicted};
-use super::estimate::{self, positions};
+use super::estimate::{self, Simulated};
 use super::model::Model;
 use super::recording::DynamicRecording;
 use crate::held_out::{Fit, Score};
@@ -19,7 +19,7 @@ pub fn free_run(model: &Model, recording: &DynamicRecording) -> Option<Vec<f64>>
     let rows = if recording.unscored() == 0 { STEADY_ROWS } else { recording.unscored() };
     let start = Data::new(recording).head(rows);
     let states = estimate::fit(&fixed, &start.first_states(), &start, ALL)?.states;
-    positions(&fixed, &states, &Data::new(recording)).ok()
+    fixed.positions(&states, &Data::new(recording)).ok()
 }
 
 /// Root mean square of recorded less predicted channels on some rows; none where it is no number.

@@ -6,50 +6,27 @@
 use rayon::prelude::*;
 
 use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, Folds};
-use super::effects::Part;
 use super::estimate::Fitted;
-use super::gram::{Grams, grams_through};
-use super::model::{Model, Term};
+use super::gram::Grams;
+use super::search::Augmented;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 use crate::thresholds::dynamic::model::MOST_PROBED;
 
-/// Whether a term can be screened: its amounts are zero and its shapes given.
-pub fn linear(term: &Term) -> bool {
-    let amounts = || term.effect.parameters.iter().zip(&term.parameters).filter(|(p, _)| !p.shape);
-    amounts().count() > 0 && amounts().all(|(_, v)| *v == 0.0)
-}
-
-/// The term as it is screened: only its amounts are free.
-fn probed(term: &Term) -> Term {
-    let free = term.effect.parameters.iter().map(|p| !p.shape).collect();
-    Term { free, probe: term.effect.part == Part::Force, ..term.clone() }
-}
-
-/// What a candidate promises.
-#[derive(Clone)]
-pub struct Screened {
-    /// Index of the candidate.
-    pub candidate: usize,
-    /// −2 log likelihood gained on the rows that fit.
-    pub gain: f64,
-}
-
-/// Screens candidates beside a model, residual and sensitivities passed through each of the filters; those that
-/// cannot be screened are left out.
-pub fn screen<const F: usize>(
-    present: &Fitted,
-    candidates: &[Term],
+/// −2 log likelihood that every candidate beside a model gains on the rows that fit, by its number, residual and
+/// sensitivities passed through each of the filters; those that cannot be screened are left out.
+pub fn screen<M: Augmented, const F: usize>(
+    present: &Fitted<M>,
+    candidates: &[M::Term],
     data: &Data,
     filters: [&[f64]; F],
-) -> [Vec<Screened>; F] {
-    let base = present.model.free();
+) -> [Vec<(usize, f64)>; F] {
+    let base = present.model.packed().len();
     // Packs of candidates that fit into one simulation.
     let mut packs: Vec<Vec<usize>> = Vec::new();
     let (mut lanes, mut extra) = (usize::MAX, 0);
-    for (k, candidate) in candidates.iter().enumerate().filter(|(_, c)| linear(c)) {
-        let own = candidate.effect.parameters.iter().filter(|p| !p.shape).count();
-        let needs = candidate.effect.states;
-        if base + own > MOST_FREE {
+    for (k, candidate) in candidates.iter().enumerate() {
+        let (own, needs) = (M::amounts(candidate), M::states(candidate));
+        if own == 0 || base + own > MOST_FREE {
             continue;
         }
         let full = lanes == usize::MAX || lanes + own > MOST_FREE || extra + needs > MOST_PROBED;
@@ -63,8 +40,13 @@ pub fn screen<const F: usize>(
         lanes += own;
         extra += needs;
     }
-    let screened: Vec<[Vec<Screened>; F]> =
-        packs.par_iter().filter_map(|pack| screen_pack(present, candidates, pack, data, filters)).collect();
+    let of = |pack: &[usize]| screen_pack(present, candidates, pack, data, filters);
+    // One that cannot be simulated does not take the others of its pack with it.
+    let of_pack = |pack: &Vec<usize>| match of(pack) {
+        Some(all) => vec![all],
+        None => pack.chunks(1).filter_map(of).collect(),
+    };
+    let screened: Vec<[Vec<(usize, f64)>; F]> = packs.par_iter().flat_map_iter(of_pack).collect();
     let mut all = filters.map(|_| Vec::new());
     for pack in screened {
         all.iter_mut().zip(pack).for_each(|(all, some)| all.extend(some));
@@ -72,26 +54,25 @@ pub fn screen<const F: usize>(
     all
 }
 
-fn screen_pack<const F: usize>(
-    present: &Fitted,
-    candidates: &[Term],
+fn screen_pack<M: Augmented, const F: usize>(
+    present: &Fitted<M>,
+    candidates: &[M::Term],
     pack: &[usize],
     data: &Data,
     filters: [&[f64]; F],
-) -> Option<[Vec<Screened>; F]> {
-    let base = present.model.free();
-    let with = |members: &[usize]| -> Model {
-        members.iter().fold(present.model.clone(), |model, k| model.with(probed(&candidates[*k])))
-    };
-    let through = grams_through(&with(pack), &present.states, data, filters).ok()?;
+) -> Option<[Vec<(usize, f64)>; F]> {
+    let base = present.model.packed().len();
+    let with = |model: M, k: &usize| model.with(M::probed(&candidates[*k]));
+    let model = pack.iter().try_fold(present.model.clone(), with)?;
+    let through = model.normals(&present.states, data, filters).ok()?;
     Some(through.map(|whole| {
         let mut first = base;
         pack.iter()
             .map(|k| {
-                let own = candidates[*k].effect.parameters.iter().filter(|p| !p.shape).count();
+                let own = M::amounts(&candidates[*k]);
                 let lanes: Vec<usize> = (0..base).chain(first..first + own).collect();
                 first += own;
-                Screened { candidate: *k, gain: gained(&whole, base, &lanes).0 }
+                (*k, gained(&whole, base, &lanes).0)
             })
             .collect()
     }))

@@ -2,18 +2,23 @@
 //! backward, and with exchanges. The way in which the drive runs between its samples is chosen anew with
 //! every effect, since a missing effect can hide it.
 
+mod augmented;
+pub mod contenders;
 mod exchange;
 mod grow;
+mod named;
 mod rare_saturation;
 
-use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, over};
-use super::effects::{CATALOGUE, DynamicEffect};
-use super::estimate::{Fitted, Simulated, fit};
-use super::model::{Model, Term};
+use rayon::prelude::*;
+
+use super::data::{ALL, CHOOSE, CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, over};
+use super::estimate::{Fitted, Simulated};
+use super::model::Model;
 use super::noise::autoregression;
 use crate::thresholds::dynamic::search::{
     GAIN_PER_PARAMETER, LEAST_GAIN, LEAST_PART, MOST_EXCHANGES, RARE_GAIN,
 };
+pub use augmented::Augmented;
 
 /// What a model gains over another on some rows, as −2 log likelihood of white noise.
 pub fn gain<M: Simulated>(before: &Fitted<M>, after: &Fitted<M>, folds: Folds) -> f64 {
@@ -105,59 +110,64 @@ fn compared<M: Simulated>(data: &Data, before: &Fitted<M>, after: &Fitted<M>) ->
 }
 
 /// The search.
-pub struct Search<'a> {
+pub struct Search<'a, M: Augmented = Model> {
+    /// The rows.
     pub data: &'a Data<'a>,
     /// The effects that may be named.
-    pub catalogue: Vec<&'static DynamicEffect>,
+    pub catalogue: Vec<M::Effect>,
     /// Number of terms, the first ones, that the nominal plant has and that are not in question.
     pub given: usize,
 }
 
-impl<'a> Search<'a> {
-    /// A search in the catalogue without the effects `skip`, beside a nominal plant of `given` terms.
-    pub fn new(data: &'a Data<'a>, skip: &[String], given: usize) -> Search<'a> {
-        let catalogue = CATALOGUE.iter().copied().filter(|e| skip.iter().all(|id| id != e.id)).collect();
-        Search { data, catalogue, given }
-    }
-
+impl<M: Augmented> Search<'_, M> {
     /// The whitening filter of a model's residual.
-    pub fn whitening(&self, fitted: &Fitted) -> Vec<f64> {
+    pub fn whitening(&self, fitted: &Fitted<M>) -> Vec<f64> {
         let residual = fitted.residual(self.data);
         residual.map_or_else(Vec::new, |r| autoregression(&r, &self.data.runs).coefficients)
     }
 
-    /// Whether a term's parameters can be its effect.
-    fn sound(&self, term: &Term) -> bool {
-        let finite = term.parameters.iter().all(|v| v.is_finite());
-        finite && (term.effect.plausible)(&term.parameters, &self.data.scale)
-    }
-
     /// A model fitted to the rows that fit.
-    pub fn fit(&self, model: &Model, states: &[[f64; 2]]) -> Option<Fitted> {
-        fit(model, states, self.data, FIT_ROWS)
+    pub fn fit(&self, model: &M, states: &[M::Start]) -> Option<Fitted<M>> {
+        model.fitted(states, self.data, FIT_ROWS)
     }
 
-    /// The effects beside the nominal plants (one per way of running between the samples), on the rows that
-    /// fit and choose.
-    pub fn run(&self, nominal: &Fitted) -> Fitted {
-        let Some(mut present) = self.fit(&nominal.model, &nominal.states) else { return nominal.clone() };
-        for _ in 0..MOST_EXCHANGES {
-            present = self.grown(present);
-            match self.exchanged(&present) {
-                Some(better) => present = better,
+    /// Those of some contenders that are worth their parameters.
+    pub fn worthy(&self, present: &Fitted<M>, mut contenders: Vec<Fitted<M>>) -> Vec<Fitted<M>> {
+        contenders.retain(|f| M::worth(self, present, f));
+        contenders
+    }
+
+    /// The best contender, or a simpler one that does as well.
+    pub fn simplest<'b>(&self, contenders: &'b [Fitted<M>]) -> Option<&'b Fitted<M>> {
+        let best = contenders.first()?;
+        let free = |f: &Fitted<M>| f.model.packed().len();
+        let near = |f: &&Fitted<M>| {
+            let more = free(best).saturating_sub(free(f)) as f64;
+            free(f) <= free(best) && gain(f, best, CHOOSE_ROWS) < 2.0 + 4.0 * more
+        };
+        let rank = |id: &str| self.catalogue.iter().position(|e| M::id(e) == id).unwrap_or(usize::MAX);
+        contenders.iter().filter(near).min_by_key(|f| (free(f), rank(last_id(f))))
+    }
+
+    /// The model without the terms that a later one has made idle.
+    pub fn pruned(&self, mut present: Fitted<M>) -> Fitted<M> {
+        while present.model.terms().len() > 1 + self.given {
+            let last = present.model.terms().len() - 1;
+            let shorter: Vec<Fitted<M>> = (self.given..last)
+                .into_par_iter()
+                .filter_map(|k| self.fit(&present.model.without(k)?, &present.states))
+                .filter(|f| !M::worth(self, f, &present))
+                .collect();
+            match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
+                Some(f) => present = f,
                 None => break,
             }
         }
         present
     }
-
-    /// The model fitted to all rows.
-    pub fn complete(&self, chosen: &Fitted) -> Fitted {
-        fit(&chosen.model, &chosen.states, self.data, ALL).unwrap_or_else(|| chosen.clone())
-    }
 }
 
 /// Id of the last term.
-pub fn last_id(fitted: &Fitted) -> &'static str {
-    fitted.model.terms.last().map_or("", |t| t.effect.id)
+pub fn last_id<M: Augmented>(fitted: &Fitted<M>) -> &str {
+    fitted.model.terms().last().map_or("", |term| M::id(M::effect(term)))
 }

@@ -6,7 +6,7 @@ use fitter::plant::Hold;
 use rayon::prelude::*;
 
 use super::data::{ALL, Data, HOLDS};
-use super::estimate::{Fitted, fit_in_ways, positions};
+use super::estimate::{Fitted, Simulated, fit_in_ways};
 use super::model::Model;
 use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
@@ -16,7 +16,7 @@ use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
 pub fn nominal(data: &Data) -> Vec<Fitted> {
     let states = data.first_states();
     let cost = |plant: [f64; 3]| -> Option<(f64, Vec<f64>)> {
-        let y = positions(&Model::nominal(plant, Hold::FirstOrder), &states, data).ok()?;
+        let y = Model::nominal(plant, Hold::FirstOrder).positions(&states, data).ok()?;
         let cost: f64 =
             data.runs.iter().flat_map(|r| r.clone()).map(|k| (y[k] - data.position[k]).powi(2)).sum();
         cost.is_finite().then_some((cost, y))

@@ -6,8 +6,7 @@ use rayon::prelude::*;
 
 use super::data::Data;
 use super::effects::{DynamicEffect, Flow, Law, Parameter, amount, shape as size};
-use super::estimate::Fitted;
-use super::gram::grams;
+use super::estimate::{Fitted, Simulated};
 use super::model::Term;
 use super::screen::gained;
 use crate::dynamic::data::CHOOSE;
@@ -171,7 +170,7 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
                 let free = (0..PARAMETERS.len()).map(|k| k == 0).collect();
                 model.with(Term { effect: shape, parameters, free, probe: true })
             });
-            let whole = grams(&model, &present.states, data, whitening).ok()?;
+            let whole = model.normal(&present.states, data, whitening).ok()?;
             let lanes: Vec<usize> = (0..base + count).collect();
             let (fitted_gain, gain) = gained(&whole, base, &lanes);
             let rows = whole.rows[CHOOSE].max(1) as f64;

@@ -6,12 +6,12 @@ use fitter::plant::Plant;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::{ALL, Data, FIT_ROWS};
-use super::effects::{DynamicEffect, Reading, effect, unit_of};
-use super::estimate::{Fitted, Simulated, fit};
+use super::effects::{Reading, effect, unit_of};
+use super::estimate::{Fitted, Simulated};
 use super::interval::{Sort, around};
-use super::model::{Model, Term};
+use super::model::Term;
 use super::noise::Autoregression;
-use super::search::{Search, gain, last_id};
+use super::search::Search;
 use super::structure::Structure;
 use crate::numerics::Symmetric;
 use crate::numerics::range;
@@ -61,38 +61,23 @@ pub fn p_value(gain: f64, parameters: usize) -> f64 {
     }
 }
 
-/// What is said of the effects of a model: `found` on the whole recording, `small` the same model on the
-/// search's windows.
+/// What is said of the effects of a model: on the windows of the search, and on the whole recording.
 pub fn effects(
     search: &Search,
     data: &Data,
-    small: &Fitted,
-    found: &Fitted,
+    [small, found]: [&Fitted; 2],
     covariance: &Symmetric,
     imperfect: bool,
     plant: &Plant,
 ) -> Vec<NamedEffect> {
-    let mut said: Vec<(f64, NamedEffect)> = Vec::new();
-    let mut first = found.model.nominal_free.iter().filter(|f| **f).count();
-    for (k, term) in found.model.terms.iter().enumerate() {
-        let own: Vec<Option<usize>> = (term.free.iter())
-            .map(|free| {
-                first += usize::from(*free);
-                free.then(|| first - 1)
-            })
-            .collect();
-        if k < search.given {
-            continue;
-        }
-        let Some(without) = fit(&found.model.without(k), &found.states, data, ALL) else {
-            continue;
-        };
-        let deviation = |r: &Reading| variance(r, term, &own, covariance).sqrt();
-        let gain = gain(&without, found, ALL);
-        let effect = named(term, deviation, gain, alternatives(search, small, k, imperfect), plant);
-        said.push((without.cost(ALL) - found.cost(ALL), effect));
-    }
-    shared(said)
+    let margin = match imperfect {
+        true => ALTERNATIVE_MARGIN.max(IMPERFECT_MARGIN * search.data.count(FIT_ROWS) as f64),
+        false => ALTERNATIVE_MARGIN,
+    };
+    search.named(data, [small, found], margin, |k, gain, alternatives| {
+        let (term, own) = (&found.model.terms[k], found.model.packed_of(k));
+        named(term, |r| variance(r, term, &own, covariance).sqrt(), gain, alternatives, plant)
+    })
 }
 
 /// Effects, each with what is lost without it, the largest first and with its share.
@@ -130,36 +115,6 @@ pub fn named(
         runtime_correctable: true,
         form: crate::verdict::Form::default(),
     }
-}
-
-/// Effects that do as well in a term's place.
-fn alternatives(search: &Search, found: &Fitted, k: usize, imperfect: bool) -> Vec<String> {
-    let data = search.data;
-    let effect = found.model.terms[k].effect;
-    let rivals: Vec<&'static DynamicEffect> = search
-        .catalogue
-        .iter()
-        .copied()
-        .filter(|e| effect.confused_with.contains(&e.id) && !found.model.has(e.id))
-        .collect();
-    let refit = |model: &Model| search.fit(model, &found.states);
-    let (Some(with), Some(without)) = (refit(&found.model), refit(&found.model.without(k))) else {
-        return Vec::new();
-    };
-    let margin = if imperfect {
-        ALTERNATIVE_MARGIN.max(IMPERFECT_MARGIN * data.count(FIT_ROWS) as f64)
-    } else {
-        ALTERNATIVE_MARGIN
-    };
-    let rivals = Search { data, catalogue: rivals, given: search.given };
-    let mut near: Vec<(f64, String)> = rivals
-        .contenders(&without)
-        .iter()
-        .map(|f| (gain(f, &with, FIT_ROWS), last_id(f).to_string()))
-        .filter(|(behind, _)| *behind < margin)
-        .collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.into_iter().map(|(_, id)| id).collect()
 }
 
 /// Covariance of the packed parameters, from the whitened normal equations.

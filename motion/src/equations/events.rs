@@ -6,7 +6,8 @@
 use physics::number::Number;
 use physics::tape::Side;
 
-use super::run::{At, NEAR, Run};
+use super::delays::NEAR;
+use super::run::{At, Run};
 
 /// Changes of side in one step that are followed; beyond them the motion is smaller than the step resolves.
 const MOST_EVENTS: usize = 6;

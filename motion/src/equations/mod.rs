@@ -1,10 +1,14 @@
 //! A plant that is stated in equations: read, checked for names and units, compiled, and run with or without
 //! derivatives. Nothing here knows how it is fitted.
 
+mod course;
+mod delays;
 mod effect;
 mod events;
 mod input;
+mod observer;
 mod plays;
+mod reach;
 mod rule;
 mod run;
 mod system;
@@ -13,9 +17,10 @@ use fitter::plant::equations::{Equations, Named, StateStart};
 use fitter::plant::{Hold, PlantFile};
 use physics::{ExpressionError, Names, Parameter, Sentence, Unit};
 
+pub use course::{Course, MOST_SUBSTEPS, Stopped};
 pub use effect::{Added, MotionEffect, Target};
 pub use input::{Input, Piece};
-pub use run::{Course, Observer, Stopped};
+pub use observer::Observer;
 pub use system::System;
 
 fitter::errors! {

@@ -69,6 +69,16 @@ fn diagnosed(folder: &Path, arguments: &[&str], stem: &str) -> serde_json::Value
     serde_json::from_str(&text).expect("JSON")
 }
 
+/// Holds parameters against their true values, to two percent.
+fn near(parameters: &serde_json::Value, truths: &[(&str, f64)]) {
+    for (name, truth) in truths {
+        let mut all = parameters.as_array().expect("parameters").iter();
+        let found = all.find(|p| p["name"] == *name).expect("the parameter");
+        let value = found["value"].as_f64().expect("a number");
+        assert!((value / truth - 1.0).abs() < 0.02, "{found}");
+    }
+}
+
 /// What a plant does, by steps far below a row, with noise.
 fn made(
     name: &Path,
@@ -89,8 +99,8 @@ fn made(
         for _ in 0..fine {
             let h = sample_s / f64::from(fine);
             let slope = rate(state, u);
-            let half = rate([state[0] + 0.5 * h * slope[0], state[1] + 0.5 * h * slope[1]], u);
-            state = [state[0] + h * half[0], state[1] + h * half[1]];
+            let half = rate(std::array::from_fn(|k| state[k] + 0.5 * h * slope[k]), u);
+            state = std::array::from_fn(|k| state[k] + h * half[k]);
         }
     }
     fs::write(name, text).expect("a file");
@@ -147,12 +157,7 @@ fn an_effect_of_ones_own_is_named_in_a_tank() {
         (Some("overflow"), Some("declared"))
     );
     assert_eq!(answer["verdict"], "explained", "{answer:#}");
-    for (name, truth) in [("c", 0.5), ("at", 4.0)] {
-        let parameters = effects[0]["parameters"].as_array().expect("parameters");
-        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
-        let value = found["value"].as_f64().expect("a number");
-        assert!((value / truth - 1.0).abs() < 0.02, "{found}");
-    }
+    near(&effects[0]["parameters"], &[("c", 0.5), ("at", 4.0)]);
 }
 
 /// Two tanks, one above the other; only the lower level is recorded, so that the upper one may be in any unit.
@@ -192,12 +197,7 @@ fn an_overflow_gives_a_hidden_level_its_unit() {
     let answer = diagnosed(folder.path(), &arguments, "levels");
     assert_eq!(answer["effects"][0]["id"], "overflow", "{answer:#}");
     assert_eq!(answer["verdict"], "explained", "{answer:#}");
-    let parameters = answer["plant"].as_array().expect("parameters");
-    for (name, truth) in [("a", 0.05), ("b", 0.05), ("c", 0.06), ("g", 0.05)] {
-        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
-        let value = found["value"].as_f64().expect("a number");
-        assert!((value / truth - 1.0).abs() < 0.02, "{found}");
-    }
+    near(&answer["plant"], &[("a", 0.05), ("b", 0.05), ("c", 0.06), ("g", 0.05)]);
 }
 
 const MECHANISM: &str = "\

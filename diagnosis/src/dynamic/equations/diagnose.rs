@@ -19,9 +19,6 @@ use super::{catalogue, start, verdict};
 use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::numerics::Symmetric;
-use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
-use crate::thresholds::dynamic::equations::SEARCH_ROWS;
-use crate::thresholds::dynamic::estimate::PATIENCE;
 use crate::thresholds::dynamic::expected::LOST;
 use crate::thresholds::dynamic::score::STEADY_ROWS;
 use crate::verdict::{Said, Verdict};
@@ -57,15 +54,11 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let plant = Arc::new(plant);
     let data = Data::new(recording);
     let lost = || no_equations(recording, 100.0);
-    let rows: usize = data.runs.iter().map(|run| run.len()).sum();
-    let nominal = start::nominal(&plant, &data.windows(SEARCH_STEPS.min(rows)))?.ok_or_else(lost)?;
-    let seen = &nominal.free;
-    // A recording that can be searched whole is.
-    let most = SEARCH_STEPS / seen.model.substeps;
-    let windows = data.windows(if rows <= most { rows } else { SEARCH_ROWS.min(most) });
+    let nominal = start::nominal(&plant, &data)?.ok_or_else(lost)?;
+    let (windows, seen) = (&nominal.windows, &nominal.free);
     let middle = crate::numerics::mean(&recording.positions[0]);
     let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
-    let left = seen.cost(ALL) / seen.rows.iter().sum::<usize>() as f64 * rows as f64 / whole;
+    let left = seen.rms(ALL).powi(2) * data.count(ALL) as f64 / whole;
     if left > LOST {
         return Err(no_equations(recording, 100.0 * left));
     }
@@ -75,9 +68,9 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let catalogued = verdict::ids(&of_catalogue);
     effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
-    let search = Search { data: &windows, effects, given: seen.model.terms.len() };
+    let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };
     let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
-    let (before, found) = join(|| all_rows(&data, seen), || all_rows(&data, &chosen));
+    let (before, found) = join(|| all_rows(&data, windows, seen), || all_rows(&data, windows, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     judge::standing(&Found { case, data: &data, search: &search, catalogued, before, chosen, found })
 }
@@ -87,23 +80,21 @@ fn no_equations(recording: &DynamicRecording, percent: f64) -> DiagnosisError {
     DiagnosisError::NoEquations { file: recording.file.clone(), percent }
 }
 
-/// A model on the whole recording, its initial states as the file has them.
-fn all_rows(data: &Data, seen: &Fitted<Model>) -> Option<Fitted<Model>> {
+/// A model on the whole recording, its initial states as the file has them; it was seen in some windows.
+fn all_rows(data: &Data, windows: &Data, seen: &Fitted<Model>) -> Option<Fitted<Model>> {
     let model = &seen.model;
     let free_starts: Vec<bool> = model.plant.starts.iter().map(Option::is_none).collect();
     let first: Vec<Vec<f64>> = data
         .runs
         .iter()
         .map(|run| {
-            // The window that begins where the run does.
-            let number = seen.states.len().min(data.runs.len()) * run.start / data.position.len().max(1);
-            let near = seen.states.get(number).or(seen.states.first());
-            let fitted = near.into_iter().flatten();
+            let window = windows.runs.iter().position(|window| window.start == run.start);
+            let fitted = window.and_then(|number| seen.states.get(number)).into_iter().flatten();
             fitted.zip(&model.plant.starts).map(|(value, given)| given.unwrap_or(*value)).collect()
         })
         .collect();
     let model = Model { free_starts, ..model.clone() };
-    start::estimated(PATIENCE, &model, &first, data, ALL)
+    start::estimated(&model, &first, data, ALL)
 }
 
 impl Problem for Found<'_> {
@@ -117,7 +108,7 @@ impl Problem for Found<'_> {
         };
         let lost = || no_equations(self.case.recording, 100.0);
         let small = self.search.fit(&model, &self.chosen.states).ok_or_else(lost)?;
-        let found = all_rows(self.data, &small).ok_or_else(lost)?;
+        let found = all_rows(self.data, self.search.data, &small).ok_or_else(lost)?;
         Ok(self.said(&small, &found))
     }
 }
@@ -140,7 +131,7 @@ impl Found<'_> {
         };
         let covariance = self.covariance(found);
         let named = match named_any {
-            true => verdict::effects(search, data, small, found, &covariance, &self.catalogued),
+            true => verdict::effects(search, data, [small, found], &covariance, &self.catalogued),
             false => Vec::new(),
         };
         let explained = (1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -152,7 +143,7 @@ impl Found<'_> {
         });
         let fits = [before, found];
         let other = self.case.held_out.map(|r| Predicted::by(r, fits, |fitted| held_out(r, fitted)));
-        let idle = proof_after.as_ref().filter(|_| named_any).and_then(|f| verdict::idle(search, data, f));
+        let idle = proof_after.as_ref().filter(|_| named_any).and_then(|f| search.idle(f, data));
         let predicted = |f: &Option<Fitted<Model>>| f.as_ref().and_then(|f| f.positions(data).ok());
         let without = [predicted(&proof_before), predicted(&proof_after)];
         let channels: score::Channels = |recording| &recording.positions;
@@ -172,7 +163,7 @@ impl Found<'_> {
 
     /// What tells an effect from others.
     fn experiment(&self, id: &str) -> String {
-        let effect = self.search.effects.iter().find(|effect| effect.text.id == id);
+        let effect = self.search.catalogue.iter().find(|effect| effect.text.id == id);
         effect.map_or_else(String::new, |effect| effect.text.experiment.clone())
     }
 

@@ -77,23 +77,6 @@ impl Model {
         Some(Model { system, terms, ..self.clone() })
     }
 
-    /// The model with one more term.
-    pub fn with(&self, term: Term) -> Option<Model> {
-        self.with_terms(self.terms.iter().cloned().chain([term]).collect())
-    }
-
-    /// The model without its term `k`.
-    pub fn without(&self, k: usize) -> Option<Model> {
-        let mut terms = self.terms.clone();
-        terms.remove(k);
-        self.with_terms(terms)
-    }
-
-    /// Whether it has an effect.
-    pub fn has(&self, id: &str) -> bool {
-        self.terms.iter().any(|term| term.effect.text.id == id)
-    }
-
     /// The model with nothing but its initial states free.
     pub fn fixed(&self) -> Model {
         let mut plant = (*self.plant).clone();
@@ -168,12 +151,12 @@ impl Model {
         run(&course).map_err(|stopped| Unstable(stopped.row))
     }
 
-    fn grams<const N: usize>(
+    fn grams<const N: usize, const F: usize>(
         &self,
         starts: &[Vec<f64>],
         data: &Data,
-        whitening: &[f64],
-    ) -> Result<Grams, Unstable> {
+        filters: [&[f64]; F],
+    ) -> Result<[Grams; F], Unstable> {
         let states = self.free_starts.iter().filter(|free| **free).count();
         let mut lane = states;
         let mut variable = |value: f64, slope: f64| {
@@ -186,7 +169,7 @@ impl Model {
         });
         let numbers: Vec<Dual<N>> = numbers.collect();
         let lanes = states + self.packed().len();
-        let [grams] = through::<N, 1>(states, lanes, data, [whitening], |number, visit| {
+        through::<N, F>(states, lanes, data, filters, |number, visit| {
             let mut lane = 0;
             let start = starts[number].iter().zip(&self.free_starts).map(|(value, free)| {
                 lane += usize::from(*free);
@@ -194,8 +177,7 @@ impl Model {
             });
             let start: Vec<Dual<N>> = start.collect();
             self.along(data, number, |course| self.system.run(&numbers, &start, course, visit))
-        })?;
-        Ok(grams)
+        })
     }
 }
 
@@ -234,12 +216,17 @@ impl Simulated for Model {
         start.iter().zip(&self.free_starts).map(moved).collect()
     }
 
-    fn normal(&self, starts: &[Vec<f64>], data: &Data, whitening: &[f64]) -> Result<Grams, Unstable> {
+    fn normals<const F: usize>(
+        &self,
+        starts: &[Vec<f64>],
+        data: &Data,
+        filters: [&[f64]; F],
+    ) -> Result<[Grams; F], Unstable> {
         match self.packed().len() + self.free_starts.iter().filter(|free| **free).count() {
-            0..=8 => self.grams::<8>(starts, data, whitening),
-            9..=12 => self.grams::<12>(starts, data, whitening),
-            13..=16 => self.grams::<16>(starts, data, whitening),
-            _ => self.grams::<24>(starts, data, whitening),
+            0..=8 => self.grams::<8, F>(starts, data, filters),
+            9..=12 => self.grams::<12, F>(starts, data, filters),
+            13..=16 => self.grams::<16, F>(starts, data, filters),
+            _ => self.grams::<24, F>(starts, data, filters),
         }
     }
 

@@ -3,7 +3,7 @@
 //! oscillation never runs out of step, and a level never so far away that an estimate stops in a local minimum.
 
 use fitter::plant::Hold;
-use motion::equations::{EquationsError, Plant};
+use motion::equations::{EquationsError, MOST_SUBSTEPS, Plant};
 use physics::Parameter;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -11,14 +11,16 @@ use std::sync::Arc;
 use super::super::data::{ALL, Data, Folds, HOLDS};
 use super::super::estimate::{Fitted, Simulated, fit, fit_in};
 use super::model::{Model, is_logarithmic};
+use crate::thresholds::dynamic::diagnose::SEARCH_STEPS;
 use crate::thresholds::dynamic::equations::{
-    ACCURATE, APART, AS_WELL, BESIDE, FIRST_ROWS, FOLLOWED, LEAST_FIRST, MOST_SUBSTEPS, OBSERVED, POINTS,
+    ACCURATE, APART, AS_WELL, BESIDE, FIRST_ROWS, FOLLOWED, LEAST_FIRST, OBSERVED, POINTS, SEARCH_ROWS,
     STEPS, WEAKER,
 };
-use crate::thresholds::dynamic::estimate::PATIENCE;
 
-/// A plant without further effects, fitted to all rows.
-pub struct Nominal {
+/// A plant without further effects, fitted to all rows of the windows in which effects are searched.
+pub struct Nominal<'a> {
+    /// The windows.
+    pub windows: Data<'a>,
     /// In the best way of running between the samples.
     pub free: Fitted<Model>,
     /// Under an observer, from the starts that did best: several where the recording leaves a parameter open, as an effect
@@ -26,33 +28,67 @@ pub struct Nominal {
     pub observed: Vec<Fitted<Model>>,
 }
 
-/// Fits a plant; none where no start leads to one that can be simulated.
+/// Fits a plant to a recording; none where no start leads to one that can be simulated.
 ///
 /// # Errors
 /// [`EquationsError`].
-pub fn nominal(plant: &Arc<Plant>, data: &Data) -> Result<Option<Nominal>, EquationsError> {
+pub fn nominal<'a>(plant: &Arc<Plant>, data: &Data<'a>) -> Result<Option<Nominal<'a>>, EquationsError> {
     let holds: Vec<Hold> = match plant.sampling {
         Some(hold) => vec![hold],
         None if plant.inputs.is_empty() => vec![Hold::ZeroOrder],
         None => HOLDS.to_vec(),
     };
     let plain = Model::new(plant.clone(), middle(plant), holds[0])?;
-    let windowed = data.starts_s.iter().any(|start| *start > 0.0);
+    let first = windows(data, 1);
+    let windowed = first.starts_s.iter().any(|start| *start > 0.0);
     let free_starts = plain.free_starts.iter().map(|free| *free || windowed).collect();
-    let observed = observed(&Model { free_starts, observed: OBSERVED, ..plain }, data);
-    let relaxed = observed.par_iter().filter_map(|f| relaxed(PATIENCE, &f.model, &f.states, data, ALL));
-    let Some(best) = least(relaxed.collect()) else { return Ok(None) };
-    let others = holds[1..]
-        .par_iter()
-        .filter_map(|hold| fit(&Model { hold: *hold, ..best.model.clone() }, &best.states, data, ALL));
-    let others: Vec<Fitted<Model>> = others.collect();
-    let free = least([vec![best], others].concat());
-    Ok(free.map(|free| Nominal { observed: distinct(observed, free.model.hold), free }))
+    let tried = tried(&Model { free_starts, observed: OBSERVED, ..plain.clone() }, &first);
+    let Some(found) = followed(tried, &holds, first) else { return Ok(None) };
+    let windows = windows(data, found.free.model.substeps);
+    if windows.runs == found.windows.runs {
+        return Ok(Some(found));
+    }
+    let free_starts = vec![true; plain.free_starts.len()];
+    let again = |f: &Fitted<Model>| {
+        let model = Model { free_starts: free_starts.clone(), ..f.model.clone() };
+        let states = first_states(&model, &windows);
+        (model, states)
+    };
+    Ok(followed(found.observed.iter().map(again).collect(), &holds, windows))
 }
 
-/// The one that leaves least.
-fn least(all: Vec<Fitted<Model>>) -> Option<Fitted<Model>> {
-    all.into_iter().min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))
+/// The windows in which effects are searched with so many steps of the integration from row to row: a recording that can
+/// be searched whole is one.
+fn windows<'a>(data: &Data<'a>, substeps: usize) -> Data<'a> {
+    let most = SEARCH_STEPS / substeps;
+    data.windows(if data.count(ALL) <= most { most } else { SEARCH_ROWS.min(most) })
+}
+
+/// The best of some starts, estimated under their observer, then in free run.
+fn followed<'a>(
+    starts: Vec<(Model, Vec<Vec<f64>>)>,
+    holds: &[Hold],
+    windows: Data<'a>,
+) -> Option<Nominal<'a>> {
+    let data = &windows;
+    let starts = starts.par_iter();
+    let observed = best(starts.filter_map(|(model, states)| estimated(model, states, data, ALL)).collect());
+    let relaxed = observed.par_iter().filter_map(|f| relaxed(f.clone(), data, ALL));
+    let free = best(relaxed.collect()).into_iter().next()?;
+    let others = holds[1..].par_iter();
+    let mut all: Vec<Fitted<Model>> = others
+        .filter_map(|hold| fit(&Model { hold: *hold, ..free.model.clone() }, &free.states, data, ALL))
+        .collect();
+    all.insert(0, free);
+    let free = best(all).into_iter().next()?;
+    Some(Nominal { observed: distinct(observed, free.model.hold), free, windows })
+}
+
+/// Those that leave least, the best first.
+fn best(mut all: Vec<Fitted<Model>>) -> Vec<Fitted<Model>> {
+    all.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
+    all.truncate(FOLLOWED);
+    all
 }
 
 /// Those that do as well as the first, with other parameters than those before them.
@@ -71,21 +107,14 @@ fn distinct(all: Vec<Fitted<Model>>, hold: Hold) -> Vec<Fitted<Model>> {
     kept
 }
 
-/// An estimate under a model's observer, then under ever weaker ones, and in free run in the end.
-pub fn relaxed(
-    patience: usize,
-    model: &Model,
-    states: &[Vec<f64>],
-    data: &Data,
-    folds: Folds,
-) -> Option<Fitted<Model>> {
+/// An estimate that began under an observer, under ever weaker ones, and in free run in the end.
+pub fn relaxed(mut fitted: Fitted<Model>, data: &Data, folds: Folds) -> Option<Fitted<Model>> {
     let rows = data.runs.iter().map(|run| run.len()).max().unwrap_or(0) as f64;
-    let mut fitted = estimated(patience, model, states, data, folds)?;
     while fitted.model.observed > 0.0 {
         let weaker = fitted.model.observed / WEAKER;
         // An observer that takes longer than the run hardly corrects anything.
         fitted.model.observed = if weaker * rows < 1.0 { 0.0 } else { weaker };
-        fitted = estimated(patience, &fitted.model, &fitted.states, data, folds)?;
+        fitted = estimated(&fitted.model, &fitted.states, data, folds)?;
     }
     Some(fitted)
 }
@@ -142,8 +171,8 @@ fn first_states(model: &Model, data: &Data) -> Vec<Vec<f64>> {
     data.first_states().into_iter().map(guess).collect()
 }
 
-/// The best estimates under an observer over all starts: tried on the first rows, followed on all.
-fn observed(plain: &Model, data: &Data) -> Vec<Fitted<Model>> {
+/// The best starts over the ranges of the parameters, tried under an observer on the first rows.
+fn tried(plain: &Model, data: &Data) -> Vec<(Model, Vec<Vec<f64>>)> {
     let head = data.clone().head((FIRST_ROWS / data.runs.len()).max(LEAST_FIRST));
     let free: Vec<usize> = (0..plain.values.len())
         .filter(|k| plain.plant.is_free(*k) && plain.plant.values[*k].is_none())
@@ -161,27 +190,15 @@ fn observed(plain: &Model, data: &Data) -> Vec<Fitted<Model>> {
         let model = accurate(&point(number), &states, &head)?;
         fit_in(STEPS, &model, &states, &head, ALL)
     });
-    let best = |mut all: Vec<Fitted<Model>>| {
-        all.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
-        all.truncate(FOLLOWED);
-        all
-    };
-    let followed = best(tried.collect());
-    best(followed.par_iter().filter_map(|f| estimated(PATIENCE, &f.model, &f.states, data, ALL)).collect())
+    best(tried.collect()).into_iter().map(|f| (f.model, f.states)).collect()
 }
 
 /// An estimate in as many steps of the integration as the estimated motion itself asks for.
-pub fn estimated(
-    patience: usize,
-    model: &Model,
-    states: &[Vec<f64>],
-    data: &Data,
-    folds: Folds,
-) -> Option<Fitted<Model>> {
+pub fn estimated(model: &Model, states: &[Vec<f64>], data: &Data, folds: Folds) -> Option<Fitted<Model>> {
     let mut model = accurate(model, states, data)?;
     let mut states = states.to_vec();
     loop {
-        let fitted = fit_in(patience, &model, &states, data, folds)?;
+        let fitted = fit(&model, &states, data, folds)?;
         let asked = accurate(&fitted.model, &fitted.states, data)?.substeps;
         if asked <= model.substeps {
             return Some(fitted);
@@ -213,4 +230,45 @@ pub fn accurate(model: &Model, states: &[Vec<f64>], data: &Data) -> Option<Model
         coarse = fine;
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::recording::DynamicRecording;
+    use super::*;
+    use fitter::plant::PlantFile;
+
+    /// An oscillator that needs two steps from row to row, and half as many rows as can be searched with one.
+    #[test]
+    fn the_nominal_is_fitted_in_the_windows_of_the_search() {
+        let text = "[plant]\nkind = \"equations\"\n\
+                    states = { x = { unit = \"m\", start = \"fit\" }, v = { unit = \"m/s\", start = \"fit\" } }\n\
+                    output = { y = \"x\" }\n[plant.equations]\nx = \"v\"\nv = \"-a * x\"\n\
+                    [plant.parameters]\na = { unit = \"1/s^2\", from = 0.9, to = 1.1, value = 1.0001 }\n";
+        let file = PlantFile::parse("plant.toml", text).unwrap();
+        let plant = Arc::new(Plant::of("plant.toml", &file).unwrap().unwrap());
+        let (rows, step_s) = (17_000, 0.4);
+        let t_s: Vec<f64> = (0..rows).map(|k| step_s * k as f64).collect();
+        let recording = DynamicRecording {
+            file: String::new(),
+            sha256: String::new(),
+            step_s,
+            drives: vec![vec![0.0; rows]],
+            positions: vec![t_s.iter().map(|t| t.cos()).collect()],
+            t_s,
+            runs: std::iter::once(0..rows).collect(),
+            period: None,
+            amplitude: None,
+            command: None,
+            bad_rows: Vec::new(),
+        };
+        let found = nominal(&plant, &Data::new(&recording)).unwrap().unwrap();
+        let windows = found.windows.runs.len();
+        assert!(windows > 1 && found.free.model.substeps > 1, "{windows} {}", found.free.model.substeps);
+        assert_eq!(found.free.states.len(), windows);
+        assert!(found.observed.iter().all(|f| f.states.len() == windows));
+        // Every window is simulated: what is left is what the steps of the integration leave.
+        assert!(found.free.rms(ALL) < 1e-3, "{}", found.free.rms(ALL));
+        assert!((found.free.model.values[0] - 1.0).abs() < 1e-6, "{:?}", found.free.model.values);
+    }
 }

@@ -5,14 +5,11 @@ use std::sync::Arc;
 use fitter::plant::equations::{PlantParameter, StateStart};
 use fitter::plant::{Equations, PlantFile};
 use motion::equations::Target;
-use rayon::prelude::*;
 
-use super::super::data::{ALL, Data, FIT_ROWS};
-use super::super::diagnose::idle_term;
-use super::super::estimate::{Fitted, fit};
+use super::super::data::Data;
+use super::super::estimate::Fitted;
 use super::super::interval::{Sort, around};
-use super::super::search::gain;
-use super::super::verdict::{p_value, shared};
+use super::super::verdict::p_value;
 use super::model::{Model, Term};
 use super::search::Search;
 use crate::numerics::Symmetric;
@@ -25,19 +22,17 @@ fn deviations(found: &Fitted<Model>, covariance: &Symmetric) -> Vec<f64> {
     slopes.iter().enumerate().map(|(k, slope)| slope.abs() * covariance.at(k, k).max(0.0).sqrt()).collect()
 }
 
-/// What is said of the effects of a model: `small` on the windows of the search, `found` on the whole recording.
+/// What is said of the effects of a model: on the windows of the search, and on the whole recording.
 pub fn effects(
     search: &Search,
     data: &Data,
-    small: &Fitted<Model>,
-    found: &Fitted<Model>,
+    [small, found]: [&Fitted<Model>; 2],
     covariance: &Symmetric,
     catalogued: &[String],
 ) -> Vec<NamedEffect> {
     let deviations = deviations(found, covariance);
-    let one = |k: usize| {
+    search.named(data, [small, found], ALTERNATIVE_MARGIN, |k, gain, alternatives| {
         let term = &found.model.terms[k];
-        let without = fit(&found.model.without(k)?, &found.states, data, ALL)?;
         let packed = found.model.packed_of(k);
         let parameters = (term.effect.parameters.iter().zip(&term.values).zip(&packed))
             .map(|((parameter, value), number)| Parameter {
@@ -48,48 +43,19 @@ pub fn effects(
             })
             .collect();
         let text = &term.effect.text;
-        let kind = if catalogued.contains(&text.id) { CATALOGUED } else { DECLARED };
-        let named = NamedEffect {
+        NamedEffect {
             id: text.id.clone(),
-            kind,
+            kind: if catalogued.contains(&text.id) { CATALOGUED } else { DECLARED },
             title: term.effect.title(),
             formula: term.effect.formula(&found.model.plant),
-            p_value: p_value(gain(&without, found, ALL), packed.iter().flatten().count()),
+            p_value: p_value(gain, packed.iter().flatten().count()),
             share: 0.0,
             parameters,
-            alternatives: alternatives(search, small, k),
+            alternatives,
             runtime_correctable: true,
             form: crate::verdict::Form::default(),
-        };
-        Some((without.cost(ALL) - found.cost(ALL), named))
-    };
-    shared((search.given..found.model.terms.len()).into_par_iter().filter_map(one).collect())
-}
-
-/// Effects that do as well in a term's place.
-fn alternatives(search: &Search, found: &Fitted<Model>, k: usize) -> Vec<String> {
-    let data = search.data;
-    let text = &found.model.terms[k].effect.text;
-    let confused = |own: &[String], id: &str| own.iter().any(|other| id.starts_with(other.as_str()));
-    let rivals = search.effects.iter().filter(|effect| {
-        !found.model.has(&effect.text.id)
-            && (confused(&text.confused_with, &effect.text.id)
-                || confused(&effect.text.confused_with, &text.id))
-    });
-    let rivals = Search { data, effects: rivals.cloned().collect(), given: search.given };
-    let refit = |model: &Model| search.fit(model, &found.states);
-    let Some((with, without)) = refit(&found.model).zip(found.model.without(k).and_then(|m| refit(&m)))
-    else {
-        return Vec::new();
-    };
-    let mut near: Vec<(f64, String)> = rivals
-        .contenders(&[without])
-        .iter()
-        .filter_map(|f| Some((gain(f, &with, FIT_ROWS), f.model.terms.last()?.effect.text.id.clone())))
-        .filter(|(behind, _)| *behind < ALTERNATIVE_MARGIN)
-        .collect();
-    near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    near.into_iter().map(|(_, id)| id).collect()
+        }
+    })
 }
 
 /// The parameters of the plant with their intervals, and where its states begin.
@@ -174,13 +140,6 @@ fn variable(model: &Model, term: &Term) -> &'static str {
     } else {
         "position"
     }
-}
-
-/// The effect without which the rows that score are predicted as well, of those whose part they show.
-pub fn idle(search: &Search, data: &Data, with: &Fitted<Model>) -> Option<String> {
-    let terms = search.given..with.model.terms.len();
-    let idle = idle_term(terms, with, data, |k| with.model.without(k));
-    idle.map(|k| with.model.terms[k].effect.text.id.clone())
 }
 
 /// Effects of a plant without those that were withdrawn.

@@ -8,6 +8,7 @@ use super::motion::Motion;
 use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
 use crate::dynamic::model::{Model, Term};
+use crate::dynamic::search::Augmented;
 use crate::numerics::{Basis, dot, mean_and_error};
 use crate::thresholds::dynamic::feedback::search::{ALTERNATIVE, CONSISTENT, LEAST_PART, RESOLVED};
 use crate::thresholds::dynamic::model::MOST_TERMS;

@@ -1,7 +1,7 @@
 //! Exchanging what was found: an effect for one that it is easily taken for, and terms that others have driven to where
 //! they are no physics.
 
-use super::{LEAST_GAIN, MOST_EXCHANGES, Search, gain};
+use super::{Augmented, LEAST_GAIN, MOST_EXCHANGES, Search, gain};
 use crate::dynamic::data::{CHOOSE, CHOOSE_ROWS, FIT_ROWS};
 use crate::dynamic::estimate::Fitted;
 use crate::dynamic::model::{Model, Term};
@@ -14,7 +14,8 @@ impl Search<'_> {
         let mut chosen = chosen;
         for _ in 0..MOST_EXCHANGES {
             let all = self.complete(&chosen);
-            let Some(k) = (self.given..all.model.terms.len()).find(|k| !self.sound(&all.model.terms[*k]))
+            let Some(k) =
+                (self.given..all.model.terms.len()).find(|k| !Model::sound(&all.model.terms[*k], self.data))
             else {
                 break;
             };
@@ -34,7 +35,7 @@ impl Search<'_> {
     /// decided beside less, and a later term may be there only to mend it.
     pub(super) fn exchanged(&self, present: &Fitted) -> Option<Fitted> {
         let terms = &present.model.terms[self.given..];
-        let unsound: Vec<usize> = (0..terms.len()).filter(|k| !self.sound(&terms[*k])).collect();
+        let unsound: Vec<usize> = (0..terms.len()).filter(|k| !Model::sound(&terms[*k], self.data)).collect();
         let lags = terms.iter().any(|t| t.effect.is_late());
         if unsound.is_empty() && (terms.len() < 2 || !lags) {
             return None;
@@ -54,7 +55,7 @@ impl Search<'_> {
             let close = f.costs[CHOOSE] < CLOSE * present.costs[CHOOSE];
             let simpler = fewer > 0.0 && lost < 2.0 + 4.0 * fewer;
             let nearer = fewer >= 0.0 && lost < -LEAST_GAIN && gain(f, present, FIT_ROWS) < -LEAST_GAIN;
-            f.model.terms[self.given..].iter().all(|t| self.sound(t))
+            f.model.terms[self.given..].iter().all(|t| Model::sound(t, self.data))
                 && (simpler || nearer || (!unsound.is_empty() && close))
         };
         others.retain(better);
@@ -81,7 +82,8 @@ impl Search<'_> {
             }
             let ids = chosen.model.terms[k].effect.confused_with;
             let catalogue = self.catalogue.iter().copied().filter(|e| ids.contains(&e.id)).collect();
-            let contenders = Search { data: self.data, catalogue, given: self.given }.contenders(&without);
+            let contenders = Search { data: self.data, catalogue, given: self.given }
+                .contenders(std::slice::from_ref(&without));
             near.extend(contenders.into_iter().filter(|f| f.costs[CHOOSE] < CLOSE * chosen.costs[CHOOSE]));
         }
         near

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::{LEAST_GAIN, LEAST_PART, RARE_GAIN, Search, compared};
+use super::{Augmented, LEAST_GAIN, LEAST_PART, RARE_GAIN, Search, compared};
 use crate::dynamic::data::{CHOOSE_ROWS, FIT_ROWS, UNSCORED};
 use crate::dynamic::estimate::{Fitted, fit, fit_in};
 use crate::dynamic::model::{Model, Term};
 use crate::thresholds::dynamic::model::MOST_TERMS;
-use crate::thresholds::dynamic::search::grow::SHORT;
+use crate::thresholds::dynamic::search::contenders::SHORT;
 
 impl Search<'_> {
     /// The model with a limit of the drive, where the rows that fit and those that choose show it only together: it
@@ -34,7 +34,7 @@ impl Search<'_> {
             .min_by(|a, b| a.cost(UNSCORED).total_cmp(&b.cost(UNSCORED)))
             .filter(|f| f.cost(UNSCORED) < base.cost(UNSCORED))
             .and_then(|f| fit(&f.model, &f.states, self.data, UNSCORED))
-            .filter(|f| f.model.terms.iter().all(|term| self.sound(term)));
+            .filter(|f| f.model.terms.iter().all(|term| Model::sound(term, self.data)));
         match best {
             Some(f) if self.worth_on_both(&base, &f) => f,
             _ => present,
