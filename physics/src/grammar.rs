@@ -17,6 +17,10 @@ pub fn forms(columns: &[&str]) -> Vec<String> {
     let mut forms = Vec::new();
     for form in GRAMMAR.split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end())) {
         match (form.contains("{z}"), form.contains("{w}")) {
+            (false, _) if form.contains("{shaft}") => {
+                let shafts = columns.iter().filter(|column| is_angle(column));
+                forms.extend(shafts.map(|column| with(&form, "{shaft}", "{u}", column)));
+            }
             (false, _) => forms.push(form),
             (true, false) => forms.extend(columns.iter().map(|column| with(&form, "{z}", "{u}", column))),
             (true, true) => {
@@ -28,6 +32,11 @@ pub fn forms(columns: &[&str]) -> Vec<String> {
         }
     }
     forms
+}
+
+/// Whether a column is an angle.
+fn is_angle(column: &str) -> bool {
+    Unit::of_column(column).in_units_of(&Unit::named("deg")).is_some()
 }
 
 /// A form with a column in its place, and the column's unit.

@@ -2,8 +2,9 @@
 
 use fitter::terms::Operator;
 
-use super::{Handed, catalogue_in, listed};
+use super::{Handed, Origin, catalogue_in, composed, listed};
 use crate::rows::Rows;
+use fitter::error_model::Sensor;
 
 #[test]
 fn every_confusion_names_an_effect_of_the_catalogue() {
@@ -86,4 +87,30 @@ fn a_term_read_off_an_expression_is_that_expression() {
         // Rounding of a few products.
         assert!((value - column[row]).abs() < 1e-9 * value.abs().max(1.0), "{value} {}", column[row]);
     }
+}
+
+#[test]
+fn every_form_can_be_read_of_a_column_whose_unit_fits() {
+    let forms = |columns: &[&str], unit: &str| {
+        let sensor = Sensor::Direct { unit: unit.into(), revolution: None };
+        let made = composed(columns, &sensor, &[]);
+        (made.len(), physics::forms(columns).len(), made)
+    };
+    for column in ["shaft_deg", "flow_l_min", "temperature_c", "humidity_pct", "strain_ue", "load"] {
+        for unit in ["mm", "arcsec", "counts"] {
+            let (made, known, _) = forms(&[column], unit);
+            assert_eq!(made, known, "{column} in {unit}");
+        }
+    }
+    // Only an angle turns.
+    assert_eq!(forms(&["shaft_deg"], "mm").0, forms(&["load"], "mm").0 + 3);
+    // A name that cannot stand in an expression is left out.
+    let (made, _, effects) = forms(&["load_n", "two words", "supply_v"], "counts");
+    assert_eq!(made, forms(&["load_n", "supply_v"], "counts").0);
+    assert!(
+        effects
+            .iter()
+            .all(|effect| matches!(&effect.origin, Origin::Form(text) if text.contains(&effect.id)))
+    );
+    assert!(effects.iter().all(|effect| !effect.suggestions.is_empty()));
 }

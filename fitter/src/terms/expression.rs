@@ -212,3 +212,30 @@ impl Columns for Read<'_> {
         Time { t_s: &self.observables.recording.time_s, pass: &self.pass }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Expressed, Factor};
+    use crate::Recording;
+    use crate::error_model::Sensor;
+    use crate::terms::Observables;
+
+    #[test]
+    fn a_column_is_limited_to_what_was_recorded() {
+        let flows: Vec<f64> = (0..40).map(|row| f64::from(row % 20)).collect();
+        let line = |(row, flow): (usize, &f64)| format!("{row},0,1,{row},{row}.5,{flow}\n");
+        let rows: String = flows.iter().enumerate().map(line).collect();
+        let text = format!("t_s,pass,direction,measured,reference,flow_l_min\n{rows}");
+        let recording = Recording::from_bytes("r.csv", text.as_bytes()).unwrap();
+        let sensor = Sensor::Direct { unit: "mm".into(), revolution: None };
+        let observables = Observables { recording: &recording, sensor: &sensor };
+        let factor = Factor { name: "k".into(), unit: "mm/(l/min)".into() };
+        let plain = Expressed::of("k * flow_l_min".into(), "mm", false, vec![factor], Vec::new());
+        assert_eq!(plain.columns(&observables).unwrap(), std::slice::from_ref(&flows));
+        let limits = [("flow_l_min".to_string(), [3.0, 11.0])].into();
+        let limited = Expressed { limits, ..plain.clone() }.columns(&observables).unwrap();
+        assert_eq!(limited[0], flows.iter().map(|flow| flow.clamp(3.0, 11.0)).collect::<Vec<f64>>());
+        let wrong = Expressed { limits: [("flow_l_min".to_string(), [3.0, 1.0])].into(), ..plain };
+        assert!(wrong.contradiction().unwrap().contains("3 and 1"));
+    }
+}

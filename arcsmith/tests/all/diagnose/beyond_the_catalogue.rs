@@ -1,5 +1,5 @@
-//! Physics that is in no catalogue is located and not given the names of two effects that together imitate it,
-//! nor taken for correlated noise.
+//! Physics that is in no catalogue is located, described where it has a form, and not given the names of two effects that
+//! together imitate it, nor taken for correlated noise.
 
 use crate::diagnose::common::{normal, recording, scene, wandering};
 use serde_json::Value;
@@ -66,7 +66,10 @@ fn creep_that_heat_hastens_is_no_drift_with_temperature_beside_one_with_time() {
 fn what_lets_go_at_a_temperature_is_no_two_steps() {
     for (seed, at) in [(1, 25.6), (2, 26.2), (3, 26.8), (5, 28.0), (6, 28.6)] {
         let json = diagnosed(|_, _, t| 1.2 * ((t - at) / 0.5_f64).tanh(), &white(seed), seed);
-        assert_eq!(said(&json), ("unexplained []".into(), "temperature_c".into()), "at {at} °C");
+        let effects = json["effects"].as_array().expect("effects");
+        assert!(effects.iter().all(|effect| effect["kind"] == "empirical"), "at {at} °C: {effects:?}");
+        assert_ne!(json["verdict"], "explained");
+        assert_eq!(said(&json).1, "temperature_c", "at {at} °C");
     }
 }
 
@@ -83,7 +86,9 @@ fn what_names_leave_is_not_taken_for_memory() {
         .collect();
     for seed in [13, 35] {
         let json = diagnosed(|row, _, _| 5.0 * heats[row], &wandering(186, seed), seed);
-        assert_eq!(json["verdict"], "partly_explained", "{seed}");
+        // A form or structure without a form, but no name for all of it.
+        let verdict = json["verdict"].as_str().expect("a verdict");
+        assert!(["described", "partly_explained"].contains(&verdict), "{seed}: {verdict}");
     }
 }
 
@@ -107,9 +112,48 @@ fn a_ripple_whose_phase_moves_with_the_temperature_is_not_taken_for_noise() {
             assert_eq!(said(&json), (r#"explained ["periodic_error"]"#.into(), "angle_deg".into()));
             continue;
         }
-        assert_eq!(json["verdict"], "partly_explained", "{per_degree} per K");
+        assert_eq!(json["verdict"], "described", "{per_degree} per K");
         let places = json["locations"].as_array().expect("places");
         let moves = |place: &Value| place["variable"] == "temperature_c" && place["times"] == "angle_deg";
         assert!(places.iter().any(moves), "{places:?}");
     }
+}
+
+#[test]
+fn what_a_coil_heats_is_described_handed_on_and_limited_to_what_was_recorded() {
+    let scene = scene();
+    let mut noise = normal(77);
+    let mut heat = 0.0;
+    let rows = schedule();
+    let path = recording(scene.folder.path(), "coil.csv", 6, |row, cells| {
+        let current = 0.3 * (row as f64 / 17.0).sin() + if row % 62 < 31 { 0.2 } else { -0.1 };
+        heat += (3.0 / 90.0) * (current * current - heat);
+        cells[5] = format!("{:.3}", 3600.0 * rows[row].0 * 0.97 - 60.0 * heat + 0.5 * noise());
+        cells.push(format!("{current:.5}"));
+    });
+    let text = std::fs::read_to_string(&path).expect("a recording");
+    std::fs::write(&path, text.replacen("temperature_c", "temperature_c,coil_a", 1)).expect("a file");
+    let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json = scene.json(&out, "coil");
+    assert_eq!(json["verdict"], "described", "{json}");
+    let effect = &json["effects"][0];
+    assert_eq!((&effect["id"], &effect["kind"]), (&"empirical_1".into(), &"empirical".into()));
+    assert_eq!(effect["formula"], "k * lowpass(coil_a^2, tau)");
+    assert!(effect["readings"][0].as_str().expect("a suggestion").contains("power of coil_a"), "{effect}");
+    let parameters = effect["parameters"].as_array().expect("parameters");
+    for (name, truth) in [("k", 60.0), ("tau", 90.0)] {
+        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
+        let [low, high] = [0, 1].map(|end| found["ci95"][end].as_f64().expect("an end"));
+        assert!((low - 0.2 * (high - low)..high + 0.2 * (high - low)).contains(&truth), "{found}");
+    }
+    // The declaration is what `--effects` reads.
+    let declared = scene.folder.path().join("mine.toml");
+    std::fs::write(&declared, effect["declaration"].as_str().expect("a declaration")).expect("a file");
+    let declared = declared.to_str().expect("a path").to_owned();
+    let (output, out) = scene.diagnose(&[&path], &["--no-report", "--effects", &declared]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(scene.json(&out, "coil")["verdict"], "explained");
+    let file = std::fs::read_to_string(out.join("coil.coefficients.json")).expect("coefficients");
+    assert!(!file.contains("\"limits\""), "a declared effect is not limited");
 }
