@@ -53,9 +53,9 @@ impl Attempt<'_> {
         if self.leaves_structure() {
             return with_forms.left() < self.left();
         }
-        let search = &with_forms.explanation.search;
-        let merit = |attempt: &Attempt| search.merit(&attempt.explanation.terms);
-        !with_forms.leaves_structure() && merit(with_forms) > merit(self) + FORMS
+        let (search, terms) = (&with_forms.explanation.search, &with_forms.explanation.terms);
+        let own = search.translated(&self.explanation.search, &self.explanation.terms);
+        !with_forms.leaves_structure() && search.merit(terms) > search.merit(&own) + FORMS
     }
 
     /// What is left of held-out readings, of all where none are held out.
@@ -71,8 +71,8 @@ impl Attempt<'_> {
 pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) -> Result<Attempt<'a>, String> {
     let Found { explanation, gross } = explain(hand_on.rows, hand_on.catalogue, skip);
     let first = attempt(explanation, hand_on, accuracy)?;
-    let Some(floor) = gross.filter(|_| first.leaves_structure() || first.said.verdict == Verdict::Consistent)
-    else {
+    let accounted = matches!(first.said.verdict, Verdict::Explained | Verdict::Described);
+    let Some(floor) = gross.filter(|_| !accounted) else {
         return Ok(first);
     };
     let second = explain_gross(hand_on.rows, hand_on.catalogue, skip, floor)

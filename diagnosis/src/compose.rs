@@ -9,7 +9,7 @@ use crate::dictionary::Kind;
 use crate::effects::{Effect, composed};
 use crate::generic::observables;
 use crate::thresholds::compose::MOST_COLUMNS;
-use crate::verdict::{EMPIRICAL, Said, Verdict};
+use crate::verdict::{EMPIRICAL, NamedEffect, Said, Verdict};
 
 /// The effects with the forms of dependences on the columns that tell most; without them where nothing was found.
 pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
@@ -41,12 +41,16 @@ pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec
 pub fn number(said: &mut Said, judged: &mut [String], file: Option<&mut Coefficients>) {
     let mut terms = file.map_or_else(Vec::new, |file| file.terms.iter_mut().collect());
     let forms = said.effects.iter_mut().filter(|effect| effect.kind == EMPIRICAL);
-    for (k, effect) in forms.enumerate() {
+    let number = |(k, effect): (usize, &mut NamedEffect)| {
         let id = std::mem::replace(&mut effect.id, format!("empirical_{}", k + 1));
-        let of_it = |term: &&mut &mut fitter::terms::Term| term.effect == id;
-        terms.iter_mut().filter(of_it).for_each(|term| term.effect.clone_from(&effect.id));
-        for text in said.unidentifiable.iter_mut().chain(judged.iter_mut()) {
-            *text = text.replace(&id, &effect.id);
-        }
+        (id, effect.id.clone())
+    };
+    let mut numbered: Vec<(String, String)> = forms.enumerate().map(number).collect();
+    // The name of a form may be the end of another's.
+    numbered.sort_by_key(|(id, _)| std::cmp::Reverse(id.len()));
+    for (id, name) in &numbered {
+        terms.iter_mut().filter(|term| term.effect == *id).for_each(|term| term.effect.clone_from(name));
+        let texts = said.unidentifiable.iter_mut().chain(judged.iter_mut());
+        texts.for_each(|text| *text = text.replace(id.as_str(), name));
     }
 }

@@ -18,6 +18,7 @@ use crate::thresholds::dictionary::{
 };
 
 /// What a family stands for.
+#[derive(PartialEq)]
 pub enum Kind {
     /// The effect of this index in the catalogue.
     Effect(usize),

@@ -259,6 +259,15 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Terms of a search with other effects as terms of this one.
+    pub fn translated(&self, other: &Search, terms: &[Term]) -> Vec<Term> {
+        let family = |term: &Term| {
+            let kind = &other.dictionary.families[term.family].kind;
+            self.dictionary.families.iter().position(|family| family.kind == *kind)
+        };
+        terms.iter().filter_map(|term| Some(Term { family: family(term)?, ..term.clone() })).collect()
+    }
+
     /// What the terms explain less their prices.
     pub fn merit(&self, terms: &[Term]) -> f64 {
         self.explained(terms) - terms.iter().map(|t| self.price(t)).sum::<f64>()
