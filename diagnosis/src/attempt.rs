@@ -15,6 +15,7 @@ use crate::model::{self, Model};
 use crate::numerics::rms;
 use crate::reach::reach;
 use crate::search::Term;
+use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
 use crate::thresholds::compose::CLEARLY as FORMS;
 use crate::verdict::{self, Said, Verdict};
@@ -51,7 +52,8 @@ impl Attempt<'_> {
     /// only by a clearly greater merit of its terms.
     pub fn gives_way_to(&self, with_forms: &Attempt) -> bool {
         if self.leaves_structure() {
-            return with_forms.left() < self.left();
+            let fitted = |attempt: &Attempt| attempt.fit.after.train_rms;
+            return with_forms.left() < self.left() && fitted(with_forms) <= NO_WORSE * fitted(self);
         }
         let (search, terms) = (&with_forms.explanation.search, &with_forms.explanation.terms);
         let own = search.translated(&self.explanation.search, &self.explanation.terms);

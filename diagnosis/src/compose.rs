@@ -11,12 +11,14 @@ use crate::generic::observables;
 use crate::thresholds::compose::MOST_COLUMNS;
 use crate::verdict::{EMPIRICAL, NamedEffect, Said, Verdict};
 
-/// The effects with the forms of dependences on the columns that tell most; without them where nothing was found.
+/// The effects with the forms of dependences on the columns that tell most; without them where nothing was found, and where
+/// nothing but the angle was recorded: forms of its past alone are not yet computed by every routine.
 pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
-    if attempt.said.verdict == Verdict::Consistent {
+    let search = &attempt.explanation.search;
+    let observed = observables(search.rows);
+    if attempt.said.verdict == Verdict::Consistent || observed.is_empty() {
         return effects.to_vec();
     }
-    let search = &attempt.explanation.search;
     let survey = search.survey(&[]);
     let strength = |column: &str| {
         let of_column = |family: usize| match &search.dictionary.families[family].kind {
@@ -26,7 +28,6 @@ pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec
         let found = survey.iter().filter(|found| of_column(found.term.family));
         found.map(|found| found.surprise).fold(0.0, f64::max)
     };
-    let observed = observables(search.rows);
     let mut columns: Vec<(f64, &str)> =
         observed.iter().map(|column| (strength(&column.name), column.name.as_str())).collect();
     columns.sort_by(|a, b| b.0.total_cmp(&a.0));

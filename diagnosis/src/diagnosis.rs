@@ -192,11 +192,7 @@ fn of_readings(
         (false, file) => file,
     };
     if let Some((other, other_rows)) = &other {
-        let offset = |file: &Coefficients| score(other, other_rows, file);
-        fit.held_out_by = other.recording.file.clone();
-        fit.before = Score { held_out_rms: offset(&before_file), ..fit.before };
-        fit.after = Score { held_out_rms: file.as_ref().ok().and_then(offset), ..fit.after };
-        fit.gain = None;
+        score_on(other, other_rows, &mut fit, &before_file, file.as_ref().ok());
     }
     let mut said = said;
     said.unidentifiable.extend(screened.notes());
@@ -210,15 +206,7 @@ fn of_readings(
     let mut file = file;
     compose::number(&mut said, &mut settled.judged, file.as_mut().ok());
     let (coefficients, withheld) = match file {
-        Ok(file) => {
-            let diagnosis = Some(Diagnosed {
-                verdict: said.verdict.word().into(),
-                before_rms: fit.before.held_out_rms.unwrap_or(fit.before.train_rms),
-                after_rms: fit.after.held_out_rms.unwrap_or(fit.after.train_rms),
-                noise_floor: noise_floor.value,
-            });
-            (Some(Coefficients { diagnosis, ..file }), None)
-        }
+        Ok(file) => (Some(with_diagnosis(file, &said, &fit, &noise_floor)), None),
         Err(reason) => (None, Some(reason)),
     };
     let diagnosis = Diagnosis {
@@ -236,6 +224,32 @@ fn of_readings(
     };
     let after = settled.handed;
     Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, map }, far_out))
+}
+
+/// The coefficients with what the diagnosis says of them.
+fn with_diagnosis(file: Coefficients, said: &Said, fit: &Fit, noise_floor: &NoiseFloor) -> Coefficients {
+    let diagnosis = Diagnosed {
+        verdict: said.verdict.word().into(),
+        before_rms: fit.before.held_out_rms.unwrap_or(fit.before.train_rms),
+        after_rms: fit.after.held_out_rms.unwrap_or(fit.after.train_rms),
+        noise_floor: noise_floor.value,
+    };
+    Coefficients { diagnosis: Some(diagnosis), ..file }
+}
+
+/// Puts what base and model, as handed on, leave of another recording in the place of the held-out figures.
+fn score_on(
+    other: &Seen<'_>,
+    rows: &Rows,
+    fit: &mut Fit,
+    before: &Coefficients,
+    after: Option<&Coefficients>,
+) {
+    let offset = |file: &Coefficients| score(other, rows, file);
+    fit.held_out_by = other.recording.file.clone();
+    fit.before = Score { held_out_rms: offset(before), ..fit.before };
+    fit.after = Score { held_out_rms: after.and_then(offset), ..fit.after };
+    fit.gain = None;
 }
 
 /// The error of a recording of which not even the base makes a model.
