@@ -235,7 +235,7 @@ impl<'a> Task<'a> {
     /// Powers of a high order cancel each other in fixed point; short polynomials do not.
     fn table_instead(&self) -> Option<Routine> {
         let possible = self.options.degree.is_none() && self.wanted.format.bits() == 31;
-        if !possible || self.physics.repeats() {
+        if !possible {
             return None;
         }
         TABLES_LOG2.into_iter().find_map(|segments_log2| {

@@ -14,6 +14,7 @@ mod extend;
 mod further;
 mod periodic;
 mod product;
+mod rows;
 mod selection;
 mod shape;
 mod sum;
@@ -76,11 +77,6 @@ impl Physics {
         let pair = matches!(self.sensor, Some(Sensor::EddyCurrentPair { .. }));
         // It was read where the term was lowered.
         Tree::of(expressed, &term.coefficients, pair).ok()
-    }
-
-    /// Whether a term is one of harmonics, which have a table of their own.
-    pub fn repeats(&self) -> bool {
-        self.terms.iter().any(|term| matches!(term.operator, Operator::Periodic(_)))
     }
 
     /// The reference mean of an observable, where a product has one.

@@ -12,6 +12,7 @@
 use fitter::terms::{Operator, Periodic, Term};
 
 use super::builder::{Builder, Tracked};
+use super::rows::{DEGREE, Names};
 use super::sum::Sum;
 use super::{PhysicsError, Result};
 use crate::approximate::interpolate;
@@ -19,8 +20,6 @@ use crate::bound::of_type;
 use crate::exact::{Interval, Polynomial, cos_sin, pi};
 use crate::program::{Op, Type};
 
-/// Degree of the table's polynomials.
-const DEGREE: usize = 3;
 /// Segments that are tried for a period, as powers of two.
 const SEGMENTS_LOG2: std::ops::RangeInclusive<u32> = 3..=10;
 /// The most that are tried where several periods are solved over the whole range: 64 KiB of flash.
@@ -75,9 +74,6 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     if !one.mul_pow2(-10).certainly_le(&rest.lower()) {
         return Err(refuse(": it is so steep that the equation has no certain solution"));
     }
-    if !b.program.table.is_empty() {
-        return Err(refuse(" beside a table: choose a polynomial instead"));
-    }
     // Turns of one word of the sum, and the phase as a product by an integer.
     let turn = &Interval::from_f64(period) * statistic;
     let rate = Interval::pow2(-b.sum.bits).div(&turn);
@@ -90,26 +86,15 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     let off = &(&mismatch * &b.sum.word.range.magnitude()) + &one;
     let all = of_type(Type::I32);
     let phase = Op::Phase { a: b.sum.word.operand, factor, by: by as u32 };
-    let phase = b.push("phase", phase, all.clone(), Interval::zero(), "a turn is 2^32")?;
+    let phase = b.push("phase", phase, all, Interval::zero(), "a turn is 2^32")?;
 
     let (log2, rows, distance) = table(&harmonics, &turn, &b.sum, &rest, sizes);
-    b.program.table.clone_from(&rows);
-    let index = Op::Index { a: phase.operand, add: 1 << 31, by: 32 - log2 };
-    let segment = b.push("segment", index, all.clone(), Interval::zero(), "")?;
-    let place = Op::Wrap { a: phase.operand, add: 1 << (31 - log2), by: log2 };
-    let place = b.push("place", place, all.clone(), Interval::zero(), "")?;
-    let entry = |b: &mut Builder, column: usize| {
-        let name = format!("q{column}");
-        let op = Op::Entry { index: segment.operand, column };
-        let column = rows.iter().map(|row| Interval::from_int(row[column]));
-        let range = column.reduce(|a, c| a.hull(&c)).unwrap_or_else(Interval::zero);
-        b.push(&name, op, range, Interval::zero(), "")
-    };
-    let mut q = entry(b, DEGREE)?;
-    for column in (0..DEGREE).rev() {
-        let c = entry(b, column)?;
-        q = b.mul_add("q", (&q, &place), 0, &c, "")?;
-    }
+    // Beside other rows the names say which these are.
+    let alone = b.program.table.is_empty();
+    let others = if alone { String::new() } else { format!("_{}", b.program.steps.len()) };
+    let names = Names { of_others: &others, coefficient: "q", sum: &|_| format!("q{others}") };
+    let by = 32 - i64::from(log2);
+    let mut q = b.cubics(phase.operand, &rows, (i64::from(i32::MIN) >> by, by), &names)?;
     // What the phase is off moves Q by its slope, at most L/(1 − L).
     let gain = one.div(&rest.lower()).upper();
     let slope = (&harmonics.steepest * &gain).upper();

@@ -68,7 +68,7 @@ pub fn build(
 /// Runs all calls.
 ///
 /// # Errors
-/// [`VerifyError`] where the program ends early, which under the sanitizer means undefined behaviour.
+/// [`VerifyError::Ended`] where the program ends early, which under the sanitizer means undefined behaviour.
 pub fn run(program: &std::path::Path, calls: &Calls) -> Result<Vec<Given>, VerifyError> {
     let output = fed(program, calls.words.iter().flat_map(|w| w.to_le_bytes()).collect())?;
     let all: Vec<u32> = words(&output.stdout).collect();
@@ -79,5 +79,5 @@ pub fn run(program: &std::path::Path, calls: &Calls) -> Result<Vec<Given>, Verif
     }
     let message = String::from_utf8_lossy(&output.stderr).lines().take(6).collect::<Vec<_>>().join("\n");
     let message = format!("{} after {} calls\n{message}", output.status, given.len());
-    Err(VerifyError::Refused { program: program.display().to_string(), message })
+    Err(VerifyError::Ended { program: program.display().to_string(), message })
 }

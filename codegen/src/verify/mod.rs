@@ -51,6 +51,8 @@ fitter::errors! {
         Missing { program: String, install: &'static str } => says("{program} is not installed: {install}");
         Run { program: String, cause: io::Error, } => says("{program} cannot be run: {cause}");
         Refused { program: String, message: String } => says("{program}: {message}");
+        /// A compiled routine that did not run to its end.
+        Ended { program: String, message: String } => says("{program}: {message}");
         Write { path: PathBuf, cause: io::Error, } =>
             at(path) says("cannot be written: {cause}");
     }

@@ -1,22 +1,19 @@
 //! Elementary functions of one word: a polynomial where a short one is near enough, else a table of cubic ones.
 
-use super::super::builder::{Tracked, whole};
+use super::super::builder::whole;
+use super::super::rows::{DEGREE, Names};
 use super::super::shape::{Shape, best_within};
 use super::super::{PhysicsError, Result};
 use super::value::{Base, Value};
 use super::words::{self, Scaled};
 use super::{Lowering, SHARE, Tree};
 use crate::approximate::interpolate;
-use crate::bound::of_type;
 use crate::exact::{Function, Interval, Polynomial};
-use crate::program::{Op, Type};
 
 /// The longest polynomial that is cheaper than a row of a table.
 const LONGEST: usize = 6;
 /// Terms of a Taylor series at most.
 const MOST_TERMS: usize = 24;
-/// Degree of a table's polynomials.
-const DEGREE: usize = 3;
 /// Rows that are tried, as powers of two.
 const ROWS_LOG2: std::ops::RangeInclusive<i64> = 2..=10;
 /// A power of e above this is no correction.
@@ -180,37 +177,11 @@ impl Lowering<'_, '_> {
         }
         let (rows, table, distance) =
             found.ok_or_else(|| self.refuse(format!("`{:?}` is too steep for a table", inner.function)))?;
-        let first = least >> rows.by;
-        let before = self.b.program.table.len() as i64;
-        self.b.program.table.iter_mut().for_each(|row| row.resize(DEGREE + 1, 0));
-        self.b.program.table.extend(table.iter().cloned());
-
-        let (name, all) = (self.b.program.steps.len(), of_type(Type::I32));
-        let none = Interval::zero();
-        let a = inner.base.word.operand;
-        let index = Op::Index { a, add: (before - first) << rows.by, by: rows.by as u32 };
-        let last = before + table.len() as i64 - 1;
-        let index = self.b.push(
-            &format!("segment_{name}"),
-            index,
-            Interval::between(before, last),
-            none.clone(),
-            "",
-        )?;
-        let place = Op::Wrap { a, add: 1 << (rows.by - 1), by: (32 - rows.by) as u32 };
-        let place = self.b.push(&format!("place_{name}"), place, all, none.clone(), "")?;
-        let mut q: Option<Tracked> = None;
-        for column in (0..=DEGREE).rev() {
-            let range = table.iter().map(|row| Interval::from_int(row[column])).reduce(|a, c| a.hull(&c));
-            let entry = Op::Entry { index: index.operand, column };
-            let own = format!("c{column}_{name}");
-            let c = self.b.push(&own, entry, range.unwrap_or_else(Interval::zero), none.clone(), "")?;
-            q = Some(match q {
-                None => c,
-                Some(q) => self.b.mul_add(&format!("q{column}_{name}"), (&q, &place), 0, &c, "")?,
-            });
-        }
-        let mut q = q.ok_or(PhysicsError::TooLarge)?;
+        let others = format!("_{}", self.b.program.steps.len());
+        let sum = |column: usize| format!("q{column}{others}");
+        let names = Names { of_others: &others, coefficient: "c", sum: &sum };
+        let of = inner.base.word.operand;
+        let mut q = self.b.cubics(of, &table, (least >> rows.by, rows.by), &names)?;
         let moved = (&rows.steepest() * &(&inner.slope.magnitude() * &inner.base.error())).mul_pow2(bits);
         q.error = (&(&q.error + &distance) + &(&moved + &tail.mul_pow2(bits))).upper();
         let known = &(values - &middle).mul_pow2(bits) + &q.error.symmetric();

@@ -42,7 +42,8 @@ pub(super) fn mutations(subject: &Subject<'_>, generated: &Generated, options: &
         generated.files.get(Path::new(&file)).map_or("", String::as_str)
     };
     let runs = How::all(false);
-    let each = runs.iter().map(|how| Changes { how: *how, body, source: source(how) });
+    let middle = middle_row(subject);
+    let each = runs.iter().map(|how| Changes { how: *how, body, source: source(how), middle });
     let of_each: Vec<Vec<Mutation>> = each.map(|changes| changes.all()).collect();
     // Change by change, in every language.
     let most = of_each.iter().map(Vec::len).max().unwrap_or(0);
@@ -50,11 +51,24 @@ pub(super) fn mutations(subject: &Subject<'_>, generated: &Generated, options: &
     (0..most).flat_map(|_| columns.iter_mut().filter_map(Iterator::next).collect::<Vec<_>>()).collect()
 }
 
+/// A row in the middle of those that belong together, which is always reached: of the last rows, where terms share a table.
+fn middle_row(subject: &Subject<'_>) -> usize {
+    let program = subject.program();
+    let account = subject.routine.design.account.as_ref();
+    let written = program.written_steps();
+    let index = |step: &usize| written.contains(step) && matches!(program.steps[*step].op, Op::Index { .. });
+    let rows = account.and_then(|account| account.steps.iter().rev().find(|(step, _)| index(step)));
+    let middle = rows.and_then(|(_, known)| known.result.range.midpoint().ceil_to_i64());
+    middle.map_or(program.table.len() / 2, |row| row as usize)
+}
+
 /// The changes of one language's source.
 struct Changes<'a> {
     how: How,
     body: Body<'a>,
     source: &'a str,
+    /// See [`middle_row`].
+    middle: usize,
 }
 
 impl Changes<'_> {
@@ -143,13 +157,11 @@ impl Changes<'_> {
         Some(self.change(&format!("a limit of {} instead of {hi}", hi / 2), ends(hi), ends(hi / 2)))
     }
 
-    /// Two rows in the middle of a table, which is always reached.
+    /// Two neighbouring rows.
     fn swapped_rows(&self) -> Option<Mutation> {
         let table = &self.body.program.table;
-        let [_, .., _] = &table[..] else { return None };
-        let middle = table.len() / 2;
         let number = |v: &i64| self.how.language.integer(*v);
-        let [from, to] = [&table[middle - 1], &table[middle]]
+        let [from, to] = [table.get(self.middle.checked_sub(1)?)?, table.get(self.middle)?]
             .map(|row| row.iter().map(number).collect::<Vec<_>>().join(", "));
         let change = self.change("a table with two segments swapped", from, to);
         Some(Mutation { swap: true, ..change })

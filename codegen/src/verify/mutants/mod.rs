@@ -90,7 +90,12 @@ fn damaged_source(
     how.checker.library(how, &place)?;
     let bound = subject.quantity.in_bound_unit(subject.routine.design.bound.total);
     let found = if let Some(prepared) = prepared {
-        sequence::sweep(subject, how, &place, prepared, bound)?
+        match sequence::sweep(subject, how, &place, prepared, bound) {
+            Err(VerifyError::Ended { .. }) => {
+                return Ok(report(&subject.name, &mutation.what, Some("it does not run to its end")));
+            }
+            found => found?,
+        }
     } else {
         let built = harness::build(subject, how, &place)?;
         let coverage = subject.domain.interpreted(subject.program());

@@ -1,0 +1,52 @@
+//! Cubic polynomials of the place in a row of the program's table, which the function of the reading and all terms share.
+
+use super::Result;
+use super::builder::{Builder, Tracked};
+use crate::bound::of_type;
+use crate::exact::Interval;
+use crate::program::{Op, Operand, Type};
+
+/// Degree of the polynomials.
+pub(super) const DEGREE: usize = 3;
+
+/// What the steps are called: what tells them from those of other rows, the letter of the coefficients, and the name of the
+/// sum at a column.
+pub(super) struct Names<'a> {
+    pub of_others: &'a str,
+    pub coefficient: &'a str,
+    pub sum: &'a dyn Fn(usize) -> String,
+}
+
+impl Builder {
+    /// Appends `rows` to the table and what evaluates the one in which word `a` lies: 2^`by` words are a row, of which the
+    /// first is row `first` of all words.
+    pub fn cubics(
+        &mut self,
+        a: Operand,
+        rows: &[Vec<i64>],
+        (first, by): (i64, i64),
+        names: &Names,
+    ) -> Result<Tracked> {
+        let before = self.program.table.len() as i64;
+        self.program.table.iter_mut().for_each(|row| row.resize(DEGREE + 1, 0));
+        self.program.table.extend(rows.iter().cloned());
+        let (none, all) = (Interval::zero(), of_type(Type::I32));
+        let op = Op::Index { a, add: (before - first) << by, by: by as u32 };
+        let of_table = Interval::between(before, before + rows.len() as i64 - 1);
+        let index = self.push(&format!("segment{}", names.of_others), op, of_table, none.clone(), "")?;
+        let op = Op::Wrap { a, add: 1 << (by - 1), by: (32 - by) as u32 };
+        let place = self.push(&format!("place{}", names.of_others), op, all, none.clone(), "")?;
+        let mut sum: Option<Tracked> = None;
+        for column in (0..=DEGREE).rev() {
+            let range = rows.iter().map(|row| Interval::from_int(row[column])).reduce(|a, c| a.hull(&c));
+            let name = format!("{}{column}{}", names.coefficient, names.of_others);
+            let op = Op::Entry { index: index.operand, column };
+            let c = self.push(&name, op, range.unwrap_or_else(Interval::zero), none.clone(), "")?;
+            sum = Some(match sum {
+                None => c,
+                Some(sum) => self.mul_add(&(names.sum)(column), (&sum, &place), 0, &c, "")?,
+            });
+        }
+        Ok(sum.unwrap_or_else(|| Tracked::constant(&none)))
+    }
+}
