@@ -92,10 +92,11 @@ pub fn candidates(
     }
     let (total, through) = (wanted.len(), AtomicUsize::new(0));
     let quantity = Quantity::of(&coefficients.error_model());
+    let terms_bound = Some(wanted_bound(coefficients, options, &quantity).min(bound));
     let designed: Vec<Result<Candidate, RoutineError>> = wanted
         .par_iter()
         .map(|(wanted, degree)| {
-            let options = Options { degree: *degree, bound: Some(bound), ..options.clone() };
+            let options = Options { degree: *degree, bound: Some(bound), terms_bound, ..options.clone() };
             let routine = routine::design(coefficients, &options, wanted);
             done(through.fetch_add(1, atomic::Ordering::Relaxed) + 1, total);
             let routine = routine?;
@@ -122,6 +123,12 @@ pub fn candidates(
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
+}
+
+/// The bound that is asked for, in the bound's unit, or the usual one.
+fn wanted_bound(coefficients: &Coefficients, options: &Options, quantity: &Quantity) -> f64 {
+    let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
+    options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()))
 }
 
 /// The Pareto-optimal candidates on a core (bound, instructions, flash), best bound last.
@@ -183,9 +190,7 @@ pub fn choose(
     done: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<(), RoutineError> {
     let quantity = Quantity::of(&coefficients.error_model());
-    let range = options.range.unwrap_or((coefficients.valid_range.from, coefficients.valid_range.to));
-    let bound =
-        options.bound.unwrap_or_else(|| quantity.default_bound(range.0, range.1, coefficients.noise()));
+    let bound = wanted_bound(coefficients, options, &quantity);
     let formats = if wanted.formats.is_empty() { &Format::ALL } else { wanted.formats };
     let candidates = candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
     let best = cheapest(&candidates, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?;

@@ -121,6 +121,8 @@ pub struct Options {
     /// The largest bound that is acceptable, in arcsec (direct sensor: its unit); `None`: see
     /// [`crate::quantity::Quantity::default_bound`].
     pub bound: Option<f64>,
+    /// The bound for which terms of further physics are approximated; `None`: the one that is acceptable.
+    pub terms_bound: Option<f64>,
     /// The polynomial's degree; `None`: the lowest that meets the bound.
     pub degree: Option<usize>,
     /// Readings from and to, in mm (direct sensor: its unit); `None`: what the recording covers.
@@ -209,6 +211,7 @@ impl Default for Options {
             routines: vec![RoutineOptions::of(Format::Q31), RoutineOptions::of(Format::F32)],
             leave_out_unreachable: false,
             bound: None,
+            terms_bound: None,
             degree: None,
             range: None,
             extrapolate: false,

@@ -149,13 +149,16 @@ impl<'a> Task<'a> {
     /// A design with the terms of further physics, which may need room in the last sum.
     fn extended(&self, design: &dyn Fn(i64) -> Result<Design, DesignError>) -> Result<Design, DesignError> {
         let words = (self.wanted.format, self.wanted.output);
-        let fine = self.target / self.quantity.bound_units_per_unit;
+        let wanted = self.options.terms_bound.unwrap_or(self.target);
+        let fine = wanted / self.quantity.bound_units_per_unit;
         let mut headroom = 0;
         loop {
             let extend = |d| self.physics.extend(d, &self.model, &self.plan, words, fine);
             match design(headroom).and_then(extend) {
-                Err(DesignError::Overflows(_)) if !self.physics.is_empty() && headroom < MOST_HEADROOM => {
-                    headroom += 1
+                Err(DesignError::Overflows(_) | DesignError::Physics(PhysicsError::Leaves { .. }))
+                    if !self.physics.is_empty() && headroom < MOST_HEADROOM =>
+                {
+                    headroom += 1;
                 }
                 whole => return whole.map_err(|e| e.for_output(self.wanted.output)),
             }

@@ -56,6 +56,7 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
         leave_out_unreachable: arguments.format.is_empty(),
         bound,
+        terms_bound: None,
         degree: arguments.degree,
         range: arguments.from.zip(arguments.to),
         extrapolate: arguments.extrapolate,

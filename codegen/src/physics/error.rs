@@ -47,7 +47,10 @@ fitter::errors! {
         Format(it: &'static str) =>
             says("terms of further physics need the format q31 or q31-split, not {it}")
             mend("choose one of these") by(format);
-        NarrowPlay(it: f64) => says("a play of half-width {it} is too narrow for words of 32 bits");
+        /// A word of a term leaves its type, however coarse the sum is.
+        Leaves { effect: String, kind: &'static str, cause: Overflows } =>
+            says("the term `{kind}` of {effect} does not fit words of 32 bits: {cause}")
+            mend("narrow the ranges of what it reads, or leave it out") by(further) by(without = effect);
         TooLarge => says("a coefficient of a term is too large for words of 32 bits");
         Period(it: f64) =>
             says("the time between two calls of the routine is {it} s") mend("give a time above zero") by(period_s);
@@ -56,4 +59,20 @@ fitter::errors! {
             mend("give it, or leave the effect out") by(period_s) by(without = effect);
     }
     from { TooSteep(TooSteep), Overflows(Overflows) }
+}
+
+impl PhysicsError {
+    /// The same of the term of an effect and a kind.
+    #[must_use]
+    pub fn of(self, (effect, kind): (&str, &'static str)) -> PhysicsError {
+        let effect = effect.to_string();
+        match self {
+            PhysicsError::Overflows(cause) => PhysicsError::Leaves { effect, kind, cause },
+            PhysicsError::TooLarge => {
+                let why = ": a coefficient is too large for words of 32 bits".into();
+                PhysicsError::NotGenerated { effect, kind, why }
+            }
+            other => other,
+        }
+    }
 }

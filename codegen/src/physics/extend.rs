@@ -118,16 +118,16 @@ impl Physics {
             let kind = (&*term.effect, term.operator.kind());
             let (variable, given, period_s) = (&variable, &given[..], self.period_s);
             let mut lowering = Lowering { b, shared: &mut shared, variable, given, period_s, term: kind };
-            match &term.operator {
-                Operator::Product(p) => product::expand(&mut expanded, p, &weight, variable, given)?,
-                Operator::Play(p) => lowering.subtract_plays(p, &term.coefficients, &statistic)?,
-                Operator::Gaussian(g) => lowering.subtract_gaussian(g, &weight)?,
+            let appended = match &term.operator {
+                Operator::Product(p) => product::expand(&mut expanded, p, &weight, variable, given),
+                Operator::Play(p) => lowering.subtract_plays(p, &term.coefficients, &statistic),
+                Operator::Gaussian(g) => lowering.subtract_gaussian(g, &weight),
                 Operator::Exponential(e) if by_time(e, &self.further) => {
-                    warm_up::subtract(b, e, &weight, period_s)?;
+                    warm_up::subtract(b, e, &weight, period_s)
                 }
-                Operator::Exponential(e) => lowering.subtract_exponential(e, &weight)?,
+                Operator::Exponential(e) => lowering.subtract_exponential(e, &weight),
                 // Of the result itself: solved in the end.
-                Operator::Periodic(_) => {}
+                Operator::Periodic(_) => Ok(()),
                 Operator::Lag(_)
                 | Operator::Rate(_)
                 | Operator::Hinge(_)
@@ -135,12 +135,19 @@ impl Physics {
                 | Operator::Expression(_) => {
                     let pair = matches!(model.sensor, Sensor::EddyCurrentPair { .. });
                     let tree = Tree::of_term(term, pair).map_err(|why| lowering.refuse(why))?;
-                    lowering.subtract(&tree, &statistic)?;
+                    lowering.subtract(&tree, &statistic)
                 }
-            }
+            };
+            appended.map_err(|error| error.of(kind))?;
         }
-        product::subtract(b, &expanded, &variable, &given)?;
-        periodic::solve(b, &self.terms, &statistic)
+        let first = |of: &dyn Fn(&Operator) -> bool| {
+            let term = self.terms.iter().find(|term| of(&term.operator));
+            term.map_or(("", ""), |term| (&term.effect, term.operator.kind()))
+        };
+        let of_product = first(&|operator| matches!(operator, Operator::Product(_)));
+        product::subtract(b, &expanded, &variable, &given).map_err(|error| error.of(of_product))?;
+        let of_periodic = first(&|operator| matches!(operator, Operator::Periodic(_)));
+        periodic::solve(b, &self.terms, &statistic).map_err(|error| error.of(of_periodic))
     }
 }
 

@@ -3,6 +3,7 @@
 
 mod compiled;
 mod expression;
+mod forms;
 mod refused;
 
 use codegen::format::Format;

@@ -105,6 +105,11 @@ fn terms_of_further_physics_are_proved_by_gappa() {
         ),
         ("bumps and thresholds", &shapes, q31.clone()),
         ("what needs the time", &times, q31.clone()),
+        (
+            "what repeats, beside a table",
+            &repeats,
+            RoutineOptions { method: Method::Piecewise { degree: 2, segments_log2: 5 }, ..q31.clone() },
+        ),
         ("what repeats", &repeats, q31),
     ] {
         let options = Options {

@@ -24,12 +24,14 @@ const BEYOND: i64 = 2;
 const WIDER: i64 = 3;
 /// Bits of the smallest gap of a play at most: it is ±2^n, so that its limits are one instruction.
 const FINEST: i64 = 28;
+/// Words up to this have room for what is rounded.
+const LARGEST: f64 = i32::MAX as f64 - 16.0;
 /// Words below 2^HALF have a difference that is a word.
 const HALF: i64 = 30;
 /// A delay of more calls than this takes too much memory, and too long to move on.
 const MOST_CALLS: f64 = 64.0;
-/// A delay is a whole number of calls within this part of one.
-const WHOLE: f64 = 1e-6;
+/// A delay is a whole number of calls within this part of one: both times are rounded decimals.
+const WHOLE: f64 = 1e-12;
 
 impl Lowering<'_, '_> {
     fn period(&self) -> Result<Interval> {
@@ -190,27 +192,34 @@ impl Lowering<'_, '_> {
         Ok(words::value_of(&mut self.shared.bases, moved))
     }
 
-    /// What it was a whole number of calls ago.
+    /// What it was some time ago, straight between two calls.
     pub(super) fn delay(&mut self, of: &[Tree], within: f64) -> Result<Value> {
         let e = self.lower(&of[0], within)?;
-        let time = self.constant(&of[1], "a delay")?;
-        let calls = time.div(&self.period()?).to_f64();
-        if e.is_constant() || calls.round() == 0.0 && calls < WHOLE {
+        let exact = self.constant(&of[1], "a delay")?.div(&self.period()?);
+        let calls = exact.to_f64();
+        let near = (calls - calls.round()).abs() <= WHOLE * calls.max(1.0);
+        let whole = if near { calls.round() } else { calls.floor() };
+        if e.is_constant() || calls < WHOLE {
             return Ok(e);
         }
-        if (calls - calls.round()).abs() > WHOLE * calls.max(1.0) || calls > MOST_CALLS {
+        if whole > MOST_CALLS || whole == MOST_CALLS && !near {
             return Err(self.refuse(format!(
-                "a delay of {calls} calls: a whole number of them up to {MOST_CALLS} can be computed"
+                "a delay of {calls:.1} calls: a routine keeps what it read {MOST_CALLS} calls ago at most"
             )));
         }
         let now = self.word(&e, false, within, "now")?;
-        let mut word = now.word.clone();
-        for _ in 0..calls.round() as usize {
+        let (mut word, mut later) = (now.word.clone(), now.word.clone());
+        for _ in 0..whole as usize + usize::from(!near) {
             let (index, was) = self.before(&of[0], &now, within)?;
             self.b.keep(index, word.operand);
-            word = was;
+            later = std::mem::replace(&mut word, was);
         }
-        let mut delayed = words::value_of(&mut self.shared.bases, Scaled { word, ..now });
+        let mut delayed = words::value_of(&mut self.shared.bases, Scaled { word, ..now.clone() });
+        if !near {
+            let later = words::value_of(&mut self.shared.bases, Scaled { word: later, ..now });
+            let part = &exact - &Interval::from_f64(whole);
+            delayed = later.plus(&delayed.less(&later).scaled(&part));
+        }
         delayed.range = e.range;
         Ok(delayed)
     }
@@ -251,13 +260,28 @@ impl Lowering<'_, '_> {
             let gap = Tree::Apply(Operation::Difference, vec![held, follows]);
             return Ok(self.lower(&gap, within)?.plus(&Value::number(moved.symmetric())));
         }
-        // v in words of which the smallest gap is 2^n: not more than half of those that are seen.
+        // v in words of which the smallest gap is 2^n: not more than half of those that are seen, so few that all gaps
+        // together are a word, and so is the way from where it starts.
         let least = r.div(&Interval::from_int(elements));
         let scale = |n: i64| seen.unit.mul_pow2(n).div(&least);
         let largest = Interval::from_int(i32::MAX.into()).mul_pow2(-32);
+        let all_gaps = elements * (elements + 1) / 2;
+        let far = self.way_to_start(of, &seen)?;
+        let fits = |n: &i64| {
+            let scale = scale(*n).magnitude();
+            all_gaps << n <= i32::MAX.into()
+                && scale.certainly_le(&largest)
+                && scale.to_f64() * far <= LARGEST
+        };
         let widest = FINEST - elements.ilog2() as i64;
-        let n = (1..=widest).rev().find(|n| scale(*n).magnitude().certainly_le(&largest));
-        let n = n.ok_or_else(|| PhysicsError::NarrowPlay(r.to_f64()))?;
+        let n = (1..=widest).rev().find(fits).ok_or_else(|| {
+            let (from, to) = (e.range.to_f64_down(), e.range.to_f64_up());
+            self.refuse(format!(
+                "a play of half-width {:.3e} is too narrow for words that hold {from:.3e}…{to:.3e} and its start: \
+                 narrow the ranges of what it reads",
+                r.to_f64()
+            ))
+        })?;
         let number = self.b.program.state.len() + 1;
         let none = Tracked::constant(&zero);
         let factor = Tracked::constant(&scale(n).mul_pow2(32));
@@ -275,6 +299,15 @@ impl Lowering<'_, '_> {
         let word = sum.unwrap_or(none);
         let unit = unit.div(&Interval::from_int(elements));
         Ok(words::value_of(&mut self.shared.bases, Scaled { word, offset: zero, unit }))
+    }
+
+    /// How far it is at most from any v to a start that is stated, in words of v; 0 where it starts at v.
+    fn way_to_start(&self, of: &[Tree], seen: &Scaled) -> Result<f64> {
+        let Some(start) = of.get(2) else { return Ok(0.0) };
+        let start = self.rough(&start.at_start())?;
+        let words = seen.word.range.magnitude().to_f64();
+        let away = |end: f64| ((end - seen.offset.to_f64()) / seen.unit.to_f64()).abs();
+        Ok(words + away(start.from).max(away(start.to)))
     }
 
     fn of_elements(&self, elements: i64) -> Operation {

@@ -149,7 +149,10 @@ impl Changes<'_> {
     /// A limit that is too narrow.
     fn limit(&self) -> Option<Mutation> {
         let (lo, hi) = self.body.program.steps.iter().rev().find_map(|s| match s.op {
-            Op::Clamp { lo, hi, .. } if s.stage == Stage::Evaluation => Some((lo, hi)),
+            // Nothing reaches the end of the type.
+            Op::Clamp { lo, hi, .. } if s.stage == Stage::Evaluation && hi < i32::MAX.into() => {
+                Some((lo, hi))
+            }
             _ => None,
         })?;
         let number = |v: i64| self.how.language.integer(v);

@@ -92,12 +92,15 @@ impl Running<'_> {
                 Near { value, error: (2.0 * cell.error + size * CHAIN) / self.period_s }
             }
             Operation::Delay => {
-                let count = (of[1].value / self.period_s).round() as usize;
+                // Straight between two calls; before the first it was what it is there.
+                let ago = of[1].value / self.period_s;
                 cell.values.push(now.value);
-                let ago = cell.values.len().saturating_sub(count + 1);
-                let value = cell.values[ago];
-                cell.values.drain(..ago);
-                Near { value, error: cell.error }
+                let last = cell.values.len() - 1;
+                let at = |calls: f64| cell.values[last.saturating_sub(calls as usize)];
+                let (late, early) = (at(ago.floor()), at(ago.floor() + 1.0));
+                cell.values.drain(..last.saturating_sub(ago as usize + 1));
+                Near { value: late + ago.fract() * (early - late), error: cell.error }
+                    .plus((late.abs() + early.abs()) * CHAIN * (1.0 + ago))
             }
             _ => {
                 let stated = of.get(3).map_or(ELEMENTS, |count| count.value.round() as usize);

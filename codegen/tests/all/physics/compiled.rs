@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 
 use codegen::generate::generate;
 
+use super::expression::expressed;
 use super::*;
 
 #[test]
@@ -17,6 +18,9 @@ fn compiled_c_and_rust_give_the_interpreters_bits() {
         term("thermal_lag", Operator::Lag(Lag::of("temperature_c", 400.0, device.mean_c)), vec![0.2]),
         term("read_lag", Operator::Rate(Rate::of("angle_arcsec")), vec![1e-5]),
         term("periodic_error", Operator::Periodic(Periodic::of(700.0, 1)), vec![2.0, -1.0]),
+        term("screw_error", Operator::Periodic(Periodic::of(1130.0, 1)), vec![1.0, 3.0]),
+        // It has a table of its own beside theirs.
+        term("fan", expressed("k * sin(temperature_c / 1 [K])"), vec![2.0]),
         term("local_defect", Operator::Gaussian(Gaussian::of("angle_arcsec", 400.0, 90.0)), vec![3.0]),
         term("warmup_drift", Operator::Exponential(Exponential::warm_up(8.0)), vec![-4.0]),
         term("knee", Operator::Exponential(exponential("temperature_c", 25.0, 4.0)), vec![1.0]),

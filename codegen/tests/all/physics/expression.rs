@@ -22,7 +22,7 @@ const TOGETHER: usize = 100;
 const CALLS: usize = 300;
 
 /// The expression of a term in k arcsec.
-fn expressed(text: &str) -> Operator {
+pub(super) fn expressed(text: &str) -> Operator {
     let mut observables: Vec<String> = Vec::new();
     for name in parse(text).unwrap().names() {
         let observable = if name == "angle" { "angle_arcsec" } else { name };
@@ -154,6 +154,32 @@ proptest! {
         let bound = held(&text, &sequences);
         prop_assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{text}: {bound:?}");
     }
+}
+
+/// Gaps far wider than what is seen, many of them, and starts far away: the words of a play are chosen so that all fit.
+#[test]
+fn plays_of_any_gap_and_start_hold_their_bound() {
+    let (_, words) = walk();
+    let inside =
+        words[..CALLS].iter().map(|(s, t)| ((*s).clamp(-1 << 30, (1 << 30) - 1), (*t).clamp(1901, 3899)));
+    let sequences = [inside.collect()];
+    let (t, product) =
+        ("((temperature_c - 25) / 10 [K])", "(0.1 * (temperature_c - 25) / 1 [K] * (angle / 6600 [arcsec]))");
+    for (seen, other) in [
+        (t, "plays(X, 1.5, 0, 12)"),
+        (t, "plays(X, 20, 0, 64)"),
+        (product, "plays(X, 7, 0.2, 33)"),
+        (product, "play(X, 1000, 0)"),
+        (t, "play(X, 0.001, -1.4)"),
+        (t, "play(X, 3, -40)"),
+        ("lowpass(X^2, 2 [s])", "plays(X, 4, 30, 16)"),
+    ] {
+        let seen = seen.replace('X', t);
+        let bound = held(&format!("(({seen}) - {})", other.replace('X', &seen)), &sequences);
+        assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{seen}, {other}: {bound:?}");
+    }
+    let narrow = held(&format!("play({product}, 1e-10)"), &sequences).unwrap_err();
+    assert!(narrow.contains("`expression` of random") && narrow.contains("narrow the ranges"), "{narrow}");
 }
 
 /// How many random expressions are tried: `ARCSMITH_EXPRESSIONS`, or `usual`.

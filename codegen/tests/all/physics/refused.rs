@@ -90,4 +90,7 @@ fn what_cannot_be_generated_is_told() {
     assert!(refused(vec![term("jump", step, vec![1.0])], &none).contains("no bound is small"));
     let late = Operator::Exponential(exponential("t_s", 5.0, 60.0));
     assert!(refused(vec![term("late", late, vec![1.0])], &timed).contains("begins later"));
+    let delayed = super::expression::expressed("k * delay(temperature_c, 7 [s]) / 1 [K]");
+    let long = refused(vec![term("transport", delayed, vec![1.0])], &timed);
+    assert!(long.contains("a delay of 70.0 calls: a routine keeps what it read 64 calls ago"), "{long}");
 }
