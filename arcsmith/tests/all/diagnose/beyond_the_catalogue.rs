@@ -2,6 +2,7 @@
 //! together imitate it, nor taken for correlated noise.
 
 use crate::diagnose::common::{normal, recording, scene, wandering};
+use crate::diagnose::declared::arcsmith;
 use serde_json::Value;
 
 /// Readings of six passes of 31 rows every 3 s: degrees and degrees Celsius, the temperature at one level in each
@@ -156,4 +157,14 @@ fn what_a_coil_heats_is_described_handed_on_and_limited_to_what_was_recorded() {
     assert_eq!(scene.json(&out, "coil")["verdict"], "explained");
     let file = std::fs::read_to_string(out.join("coil.coefficients.json")).expect("coefficients");
     assert!(!file.contains("\"limits\""), "a declared effect is not limited");
+    // The cheapest routine of a core computes it, within its bound over any sequence.
+    let path = |name: &str| scene.folder.path().join(name).to_str().expect("a path").to_owned();
+    let (coefficients, firmware) = (path("out/coil.coefficients.json"), path("firmware"));
+    let options = ["--further", "coil_a=-0.38..0.48", "--period-s", "0.001", "--target", "cortex-m4f"];
+    for command in ["generate", "verify"] {
+        let files = [command, "--coefficients", &coefficients, "--out", &firmware];
+        let done = arcsmith(&[&files[..], &options[..]].concat());
+        let said = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);
+        assert!(done.status.success(), "{command}: {said}");
+    }
 }

@@ -52,17 +52,22 @@ impl Tree {
         let sentence = expressed.sentence(pair)?;
         let fixed = expressed.parameters.iter().map(|fixed| fixed.value);
         let values: Vec<f64> = coefficients.iter().copied().chain(fixed).collect();
-        Tree::of_node(sentence.tree(), &values, (pair, &expressed.unit))
+        Tree::of_node(sentence.tree(), &values, (pair, expressed))
     }
 
-    fn of_node(node: &Node, values: &[f64], (pair, unit): (bool, &str)) -> Result<Tree, String> {
+    fn of_node(node: &Node, values: &[f64], (pair, of): (bool, &Expressed)) -> Result<Tree, String> {
         Ok(match node {
             Node::Constant(value) => Tree::Number(*value),
-            Node::Column(name) => Tree::Observed(Expressed::observable(name, pair, unit)?.0.into()),
+            Node::Column(name) => {
+                let seen = Tree::Observed(Expressed::observable(name, pair, &of.unit)?.0.into());
+                let Some([from, to]) = of.limits.get(name) else { return Ok(seen) };
+                let above = Tree::Apply(Operation::Max, vec![seen, Tree::Number(*from)]);
+                Tree::Apply(Operation::Min, vec![above, Tree::Number(*to)])
+            }
             Node::Parameter(index) => Tree::Number(values[*index]),
             Node::Apply(applied) => {
                 let arguments = applied.arguments.iter().map(|(argument, factor)| {
-                    let tree = Tree::of_node(argument, values, (pair, unit))?;
+                    let tree = Tree::of_node(argument, values, (pair, of))?;
                     Ok(if *factor == 1.0 { tree } else { tree.times(*factor) })
                 });
                 Tree::Apply(applied.operation(), arguments.collect::<Result<_, String>>()?)

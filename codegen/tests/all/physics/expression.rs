@@ -92,8 +92,9 @@ fn expressions() -> impl Strategy<Value = String> {
             jumps,
             with("lowpass(A, N * 1 [s])"),
             one("(rate(A) * 0.05 [s])"),
-            (inner.clone(), 0..6_u32)
-                .prop_map(|(a, n)| format!("delay({a}, {} [s])", PERIOD_S * f64::from(n))),
+            // Of a whole number of calls, or between two.
+            (inner.clone(), 0..24_u32)
+                .prop_map(|(a, n)| format!("delay({a}, {} [s])", PERIOD_S * 0.25 * f64::from(n))),
             with("play(A, N)"),
             with("plays(A, N)"),
             with("play(A, N, 0.3)"),
@@ -114,11 +115,15 @@ fn options_for(text: &str) -> Options {
 
 /// Holds the routine of an expression against `apply` and against the model of `verify`; its bound in arcsec.
 fn held(text: &str, sequences: &[Vec<(i32, u16)>]) -> Result<f64, String> {
-    let text = format!("k * {text}");
+    held_of(text, expressed(&format!("k * {text}")), sequences)
+}
+
+/// See [`held`].
+fn held_of(text: &str, operator: Operator, sequences: &[Vec<(i32, u16)>]) -> Result<f64, String> {
     let mut coefficients = paper();
-    coefficients.terms = vec![term("random", expressed(&text), vec![1.0])];
+    coefficients.terms = vec![term("random", operator, vec![1.0])];
     assert_eq!(coefficients.terms[0].contradiction(), None, "{text}");
-    let options = options_for(&text);
+    let options = options_for(text);
     let routine =
         routine::design(&coefficients, &options, &options.routines[0]).map_err(|error| error.to_string())?;
     let (unit, bound) = (routine.design.unit.to_f64(), routine.design.bound.total);
@@ -154,6 +159,19 @@ proptest! {
         let bound = held(&text, &sequences);
         prop_assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{text}: {bound:?}");
     }
+}
+
+/// A form is limited to what was recorded of its columns where the box is wider, as `apply` limits it.
+#[test]
+fn a_column_is_limited_to_what_was_recorded() {
+    let (_, words) = walk();
+    let inside =
+        words[..CALLS].iter().map(|(s, t)| ((*s).clamp(-1 << 30, (1 << 30) - 1), (*t).clamp(1901, 3899)));
+    let text = "lowpass(((temperature_c - 25) / 10 [K])^2, 0.4 [s])";
+    let Operator::Expression(mut form) = expressed(&format!("k * {text}")) else { panic!("an expression") };
+    form.limits.insert("temperature_c".into(), [20.5, 27.0]);
+    let bound = held_of(text, Operator::Expression(form), &[inside.collect()]);
+    assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{bound:?}");
 }
 
 /// Gaps far wider than what is seen, many of them, and starts far away: the words of a play are chosen so that all fit.
