@@ -12,7 +12,7 @@
 use fitter::terms::{Operator, Periodic, Term};
 
 use super::builder::{Builder, Tracked};
-use super::rows::{DEGREE, Names};
+use super::rows::{self, DEGREE, Names};
 use super::sum::Sum;
 use super::{PhysicsError, Result};
 use crate::approximate::interpolate;
@@ -32,8 +32,6 @@ const MOST_TERMS: i64 = 40;
 /// Part of a word to which the residual's maximum is searched, as a power of two; what the series leaves out and what
 /// is dropped of its polynomials stay a thirty-second of that.
 const FINE_LOG2: i64 = -3;
-/// Points of a segment at which the residual is tried in f64 before it is bounded in exact arithmetic.
-const TRIED: i32 = 8;
 
 /// All harmonics, in turns: A(T) = Σ aₖcos 2πkT + bₖsin 2πkT.
 struct Harmonics {
@@ -268,22 +266,18 @@ impl Segments<'_> {
         interpolate(DEGREE, 0.5, -0.5, &value).iter().map(|c| c.round() as i64).collect()
     }
 
-    /// The largest distance from the solution that f64 finds at some points, in words: no bound, but the bound is not
-    /// smaller.
-    fn tried(&self, rows: &[Vec<i64>]) -> f64 {
+    /// The largest distance from the solution that f64 finds at some points, in words.
+    fn tried(&self, all: &[Vec<i64>]) -> f64 {
         let (scale, rest) = (self.words_per_turn.to_f64(), self.rest.to_f64_up());
-        let mut largest = 0.0_f64;
-        for (row, c) in (0..).zip(rows) {
+        let of_row = |(row, c): (i64, &Vec<i64>)| {
             let middle = self.middle(row).to_f64();
-            for point in 0..=TRIED {
-                let w = f64::from(point) / f64::from(TRIED) - 0.5;
-                let q = -c.iter().rev().fold(0.0, |sum, c| sum * w + *c as f64) / scale;
-                let truth = middle + w / self.count() as f64 - q;
-                let (value, _) = self.harmonics.at(truth);
-                largest = largest.max((value - q).abs() * scale / rest);
-            }
-        }
-        largest
+            rows::tried(c, (-0.5, 0.5), |w, there| {
+                let q = -there / scale;
+                let (value, _) = self.harmonics.at(middle + w / self.count() as f64 - q);
+                (value - q).abs() * scale / rest
+            })
+        };
+        (0..).zip(all).map(of_row).fold(0.0, f64::max)
     }
 
     /// A bound of the distance from the solution, in words.

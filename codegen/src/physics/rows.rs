@@ -9,6 +9,18 @@ use crate::program::{Op, Operand, Type};
 /// Degree of the polynomials.
 pub(super) const DEGREE: usize = 3;
 
+/// Points of a row at which its polynomial is tried in f64 before it is bounded in exact arithmetic.
+const TRIED: i32 = 8;
+
+/// The largest `distance`, of the place in a row and its cubic there, at some points: no bound, but the bound is not smaller.
+pub(super) fn tried(c: &[i64], (from, to): (f64, f64), distance: impl Fn(f64, f64) -> f64) -> f64 {
+    let at = |point: i32| {
+        let w = from + (to - from) * f64::from(point) / f64::from(TRIED);
+        distance(w, c.iter().rev().fold(0.0, |sum, c| sum * w + *c as f64))
+    };
+    (0..=TRIED).map(at).fold(0.0, f64::max)
+}
+
 /// What the steps are called: what tells them from those of other rows, the letter of the coefficients, and the name of the
 /// sum at a column.
 pub(super) struct Names<'a> {

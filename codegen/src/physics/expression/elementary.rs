@@ -1,7 +1,7 @@
 //! Elementary functions of one word: a polynomial where a short one is near enough, else a table of cubic ones.
 
 use super::super::builder::whole;
-use super::super::rows::{DEGREE, Names};
+use super::super::rows::{self, DEGREE, Names};
 use super::super::shape::{Shape, best_within};
 use super::super::{PhysicsError, Result};
 use super::value::{Base, Value};
@@ -20,8 +20,6 @@ const ROWS_LOG2: std::ops::RangeInclusive<i64> = 2..=10;
 const LARGEST_EXPONENT: i64 = 60;
 /// Least part of a row over which its polynomial is fitted.
 const PART: f64 = 0.25;
-/// Points of a row at which the distance is tried in f64 before it is bounded in exact arithmetic.
-const TRIED: i32 = 8;
 
 /// A function of a word: f(offset + slope·v).
 struct Inner {
@@ -275,22 +273,17 @@ impl Rows<'_> {
         self.each().map(row).collect()
     }
 
-    /// The largest distance that f64 finds at some points, in words: no bound, but the bound is not smaller.
+    /// The largest distance that f64 finds at some points, in words.
     fn tried(&self, table: &[Vec<i64>], centre: &Interval, bits: i64) -> f64 {
         let (centre, scale) = (centre.to_f64(), 2f64.powi(bits as i32));
-        let mut largest = 0.0f64;
-        for ((middle, (from, to)), c) in self.each().zip(table) {
+        let of_row = |((middle, (from, to)), c): ((i64, (Interval, Interval)), &Vec<i64>)| {
             let local = self.local(middle);
             let (offset, slope) = (local.offset.to_f64(), local.slope.to_f64());
-            let (from, to) = (from.to_f64(), to.to_f64());
-            for point in 0..=TRIED {
-                let w = from + (to - from) * f64::from(point) / f64::from(TRIED);
-                let exact = scale * (local.function.near(offset + slope * w) - centre);
-                let there = c.iter().rev().fold(0.0, |sum, c| sum * w + *c as f64);
-                largest = largest.max((exact - there).abs());
-            }
-        }
-        largest
+            rows::tried(c, (from.to_f64(), to.to_f64()), |w, there| {
+                (scale * (local.function.near(offset + slope * w) - centre) - there).abs()
+            })
+        };
+        self.each().zip(table).map(of_row).fold(0.0, f64::max)
     }
 
     /// A bound of the distance, in words; none where a series has too many terms.
