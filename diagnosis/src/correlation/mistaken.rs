@@ -3,9 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::{COARSE, Correlation, Whitener, orthonormal};
+use super::{Correlation, Process, Whitener, orthonormal};
 use crate::jumps::{Jumps, step};
 use crate::numerics::{Basis, Columns, add_scaled, cholesky, dot};
+use crate::thresholds::correlation::COARSE;
 use crate::thresholds::correlation::mistaken::{
     CORRELATION_SEEN, FEW_COLUMNS, FIRST_STEP, MOST_TAKEN, NEARLY, SLOW_GAIN, SLOW_GAIN_PER_COLUMN,
 };
@@ -23,17 +24,21 @@ impl Correlation {
         shape: &[f64],
         suspects: &[Vec<Vec<f64>>],
     ) -> Vec<usize> {
-        let grid = self.grid();
-        let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
         if suspects.is_empty() {
             return Vec::new();
         }
+        let families = self.families();
+        let coarse = families.iter().flat_map(|family| family.iter().step_by(COARSE));
+        let processes: Vec<Process> =
+            std::iter::once(Process::white()).chain(coarse.map(|(process, _)| process.clone())).collect();
         let n = clean.len();
         let columns = orthonormal(model, shape);
-        // Per correlation time: basis, residual, and what does not depend on the suspects of −2 log likelihood
+        // Per process: basis, residual, and what does not depend on the suspects of −2 log likelihood
         // of the observations' part outside the model.
-        let mut places: Vec<Place> =
-            times.into_par_iter().map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
+        let mut places: Vec<Place> = processes
+            .par_iter()
+            .map(|process| Place::new(self.with(process), &columns, clean, shape))
+            .collect();
         let freedom = (n - columns.count()).max(1) as f64;
         let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
         let now = |place: &Place| deviance(place, dot(&place.residual, &place.residual));
@@ -45,7 +50,7 @@ impl Correlation {
         let mut taken = Vec::new();
         while taken.len() < MOST_TAKEN {
             let before = places.iter().map(now).fold(f64::INFINITY, f64::min);
-            // Gain of every group over what is asked of it, at the correlation time that suits it best.
+            // Gain of every group over what is asked of it, with the process that suits it best.
             let gains: Vec<Vec<f64>> = places
                 .par_iter()
                 .map(|place| {
@@ -88,7 +93,7 @@ pub fn suspect(groups: &[Vec<Vec<f64>>], k: usize, n: usize) -> Vec<Vec<f64>> {
     groups.get(k).cloned().unwrap_or_else(|| vec![step(n, k - groups.len())])
 }
 
-/// A recording seen with one correlation time.
+/// A recording seen with one process of noise.
 struct Place {
     whitener: Whitener,
     basis: Basis,
@@ -177,7 +182,7 @@ impl Place {
 #[cfg(test)]
 mod tests {
     use super::super::tests::white;
-    use super::{Correlation, step};
+    use super::{Correlation, Process, step};
 
     #[test]
     fn a_step_is_not_taken_for_correlation() {
@@ -187,8 +192,8 @@ mod tests {
         let shape = vec![1.0; n];
         // A wave; the steps come of themselves.
         let suspects = [vec![(0..n).map(|i| (0.2 * i as f64).sin()).collect::<Vec<f64>>()]];
-        for time in [0.0, 2.3] {
-            let noise = none.with(time).colour(white(n, 9).into_iter());
+        for time in [1e-3, 2.3] {
+            let noise = none.with(&Process::slow(1.0, time)).colour(white(n, 9).into_iter());
             assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
             let stepped: Vec<f64> = noise.iter().zip(step(n, 101)).map(|(e, s)| e + 5.0 * s).collect();
             let taken = none.mistaken(&stepped, &model, &shape, &suspects);
@@ -212,7 +217,7 @@ mod tests {
         let step = step(n, 120);
         let pass = |p: usize| (0..n).map(|i| if i / 30 == p { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
         suspects.push((1..7).map(pass).collect());
-        let noise = none.with(1.0).colour(white(n, 11).into_iter());
+        let noise = none.with(&Process::slow(1.0, 1.0)).colour(white(n, 11).into_iter());
         let with = |what: &[f64], size: f64| -> Vec<f64> {
             noise.iter().zip(what).map(|(e, w)| e + size * w).collect()
         };
