@@ -96,6 +96,9 @@ pub mod content {
 pub mod correlation {
     /// Prior probability that readings are uncorrelated.
     pub const PRIOR_UNCORRELATED: f64 = 0.5;
+    /// The same that something lasts beside white readings, and that they flicker: rare, so that it must be seen before it
+    /// widens intervals.
+    pub const PRIOR_LASTING: f64 = 0.02;
     /// Shortest correlation time that is searched, in typical gaps between rows.
     pub const SHORTEST: f64 = 0.3;
     /// Points of the grid of correlation times; every so many of them are tried first.

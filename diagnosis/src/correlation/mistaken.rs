@@ -27,20 +27,13 @@ impl Correlation {
         if suspects.is_empty() {
             return Vec::new();
         }
-        let families = self.families();
-        let coarse = families.iter().flat_map(|family| family.iter().step_by(COARSE));
-        let processes: Vec<Process> =
-            std::iter::once(Process::white()).chain(coarse.map(|(process, _)| process.clone())).collect();
         let n = clean.len();
         let columns = orthonormal(model, shape);
         // Per process: basis, residual, and what does not depend on the suspects of −2 log likelihood
         // of the observations' part outside the model.
-        let mut places: Vec<Place> = processes
-            .par_iter()
-            .map(|process| Place::new(self.with(process), &columns, clean, shape))
-            .collect();
+        let mut places = self.places(&columns, clean, shape);
         let freedom = (n - columns.count()).max(1) as f64;
-        let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
+        let deviance = |place: &Place, rss: f64| place.deviance(rss, freedom);
         let now = |place: &Place| deviance(place, dot(&place.residual, &place.residual));
         let best = places.iter().map(now).fold(f64::INFINITY, f64::min);
         if now(&places[0]) - best < CORRELATION_SEEN {
@@ -88,6 +81,33 @@ impl Correlation {
     }
 }
 
+impl Correlation {
+    /// How much more likely (in −2 log likelihood) `added` columns beside the model's make the observations, noise being
+    /// whatever suits either best: what noise that lasts explains as well gains nothing.
+    pub fn gain(&self, clean: &[f64], model: &[Vec<f64>], shape: &[f64], added: &[Vec<f64>]) -> f64 {
+        let columns = orthonormal(model, shape);
+        let freedom = clean.len().saturating_sub(columns.count()).max(1) as f64;
+        let both = |place: &Place| {
+            let rss = dot(&place.residual, &place.residual);
+            let explained = place.explained_by(&[added.to_vec()])[0];
+            [rss, rss - explained].map(|rss| place.deviance(rss, freedom))
+        };
+        let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
+        let [without, with] =
+            self.places(&columns, clean, shape).iter().map(both).fold([f64::INFINITY; 2], least);
+        without - with
+    }
+
+    /// The recording seen with every process of the coarse grid.
+    fn places(&self, columns: &Columns, clean: &[f64], shape: &[f64]) -> Vec<Place> {
+        let families = self.families();
+        let coarse = families.iter().flat_map(|family| family.iter().step_by(COARSE));
+        let processes: Vec<Process> =
+            std::iter::once(Process::white()).chain(coarse.map(|(process, _)| process.clone())).collect();
+        processes.par_iter().map(|process| Place::new(self.with(process), columns, clean, shape)).collect()
+    }
+}
+
 /// The columns of the suspect `k` among `n` rows: one of the groups, or beyond them a step.
 pub fn suspect(groups: &[Vec<Vec<f64>>], k: usize, n: usize) -> Vec<Vec<f64>> {
     groups.get(k).cloned().unwrap_or_else(|| vec![step(n, k - groups.len())])
@@ -102,6 +122,11 @@ struct Place {
 }
 
 impl Place {
+    /// −2 log likelihood where so much is left.
+    fn deviance(&self, rss: f64, freedom: f64) -> f64 {
+        self.constant + freedom * rss.max(1e-300).ln()
+    }
+
     fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
         let mut white = Columns::new(columns.rows);
         for k in 0..columns.count() {

@@ -4,8 +4,8 @@
 
 use super::Correlation;
 use crate::thresholds::correlation::{
-    FLICKER_PER_DECADE, MOST_PARTS, PARTS_OF_VARIANCE, POINTS, POINTS_BESIDE_WHITE, PRIOR_UNCORRELATED,
-    SHORTEST,
+    FLICKER_PER_DECADE, MOST_PARTS, PARTS_OF_VARIANCE, POINTS, POINTS_BESIDE_WHITE, PRIOR_LASTING,
+    PRIOR_UNCORRELATED, SHORTEST,
 };
 
 /// A stationary process of variance one.
@@ -87,25 +87,27 @@ impl Correlation {
             let part = |k: usize| k as f64 / (count - 1) as f64;
             (0..count).map(|k| SHORTEST * (longest / SHORTEST).powf(part(k))).collect()
         };
-        let with_prior = |processes: Vec<Process>| -> Vec<(Process, f64)> {
-            // Each of the three kinds is as likely as the others.
-            let prior = (1.0 - PRIOR_UNCORRELATED) / 3.0;
-            processes.into_iter().map(|process| (process, prior)).collect()
-        };
         let alone: Vec<Process> = times(POINTS, longest).into_iter().map(|t| Process::slow(1.0, t)).collect();
-        let mut families = vec![with_prior(alone)];
+        let mut families: Vec<Vec<Process>> = vec![alone];
         // Beside white readings a part may outlast the recording.
         let beside = times(POINTS_BESIDE_WHITE, 4.0 * longest);
-        let of_part = |part: &f64| with_prior(beside.iter().map(|t| Process::slow(*part, *t)).collect());
+        let of_part = |part: &f64| beside.iter().map(|t| Process::slow(*part, *t)).collect();
         families.extend(PARTS_OF_VARIANCE.iter().map(of_part));
         let flicker =
             PARTS_OF_VARIANCE.iter().chain(&[1.0]).map(|part| Process::flicker(*part, duration.max(10.0)));
-        families.push(with_prior(flicker.collect()));
-        let kinds = [0..1, 1..1 + PARTS_OF_VARIANCE.len(), 1 + PARTS_OF_VARIANCE.len()..families.len()];
-        for kind in kinds {
-            let count: usize = families[kind.clone()].iter().map(Vec::len).sum();
-            families[kind].iter_mut().flatten().for_each(|(_, prior)| *prior /= count as f64);
-        }
-        families
+        families.push(flicker.collect());
+        let alone = 1.0 - PRIOR_UNCORRELATED - 2.0 * PRIOR_LASTING;
+        let last = families.len() - 1;
+        let sizes =
+            [0..1, 1..last, last..last + 1].map(|kind| families[kind].iter().map(Vec::len).sum::<usize>());
+        let prior = |family: usize| match family {
+            0 => alone / sizes[0] as f64,
+            k if k < last => PRIOR_LASTING / sizes[1] as f64,
+            _ => PRIOR_LASTING / sizes[2] as f64,
+        };
+        let with_prior = |(k, family): (usize, Vec<Process>)| {
+            family.into_iter().map(|process| (process, prior(k))).collect()
+        };
+        families.into_iter().enumerate().map(with_prior).collect()
     }
 }
