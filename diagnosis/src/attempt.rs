@@ -99,6 +99,7 @@ fn attempt<'a>(
         .left_by(Some(&before_refitted), &before, None)
         .ok_or_else(|| "the base model cannot be applied".to_string())?;
     let proof = held_out::prove(&explanation, hand_on, &before, Groups::Passes);
+    let level = Condensed::of_rows(rows, hand_on.cell_of, hand_on.full, explanation.floor);
     let judge = Judge {
         explanation: &explanation,
         catalogue: hand_on.catalogue,
@@ -108,6 +109,8 @@ fn attempt<'a>(
         before_left: &before_left,
         proof: proof.as_ref(),
         blocks: OnceLock::new(),
+        halves: OnceLock::new(),
+        level,
     };
     let mut settled = judge.settle();
     let kept: Vec<Term> = settled.handed.terms.iter().map(|t| t.term.clone()).collect();
@@ -116,7 +119,6 @@ fn attempt<'a>(
     let mut said = verdict::say(&explanation, hand_on.catalogue, &settled, &rivals);
     said.unidentifiable.extend(reach(&explanation, hand_on.catalogue, &mut settled, &rivals));
     let correlation = explanation.search.noise.correlation.typical();
-    let level = Condensed::of_rows(rows, hand_on.cell_of, hand_on.full, explanation.floor);
     let noise_floor = NoiseFloor {
         value: judge::floor(level, correlation, &settled.left, settled.handed.base.len()),
         unit: rows.unit.clone(),

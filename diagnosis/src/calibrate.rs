@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use statrs::function::{erf::erfc, gamma::gamma_ur};
 
-use crate::correlation::Correlation;
+use crate::correlation::{Correlation, Process};
 use crate::dictionary::{Dictionary, Family, Kind, Projected};
 use crate::effects::Effect;
 use crate::jumps::Jumps;
@@ -316,8 +316,8 @@ impl Memory {
     /// The posterior.
     fn all(noise: &Noise) -> Vec<Memory> {
         let seen = noise.correlation.colour(noise.whitened_residual.iter().copied());
-        let of = |(time, weight): &(f64, f64)| {
-            let correlation = noise.correlation.with(*time);
+        let of = |(process, weight): &(Process, f64)| {
+            let correlation = noise.correlation.with(process);
             let new = rms(&correlation.whiten(seen.iter().copied()));
             let level = (new * MOST_NEW.sqrt()).min(1.0);
             Memory { correlation, weight: *weight, level }

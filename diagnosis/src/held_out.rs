@@ -76,7 +76,7 @@ pub struct Gain {
 /// The fold in which a group is held out. Of a single move the first and the last block are never held out:
 /// there the base polynomial would be asked to extrapolate, which no model of the recording promises.
 fn fold_of(group: usize, count: usize, folds: usize, by: &str) -> Option<usize> {
-    if by == "pass" {
+    if by != "block" {
         return Some(group * folds / count);
     }
     (group > 0 && group + 1 < count).then(|| (group - 1) % folds)
@@ -89,6 +89,8 @@ pub enum Groups {
     Passes,
     /// Blocks of rows: of what happened at one time in the recording only (a step, a warm-up) other passes say nothing.
     Blocks,
+    /// The two halves of the recording, in time.
+    Halves,
 }
 
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
@@ -103,6 +105,9 @@ fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     if several && wanted == Groups::Passes {
         let of = |p: &i64| passes.iter().position(|q| q == p).unwrap_or(0);
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
+    }
+    if wanted == Groups::Halves {
+        return ((0..rows.len()).map(|i| 2 * i / rows.len()).collect(), 2, "half");
     }
     let blocks = if several { (rows.len() / ROWS_OF_A_BLOCK).max(1) } else { (rows.len() / 20).clamp(1, 12) };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")

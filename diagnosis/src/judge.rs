@@ -65,6 +65,10 @@ pub struct Judge<'a, 'b> {
     pub proof: Option<&'b Proof<'a>>,
     /// The held-out blocks, made where they are needed.
     pub blocks: OnceLock<Option<Proof<'a>>>,
+    /// The same of halves.
+    pub halves: OnceLock<Option<Proof<'a>>>,
+    /// Standard deviation of a reading's noise.
+    pub level: f64,
 }
 
 impl<'a> Judge<'a, '_> {
@@ -127,16 +131,18 @@ impl<'a> Judge<'a, '_> {
     /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording,
     /// its beginning among them.
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
-        let of_one_time = |t: &Term| {
-            let effect = self.explanation.search.effect(t.family).map(|e| &self.catalogue[e]);
-            effect.is_some_and(|e| e.of_one_time || e.begins_before(self.explanation.search.rows, &t.shape))
-        };
-        if !named.iter().any(of_one_time) {
+        if !named.iter().any(|term| self.of_one_time(term)) {
             return self.proof;
         }
         self.blocks
             .get_or_init(|| prove(self.explanation, self.hand_on, self.before, Groups::Blocks))
             .as_ref()
+    }
+
+    /// Whether a term is of one time of the recording, its beginning among them.
+    fn of_one_time(&self, term: &Term) -> bool {
+        let effect = self.explanation.search.effect(term.family).map(|e| &self.catalogue[e]);
+        effect.is_some_and(|e| e.of_one_time || e.begins_before(self.explanation.search.rows, &term.shape))
     }
 
     fn id(&self, term: &Term) -> &str {
@@ -217,13 +223,39 @@ impl<'a> Judge<'a, '_> {
         // As the whole search would have found it; else these effects, fitted without the held-out rows.
         let searched = if as_found { shows(&Choice::Searched) } else { None };
         if let Some(shown) = searched.or_else(|| shows(&Choice::Of(named))) {
-            return Ok(Handed { model, refitted, left, shown: Some(shown) });
+            // Where structure is left, it may pass for effects.
+            let open = shown.rms > AT_FLOOR * self.level;
+            let fault = if open { self.fault_between_halves(named, order) } else { None };
+            return match fault {
+                Some(worst) => Err((
+                    worst,
+                    "fitted to one half of the recording it does not hold in the other".to_string(),
+                )),
+                None => Ok(Handed { model, refitted, left, shown: Some(shown) }),
+            };
         }
         let worst = least(named.len(), |k| {
             let others = all_but(named, k);
             proof.shows(self.hand_on, &Choice::Of(&others), order).map_or(f64::INFINITY, |shown| shown.rms)
         });
         Err((worst, "it predicts held-out rows worse than the base alone".to_string()))
+    }
+
+    /// The term without which the others predict either half of the recording best from the other, where all of them
+    /// predict it worse than the base alone. What happened at one time is of its half alone, and does not count.
+    fn fault_between_halves(&self, named: &[Term], order: usize) -> Option<usize> {
+        let lasting: Vec<usize> = (0..named.len()).filter(|k| !self.of_one_time(&named[*k])).collect();
+        let prove = || prove(self.explanation, self.hand_on, self.before, Groups::Halves);
+        let halves = self.halves.get_or_init(prove).as_ref()?;
+        let left = |without: Option<usize>| {
+            let others: Vec<Term> =
+                lasting.iter().filter(|k| Some(**k) != without).map(|k| named[*k].clone()).collect();
+            halves.shows(self.hand_on, &Choice::Of(&others), order).map_or(f64::INFINITY, |shown| shown.rms)
+        };
+        if lasting.is_empty() || left(None) <= NO_WORSE * halves.before() {
+            return None;
+        }
+        Some(lasting[least(lasting.len(), |k| left(Some(lasting[k])))])
     }
 
     /// Base and these terms, without structure that has no name.

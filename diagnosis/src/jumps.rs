@@ -63,7 +63,7 @@ fn sums_from_the_end(mut values: Vec<f64>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::{Jumps, step};
-    use crate::correlation::Correlation;
+    use crate::correlation::{Correlation, Process};
     use crate::numerics::{Basis, dot};
 
     #[test]
@@ -72,8 +72,9 @@ mod tests {
         let value = |i: usize, k: usize| ((i * i * (k + 3) + 7 * i * k) as f64 * 0.618).sin();
         let t: Vec<f64> = (0..n).map(|i| i as f64 + if i < 30 { 0.0 } else { 40.0 }).collect();
         let sigma: Vec<f64> = (0..n).map(|i| 1.0 + 0.3 * value(i, 9)).collect();
-        for time in [0.0, 6.0] {
-            let whitener = Correlation::none(&t).with(time).whitener(&sigma);
+        let lasting = Process { new: 0.2, parts: vec![(0.5, 6.0), (0.3, 90.0)] };
+        for process in [Process::white(), Process::slow(1.0, 6.0), lasting] {
+            let whitener = Correlation::none(&t).with(&process).whitener(&sigma);
             let mut basis = Basis::new(n);
             basis.add(&whitener.whiten(&vec![1.0; n]));
             basis.add(&whitener.whiten(&step(n, 50)));

@@ -21,8 +21,8 @@ pub fn spread(noise: &Noise, direction: &[f64], residual: &[f64]) -> f64 {
     let variance: f64 = noise
         .posterior
         .iter()
-        .map(|(time, weight)| {
-            let there = here.with(*time);
+        .map(|(process, weight)| {
+            let there = here.with(process);
             let drawn = there.colour_transposed(&weights);
             let white = there.whiten(coloured.iter().copied());
             weight * dot(&drawn, &drawn) / length * dot(&white, &white) / level
@@ -34,14 +34,15 @@ pub fn spread(noise: &Noise, direction: &[f64], residual: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::spread;
-    use crate::correlation::Correlation;
+    use crate::correlation::{Correlation, Process};
     use crate::noise::estimate;
     use crate::numerics::dot;
 
     #[test]
     fn transposes_are_transposes() {
         let n = 40;
-        let correlation = Correlation::none(&(0..n).map(f64::from).collect::<Vec<f64>>()).with(3.0);
+        let process = Process { new: 0.3, parts: vec![(0.4, 3.0), (0.3, 50.0)] };
+        let correlation = Correlation::none(&(0..n).map(f64::from).collect::<Vec<f64>>()).with(&process);
         let column =
             |k: i32| (0..n).map(|i| f64::from((i * i * k + 7 * i) % 23) - 11.0).collect::<Vec<f64>>();
         let (a, b) = (column(3), column(5));
@@ -57,11 +58,11 @@ mod tests {
         let t: Vec<f64> = (0..n).map(f64::from).collect();
         let y: Vec<f64> = (0..n).map(|i| f64::from((i * 7919) % 101) / 50.5 - 1.0).collect();
         let mut noise = estimate(&y, &t, &[vec![1.0; 120]], &[], &[], &[]);
-        noise.correlation = noise.correlation.with(0.0);
-        noise.posterior = vec![(0.0, 0.5), (2.0, 0.5)];
+        noise.correlation = noise.correlation.with(&Process::white());
+        noise.posterior = vec![(Process::white(), 0.5), (Process::slow(1.0, 2.0), 0.5)];
         let alternating: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
         // A residual that itself has the longer memory half way, so that both levels are alike.
-        let residual = noise.correlation.with(1.0).colour(y.iter().copied());
+        let residual = noise.correlation.with(&Process::slow(1.0, 1.0)).colour(y.iter().copied());
         assert!(spread(&noise, &vec![1.0; 120], &residual) > 1.2);
         assert!(spread(&noise, &alternating, &residual) < 1.05);
     }

@@ -2,10 +2,10 @@
 //! (base, every angle by itself, smooth in time, linear in every observable), robust against outliers,
 //! with a variance that may change along the recording and an autocorrelation from row to row.
 //!
-//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that forgets with the time constant τ,
-//! Rᵢⱼ = e^(−|tᵢ−tⱼ|/τ) (see [`crate::correlation`]).
+//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process of white readings and parts that are forgotten
+//! with a time constant each (see [`crate::correlation`]).
 
-use crate::correlation::{Correlation, Whitener, suspect};
+use crate::correlation::{Correlation, Process, Whitener, suspect};
 use crate::numerics::median;
 use crate::numerics::{Basis, dot};
 use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
@@ -19,9 +19,8 @@ pub struct Noise {
     pub level: f64,
     /// Correlation used for whitening (posterior mean).
     pub correlation: Correlation,
-    /// Posterior of the correlation time (typical gaps between rows; 0: uncorrelated): values with weights
-    /// that sum to one.
-    pub posterior: Vec<(f64, f64)>,
+    /// Posterior of the process, the soonest forgotten first: weights that sum to one.
+    pub posterior: Vec<(Process, f64)>,
     /// Degrees of freedom of the estimate of the overall level.
     pub freedom: f64,
     /// The observations with gross outliers moved to where the influence function puts them.
@@ -96,8 +95,11 @@ fn estimate_with(
         (basis, clean) = robust_fit(y, model, &shape);
     }
     let residual = standardised(&clean, &basis, &shape);
-    let posterior = if with_memory { correlation.posterior(&clean, model, &shape) } else { vec![(0.0, 1.0)] };
-    let correlation = correlation.mean(&posterior);
+    let posterior = match with_memory {
+        true => correlation.posterior(&clean, model, &shape),
+        false => vec![(Process::white(), 1.0)],
+    };
+    let correlation = correlation.with(&Process::mean(&posterior));
 
     // The overall level about the whitened saturated model.
     let unit = Noise {
@@ -236,7 +238,7 @@ fn what_is_new(none: &Correlation, residual: Vec<f64>, basis: &Basis) -> Vec<f64
     if typical <= 0.0 {
         return given_back(&residual, basis);
     }
-    let correlation = none.with(-1.0 / typical.min(0.999).ln());
+    let correlation = none.with(&Process::slow(1.0, -1.0 / typical.min(0.999).ln()));
     let mut whitened = Basis::new(residual.len());
     for k in 0..basis.rank() {
         whitened.add(&correlation.whiten(basis.columns.get(k).iter().copied()));

@@ -99,7 +99,8 @@ mod tests {
         let n = 120;
         let t: Vec<f64> = (0..n).map(|i| i as f64).collect();
         let white = crate::correlation::tests::white(n, 3);
-        let correlation = crate::correlation::Correlation::none(&t).with(30.0);
+        let correlation =
+            crate::correlation::Correlation::none(&t).with(&crate::correlation::Process::slow(1.0, 30.0));
         let wander = correlation.colour(white.into_iter());
         let left: Vec<f64> =
             wander.iter().enumerate().map(|(i, e)| e + if i >= 60 { 3.0 } else { 0.0 }).collect();

@@ -3,9 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::{COARSE, Correlation, Whitener, orthonormal};
+use super::{Correlation, Process, Whitener, orthonormal};
 use crate::jumps::{Jumps, step};
 use crate::numerics::{Basis, Columns, add_scaled, cholesky, dot};
+use crate::thresholds::correlation::COARSE;
 use crate::thresholds::correlation::mistaken::{
     CORRELATION_SEEN, FEW_COLUMNS, FIRST_STEP, MOST_TAKEN, NEARLY, SLOW_GAIN, SLOW_GAIN_PER_COLUMN,
 };
@@ -23,19 +24,16 @@ impl Correlation {
         shape: &[f64],
         suspects: &[Vec<Vec<f64>>],
     ) -> Vec<usize> {
-        let grid = self.grid();
-        let times: Vec<f64> = std::iter::once(0.0).chain(grid.into_iter().step_by(COARSE)).collect();
         if suspects.is_empty() {
             return Vec::new();
         }
         let n = clean.len();
         let columns = orthonormal(model, shape);
-        // Per correlation time: basis, residual, and what does not depend on the suspects of −2 log likelihood
+        // Per process: basis, residual, and what does not depend on the suspects of −2 log likelihood
         // of the observations' part outside the model.
-        let mut places: Vec<Place> =
-            times.into_par_iter().map(|time| Place::new(self.with(time), &columns, clean, shape)).collect();
+        let mut places = self.places(&columns, clean, shape);
         let freedom = (n - columns.count()).max(1) as f64;
-        let deviance = |place: &Place, rss: f64| place.constant + freedom * rss.max(1e-300).ln();
+        let deviance = |place: &Place, rss: f64| place.deviance(rss, freedom);
         let now = |place: &Place| deviance(place, dot(&place.residual, &place.residual));
         let best = places.iter().map(now).fold(f64::INFINITY, f64::min);
         if now(&places[0]) - best < CORRELATION_SEEN {
@@ -45,7 +43,7 @@ impl Correlation {
         let mut taken = Vec::new();
         while taken.len() < MOST_TAKEN {
             let before = places.iter().map(now).fold(f64::INFINITY, f64::min);
-            // Gain of every group over what is asked of it, at the correlation time that suits it best.
+            // Gain of every group over what is asked of it, with the process that suits it best.
             let gains: Vec<Vec<f64>> = places
                 .par_iter()
                 .map(|place| {
@@ -83,12 +81,39 @@ impl Correlation {
     }
 }
 
+impl Correlation {
+    /// How much more likely (in −2 log likelihood) `added` columns beside the model's make the observations, noise being
+    /// whatever suits either best: what noise that lasts explains as well gains nothing.
+    pub fn gain(&self, clean: &[f64], model: &[Vec<f64>], shape: &[f64], added: &[Vec<f64>]) -> f64 {
+        let columns = orthonormal(model, shape);
+        let freedom = clean.len().saturating_sub(columns.count()).max(1) as f64;
+        let both = |place: &Place| {
+            let rss = dot(&place.residual, &place.residual);
+            let explained = place.explained_by(&[added.to_vec()])[0];
+            [rss, rss - explained].map(|rss| place.deviance(rss, freedom))
+        };
+        let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
+        let [without, with] =
+            self.places(&columns, clean, shape).iter().map(both).fold([f64::INFINITY; 2], least);
+        without - with
+    }
+
+    /// The recording seen with every process of the coarse grid.
+    fn places(&self, columns: &Columns, clean: &[f64], shape: &[f64]) -> Vec<Place> {
+        let families = self.families();
+        let coarse = families.iter().flat_map(|family| family.iter().step_by(COARSE));
+        let processes: Vec<Process> =
+            std::iter::once(Process::white()).chain(coarse.map(|(process, _)| process.clone())).collect();
+        processes.par_iter().map(|process| Place::new(self.with(process), columns, clean, shape)).collect()
+    }
+}
+
 /// The columns of the suspect `k` among `n` rows: one of the groups, or beyond them a step.
 pub fn suspect(groups: &[Vec<Vec<f64>>], k: usize, n: usize) -> Vec<Vec<f64>> {
     groups.get(k).cloned().unwrap_or_else(|| vec![step(n, k - groups.len())])
 }
 
-/// A recording seen with one correlation time.
+/// A recording seen with one process of noise.
 struct Place {
     whitener: Whitener,
     basis: Basis,
@@ -97,6 +122,11 @@ struct Place {
 }
 
 impl Place {
+    /// −2 log likelihood where so much is left.
+    fn deviance(&self, rss: f64, freedom: f64) -> f64 {
+        self.constant + freedom * rss.max(1e-300).ln()
+    }
+
     fn new(correlation: Correlation, columns: &Columns, clean: &[f64], shape: &[f64]) -> Place {
         let mut white = Columns::new(columns.rows);
         for k in 0..columns.count() {
@@ -177,7 +207,7 @@ impl Place {
 #[cfg(test)]
 mod tests {
     use super::super::tests::white;
-    use super::{Correlation, step};
+    use super::{Correlation, Process, step};
 
     #[test]
     fn a_step_is_not_taken_for_correlation() {
@@ -187,8 +217,8 @@ mod tests {
         let shape = vec![1.0; n];
         // A wave; the steps come of themselves.
         let suspects = [vec![(0..n).map(|i| (0.2 * i as f64).sin()).collect::<Vec<f64>>()]];
-        for time in [0.0, 2.3] {
-            let noise = none.with(time).colour(white(n, 9).into_iter());
+        for time in [1e-3, 2.3] {
+            let noise = none.with(&Process::slow(1.0, time)).colour(white(n, 9).into_iter());
             assert!(none.mistaken(&noise, &model, &shape, &suspects).is_empty());
             let stepped: Vec<f64> = noise.iter().zip(step(n, 101)).map(|(e, s)| e + 5.0 * s).collect();
             let taken = none.mistaken(&stepped, &model, &shape, &suspects);
@@ -212,7 +242,7 @@ mod tests {
         let step = step(n, 120);
         let pass = |p: usize| (0..n).map(|i| if i / 30 == p { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
         suspects.push((1..7).map(pass).collect());
-        let noise = none.with(1.0).colour(white(n, 11).into_iter());
+        let noise = none.with(&Process::slow(1.0, 1.0)).colour(white(n, 11).into_iter());
         let with = |what: &[f64], size: f64| -> Vec<f64> {
             noise.iter().zip(what).map(|(e, w)| e + size * w).collect()
         };
