@@ -100,7 +100,7 @@ pub(crate) mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    use super::Correlation;
+    use super::{Correlation, Process};
 
     /// Normal deviates by the sum of twelve uniform ones.
     pub fn white(n: usize, seed: u64) -> Vec<f64> {
@@ -121,7 +121,8 @@ pub(crate) mod tests {
 
     #[test]
     fn whitening_undoes_colouring() {
-        let correlation = Correlation::none(&times()).with(20.0);
+        let correlation =
+            Correlation::none(&times()).with(&Process { new: 0.2, parts: vec![(0.5, 20.0), (0.3, 300.0)] });
         let drawn = white(840, 1);
         let again = correlation.whiten(correlation.colour(drawn.iter().copied()).into_iter());
         // The factors come within 5e-3 of 1: rounding grows by their inverse.
@@ -135,7 +136,7 @@ pub(crate) mod tests {
         let model = vec![vec![1.0; 840]];
         let shape = vec![1.0; 840];
         for seed in 2..6 {
-            let clean = none.with(35.0).colour(white(840, seed).into_iter());
+            let clean = none.with(&Process::slow(1.0, 35.0)).colour(white(840, seed).into_iter());
             let posterior = none.posterior(&clean, &model, &shape);
             let found = Process::mean(&posterior).slowness();
             // Some sixty independent stretches determine τ to about a quarter: two and a half of those.
@@ -149,7 +150,7 @@ pub(crate) mod tests {
     fn many_rows_leave_no_doubt_however_likely() {
         let n = 2400;
         let none = Correlation::none(&(0..n).map(|i| 0.05 * i as f64).collect::<Vec<f64>>());
-        let clean = none.with(40.0).colour(white(n, 7).into_iter());
+        let clean = none.with(&Process::slow(1.0, 40.0)).colour(white(n, 7).into_iter());
         let posterior = none.posterior(&clean, &[vec![1.0; n]], &vec![1.0; n]);
         // Sixty stretches of the memory's length: the time constant is known to a third.
         let near: f64 =

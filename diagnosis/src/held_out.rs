@@ -181,7 +181,11 @@ pub fn prove<'a>(
     let neighbours = |g: usize| fold_of(g, count, folds, by);
     // Where the passes went to different places, folds of every other pass.
     let apart = |g: usize| Some(g % folds);
-    let interleaved = by == "pass" && !covered(rows, &group, &neighbours, folds);
+    let beyond = by != "block" && !covered(rows, &group, &neighbours, folds);
+    if beyond && wanted == Groups::Halves {
+        return None;
+    }
+    let interleaved = by == "pass" && beyond;
     let out_of = |g: usize| if interleaved { apart(g) } else { neighbours(g) };
     let enough = rows.len() / count * (count - 1) >= 2 * (before.order + 2);
     if count < 2 || !enough || !(0..count).any(|g| out_of(g).is_some()) {
