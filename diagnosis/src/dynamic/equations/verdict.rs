@@ -115,20 +115,20 @@ pub fn locations(
     for effect in named {
         let term = found.model.terms.iter().find(|term| term.effect.text.id == effect.id);
         let Some(term) = term else { continue };
-        let column = columns.iter().find(|(name, _)| reads(term, name));
-        let (variable, at) = match column {
-            Some((name, values)) => (name.as_str(), range(values)),
-            None => {
-                let variable = variable(&found.model, term);
-                (variable, reach(variable))
-            }
+        let further = columns.iter().find(|(name, _)| reads(term, name));
+        let of_motion = variable(&found.model, term);
+        let (variable, times) = match further {
+            Some((name, _)) => (name.as_str(), Some(of_motion)),
+            None if reads(term, "t") => ("t_s", Some(of_motion)),
+            None => (of_motion, None),
         };
         if out.iter().any(|location| location.variable == variable) {
             continue;
         }
-        let (from, to) = at;
+        let (from, to) = further.map_or_else(|| reach(variable), |(_, values)| range(values));
+        let times = times.map(Into::into);
         let (share, p_value) = (effect.share * explained, effect.p_value);
-        out.push(Location { variable: variable.into(), times: None, from, to, share, p_value });
+        out.push(Location { variable: variable.into(), times, from, to, share, p_value });
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out
