@@ -323,6 +323,16 @@ pub mod dynamic {
         pub const LAGS: usize = 64;
     }
 
+    /// Forms without a name in motion.
+    pub mod forms {
+        /// Most further columns of which forms are made, the first in the file: by judgement, so that a search stays below
+        /// a minute.
+        pub const MOST_COLUMNS: usize = 4;
+        /// Part of what the first answer leaves of the rows that score that an answer with forms may leave: what one
+        /// effect more gains by chance is far less.
+        pub const CLEARLY: f64 = 0.95;
+    }
+
     /// See [`crate::dynamic::gram`].
     pub mod gram {
         /// Directions of the initial state of a run.

@@ -5,6 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use fitter::RecordingError;
+use fitter::plant::PlantFile;
 use fitter::table::{Header, Lines, Naming, Table, Use, family};
 
 /// A dynamic recording.
@@ -20,6 +21,8 @@ pub struct Series {
     pub drives: Vec<Vec<f64>>,
     /// The positions; none where the file holds drives only.
     pub positions: Vec<Vec<f64>>,
+    /// Further columns that hold a number in every row and whose names end in a unit.
+    pub further: Vec<(String, Vec<f64>)>,
 }
 
 fitter::errors! {
@@ -40,7 +43,19 @@ fitter::errors! {
     from { Recording(RecordingError) }
 }
 
+/// Whether a column can be an input of a plant in equations by its own name.
+fn is_further(name: &str) -> bool {
+    physics::is_identifier(name) && name.contains('_')
+}
+
 impl Series {
+    /// What drives a plant: the drives, and for inputs beyond them the columns of their names.
+    pub fn inputs(&self, plant: &PlantFile) -> Vec<&Vec<f64>> {
+        let names = plant.equations.as_ref().map_or_else(Vec::new, |equations| equations.inputs.names());
+        let of = |name: &&str| self.further.iter().find(|(own, _)| own == name).map(|(_, values)| values);
+        self.drives.iter().chain(names.iter().skip(self.drives.len()).filter_map(of)).collect()
+    }
+
     /// Reads the file at `path`, whose positions may be missing.
     ///
     /// # Errors
@@ -97,6 +112,7 @@ impl Series {
             "run" | "period" => Use::Whole,
             name if further.contains(&name) => Use::Needed,
             _ if channels.iter().flatten().any(|channel| channel == name) => Use::Needed,
+            name if is_further(name) => Use::Optional,
             _ => Use::Ignored,
         };
         Ok(header.names.iter().map(used).collect())
@@ -110,7 +126,11 @@ impl Series {
             let names = family(&table.header.names, stem);
             names.iter().filter_map(|name| table.take(name)).collect()
         });
-        Series { t_s: table.take("t_s").unwrap_or_default(), run, period, drives, positions }
+        let t_s = table.take("t_s").unwrap_or_default();
+        let further = table.columns.iter().filter(|column| is_further(&column.name));
+        let complete = further.filter(|column| column.values.iter().all(|value| value.is_finite()));
+        let further = complete.map(|column| (column.name.clone(), column.values.clone())).collect();
+        Series { t_s, run, period, drives, positions, further }
     }
 
     /// Time from row to row, as the longest run gives it, where all steps are equal to within the `rounding_s` of the

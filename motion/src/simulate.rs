@@ -69,11 +69,10 @@ pub fn simulate(
     recording: &Series,
     begin: Begin,
 ) -> Result<Series, SimulateError> {
-    let sample_s = recording.sample_s();
+    let (sample_s, inputs) = (recording.sample_s(), recording.inputs(plant));
     let mut positions: Vec<Vec<f64>> = Vec::new();
     for rows in recording.runs() {
-        let cut = |column: &Vec<f64>| column[rows.clone()].to_vec();
-        let drives: Vec<Vec<f64>> = recording.drives.iter().map(cut).collect();
+        let drives: Vec<Vec<f64>> = inputs.iter().map(|column| column[rows.clone()].to_vec()).collect();
         let steady = recording.period_of(&rows).map(|period| Start::Steady { period });
         let start = steady.or((begin == Begin::Rest).then_some(REST));
         let own = match plant.plant.kind {
@@ -100,7 +99,8 @@ pub fn simulate(
         positions.resize(own.len(), Vec::new());
         positions.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
     }
-    Ok(Series { drives: Vec::new(), positions, ..recording.clone() })
+    let further = Vec::new();
+    Ok(Series { drives: Vec::new(), positions, further, ..recording.clone() })
 }
 
 /// The output of a plant in equations, from where its file says that it begins.

@@ -109,6 +109,11 @@ impl Answer {
         self.verdict != Verdict::Consistent
     }
 
+    /// Whether structure is reported and no effect of the catalogue named: at most forms without a name.
+    pub fn names_nothing(&self) -> bool {
+        self.detects() && self.effects.iter().all(|effect| effect.id.starts_with("empirical_"))
+    }
+
     /// The effect that is named first.
     pub fn first(&self) -> Option<&str> {
         self.effects.first().map(|e| e.id.as_str())

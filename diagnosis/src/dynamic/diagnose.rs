@@ -163,7 +163,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     match plant.plant.feedback {
         _ if linear => linear::diagnose::diagnose(case),
         Some(_) => feedback::diagnose(case),
-        None => free_run(case),
+        None => free_run(case).map(|first| equations::described(case, first)),
     }
 }
 

@@ -190,6 +190,7 @@ fn simulated(
         period: recording.period.clone(),
         drives: recording.drives.clone(),
         positions: own.to_vec(),
+        further: Vec::new(),
     };
     let simulated = simulate("plant.toml", &file, &series, Begin::Recorded);
     simulated.map(|s| Some(s.positions)).map_err(|error| format!("cannot be simulated ({error})"))

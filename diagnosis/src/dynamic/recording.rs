@@ -1,7 +1,8 @@
 //! A dynamic recording: equidistant rows of drives and positions, in one or several runs.
 //!
 //! Columns: `t_s`, `drive` (or `drive_1`, `drive_2`, …), `position` (or `position_1`, …); optional `run`,
-//! `period`, `amplitude`, `command`. Any other column is ignored.
+//! `period`, `amplitude`, `command`. A further column whose name ends in a unit may be an input of a plant in equations; any
+//! other is ignored.
 
 use std::ops::Range;
 use std::path::Path;
@@ -43,6 +44,8 @@ pub struct DynamicRecording {
     pub drives: Vec<Vec<f64>>,
     /// The positions, one column each, in position units.
     pub positions: Vec<Vec<f64>>,
+    /// Further columns that may be inputs.
+    pub further: Vec<(String, Vec<f64>)>,
     /// Rows of every run, in order, all of the same length.
     pub runs: Vec<Range<usize>>,
     /// Number of the period of every row, where the excitation is periodic and in steady state.
@@ -92,7 +95,8 @@ impl DynamicRecording {
             return Err(DiagnosisError::RunLength { file, run, found, first, expected });
         }
         let names = ["drive", "position"].map(|stem| family(&table.header.names, stem));
-        let Series { t_s, period, mut drives, mut positions, .. } = series;
+        let Series { t_s, period, mut drives, mut positions, mut further, .. } = series;
+        further.retain(|(name, _)| reading.command != Some(name.as_str()));
         let mut bad_rows = Vec::new();
         for (group, names, is_position) in
             [(&mut drives, &names[0], false), (&mut positions, &names[1], true)]
@@ -118,12 +122,21 @@ impl DynamicRecording {
             t_s,
             drives,
             positions,
+            further,
             runs,
             period,
             amplitude,
             command,
             bad_rows,
         })
+    }
+
+    /// The recording with the columns that are inputs of a plant beyond its drives among the drives.
+    pub fn with_inputs(&self, inputs: &[(String, physics::Unit)]) -> DynamicRecording {
+        let column = |name: &String| self.further.iter().find(|(own, _)| own == name);
+        let further = inputs.iter().skip(self.drives.len()).filter_map(|(name, _)| column(name));
+        let drives = self.drives.iter().chain(further.map(|(_, values)| values)).cloned().collect();
+        DynamicRecording { drives, ..self.clone() }
     }
 
     /// Number of rows.

@@ -82,6 +82,7 @@ mod tests {
         let drive = t_s.iter().map(|t| random() + in_drive * tone(t)).collect();
         let position = t_s.iter().map(|t| random() + amplitude * tone(t)).collect();
         DynamicRecording {
+            further: Vec::new(),
             file: String::new(),
             sha256: String::new(),
             step_s: 1e-3,

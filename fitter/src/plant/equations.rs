@@ -47,7 +47,8 @@ impl<'de, V: Deserialize<'de>> Deserialize<'de> for Named<V> {
 /// The table `[plant]` of a plant in equations, and the effects in it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Equations {
-    /// Unit of every input; the first is the column `drive` (or `drive_1`), and so on.
+    /// Unit of every input; the first is the column `drive` (or `drive_1`), and so on; one for which there is no further
+    /// drive is the column of its own name.
     pub inputs: Named<String>,
     /// The states.
     pub states: Named<State>,
@@ -110,6 +111,9 @@ pub struct PlantParameter {
     /// What `from` and `to` are parts of; numbers in the unit where that is not said.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub of: Option<Part>,
+    /// From how many places of its range a search starts, where that is not the usual number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starts: Option<usize>,
 }
 
 /// What the range of an effect's parameter can be a part of.
@@ -145,6 +149,9 @@ pub struct EffectText {
     /// What tells it from them.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub experiment: String,
+    /// What physics a form without a name may be, as suggestions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub readings: Vec<String>,
     /// What it adds to the rate of a state, by the state's name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub equation: BTreeMap<String, String>,
@@ -169,6 +176,15 @@ pub struct EffectText {
     /// Every further key is a parameter.
     #[serde(flatten)]
     pub parameters: BTreeMap<String, PlantParameter>,
+}
+
+impl EffectText {
+    /// Its keys as they stand in a file, one in a line.
+    pub fn to_toml(&self) -> String {
+        // Only maps with keys that are no strings cannot be written; there are none.
+        let table = toml::Table::try_from(self).unwrap_or_default();
+        table.iter().map(|(key, value)| format!("{key} = {value}\n")).collect()
+    }
 }
 
 /// Reads the file of effects in motion at `path`.
@@ -279,12 +295,7 @@ impl Equations {
             let _ = writeln!(out, "{name} = {{ unit = {}{} }}", quoted(unit), given.collect::<String>());
         }
         for effect in &self.effects {
-            // Only maps with keys that are no strings cannot be written; there are none.
-            let table = toml::Table::try_from(effect).unwrap_or_default();
-            out.push_str("\n[[effects]]\n");
-            for (key, value) in table {
-                let _ = writeln!(out, "{key} = {value}");
-            }
+            let _ = write!(out, "\n[[effects]]\n{}", effect.to_toml());
         }
         out
     }

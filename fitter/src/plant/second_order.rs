@@ -31,7 +31,8 @@ impl PlantFile {
         let of_drive = drive.power(-1.0).unwrap_or_else(Unit::one);
         let parameter = |name: &str, unit: Unit, value: f64, size: f64| {
             let (from, to) = (Some(value - REACH * size), Some(value + REACH * size));
-            let parameter = PlantParameter { unit: unit.to_string(), value: Some(value), from, to, of: None };
+            let (unit, value) = (unit.to_string(), Some(value));
+            let parameter = PlantParameter { unit, value, from, to, of: None, starts: None };
             (name.to_string(), parameter)
         };
         let state = |unit: Unit| State { unit: unit.to_string(), start: StateStart::Fit(Fit::Fit) };

@@ -124,8 +124,9 @@ pub fn score(cases: &[Case]) -> Score {
     let tellable = of(Group::Pair).filter(|c| c.truth.can_tell());
     sheet.tell("pairs, where the recording can tell", tellable, all);
 
-    let unexplained = |_: &Case, a: &Answer| a.verdict == Verdict::Unexplained;
-    sheet.least(("outside the table: unexplained", 0.95), "outside", of(Group::Outside), unexplained);
+    let unnamed = |_: &Case, a: &Answer| a.names_nothing();
+    let figure = ("outside the table: unexplained, or described without a name", 0.95);
+    sheet.least(figure, "outside", of(Group::Outside), unnamed);
     sheet.tell("outside the table: a wrong name alone", of(Group::Outside), |_, a| {
         a.verdict == Verdict::Explained
     });
@@ -162,8 +163,7 @@ fn rows(cases: &[Case], names: impl Fn(&Case) -> Vec<String>) -> Vec<Row> {
         for name in names(case) {
             let id = case.truth.effects[0].id.as_str();
             let outside = case.truth.group == Group::Outside;
-            let right = case
-                .said(|a| if outside { a.verdict == Verdict::Unexplained } else { a.first() == Some(id) });
+            let right = case.said(|a| if outside { a.names_nothing() } else { a.first() == Some(id) });
             let row = table.entry(name.clone()).or_insert_with(|| Row { name, ..Row::default() });
             row.right.count(right);
             row.mentioned
@@ -257,7 +257,7 @@ pub(super) mod tests {
             "single effects named first",
             "single effects named,",
             "pairs: both",
-            "outside the table: unexplained",
+            "outside the table: unexplained, or described without a name",
             "free run after ≤",
         ] {
             assert_eq!(passed(&score_wrong, figure), Some(false), "{figure}");

@@ -31,7 +31,7 @@ fn a_hum_is_unexplained_at_its_frequency() {
 
 /// A stop that holds what has touched it is no stiffness, however many powers of the position imitate it.
 #[test]
-fn a_sticking_stop_is_unexplained_without_periods() {
+fn a_sticking_stop_is_given_no_name_without_periods() {
     let scene = Scene::new();
     let touched = Cell::new(false);
     let rows = moved(drives(), 0.9, |x, _| {
@@ -43,8 +43,11 @@ fn a_sticking_stop_is_unexplained_without_periods() {
     let recording = scene.write("stop.csv", &csv(&rows));
     assert!(scene.diagnose(&recording, &[]).status.success());
     let diagnosis = scene.json("stop");
-    assert_eq!(diagnosis["verdict"], "unexplained", "{diagnosis}");
-    assert!(ids(&diagnosis).is_empty());
+    // Forms without a name may follow its contact, but not what it holds.
+    let verdict = diagnosis["verdict"].as_str();
+    assert!(matches!(verdict, Some("unexplained" | "partly_explained")), "{diagnosis}");
+    let effects = diagnosis["effects"].as_array().expect("effects");
+    assert!(effects.iter().all(|effect| effect["kind"] == "empirical"), "{diagnosis}");
     let place = diagnosis["locations"][0]["variable"].as_str();
     assert!(matches!(place, Some("position" | "history")), "{diagnosis}");
 }

@@ -269,6 +269,7 @@ fn given_optional_parameters_are_kept_and_misspelt_ones_refused() {
     let truth = format!("{nominal}damping = 40.0\nstiffness = 36000.0\ngain = 6e8\nhold = \"zero-order\"\n");
     let truth = PlantFile::parse("truth", &(truth + &effect(9000.0, 400.0))).expect("a plant");
     let clean = Series {
+        further: Vec::new(),
         t_s: (0..ROWS).map(|k| k as f64 * STEP_S).collect(),
         drives: vec![drives(ROWS).collect()],
         ..Series::default()

@@ -290,6 +290,90 @@ fn an_effect_of_ones_own_is_named_in_a_second_order_plant() {
     assert!(arcsmith(folder.path(), &simulated).status.success());
 }
 
+/// Appends a column to a recording.
+fn with_column(path: &Path, name: &str, column: impl Fn(usize) -> f64) {
+    let text = fs::read_to_string(path).expect("a recording");
+    let cell = |row: usize| if row == 0 { name.to_string() } else { column(row - 1).to_string() };
+    let rows = text.lines().enumerate().map(|(row, line)| format!("{line},{}\n", cell(row)));
+    fs::write(path, rows.collect::<String>()).expect("a file");
+}
+
+#[test]
+fn a_force_without_a_name_is_described_and_a_fresh_drive_predicted_by_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
+    let rate = |[x, v]: [f64; 2], u: f64| [v, -3.0 * v - 300.0 * x + 250.0 * u - 0.15 * x * v * v];
+    made(&at("seen.csv"), 3000, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
+    let other = |row: usize| excitation(row + 5000);
+    made(&at("fresh.csv"), 3000, 0.01, [0.0, 0.0], Some(&other), rate, 1e-3);
+    let arguments = ["seen.csv", "--plant", "plant.toml", "--held-out", "fresh.csv"];
+    let answer = diagnosed(folder.path(), &arguments, "seen");
+    assert_eq!(answer["verdict"], "described", "{answer:#}");
+    let effects = answer["effects"].as_array().expect("effects");
+    assert_eq!(effects.len(), 1, "{answer:#}");
+    let said = [&effects[0]["id"], &effects[0]["kind"], &effects[0]["formula"]];
+    assert_eq!(said, ["empirical_1", "empirical", "v' += -c * x * v^2"]);
+    near(&effects[0]["parameters"], &[("c", 0.15)]);
+    assert!(effects[0]["readings"][0].as_str().expect("a suggestion").contains("inertia"), "{answer:#}");
+    assert!(answer["next_experiment"].as_str().expect("one").starts_with("to confirm empirical_1"));
+    // The noise is 1e-3; the mechanism begins at rest, as the file says to a part of it.
+    let left = answer["fit"]["after"]["held_out_rms"].as_f64().expect("a number");
+    assert!(left < 1.05e-3, "{left}");
+    // The declaration is what `--effects` reads.
+    let declaration = effects[0]["declaration"].as_str().expect("a declaration");
+    fs::write(at("mine.toml"), declaration).expect("a file");
+    let arguments = ["seen.csv", "--plant", "plant.toml", "--effects", "mine.toml"];
+    let answer = diagnosed(folder.path(), &arguments, "seen");
+    assert_eq!(
+        (&answer["verdict"], &answer["effects"][0]["kind"]),
+        (&"explained".into(), &"declared".into())
+    );
+}
+
+#[test]
+fn a_stiffness_that_goes_with_a_column_is_handed_on_with_the_column() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
+    // A held drive says at which row the mechanism is: the load goes with it.
+    let load = |row: usize| 40.0 + 10.0 * (row as f64 / 400.0).sin();
+    let rows: Vec<(f64, f64)> = (0..3000).map(|row| (excitation(row), load(row))).collect();
+    let rate = |[x, v]: [f64; 2], u: f64| {
+        let newtons = rows.iter().find(|(drive, _)| *drive == u).map_or(40.0, |(_, load)| *load);
+        [v, -3.0 * v - (300.0 + 0.8 * newtons) * x + 250.0 * u]
+    };
+    made(&at("seen.csv"), 1500, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
+    with_column(&at("seen.csv"), "load_n", load);
+    with_column(&at("seen.csv"), "room_c", |row| 20.0 + (row as f64 / 90.0).cos());
+    let answer = diagnosed(folder.path(), &["seen.csv", "--plant", "plant.toml"], "seen");
+    assert_eq!(answer["verdict"], "described", "{answer:#}");
+    let effect = &answer["effects"][0];
+    assert_eq!(effect["formula"], "v' += -c * load_n * x");
+    near(&effect["parameters"], &[("c", 0.8)]);
+    assert_eq!(answer["locations"][0]["variable"], "load_n");
+    let plant = fs::read_to_string(at("out/seen.plant.toml")).expect("a plant");
+    assert!(plant.contains("load_n = \"N\"") && !plant.contains("room_c"), "{plant}");
+    let simulated =
+        ["simulate", "--plant", "out/seen.plant.toml", "--drive", "seen.csv", "--out", "again.csv"];
+    assert!(arcsmith(folder.path(), &simulated).status.success());
+}
+
+#[test]
+fn where_names_explain_a_recording_or_nothing_is_to_be_explained_no_form_is_sought() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("plant.toml"), SECOND_ORDER).expect("a file");
+    for (cubic, verdict) in [(0.0, "consistent"), (40.0, "explained")] {
+        let rate = |[x, v]: [f64; 2], u: f64| [v, -3.0 * v - 300.0 * x + 250.0 * u - cubic * x * x * x];
+        made(&at("seen.csv"), 3000, 0.01, [0.0, 0.0], Some(&excitation), rate, 1e-3);
+        let answer = diagnosed(folder.path(), &["seen.csv", "--plant", "plant.toml"], "seen");
+        assert_eq!(answer["verdict"], verdict, "{answer:#}");
+        let plant = fs::read_to_string(at("out/seen.plant.toml")).expect("a plant");
+        assert!(plant.contains("kind = \"second-order\""), "{plant}");
+    }
+}
+
 #[test]
 fn what_a_second_order_plant_cannot_be_as_equations_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -10,6 +10,10 @@ use super::super::data::Data;
 
 /// The catalogue as it is written.
 const TEXT: &str = include_str!("catalogue.toml");
+/// Forms without a name as they are written.
+const FORMS: &str = include_str!("forms.toml");
+/// Parts of the stroke for each of which a form `{k}` is made.
+const PLACES: usize = 8;
 
 /// Which names of a plant the names of the catalogue stand for.
 #[derive(Clone, Default)]
@@ -18,6 +22,8 @@ struct Binding<'a> {
     momentum: Option<[&'a (String, Unit); 2]>,
     input: Option<&'a (String, Unit)>,
     output: Option<(&'a String, &'a Unit)>,
+    /// A further column of the recording.
+    column: Option<&'a (String, Unit)>,
 }
 
 /// The entries of the catalogue.
@@ -26,9 +32,36 @@ pub fn entries() -> Vec<EffectText> {
     declared("catalogue.toml", TEXT).unwrap_or_default()
 }
 
-/// Every effect of the catalogue in every place of a plant into which it fits. Where there are several places the id ends
-/// in the name of the place.
-pub fn effects(plant: &Plant) -> Vec<Arc<MotionEffect>> {
+/// The forms without a name, one for every part of the stroke where they say so.
+fn form_entries() -> Vec<EffectText> {
+    let in_places = |form: &str| -> Vec<String> {
+        let places = if form.contains("{k}") { PLACES } else { 1 };
+        let end = |k: usize| (2.0 * k as f64 / PLACES as f64 - 1.0).to_string();
+        let with = |text: String, name: &str, value: String| text.replace(name, &value);
+        let one = |k: usize| {
+            let text = with(format!("[[effect]]{form}"), "{k}", (k + 1).to_string());
+            with(with(text, "{from}", end(k)), "{to}", end(k + 1))
+        };
+        (0..places).map(one).collect()
+    };
+    let text: String = FORMS.split("[[effect]]").skip(1).flat_map(in_places).collect();
+    // The text is a part of the program, and a test reads it.
+    declared("forms.toml", &text).unwrap_or_default()
+}
+
+/// Every effect of the catalogue in every place of a plant into which it fits; the first so many inputs are drives, the
+/// others further columns. Where there are several places the id ends in the name of the place.
+pub fn effects(plant: &Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
+    placed("catalogue.toml", &entries(), plant, drives)
+}
+
+/// The forms without a name, likewise.
+pub fn forms(plant: &Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
+    placed("forms.toml", &form_entries(), plant, drives)
+}
+
+fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
+    let (inputs, columns) = plant.inputs.split_at(drives.min(plant.inputs.len()));
     let momenta: Vec<[&(String, Unit); 2]> = plant
         .states
         .iter()
@@ -42,9 +75,9 @@ pub fn effects(plant: &Plant) -> Vec<Arc<MotionEffect>> {
             false => momenta.iter().map(|pair| Binding { momentum: Some(*pair), ..none.clone() }).collect(),
         };
         if entry.input.contains_key("u") || reads(entry, "u") {
-            let inputs = |momentum| plant.inputs.iter().map(move |input| (momentum, input));
+            let inputs = |momentum| inputs.iter().map(move |input| (momentum, input));
             let pairs: Vec<_> = bindings.iter().flat_map(|binding| inputs(binding.momentum)).collect();
-            let one = |(momentum, input)| Binding { momentum, input: Some(input), output: None };
+            let one = |(momentum, input)| Binding { momentum, input: Some(input), ..none.clone() };
             bindings = pairs.into_iter().map(one).collect();
         }
         if !entry.output.is_empty() {
@@ -52,6 +85,11 @@ pub fn effects(plant: &Plant) -> Vec<Arc<MotionEffect>> {
             bindings.iter_mut().for_each(|binding| binding.output = output);
         }
         let several = bindings.len() > 1;
+        if reads(entry, "z") {
+            let columns =
+                |of: Binding<'p>| columns.iter().map(move |z| Binding { column: Some(z), ..of.clone() });
+            bindings = bindings.into_iter().flat_map(columns).collect();
+        }
         let bound = |binding: &Binding| {
             let mut text = bound(entry, binding)?;
             if several {
@@ -59,17 +97,33 @@ pub fn effects(plant: &Plant) -> Vec<Arc<MotionEffect>> {
                 let place = binding.momentum.map(|[_, v]| &v.0).or(input)?;
                 text.id = format!("{}_{place}", text.id);
             }
-            plant.effect("catalogue.toml", &text).ok().map(Arc::new)
+            if let Some((column, _)) = binding.column {
+                text = of_column(text, column);
+            }
+            plant.effect(file, &text).ok().map(Arc::new)
         };
         bindings.iter().filter_map(bound).collect::<Vec<_>>()
     };
-    entries().iter().flat_map(in_place).collect()
+    entries.iter().flat_map(in_place).collect()
+}
+
+/// A form of a column: its id ends in the column's name.
+fn of_column(mut text: EffectText, column: &str) -> EffectText {
+    text.id = format!("{}_{column}", text.id);
+    let words = [&mut text.title, &mut text.experiment].into_iter().chain(&mut text.readings);
+    words.for_each(|words| *words = words.replace("{z}", column));
+    text
 }
 
 /// Whether an effect reads a name.
 fn reads(entry: &EffectText, name: &str) -> bool {
+    expressions(entry).any(|expression| expression.names().contains(&name))
+}
+
+/// What an effect adds anywhere.
+pub fn expressions(entry: &EffectText) -> impl Iterator<Item = physics::Expression> {
     let texts = entry.equation.values().chain(entry.input.values()).chain(entry.output.values());
-    texts.filter_map(|text| physics::parse(text).ok()).any(|expression| expression.names().contains(&name))
+    texts.chain(entry.states.values()).filter_map(|text| physics::parse(text).ok())
 }
 
 /// An entry in the names and units of a plant.
@@ -79,6 +133,7 @@ fn bound(entry: &EffectText, binding: &Binding) -> Option<EffectText> {
         "v" => binding.momentum.map(|[_, v]| v.0.clone()),
         "u" => binding.input.map(|(u, _)| u.clone()),
         "y" => binding.output.map(|(y, _)| y.clone()),
+        "z" => binding.column.map(|(z, _)| z.clone()),
         _ => None,
     };
     let place = |map: &std::collections::BTreeMap<String, String>| {
@@ -88,10 +143,15 @@ fn bound(entry: &EffectText, binding: &Binding) -> Option<EffectText> {
         };
         map.iter().map(one).collect::<Option<_>>()
     };
+    let renamed = |(own, text): (&String, &String)| {
+        Some((own.clone(), physics::parse(text).ok()?.renamed(&name).to_string()))
+    };
+    let states = entry.states.iter().map(renamed).collect::<Option<_>>()?;
     let position = binding.momentum.map(|[x, _]| &x.1).or(binding.output.map(|(_, unit)| unit));
     let parameter = |(name, parameter): (&String, &PlantParameter)| {
         let mut unit = Unit::parse(&parameter.unit).ok()?;
-        for (own, of_plant) in [("p", position), ("q", binding.input.map(|(_, unit)| unit))] {
+        let [input, column] = [binding.input, binding.column].map(|of| of.map(|(_, unit)| unit));
+        for (own, of_plant) in [("p", position), ("q", input), ("r", column)] {
             if let Some(of_plant) = of_plant {
                 unit = unit.with(own, of_plant);
             }
@@ -102,6 +162,7 @@ fn bound(entry: &EffectText, binding: &Binding) -> Option<EffectText> {
         equation: place(&entry.equation)?,
         input: place(&entry.input)?,
         output: place(&entry.output)?,
+        states,
         parameters: entry.parameters.iter().map(parameter).collect::<Option<_>>()?,
         ..entry.clone()
     })
@@ -150,7 +211,7 @@ mod tests {
                     [plant.parameters]\na = { unit = \"1/s^2\", from = 1, to = 100 }\nb = { unit = \"rad/m\", value = 3 }\n";
         let file = PlantFile::parse("plant.toml", text).unwrap();
         let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
-        let effects = effects(&plant);
+        let effects = effects(&plant, 1);
         assert_eq!(effects.len(), entries().len());
         let friction = &effects[0];
         assert_eq!(friction.formula(&plant), "w' += -force_per_inertia * sign(w)");
@@ -159,7 +220,25 @@ mod tests {
         let without = without.replace("b = { unit = \"rad/m\", value = 3 }\n", "");
         let file = PlantFile::parse("plant.toml", &without).unwrap();
         let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
-        let ids: Vec<String> = super::effects(&plant).iter().map(|e| e.text.id.clone()).collect();
+        let ids: Vec<String> = super::effects(&plant, 0).iter().map(|e| e.text.id.clone()).collect();
         assert!(ids.contains(&"sensor_offset".into()) && !ids.contains(&"drive_lag".into()), "{ids:?}");
+    }
+
+    #[test]
+    fn every_form_finds_its_place_in_a_mechanism_with_a_further_column() {
+        let text = "[plant]\nkind = \"equations\"\ninputs = { w = \"A\", load_n = \"N\" }\n\
+                    states = { q = { unit = \"mm\", start = 0.0 }, s = { unit = \"mm/s\", start = 0.0 } }\n\
+                    output = { y = \"q\" }\n[plant.equations]\nq = \"s\"\ns = \"-k * q + g * w\"\n\
+                    [plant.parameters]\nk = { unit = \"1/s^2\", value = 3 }\ng = { unit = \"mm/(s^2 A)\", value = 1 }\n";
+        let file = PlantFile::parse("plant.toml", text).unwrap();
+        let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
+        let (forms, all) = (forms(&plant, 1), form_entries());
+        let ids: Vec<&str> = forms.iter().map(|form| form.text.id.as_str()).collect();
+        assert!(all.len() > PLACES && forms.len() == all.len(), "{ids:?} of {}", all.len());
+        assert!(ids.contains(&"form_near_8") && ids.contains(&"form_stiffness_with_load_n"), "{ids:?}");
+        assert!(forms.iter().all(|form| !form.text.readings.is_empty() && !form.text.experiment.is_empty()));
+        let gain = forms.iter().find(|form| form.text.id == "form_gain_with_load_n").unwrap();
+        assert_eq!(gain.formula(&plant), "w += c * load_n * w");
+        assert_eq!(gain.parameters[0].unit, Unit::parse("1/N").unwrap());
     }
 }

@@ -15,13 +15,13 @@ use super::super::verdict::{covariance, listed, next_experiment, reach, unidenti
 use super::super::{remainder, score};
 use super::model::Model;
 use super::search::Search;
-use super::{catalogue, start, verdict};
+use super::{catalogue, forms, start, verdict};
 use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::expected::LOST;
 use crate::thresholds::dynamic::score::STEADY_ROWS;
-use crate::verdict::{Said, Verdict};
+use crate::verdict::{CATALOGUED, DECLARED, EMPIRICAL, Said, Verdict};
 
 /// A recording, and what was found in it.
 struct Found<'a> {
@@ -36,13 +36,25 @@ struct Found<'a> {
     found: Fitted<Model>,
 }
 
-/// Diagnoses one recording beside a plant in equations.
+/// Diagnoses one recording beside a plant in equations; where named effects leave structure, with forms without a name.
 ///
 /// # Errors
 /// One of [`DiagnosisError`]: the recording or the plant cannot be used at all.
 pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
-    let Case { recording, options, .. } = *case;
+    attempt(case, false).map(|first| forms::described(case, first))
+}
+
+/// One search, with or without forms.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn attempt(case: &Case, with_forms: bool) -> Result<DynamicOutcome, DiagnosisError> {
+    let (recording, options) = (case.recording, case.options);
     let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| no_equations(recording, 100.0))??;
+    let drives = recording.drives.len();
+    let recording = &recording.with_inputs(&plant.inputs);
+    let held_out = case.held_out.map(|other| other.with_inputs(&plant.inputs));
+    let case = &Case { recording, held_out: held_out.as_ref(), ..*case };
     let (wanted, found) = (plant.inputs.len(), recording.drives.len());
     if recording.positions.len() != 1 || (wanted != found && wanted > 0) {
         let positions = recording.positions.len();
@@ -64,9 +76,12 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     }
     let skip = |id: &str| options.skip.iter().any(|skip| skip == id);
     let mut effects: Vec<_> = options.own.iter().filter(|effect| !skip(&effect.text.id)).cloned().collect();
-    let of_catalogue = catalogue::effects(&plant);
+    let of_catalogue = catalogue::effects(&plant, drives);
     let catalogued = verdict::ids(&of_catalogue);
     effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
+    if with_forms {
+        effects.extend(catalogue::forms(&plant, drives));
+    }
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
     let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };
     let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
@@ -131,13 +146,14 @@ impl Found<'_> {
         };
         let covariance = self.covariance(found);
         let named = match named_any {
-            true => verdict::effects(search, data, [small, found], &covariance, &self.catalogued),
+            true => verdict::effects(search, data, [small, found], &covariance, |id| self.kind(id)),
             false => Vec::new(),
         };
         let explained = (1.0 - found.cost(ALL) / before.cost(ALL).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let locations = verdict::locations(found, &named, explained, |variable| {
-            reach(data, &self.case.recording.t_s, variable)
-        });
+        let locations =
+            verdict::locations(found, &self.case.recording.further, &named, explained, |variable| {
+                reach(data, &self.case.recording.t_s, variable)
+            });
         let own = Predicted::by(self.case.recording, [before, found], |f| {
             vec![f.positions(data).unwrap_or_default()]
         });
@@ -159,6 +175,15 @@ impl Found<'_> {
         let identified = verdict::plant(found, &covariance);
         let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
         DynamicOutcome { diagnosis, plant: verdict::to_file(found, nominal), own, other, idle }
+    }
+
+    /// Where an effect comes from.
+    fn kind(&self, id: &str) -> &'static str {
+        match id {
+            id if self.catalogued.iter().any(|own| own == id) => CATALOGUED,
+            id if self.case.options.own.iter().any(|own| own.text.id == id) => DECLARED,
+            _ => EMPIRICAL,
+        }
     }
 
     /// What tells an effect from others.

@@ -2,6 +2,7 @@
 
 mod catalogue;
 mod diagnose;
+mod forms;
 mod model;
 mod search;
 pub mod second_order;
@@ -17,6 +18,7 @@ use motion::equations::{EquationsError, Plant};
 
 pub use catalogue::entries;
 pub use diagnose::diagnose;
+pub use forms::described;
 
 /// Reads a user's effects in motion for a plant in equations, or for a second-order one as equations; `file` is their
 /// file's name in messages. None where the plant is of another kind.

@@ -59,7 +59,11 @@ impl Augmented for Model {
                 None => vec![0.0],
                 // What would be more starts than can be tried shares one place.
                 Some(_) if all.len() * STARTS > MOST_STARTS => vec![within(parameter, 0.5)],
-                Some(_) => (0..STARTS).map(|k| within(parameter, (k as f64 + 0.5) / STARTS as f64)).collect(),
+                Some(_) => {
+                    let count = effect.text.parameters.get(&parameter.name).and_then(|text| text.starts);
+                    let count = count.unwrap_or(STARTS);
+                    (0..count).map(|k| within(parameter, (k as f64 + 0.5) / count as f64)).collect()
+                }
             };
             let with =
                 |values: Vec<f64>| places.iter().map(move |place| [values.clone(), vec![*place]].concat());

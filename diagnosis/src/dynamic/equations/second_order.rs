@@ -37,7 +37,8 @@ pub fn in_equations(file: &str, plant: &PlantFile, numbers: [f64; 3]) -> Result<
     };
     let mut out = plant.as_equations(numbers).map_err(refused)?;
     let Some(bare) = Plant::of(file, &out) else { return Ok(out) };
-    let known = catalogue::effects(&bare?);
+    let bare = bare?;
+    let known = catalogue::effects(&bare, bare.inputs.len());
     let text = |effect: &PlantEffect| {
         let names =
             |text: &fitter::plant::equations::EffectText| text.parameters.keys().eq(effect.parameters.keys());
@@ -50,7 +51,7 @@ pub fn in_equations(file: &str, plant: &PlantFile, numbers: [f64; 3]) -> Result<
             let value = effect.number(name);
             let end = |factor: f64| parameter.from.and(value).map(|value| factor * value);
             let (from, to) = (end(1.0 / GIVEN_RANGE), end(GIVEN_RANGE));
-            *parameter = PlantParameter { unit: parameter.unit.clone(), value, from, to, of: None };
+            *parameter = PlantParameter { value, from, to, of: None, ..parameter.clone() };
         }
         Ok(text)
     };

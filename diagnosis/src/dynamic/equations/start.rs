@@ -250,6 +250,7 @@ mod tests {
         let (rows, step_s) = (17_000, 0.4);
         let t_s: Vec<f64> = (0..rows).map(|k| step_s * k as f64).collect();
         let recording = DynamicRecording {
+            further: Vec::new(),
             file: String::new(),
             sha256: String::new(),
             step_s,

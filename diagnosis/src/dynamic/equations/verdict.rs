@@ -12,9 +12,9 @@ use super::super::interval::{Sort, around};
 use super::super::verdict::p_value;
 use super::model::{Model, Term};
 use super::search::Search;
-use crate::numerics::Symmetric;
+use crate::numerics::{Symmetric, range};
 use crate::thresholds::dynamic::verdict::ALTERNATIVE_MARGIN;
-use crate::verdict::{CATALOGUED, DECLARED, Location, NamedEffect, Parameter};
+use crate::verdict::{Location, NamedEffect, Parameter};
 
 /// Standard deviations of the values of the free parameters.
 fn deviations(found: &Fitted<Model>, covariance: &Symmetric) -> Vec<f64> {
@@ -28,7 +28,7 @@ pub fn effects(
     data: &Data,
     [small, found]: [&Fitted<Model>; 2],
     covariance: &Symmetric,
-    catalogued: &[String],
+    kind: impl Fn(&str) -> &'static str + Sync,
 ) -> Vec<NamedEffect> {
     let deviations = deviations(found, covariance);
     search.named(data, [small, found], ALTERNATIVE_MARGIN, |k, gain, alternatives| {
@@ -45,7 +45,7 @@ pub fn effects(
         let text = &term.effect.text;
         NamedEffect {
             id: text.id.clone(),
-            kind: if catalogued.contains(&text.id) { CATALOGUED } else { DECLARED },
+            kind: kind(&text.id),
             title: term.effect.title(),
             formula: term.effect.formula(&found.model.plant),
             p_value: p_value(gain, packed.iter().flatten().count()),
@@ -53,7 +53,7 @@ pub fn effects(
             parameters,
             alternatives,
             runtime_correctable: true,
-            form: crate::verdict::Form::default(),
+            form: crate::verdict::Form { readings: text.readings.clone(), declaration: None },
         }
     })
 }
@@ -106,6 +106,7 @@ fn text(term: &Term) -> fitter::plant::equations::EffectText {
 /// Where the mismatch lives: on what the effects read, by what they explain.
 pub fn locations(
     found: &Fitted<Model>,
+    columns: &[(String, Vec<f64>)],
     named: &[NamedEffect],
     explained: f64,
     reach: impl Fn(&str) -> (f64, f64),
@@ -113,23 +114,35 @@ pub fn locations(
     let mut out: Vec<Location> = Vec::new();
     for effect in named {
         let term = found.model.terms.iter().find(|term| term.effect.text.id == effect.id);
-        let Some(variable) = term.map(|term| variable(&found.model, term)) else { continue };
+        let Some(term) = term else { continue };
+        let further = columns.iter().find(|(name, _)| reads(term, name));
+        let of_motion = variable(&found.model, term);
+        let (variable, times) = match further {
+            Some((name, _)) => (name.as_str(), Some(of_motion)),
+            None if reads(term, "t") => ("t_s", Some(of_motion)),
+            None => (of_motion, None),
+        };
         if out.iter().any(|location| location.variable == variable) {
             continue;
         }
-        let (from, to) = reach(variable);
+        let (from, to) = further.map_or_else(|| reach(variable), |(_, values)| range(values));
+        let times = times.map(Into::into);
         let (share, p_value) = (effect.share * explained, effect.p_value);
-        out.push(Location { variable: variable.into(), times: None, from, to, share, p_value });
+        out.push(Location { variable: variable.into(), times, from, to, share, p_value });
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out
 }
 
+/// Whether an effect reads a name.
+fn reads(term: &Term, name: &str) -> bool {
+    term.effect.adds.iter().any(|added| added.sentence.columns.iter().any(|column| column == name))
+}
+
 /// The recorded quantity on which an effect depends.
 fn variable(model: &Model, term: &Term) -> &'static str {
     let plant = &model.plant;
-    let reads =
-        |name: &str| term.effect.adds.iter().any(|added| added.sentence.columns.iter().any(|c| c == name));
+    let reads = |name: &str| reads(term, name);
     let on_input = term.effect.adds.iter().any(|added| matches!(added.to, Target::Input(_)));
     let output = plant.states.iter().position(|(name, _)| *name == plant.output.1.text);
     let rate = output.map(|k| plant.rates[k].0.text.as_str());

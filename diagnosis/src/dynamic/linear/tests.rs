@@ -82,6 +82,7 @@ fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
         }
     }
     DynamicRecording {
+        further: Vec::new(),
         file: "made.csv".into(),
         sha256: String::new(),
         step_s: 1e-3,
