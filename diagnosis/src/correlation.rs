@@ -1,8 +1,8 @@
-//! How the noise of readings that follow one another correlates, in time and not from row to row, because a
-//! recording may be read fast in one pass, slowly in the next, and pause between them: white readings, and parts
-//! that are forgotten as e^(−Δt/τ) ([`Process`]).
+//! How the noise of readings that follow one another correlates: as e^(−Δt/τ), in time and not from row to row, because a
+//! recording may be read fast in one pass, slowly in the next, and pause between them. Whether noise that lasts would do as
+//! well as an effect is asked with more processes ([`Process`], [`Correlation::gain`]).
 //!
-//! The process is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
+//! τ is estimated by restricted maximum likelihood, which allows for the columns that are fitted, and keeps
 //! its whole posterior: a test that took the estimate for the truth would raise false alarms. What looks like
 //! slow noise and is none is taken out first ([`Correlation::mistaken`]).
 
@@ -20,49 +20,36 @@ use crate::numerics::{Basis, Columns, cholesky, quadratic_form};
 use crate::thresholds::correlation::{COARSE, HOPELESS, NEGLIGIBLE, PRIOR_UNCORRELATED};
 
 impl Correlation {
-    /// Posterior of the process given `clean` observations about the span of `model`, each row of standard deviation
+    /// Posterior of a process of one time constant given `clean` observations about the span of `model`, each row of standard deviation
     /// proportional to `shape`: processes with weights that sum to one, the soonest forgotten first.
     pub fn posterior(&self, clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> Vec<(Process, f64)> {
         let columns = orthonormal(model, shape);
         let observed: Vec<f64> = clean.iter().zip(shape).map(|(v, s)| v / s).collect();
         let at_white = restricted(&columns, &observed, &self.with(&Process::white()));
-        let families = self.families();
-        let at =
-            |(process, _): &(Process, f64)| restricted(&columns, &observed, &self.with(process)) - at_white;
-        let mut likelihood: Vec<Vec<Option<f64>>> = families
-            .par_iter()
-            .map(|family| {
-                let coarse = |(k, member)| usize::is_multiple_of(k, COARSE).then(|| at(member));
-                family.iter().enumerate().map(coarse).collect()
-            })
-            .collect();
-        let best = likelihood.iter().flatten().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
-        likelihood.par_iter_mut().zip(&families).for_each(|(likelihood, family)| {
-            let hopeful: Vec<bool> =
-                likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
-            let open = likelihood.iter_mut().enumerate().filter(|(_, value)| value.is_none());
-            for (k, value) in open {
-                let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
-                if hopeful[before] || hopeful.get(after) == Some(&true) {
-                    *value = Some(at(&family[k]));
-                }
+        let processes = self.forgotten();
+        let at = |process: &Process| restricted(&columns, &observed, &self.with(process)) - at_white;
+        let coarse = |(k, process): (usize, &Process)| k.is_multiple_of(COARSE).then(|| at(process));
+        let mut likelihood: Vec<Option<f64>> = processes.par_iter().enumerate().map(coarse).collect();
+        let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
+        let hopeful: Vec<bool> =
+            likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
+        likelihood.par_iter_mut().enumerate().filter(|(_, v)| v.is_none()).for_each(|(k, value)| {
+            let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
+            if hopeful[before] || hopeful.get(after) == Some(&true) {
+                *value = Some(at(&processes[k]));
             }
         });
         // Relative to the likeliest: read fast, a recording of some hundred rows tells by a factor beyond any number.
         let likeliest = best.max(0.0);
-        let weight = |l: &Option<f64>| l.map_or(0.0, |l| (l - likeliest).exp());
+        let each = (1.0 - PRIOR_UNCORRELATED) / processes.len() as f64;
+        let weights = likelihood.iter().map(|l| each * l.map_or(0.0, |l| (l - likeliest).exp()));
         let mut posterior = vec![(Process::white(), PRIOR_UNCORRELATED * (-likeliest).exp())];
-        for (family, likelihood) in families.into_iter().zip(&likelihood) {
-            let members = family.into_iter().zip(likelihood);
-            let weighed = |((process, prior), l): ((Process, f64), _)| (process, prior * weight(l));
-            posterior.extend(members.map(weighed));
-        }
+        posterior.extend(processes.iter().cloned().zip(weights));
         let sum = |posterior: &[(Process, f64)]| posterior.iter().map(|(_, w)| w).sum::<f64>();
         let total = sum(&posterior);
         posterior.retain(|(_, w)| *w > NEGLIGIBLE * total);
         let total = sum(&posterior);
         posterior.iter_mut().for_each(|(_, w)| *w /= total);
-        posterior.sort_by(|a, b| a.0.slowness().total_cmp(&b.0.slowness()));
         posterior
     }
 }
@@ -138,7 +125,7 @@ pub(crate) mod tests {
         for seed in 2..6 {
             let clean = none.with(&Process::slow(1.0, 35.0)).colour(white(840, seed).into_iter());
             let posterior = none.posterior(&clean, &model, &shape);
-            let found = Process::mean(&posterior).slowness();
+            let found = -1.0 / Process::mean(&posterior).after(1.0).ln();
             // Some sixty independent stretches determine τ to about a quarter: two and a half of those.
             assert!((0.5 * 35.0..2.2 * 35.0).contains(&found), "{found}");
             let uncorrelated = none.posterior(&white(840, seed), &model, &shape);
@@ -153,21 +140,26 @@ pub(crate) mod tests {
         let clean = none.with(&Process::slow(1.0, 40.0)).colour(white(n, 7).into_iter());
         let posterior = none.posterior(&clean, &[vec![1.0; n]], &vec![1.0; n]);
         // Sixty stretches of the memory's length: the time constant is known to a third.
-        let near: f64 =
-            posterior.iter().filter(|(p, _)| (20.0..80.0).contains(&p.slowness())).map(|(_, w)| w).sum();
+        let near: f64 = posterior
+            .iter()
+            .filter(|(p, _)| (20.0..80.0).contains(&p.parts.first().map_or(0.0, |(_, time)| *time)))
+            .map(|(_, w)| w)
+            .sum();
         assert!(near > 0.9, "{posterior:?}");
     }
 
     #[test]
-    fn what_wanders_beside_white_readings_is_known_for_it() {
+    fn what_a_wandering_reference_does_as_well_gains_nothing() {
         let n = 400;
         let none = Correlation::none(&(0..n).map(|i| 2.0 * i as f64).collect::<Vec<f64>>());
-        let model = vec![vec![1.0; n]];
+        let (model, shape) = (vec![vec![1.0; n]], vec![1.0; n]);
+        let slow = vec![(0..n).map(|i| (i as f64 / 60.0).sin()).collect::<Vec<f64>>()];
         for seed in 11..15 {
             // Half of the variance is forgotten at once, so that neighbours tell little of what lasts.
-            let clean = none.with(&Process::slow(0.5, 60.0)).colour(white(n, seed).into_iter());
-            let mean = Process::mean(&none.posterior(&clean, &model, &vec![1.0; n]));
-            assert!((0.25..0.8).contains(&mean.new) && mean.slowness() > 8.0, "{mean:?}");
+            let wanders = none.with(&Process::slow(0.5, 60.0)).colour(white(n, seed).into_iter());
+            assert!(none.gain(&wanders, &model, &shape, &slow) < 12.0);
+            let moved: Vec<f64> = white(n, seed).iter().zip(&slow[0]).map(|(e, s)| e + s).collect();
+            assert!(none.gain(&moved, &model, &shape, &slow) > 18.0);
         }
     }
 }

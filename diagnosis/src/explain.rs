@@ -106,12 +106,12 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
         let noise = estimate(&rows.error, &rows.t_s, &model, &light, &covariates, &slow);
         // The tails depend on the design and the correlation, not on the level: only where the correlation is
         // another one are they resampled.
-        let again = if noise.correlation.process().differs(now.noise.correlation.process()) < SAME_CORRELATION
-        {
-            Search::with_noise(now, noise)
-        } else {
-            Search::new(rows, catalogue, order, noise, skip)
-        };
+        let again =
+            if (noise.correlation.typical() - now.noise.correlation.typical()).abs() < SAME_CORRELATION {
+                Search::with_noise(now, noise)
+            } else {
+                Search::new(rows, catalogue, order, noise, skip)
+            };
         let next = again.reshuffle(again.run(terms.clone()));
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
         last = Some(again);

@@ -96,9 +96,6 @@ pub mod content {
 pub mod correlation {
     /// Prior probability that readings are uncorrelated.
     pub const PRIOR_UNCORRELATED: f64 = 0.5;
-    /// The same that something lasts beside white readings, and that they flicker: rare, so that it must be seen before it
-    /// widens intervals.
-    pub const PRIOR_LASTING: f64 = 0.02;
     /// Shortest correlation time that is searched, in typical gaps between rows.
     pub const SHORTEST: f64 = 0.3;
     /// Points of the grid of correlation times; every so many of them are tried first.
@@ -111,8 +108,8 @@ pub mod correlation {
     pub const PARTS_OF_VARIANCE: [f64; 5] = [0.06, 0.2, 0.5, 0.8, 0.95];
     /// Parts for every decade of time constants in flicker: its spectrum follows 1/f to a twentieth.
     pub const FLICKER_PER_DECADE: f64 = 1.5;
-    /// Most parts of the process that whitens: three time constants follow flicker over a recording to a tenth.
-    pub const MOST_PARTS: usize = 3;
+    /// Correlation of neighbouring readings up to which they count as uncorrelated.
+    pub const UNCORRELATED: f64 = 1e-4;
     /// Log likelihood below the best of the coarse grid at which a neighbourhood is not looked into.
     pub const HOPELESS: f64 = 12.0;
     /// Part of the posterior below which a process is left out.
@@ -689,7 +686,7 @@ pub mod effects {
 
 /// See [`crate::explain`].
 pub mod explain {
-    /// Change of the covariance, over any distance, that leaves the calibration as it is.
+    /// Change of the correlation that leaves the calibration as it is.
     pub const SAME_CORRELATION: f64 = 0.08;
     /// Part of what it stands for that a generic curve may leave: a tenth of its square.
     pub const MISFIT_OF_A_CURVE: f64 = 0.1;

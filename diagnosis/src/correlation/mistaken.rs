@@ -31,7 +31,8 @@ impl Correlation {
         let columns = orthonormal(model, shape);
         // Per process: basis, residual, and what does not depend on the suspects of −2 log likelihood
         // of the observations' part outside the model.
-        let mut places = self.places(&columns, clean, shape);
+        let forgotten = self.forgotten().into_iter().step_by(COARSE);
+        let mut places = self.places(forgotten, &columns, clean, shape);
         let freedom = (n - columns.count()).max(1) as f64;
         let deviance = |place: &Place, rss: f64| place.deviance(rss, freedom);
         let now = |place: &Place| deviance(place, dot(&place.residual, &place.residual));
@@ -92,18 +93,22 @@ impl Correlation {
             let explained = place.explained_by(&[added.to_vec()])[0];
             [rss, rss - explained].map(|rss| place.deviance(rss, freedom))
         };
+        let processes = self.forgotten().into_iter().chain(self.lasting()).step_by(COARSE);
         let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
         let [without, with] =
-            self.places(&columns, clean, shape).iter().map(both).fold([f64::INFINITY; 2], least);
+            self.places(processes, &columns, clean, shape).iter().map(both).fold([f64::INFINITY; 2], least);
         without - with
     }
 
-    /// The recording seen with every process of the coarse grid.
-    fn places(&self, columns: &Columns, clean: &[f64], shape: &[f64]) -> Vec<Place> {
-        let families = self.families();
-        let coarse = families.iter().flat_map(|family| family.iter().step_by(COARSE));
-        let processes: Vec<Process> =
-            std::iter::once(Process::white()).chain(coarse.map(|(process, _)| process.clone())).collect();
+    /// The recording seen as white, and with every one of the processes.
+    fn places(
+        &self,
+        processes: impl Iterator<Item = Process>,
+        columns: &Columns,
+        clean: &[f64],
+        shape: &[f64],
+    ) -> Vec<Place> {
+        let processes: Vec<Process> = std::iter::once(Process::white()).chain(processes).collect();
         processes.par_iter().map(|process| Place::new(self.with(process), columns, clean, shape)).collect()
     }
 }

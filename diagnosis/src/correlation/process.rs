@@ -4,8 +4,7 @@
 
 use super::Correlation;
 use crate::thresholds::correlation::{
-    FLICKER_PER_DECADE, MOST_PARTS, PARTS_OF_VARIANCE, POINTS, POINTS_BESIDE_WHITE, PRIOR_LASTING,
-    PRIOR_UNCORRELATED, SHORTEST,
+    FLICKER_PER_DECADE, PARTS_OF_VARIANCE, POINTS, POINTS_BESIDE_WHITE, SHORTEST, UNCORRELATED,
 };
 
 /// A stationary process of variance one.
@@ -42,72 +41,36 @@ impl Process {
         self.parts.iter().map(|(part, time)| part * (-gaps / time).exp()).sum()
     }
 
-    /// How long the process is remembered (typical gaps): the integral of its covariance.
-    pub fn slowness(&self) -> f64 {
-        self.parts.iter().map(|(part, time)| part * time).sum()
-    }
-
-    /// The largest difference of the covariances, over distances of a gap to a hundred.
-    pub fn differs(&self, other: &Process) -> f64 {
-        let apart = |gaps: &f64| (self.after(*gaps) - other.after(*gaps)).abs();
-        [1.0, 10.0, 100.0].iter().map(apart).fold(0.0, f64::max)
-    }
-
-    /// The process with the mean covariance, near parts merged.
+    /// The process of one time constant with the mean correlation a gap apart.
     pub fn mean(posterior: &[(Process, f64)]) -> Process {
-        let mut parts: Vec<(f64, f64)> = posterior
-            .iter()
-            .flat_map(|(process, weight)| {
-                process.parts.iter().map(move |(part, time)| (weight * part, *time))
-            })
-            .collect();
-        parts.sort_by(|a, b| a.1.total_cmp(&b.1));
-        while parts.len() > MOST_PARTS {
-            // What merging costs: the variance that moves, by how far it moves.
-            let cost = |k: usize| {
-                let ((a, s), (b, t)) = (parts[k], parts[k + 1]);
-                a * b / (a + b).max(f64::MIN_POSITIVE) * (t / s).ln().powi(2)
-            };
-            let least = (0..parts.len() - 1).min_by(|i, j| cost(*i).total_cmp(&cost(*j))).unwrap_or(0);
-            let ((a, s), (b, t)) = (parts[least], parts.remove(least + 1));
-            parts[least] = (a + b, ((a * s.ln() + b * t.ln()) / (a + b).max(f64::MIN_POSITIVE)).exp());
-        }
-        parts.retain(|(part, _)| *part > f64::EPSILON);
-        Process { new: 1.0 - parts.iter().map(|(part, _)| part).sum::<f64>(), parts }
+        let typical: f64 = posterior.iter().map(|(process, weight)| weight * process.after(1.0)).sum();
+        if typical > UNCORRELATED { Process::slow(1.0, -1.0 / typical.ln()) } else { Process::white() }
     }
 }
 
 impl Correlation {
-    /// Processes that the readings may be of, each with its prior probability, along families in which neighbours resemble
-    /// each other; without white readings alone.
-    pub fn families(&self) -> Vec<Vec<(Process, f64)>> {
-        let duration = self.duration();
-        let longest = (0.25 * duration).max(4.0 * SHORTEST);
-        let times = |count: usize, longest: f64| -> Vec<f64> {
-            let part = |k: usize| k as f64 / (count - 1) as f64;
-            (0..count).map(|k| SHORTEST * (longest / SHORTEST).powf(part(k))).collect()
-        };
-        let alone: Vec<Process> = times(POINTS, longest).into_iter().map(|t| Process::slow(1.0, t)).collect();
-        let mut families: Vec<Vec<Process>> = vec![alone];
-        // Beside white readings a part may outlast the recording.
-        let beside = times(POINTS_BESIDE_WHITE, 4.0 * longest);
-        let of_part = |part: &f64| beside.iter().map(|t| Process::slow(*part, *t)).collect();
-        families.extend(PARTS_OF_VARIANCE.iter().map(of_part));
-        let flicker =
-            PARTS_OF_VARIANCE.iter().chain(&[1.0]).map(|part| Process::flicker(*part, duration.max(10.0)));
-        families.push(flicker.collect());
-        let alone = 1.0 - PRIOR_UNCORRELATED - 2.0 * PRIOR_LASTING;
-        let last = families.len() - 1;
-        let sizes =
-            [0..1, 1..last, last..last + 1].map(|kind| families[kind].iter().map(Vec::len).sum::<usize>());
-        let prior = |family: usize| match family {
-            0 => alone / sizes[0] as f64,
-            k if k < last => PRIOR_LASTING / sizes[1] as f64,
-            _ => PRIOR_LASTING / sizes[2] as f64,
-        };
-        let with_prior = |(k, family): (usize, Vec<Process>)| {
-            family.into_iter().map(|process| (process, prior(k))).collect()
-        };
-        families.into_iter().enumerate().map(with_prior).collect()
+    /// Processes that are forgotten with one time constant, in ascending order of it.
+    pub fn forgotten(&self) -> Vec<Process> {
+        times(POINTS, self.longest()).map(|time| Process::slow(1.0, time)).collect()
     }
+
+    /// Processes that last beside white readings: one part, up to those that outlast the recording, and flicker.
+    pub fn lasting(&self) -> Vec<Process> {
+        let beside = |part: &f64| {
+            times(POINTS_BESIDE_WHITE, 4.0 * self.longest()).map(|time| Process::slow(*part, time)).collect()
+        };
+        let one: Vec<Vec<Process>> = PARTS_OF_VARIANCE.iter().map(beside).collect();
+        let flicker = |part: &f64| Process::flicker(*part, self.duration().max(10.0));
+        one.into_iter().flatten().chain(PARTS_OF_VARIANCE.iter().chain(&[1.0]).map(flicker)).collect()
+    }
+
+    fn longest(&self) -> f64 {
+        (0.25 * self.duration()).max(4.0 * SHORTEST)
+    }
+}
+
+/// Correlation times from the shortest to `longest` in equal ratios.
+fn times(count: usize, longest: f64) -> impl Iterator<Item = f64> {
+    let part = move |k: usize| k as f64 / (count - 1) as f64;
+    (0..count).map(move |k| SHORTEST * (longest / SHORTEST).powf(part(k)))
 }
