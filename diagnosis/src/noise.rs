@@ -2,8 +2,8 @@
 //! (base, every angle by itself, smooth in time, linear in every observable), robust against outliers,
 //! with a variance that may change along the recording and an autocorrelation from row to row.
 //!
-//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process of white readings and parts that are forgotten
-//! with a time constant each (see [`crate::correlation`]).
+//! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that is forgotten with one time constant (see
+//! [`crate::correlation`]).
 
 use crate::correlation::{Correlation, Process, Whitener, suspect};
 use crate::numerics::median;
