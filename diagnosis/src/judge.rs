@@ -11,6 +11,7 @@ use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
 use crate::hand_on::HandOn;
 use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
+use crate::lasting::beyond_lasting_noise;
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::numerics::rms;
 use crate::search::Term;
@@ -97,7 +98,13 @@ impl<'a> Judge<'a, '_> {
                         judged.push(NOT_SHOWN.into());
                         return self.base_alone(joint, withdrawn, judged);
                     }
-                    Ok(Handed { model: handed, refitted, left, shown }) => {
+                    Ok(handed) => {
+                        let Some(Handed { model: handed, refitted, left, shown }) =
+                            self.beyond_noise(handed, &joint, &named, &mut judged)
+                        else {
+                            self.extend_intervals(&mut joint, &mut judged);
+                            return self.base_alone(joint, withdrawn, judged);
+                        };
                         self.as_handed_on(&mut joint, &handed, &refitted);
                         self.extend_intervals(&mut joint, &mut judged);
                         return Settled { joint, handed, refitted, left, shown, withdrawn, judged };
@@ -113,6 +120,36 @@ impl<'a> Judge<'a, '_> {
             withdrawn.extend(joint.terms.iter().find(is_worst).cloned());
             named.remove(worst);
         }
+    }
+
+    /// What is handed on without the effects that noise which lasts does as well as; nothing where none remains, or where
+    /// what remains does not hold.
+    fn beyond_noise(
+        &self,
+        handed: Handed,
+        joint: &Model,
+        named: &[Term],
+        judged: &mut Vec<String>,
+    ) -> Option<Handed> {
+        let beyond = beyond_lasting_noise(self.explanation, joint, joint.order);
+        let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
+        let shown = |t: &Term| joint.terms.iter().zip(&beyond).any(|(of, beyond)| *beyond && is(&of.term, t));
+        let (kept, others): (Vec<Term>, Vec<Term>) =
+            named.iter().cloned().partition(|t| shown(t) || self.of_one_time(t));
+        if others.is_empty() {
+            return Some(handed);
+        }
+        let ids: Vec<&str> = others.iter().map(|t| self.id(t)).collect();
+        judged.push(format!(
+            "{} {} not handed on: noise that lasts, such as a wandering reference, does nearly as well",
+            ids.join(" and "),
+            if ids.len() == 1 { "is" } else { "are" }
+        ));
+        if kept.is_empty() {
+            return None;
+        }
+        let without = self.handed(&self.alone(&kept), &kept, false).ok();
+        without.filter(|handed| handed.shown.as_ref().is_none_or(shows_gain))
     }
 
     /// The answer where the base alone is handed on.
@@ -165,8 +202,9 @@ impl<'a> Judge<'a, '_> {
     /// States the parameters as the handed-on model holds them: beside structure without a name, and in means of rows,
     /// the fit has others.
     fn as_handed_on(&self, joint: &mut Model, handed: &Model, refitted: &Coefficients) {
-        let named = joint.terms.iter_mut().filter(|t| t.effect.is_some());
-        for (term, readings) in named.zip(self.hand_on.parameters(refitted, handed)) {
+        for (of, readings) in handed.terms.iter().zip(self.hand_on.parameters(refitted, handed)) {
+            let same = |t: &&mut FittedTerm| t.term.family == of.term.family && t.term.shape == of.term.shape;
+            let Some(term) = joint.terms.iter_mut().find(same) else { continue };
             for ((stated, _), reading) in term.parameters.iter_mut().zip(readings.into_iter().flatten()) {
                 *stated = reading;
             }
@@ -283,7 +321,7 @@ fn all_but(terms: &[Term], k: usize) -> Vec<Term> {
 }
 
 /// The index with the smallest figure; the last one where all are infinite.
-fn least(count: usize, figure: impl Fn(usize) -> f64) -> usize {
+pub fn least(count: usize, figure: impl Fn(usize) -> f64) -> usize {
     let figures: Vec<f64> = (0..count).map(figure).collect();
     (0..count).rev().min_by(|a, b| figures[*a].total_cmp(&figures[*b])).unwrap_or(0)
 }

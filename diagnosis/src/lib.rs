@@ -40,6 +40,7 @@ mod held_out;
 mod intervals;
 mod judge;
 mod jumps;
+mod lasting;
 mod memory;
 mod mixture;
 mod model;

@@ -1,5 +1,5 @@
 //! What of an effect is handed on to other recordings of the device, where something that happened at one time of this
-//! one (a step, a drift, two of them) or noise that lasts, such as a wandering reference, does nearly as well in its place.
+//! one (a step, a drift, two of them) does nearly as well in its place.
 
 use std::collections::BTreeSet;
 
@@ -28,9 +28,8 @@ pub fn reach(
     rivals: &[Vec<Rival>],
 ) -> Vec<String> {
     let rows = explanation.search.rows;
-    let order = settled.handed.order;
     let mut base = Basis::new(rows.len());
-    for column in base_columns(rows, order) {
+    for column in base_columns(rows, settled.handed.order) {
         base.add(&column);
     }
     let mut said = Vec::new();
@@ -43,8 +42,7 @@ pub fn reach(
             .filter(|(_, effects)| effects.iter().all(|e| catalogue[*e].of_one_time))
             .chain(pair(explanation, catalogue, &settled.joint, &term.term))
             .collect();
-        let wanders = wandering(explanation, &settled.joint, order, &term.term);
-        let odds: f64 = of_one_time.iter().map(|(odds, _)| odds).sum::<f64>() + wanders;
+        let odds: f64 = of_one_time.iter().map(|(odds, _)| odds).sum();
         let about = centred(&handed.contribution);
         let mut own = about.clone();
         base.project_off(&mut own);
@@ -53,11 +51,9 @@ pub fn reach(
         if rest < LITTLE {
             continue;
         }
-        handed.reach = if rest > 1.0 - LITTLE { 0.0 } else { 1.0 - rest };
-        let of_effects =
-            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id.as_str());
-        let reference = (wanders > LITTLE).then_some("a wandering reference");
-        let others: BTreeSet<&str> = of_effects.chain(reference).collect();
+        handed.reach = 1.0 - rest;
+        let others: BTreeSet<&str> =
+            of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id.as_str()).collect();
         said.push(format!(
             "{}: whether it holds on other recordings ({} may be what happened in this one); {:.0} % of it is handed on \
              to them",
@@ -67,19 +63,6 @@ pub fn reach(
         ));
     }
     said
-}
-
-/// The odds of noise that lasts in a term's place, counted as those of [`pair`].
-fn wandering(explanation: &Explanation, joint: &Model, order: usize, term: &Term) -> f64 {
-    let search = &explanation.search;
-    let mut model = base_columns(search.rows, order);
-    let others = without(explanation, joint, term);
-    model.extend(others.iter().flat_map(|t| t.columns.iter().cloned()));
-    let noise = &search.noise;
-    let gained = noise.correlation.gain(&noise.clean, &model, &noise.sigma, &term.columns);
-    let shapes = search.effect(term.family).map_or(0, |e| search.free_shapes(e)) as f64;
-    let asked = term.columns.len() as f64 * (search.rows.len() as f64).ln() + SHAPE_PRICE * shapes;
-    ODDS * (0.5 * (asked - gained)).min(MOST_LOG_ODDS).exp()
 }
 
 /// The likeliest two effects of one time in a term's place, with their odds beside it: a column more costs what the
