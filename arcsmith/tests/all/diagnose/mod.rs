@@ -15,6 +15,7 @@ mod examples;
 mod fine_steering_mirror;
 mod harmonics;
 mod intervals;
+mod lasting_noise;
 mod moving;
 mod other_recordings;
 mod page;
