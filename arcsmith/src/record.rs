@@ -52,21 +52,24 @@ enum Kind {
     Verification,
 }
 
-const SCHEDULES: [(&str, fn() -> Protocol); 5] = [
+/// What a value of an option is called, and what makes it.
+type Named<T> = (&'static str, fn() -> T);
+
+const SCHEDULES: [Named<Protocol>; 5] = [
     ("paper", Protocol::calibration),
     ("coarse", Protocol::coarse),
     ("fine", Protocol::fine),
     ("random", Protocol::random),
     ("scan", Protocol::scan),
 ];
-const TEMPERATURES: [(&str, fn() -> Temperature); 4] = [
+const TEMPERATURES: [Named<Temperature>; 4] = [
     ("lab", || Temperature::Laboratory),
     ("ramp", Temperature::ramp),
     ("chamber", Temperature::chamber),
     ("levels", Temperature::levels),
 ];
 /// Kinds of noise; an encoder has the first two.
-pub const NOISES: [(&str, fn() -> Noise); 4] = [
+pub const NOISES: [Named<Noise>; 4] = [
     ("white", || Noise::White),
     ("autocorrelated", Noise::autocorrelated),
     ("heteroscedastic", Noise::heteroscedastic),
