@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use codegen::refused;
 use twin::Noise;
 use twin::encoder::{Encoder, Turning, Unit, record, write_file};
 
-use crate::record::written;
+use crate::record::{NOISES, among, written};
 use crate::terminal::{Common, Result};
 
 /// Arguments of `encode`.
@@ -24,8 +24,8 @@ pub struct Encode {
     #[arg(long)]
     device_seed: Option<u64>,
     /// The unit of both columns; counts are of 14 bits.
-    #[arg(long, value_enum, default_value = "deg")]
-    unit: Columns,
+    #[arg(long, value_parser = among(&UNITS), default_value = "deg")]
+    unit: Unit,
     /// Turns of one pass.
     #[arg(long, default_value_t = 1.2)]
     turns: f64,
@@ -42,24 +42,14 @@ pub struct Encode {
     #[arg(long)]
     unwrapped: bool,
     /// The kind of noise.
-    #[arg(long, value_enum, default_value = "white")]
-    noise: Family,
+    #[arg(long, value_parser = among(&NOISES[..2]), default_value = "white")]
+    noise: fn() -> Noise,
     /// The file to write, .csv or .csv.gz.
     #[arg(long)]
     out: PathBuf,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Columns {
-    Deg,
-    Counts,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Family {
-    White,
-    Autocorrelated,
-}
+const UNITS: [(&str, Unit); 2] = [("deg", Unit::Degrees), ("counts", Unit::Counts)];
 
 pub fn run(options: &Encode, common: Common) -> Result<()> {
     for (name, value, most) in [("--turns", options.turns, 1000.0), ("--speed", options.speed, 36_000.0)] {
@@ -75,14 +65,8 @@ pub fn run(options: &Encode, common: Common) -> Result<()> {
         readings_per_turn: options.readings,
         speed_deg_per_s: options.speed,
         wraps: !options.unwrapped,
-        unit: match options.unit {
-            Columns::Deg => Unit::Degrees,
-            Columns::Counts => Unit::Counts,
-        },
-        noise: match options.noise {
-            Family::White => Noise::White,
-            Family::Autocorrelated => Noise::autocorrelated(),
-        },
+        unit: options.unit,
+        noise: (options.noise)(),
         ..Turning::default()
     };
     let log = record(&encoder, &turning, options.seed);

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use fitter::plant::{Numbers, PlantEffect};
 use twin::dynamic::{Bench, Excitation, bench};
 use twin::log::write_series;
 use twin::{Injected, Noise};
 
-use crate::record::written;
+use crate::record::{among, written};
 use crate::terminal::{Common, Result};
 
 /// Arguments of `excite`.
@@ -25,8 +25,8 @@ pub struct Excite {
     #[arg(long)]
     device_seed: Option<u64>,
     /// What it is driven with; all up to 120 Hz, steps are held for 50 ms.
-    #[arg(long, value_enum, default_value = "multisine")]
-    excitation: Kind,
+    #[arg(long, value_parser = among(&EXCITATIONS), default_value = "multisine")]
+    excitation: Excitation,
     /// Samples of a run (of a period, where it is periodic), at 2 kHz.
     #[arg(long, default_value_t = 16_384, value_parser = clap::value_parser!(u32).range(16..=1 << 22))]
     samples: u32,
@@ -37,8 +37,8 @@ pub struct Excite {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
     runs: u32,
     /// The kind of noise of the position; autocorrelated: over 2 ms.
-    #[arg(long, value_enum, default_value = "white")]
-    noise: Colour,
+    #[arg(long, value_parser = among(&NOISES), default_value = "white")]
+    noise: Noise,
     /// An effect to hide, as id:parameter=value,parameter=value; may be given several times.
     #[arg(long = "effect", value_name = "EFFECT")]
     effects: Vec<Injected>,
@@ -47,36 +47,23 @@ pub struct Excite {
     out: PathBuf,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Kind {
-    Multisine,
-    OddMultisine,
-    Sweep,
-    Steps,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Colour {
-    White,
-    Autocorrelated,
-}
+const HIGHEST_HZ: f64 = 120.0;
+const EXCITATIONS: [(&str, Excitation); 4] = [
+    ("multisine", Excitation::Multisine { highest_hz: HIGHEST_HZ, odd: false }),
+    ("odd-multisine", Excitation::Multisine { highest_hz: HIGHEST_HZ, odd: true }),
+    ("sweep", Excitation::Sweep { lowest_hz: 1.0, highest_hz: HIGHEST_HZ }),
+    ("steps", Excitation::Steps { hold_s: 0.05 }),
+];
+const NOISES: [(&str, Noise); 2] =
+    [("white", Noise::White), ("autocorrelated", Noise::Autocorrelated { correlation_time_s: 2e-3 })];
 
 pub fn run(options: Excite, common: Common) -> Result<()> {
-    let highest_hz = 120.0;
     let bench = Bench {
-        excitation: match options.excitation {
-            Kind::Multisine => Excitation::Multisine { highest_hz, odd: false },
-            Kind::OddMultisine => Excitation::Multisine { highest_hz, odd: true },
-            Kind::Sweep => Excitation::Sweep { lowest_hz: 1.0, highest_hz },
-            Kind::Steps => Excitation::Steps { hold_s: 0.05 },
-        },
+        excitation: options.excitation,
         samples: options.samples as usize,
         periods: options.periods,
         runs: options.runs,
-        noise: match options.noise {
-            Colour::White => Noise::White,
-            Colour::Autocorrelated => Noise::Autocorrelated { correlation_time_s: 2e-3 },
-        },
+        noise: options.noise,
         ..Bench::from_seed(options.device_seed.unwrap_or(options.seed))
     };
     let effects = options.effects.into_iter().map(|effect| PlantEffect {

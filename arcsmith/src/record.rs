@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use codegen::refused;
 use serde_json::json;
@@ -29,14 +30,14 @@ pub struct Record {
     device_seed: Option<u64>,
     /// The steps of a calibration. paper: 35 angles, 6 passes; coarse: 18 angles, 12 passes; fine: 69 angles,
     /// 8 passes; random: as paper, in random order; scan: read while the mirror moves.
-    #[arg(long, value_enum)]
-    schedule: Option<Schedule>,
+    #[arg(long, value_parser = among(&SCHEDULES))]
+    schedule: Option<fn() -> Protocol>,
     /// The temperature. lab: 27 ± 1 °C; ramp: with time; chamber: cycles; levels: three levels, both ways.
-    #[arg(long, value_enum, default_value = "lab")]
-    temperature: Climate,
+    #[arg(long, value_parser = among(&TEMPERATURES), default_value = "lab")]
+    temperature: fn() -> Temperature,
     /// The kind of noise.
-    #[arg(long, value_enum, default_value = "white")]
-    noise: Family,
+    #[arg(long, value_parser = among(&NOISES), default_value = "white")]
+    noise: fn() -> Noise,
     /// An effect to hide, as id:parameter=value,parameter=value; may be given several times.
     #[arg(long = "effect", value_name = "EFFECT")]
     effects: Vec<Injected>,
@@ -51,29 +52,35 @@ enum Kind {
     Verification,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Schedule {
-    Paper,
-    Coarse,
-    Fine,
-    Random,
-    Scan,
-}
+/// What a value of an option is called, and what makes it.
+type Named<T> = (&'static str, fn() -> T);
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Climate {
-    Lab,
-    Ramp,
-    Chamber,
-    Levels,
-}
+const SCHEDULES: [Named<Protocol>; 5] = [
+    ("paper", Protocol::calibration),
+    ("coarse", Protocol::coarse),
+    ("fine", Protocol::fine),
+    ("random", Protocol::random),
+    ("scan", Protocol::scan),
+];
+const TEMPERATURES: [Named<Temperature>; 4] = [
+    ("lab", || Temperature::Laboratory),
+    ("ramp", Temperature::ramp),
+    ("chamber", Temperature::chamber),
+    ("levels", Temperature::levels),
+];
+/// Kinds of noise; an encoder has the first two.
+pub const NOISES: [Named<Noise>; 4] = [
+    ("white", || Noise::White),
+    ("autocorrelated", Noise::autocorrelated),
+    ("heteroscedastic", Noise::heteroscedastic),
+    ("outliers", Noise::outliers),
+];
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Family {
-    White,
-    Autocorrelated,
-    Heteroscedastic,
-    Outliers,
+/// An option that takes one of these names, and what stands beside it.
+pub fn among<T: Copy + Send + Sync>(named: &'static [(&str, T)]) -> impl TypedValueParser<Value = T> {
+    let value = |name: String| named.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
+    PossibleValuesParser::new(named.iter().map(|(name, _)| *name))
+        .try_map(move |name| value(name).ok_or("it is none of them"))
 }
 
 /// Says how many rows were written.
@@ -88,11 +95,7 @@ pub fn written(rows: usize, out: &Path, common: Common) {
 
 pub fn run(options: Record, common: Common) -> Result<()> {
     let mut protocol = match (options.protocol, options.schedule) {
-        (Kind::Calibration, None | Some(Schedule::Paper)) => Protocol::calibration(),
-        (Kind::Calibration, Some(Schedule::Coarse)) => Protocol::coarse(),
-        (Kind::Calibration, Some(Schedule::Fine)) => Protocol::fine(),
-        (Kind::Calibration, Some(Schedule::Random)) => Protocol::random(),
-        (Kind::Calibration, Some(Schedule::Scan)) => Protocol::scan(),
+        (Kind::Calibration, schedule) => schedule.unwrap_or(Protocol::calibration)(),
         (Kind::Verification, None) => Protocol::verification(),
         (Kind::Verification, Some(_)) => {
             return Err(refused!(
@@ -100,18 +103,8 @@ pub fn run(options: Record, common: Common) -> Result<()> {
             ));
         }
     };
-    protocol.temperature = match options.temperature {
-        Climate::Lab => Temperature::Laboratory,
-        Climate::Ramp => Temperature::ramp(),
-        Climate::Chamber => Temperature::chamber(),
-        Climate::Levels => Temperature::levels(),
-    };
-    protocol.noise = match options.noise {
-        Family::White => Noise::White,
-        Family::Autocorrelated => Noise::autocorrelated(),
-        Family::Heteroscedastic => Noise::heteroscedastic(),
-        Family::Outliers => Noise::outliers(),
-    };
+    protocol.temperature = (options.temperature)();
+    protocol.noise = (options.noise)();
     let device = Device::from_seed(options.device_seed.unwrap_or(options.seed));
     let device = device.with_effects(options.effects)?;
     protocol.suits(&device)?;

@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use fitter::output::not_the_input;
 use fitter::plant::PlantFile;
 use twin::dynamic::{Begin, Series, simulate};
 use twin::log::write_series;
 
-use crate::record::written;
+use crate::record::{among, written};
 use crate::terminal::{Common, Result};
 use codegen::cli::recording;
 
@@ -28,18 +28,14 @@ pub struct Simulate {
     /// How each run begins. recorded: as the first 50 rows of the recorded position (or one period of the mechanism's
     /// own vibration) say, if there is one; rest:
     /// at rest. A recording with a column `period` is simulated in its steady state.
-    #[arg(long, value_enum)]
-    begin: Option<Beginning>,
+    #[arg(long, value_parser = among(&BEGINNINGS))]
+    begin: Option<Begin>,
     /// The file to write, .csv or .csv.gz: t_s and position.
     #[arg(long)]
     out: PathBuf,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Beginning {
-    Recorded,
-    Rest,
-}
+const BEGINNINGS: [(&str, Begin); 2] = [("recorded", Begin::Recorded), ("rest", Begin::Rest)];
 
 pub fn run(options: &Simulate, common: Common) -> Result<()> {
     let plant = PlantFile::read(&options.plant)?;
@@ -47,12 +43,8 @@ pub fn run(options: &Simulate, common: Common) -> Result<()> {
     let recording =
         if undriven { Series::read_undriven(&options.drive)? } else { Series::read(&options.drive)? };
     not_the_input(&options.out, &[&options.drive, &options.plant])?;
-    let begin = match options.begin {
-        Some(Beginning::Recorded) => Begin::Recorded,
-        Some(Beginning::Rest) => Begin::Rest,
-        None if recording.positions.len() == 1 && plant.state_space.is_none() => Begin::Recorded,
-        None => Begin::Rest,
-    };
+    let known = recording.positions.len() == 1 && plant.state_space.is_none();
+    let begin = options.begin.unwrap_or(if known { Begin::Recorded } else { Begin::Rest });
     let simulated = simulate(&options.plant.display().to_string(), &plant, &recording, begin)?;
     write_series(&simulated, None, &options.out)?;
     written(simulated.t_s.len(), &options.out, common);

@@ -41,29 +41,17 @@ pub fn camel_case(name: &str) -> String {
         .collect()
 }
 
-/// The exact hexadecimal form of C99, without the suffix: `-0x1.8cp-3`.
-pub fn float_hex(value: f32) -> String {
+/// The exact hexadecimal form of C99, without a suffix: `-0x1.8cp-3`.
+pub fn float_hex(value: f64) -> String {
     let bits = value.abs().to_bits();
-    let fraction = format!("{:06x}", (bits & 0x7f_ffff) << 1);
-    hex(value.is_sign_negative(), (bits >> 23) as i32, 127, &fraction)
-}
-
-/// The exact hexadecimal form of C99 of a double.
-pub fn double_hex(value: f64) -> String {
-    let bits = value.abs().to_bits();
+    let sign = if value.is_sign_negative() { "-" } else { "" };
     let fraction = format!("{:013x}", bits & ((1 << 52) - 1));
-    hex(value.is_sign_negative(), (bits >> 52) as i32, 1023, &fraction)
-}
-
-/// A float of this biased exponent, and digits of its fraction.
-fn hex(negative: bool, exponent: i32, bias: i32, fraction: &str) -> String {
-    let sign = if negative { "-" } else { "" };
     let digits = fraction.trim_end_matches('0');
     let point = if digits.is_empty() { "" } else { "." };
-    match exponent {
+    match (bits >> 52) as i32 {
         0 if digits.is_empty() => format!("{sign}0.0"),
-        0 => format!("{sign}0x0.{digits}p{}", 1 - bias),
-        _ => format!("{sign}0x1{point}{digits}p{}", exponent - bias),
+        0 => format!("{sign}0x0.{digits}p-1022"),
+        exponent => format!("{sign}0x1{point}{digits}p{}", exponent - 1023),
     }
 }
 
@@ -101,14 +89,8 @@ mod tests {
         assert_eq!(float_hex(1.0), "0x1p0");
         assert_eq!(float_hex(-0.1875), "-0x1.8p-3");
         assert_eq!(float_hex(0.0), "0.0");
-        assert_eq!(float_hex(f32::from_bits(1)), "0x0.000002p-126");
-    }
-
-    #[test]
-    fn hexadecimal_doubles() {
-        assert_eq!(double_hex(1.0), "0x1p0");
-        assert_eq!(double_hex(-0.1875), "-0x1.8p-3");
-        assert_eq!(double_hex(f64::from_bits(1)), "0x0.0000000000001p-1022");
+        assert_eq!(float_hex(f32::from_bits(1).into()), "0x1p-149");
+        assert_eq!(float_hex(f64::from_bits(1)), "0x0.0000000000001p-1022");
     }
 
     #[test]

@@ -243,6 +243,8 @@ pub mod dynamic {
         pub const GIVEN_RANGE: f64 = 100.0;
         /// Most starts of one effect: two parameters with a range have their own each, more share them.
         pub const MOST_STARTS: usize = 25;
+        /// Parts of the stroke for each of which a form that holds in one place is tried: by judgement.
+        pub const PLACES: usize = 8;
     }
 
     /// See [`crate::dynamic::estimate`].

@@ -4,6 +4,7 @@
 use fitter::plant::{Hold, Numbers, PlantEffect, StateSpace};
 
 use super::effects::Context;
+use super::effects::catalogue::{ON_DRIVES, ON_READ_OUT};
 use super::error::RunError;
 use super::linear_loop::{Loops, dot, is_loop};
 use super::model::{Model, Start};
@@ -18,17 +19,6 @@ pub struct LinearModel {
     /// How the drives run between their samples, where an effect needs to know.
     pub hold: Hold,
 }
-
-const ON_DRIVES: [&str; 7] = [
-    "transport_delay",
-    "drive_offset",
-    "drive_saturation",
-    "drive_lag",
-    "rayleigh_hysteresis",
-    "ooc_dead_zone",
-    "ooc_mains_hum",
-];
-const ON_READ_OUT: [&str; 2] = ["sensor_lag", "sensor_offset"];
 
 impl LinearModel {
     /// The positions at every sample of the drives, each a column.

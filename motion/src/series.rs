@@ -77,15 +77,6 @@ impl Series {
         Series::checked(Table::read(path, &Naming::default(), &uses, &mut |_| {})?)
     }
 
-    /// Parses the text of a recording; `file` is the name that stands in messages.
-    ///
-    /// # Errors
-    /// As [`Series::read`].
-    pub fn parse(file: &str, bytes: &[u8]) -> Result<Series, SeriesError> {
-        let uses = |header: &Header| Series::uses(header, [true, false], &[]);
-        Series::checked(Table::from_bytes(file, bytes, &Naming::default(), &uses)?)
-    }
-
     fn checked(mut table: Table) -> Result<Series, SeriesError> {
         let series = Series::of(&mut table);
         series.step_s(&table.header.file, &table.lines, table.rounding, 2)?;
@@ -242,17 +233,22 @@ impl Series {
 mod tests {
     use super::*;
 
+    fn parse(file: &str, bytes: &[u8]) -> Result<Series, SeriesError> {
+        let uses = |header: &Header| Series::uses(header, [true, false], &[]);
+        Series::checked(Table::from_bytes(file, bytes, &Naming::default(), &uses)?)
+    }
+
     #[test]
     fn runs_periods_and_several_columns_are_read() {
         let text = "t_s,run,period,drive_1,drive_2,position\n0,1,1,1,2,3\n0.1,1,2,4,5,6\n0,2,1,7,8,9\n0.1,2,1,1,1,1\n";
-        let series = Series::parse("r.csv", text.as_bytes()).unwrap();
+        let series = parse("r.csv", text.as_bytes()).unwrap();
         assert_eq!(series.runs(), [0..2, 2..4]);
         assert_eq!(series.drives[1], [2.0, 5.0, 8.0, 1.0]);
         assert_eq!(series.period_of(&(0..2)), Some(1));
         assert_eq!(series.period_of(&(2..4)), Some(2));
         let mut written = Vec::new();
         series.write_csv(None, &mut written).unwrap();
-        assert_eq!(Series::parse("again", &written).unwrap(), series);
+        assert_eq!(parse("again", &written).unwrap(), series);
     }
 
     #[test]
@@ -261,14 +257,14 @@ mod tests {
         let row = |k: i32, t: f64| format!("{t:.5},{k},0\n");
         let even: String = (0..500).map(|k| row(k, f64::from(k) / 610.35)).collect();
         let head = "t_s,drive,position\n";
-        let series = Series::parse("r.csv", format!("{head}{even}").as_bytes()).unwrap();
+        let series = parse("r.csv", format!("{head}{even}").as_bytes()).unwrap();
         assert!((series.sample_s() * 610.35 - 1.0).abs() < 1e-4);
         let gap: String = (0..500).filter(|k| *k != 200).map(|k| row(k, f64::from(k) / 610.35)).collect();
-        let error = Series::parse("r.csv", format!("{head}{gap}").as_bytes()).unwrap_err().to_string();
+        let error = parse("r.csv", format!("{head}{gap}").as_bytes()).unwrap_err().to_string();
         assert!(error.contains("line 202"), "{error}");
-        let wrong = Series::parse("r.csv", b"t_s,drive\n0,1\n1,x\n").unwrap_err().to_string();
+        let wrong = parse("r.csv", b"t_s,drive\n0,1\n1,x\n").unwrap_err().to_string();
         assert!(wrong.contains("line 3, column `drive`: found `x`"), "{wrong}");
-        let missing = Series::parse("r.csv", b"t_s,input\n0,1\n1,2\n").unwrap_err().to_string();
+        let missing = parse("r.csv", b"t_s,input\n0,1\n1,2\n").unwrap_err().to_string();
         assert!(missing.contains("`drive`") && missing.contains("input"), "{missing}");
     }
 }

@@ -1,6 +1,6 @@
 //! The effects of calibrations that are known: a file of declarations, of which `diagnosis` makes its catalogue.
 
-use serde::Deserialize;
+use crate::declaration::File;
 
 /// The file, in the format that [`crate::declared`] reads.
 pub const CATALOGUE: &str = include_str!("catalogue.toml");
@@ -15,16 +15,7 @@ pub const CATALOGUE: &str = include_str!("catalogue.toml");
 /// # Panics
 /// No effect of the catalogue is found under that name.
 pub fn found_by_fit(name: &str) -> String {
-    #[derive(Deserialize)]
-    struct File {
-        effect: Vec<Entry>,
-    }
-    #[derive(Deserialize)]
-    struct Entry {
-        id: String,
-        found_by_fit: Option<String>,
-    }
     let read = toml::from_str::<File>(CATALOGUE).map_or_else(|_| Vec::new(), |file| file.effect);
-    let found = read.into_iter().find(|effect| effect.found_by_fit.as_deref() == Some(name));
+    let found = read.into_iter().find(|effect| effect.known.found_by_fit.as_deref() == Some(name));
     found.unwrap_or_else(|| unreachable!("the catalogue has no effect found as `{name}`")).id
 }

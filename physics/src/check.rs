@@ -173,11 +173,6 @@ impl Sentence {
         }
         remembers(&self.root)
     }
-
-    /// Which of the parameters are factors: by index.
-    pub fn factors(&self) -> Vec<usize> {
-        (0..self.parameters.len()).filter(|index| self.parameters[*index].range.is_none()).collect()
-    }
 }
 
 fn scaled(node: Node, factor: f64, span: &Range<usize>) -> Node {

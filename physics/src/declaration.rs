@@ -173,13 +173,13 @@ impl Vocabulary<'_> {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
-    effect: Vec<Entry>,
+pub(crate) struct File {
+    pub effect: Vec<Entry>,
 }
 
 #[derive(Deserialize)]
-struct Entry {
-    id: String,
+pub(crate) struct Entry {
+    pub id: String,
     title: Option<String>,
     adds: Option<One<String>>,
     possible: Option<String>,
@@ -187,7 +187,7 @@ struct Entry {
     #[serde(default)]
     reported: Vec<[String; 3]>,
     #[serde(flatten)]
-    known: Known,
+    pub known: Known,
     /// Every further key is a parameter.
     #[serde(flatten)]
     parameters: BTreeMap<String, ParameterEntry>,

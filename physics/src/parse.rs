@@ -122,7 +122,7 @@ fn resolved(text: &str, parsed: Parsed<'_>, depth: usize) -> Result<Expression, 
             (operator, arguments)
         }
     };
-    let count = operator.arguments();
+    let count = &operator.form().arguments;
     if !count.contains(&arguments.len()) {
         let expected = match (*count.start(), *count.end()) {
             (least, most) if least == most => least.to_string(),
@@ -131,7 +131,7 @@ fn resolved(text: &str, parsed: Parsed<'_>, depth: usize) -> Result<Expression, 
         let (name, found) = (operator.name(), arguments.len());
         return Err(refuse(format!(
             "`{name}` has {found} arguments, expected {expected}: {}",
-            operator.usage()
+            operator.form().usage
         )));
     }
     let arguments = arguments.into_iter().map(|argument| resolved(text, argument, depth + 1));

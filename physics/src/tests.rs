@@ -180,7 +180,7 @@ fn expressions() -> impl Strategy<Value = String> {
             (inner.clone(), 2..4).prop_map(|(a, power)| format!("({a})^{power}")),
             (inner.clone(), inner).prop_map(|(a, b)| format!("({a}) / (3 + ({b})^2)")),
             functions.prop_map(|(k, of)| {
-                let (name, count) = (FUNCTIONS[k].name(), FUNCTIONS[k].arguments());
+                let (name, count) = (FUNCTIONS[k].name(), &FUNCTIONS[k].form().arguments);
                 // Arguments that the function has values for.
                 let positive = |text: &String| format!("(0.5 + ({text})^2)");
                 let arguments: Vec<String> = match name {

@@ -163,46 +163,10 @@ pub(crate) fn read(path: &Path) -> Result<String, CampaignError> {
     })
 }
 
-/// The readings of a calibration with all the columns that the log of `twin` has, in its order.
+/// The readings of a calibration with all the columns that the log of `twin` has.
 fn readings(path: &Path) -> Result<Vec<Reading>, CampaignError> {
     let text = read(path)?;
+    let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
     let wrong = |line: usize| CampaignError::Reading { path: path.to_owned(), line };
-    let mut lines = text.lines();
-    if lines.next().is_none_or(|header| header.trim() != twin::log::HEADER) {
-        return Err(wrong(1));
-    }
-    lines
-        .enumerate()
-        .map(|(index, line)| {
-            let parse = |field: &str| field.trim().parse::<f64>().map_err(|_| wrong(index + 2));
-            let fields: Vec<f64> = line.split(',').map(parse).collect::<Result<_, _>>()?;
-            let [
-                t_s,
-                pass,
-                direction,
-                command_deg,
-                x1_mm,
-                x2_mm,
-                reference_arcsec,
-                cross_arcsec,
-                temperature_c,
-                coil_a,
-            ] = fields[..]
-            else {
-                return Err(wrong(index + 2));
-            };
-            Ok(Reading {
-                t_s,
-                pass: pass as u32,
-                direction: direction as i8,
-                command_deg,
-                x1_mm,
-                x2_mm,
-                reference_arcsec,
-                cross_arcsec,
-                temperature_c,
-                coil_a,
-            })
-        })
-        .collect()
+    rows.enumerate().map(|(index, row)| row.map_err(|_| wrong(index + 2))).collect()
 }

@@ -10,7 +10,7 @@ use trials::CampaignError;
 use trials::campaign::Campaign;
 use trials::plan::Counts;
 use trials::programs::Programs;
-use trials::report::Report;
+use trials::report::{Page, Report};
 use trials::{beyond, dynamic, score};
 
 /// A program that accepts all and writes nothing.
@@ -88,7 +88,7 @@ fn no_answer_gains_nothing_beyond_the_catalogue_either() {
     assert!(outcome.cases.iter().all(|row| row.said == "refused" && row.gain.is_none() && !row.found));
     let report = Report::of_beyond(&campaign, &outcome);
     assert_eq!(report.score.nulls.len(), 8);
-    assert!(report.tables().contains("| ooc_abbe | 1 | 0 | 0 |"), "{}", report.tables());
+    assert!(report.page().contains("| ooc_abbe | 1 | 0 | 0 |"), "{}", report.page());
     only(&folder.path().join("sensor/recordings"), "mirror.toml", ".csv");
     only(&folder.path().join("mirror/recordings"), "mirror.toml", ".csv");
 }

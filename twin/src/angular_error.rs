@@ -23,13 +23,6 @@ impl AngularError {
         Self { probe_distance_mm: 12.0, coefficients: PAPER.to_vec() }
     }
 
-    /// Δθ(s) of Eq. 6 in radians, s in millimetres.
-    pub fn error_rad(&self, s_mm: f64) -> f64 {
-        let d = self.probe_distance_mm;
-        let sum = self.coefficients.iter().rev().fold(0.0, |sum, a| sum * s_mm + a);
-        d / (s_mm * s_mm + d * d) * sum
-    }
-
     /// The true angle in radians at which the pair reports s: atan(s/d) − Δθ(s), continued along its
     /// tangent beyond [`KNOWN_TO_MM`].
     pub fn true_angle_rad(&self, s_mm: f64) -> f64 {
@@ -100,7 +93,8 @@ mod tests {
         let paper = AngularError::paper();
         // θ = ±1.7° is the end of the calibration.
         let s = 12.0 * 1.7f64.to_radians().tan();
-        let largest = paper.error_rad(-s).abs().max(paper.error_rad(s).abs()).to_degrees();
+        let error_rad = |s: f64| (s / 12.0).atan() - paper.true_angle_rad(s);
+        let largest = error_rad(-s).abs().max(error_rad(s).abs()).to_degrees();
         assert!((0.27..0.285).contains(&largest), "{largest}");
     }
 

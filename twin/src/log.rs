@@ -7,9 +7,10 @@ use fitter::output::{OutputError, write_whole};
 use fitter::text_safety;
 use flate2::{Compression, GzBuilder};
 use motion::Series;
+use serde::Deserialize;
 
 /// One settled reading, in the units of the CSV columns and with the resolution that they print.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct Reading {
     /// Time since the start in seconds.
     pub t_s: f64,
@@ -34,7 +35,7 @@ pub struct Reading {
 }
 
 /// The header row.
-pub const HEADER: &str =
+pub(crate) const HEADER: &str =
     "t_s,pass,direction,command_deg,x1_mm,x2_mm,reference_arcsec,cross_arcsec,temperature_c,coil_a";
 
 /// Writes the rows as CSV, header first.

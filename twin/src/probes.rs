@@ -61,18 +61,6 @@ impl ProbePair {
         ]
     }
 
-    /// ∂s/∂u without unit: how much of a small translation of the plate is mistaken for a difference, at
-    /// the true angle in radians.
-    pub fn translation_leak(&self, true_angle_rad: f64, geometry: &Geometry) -> f64 {
-        // Central difference; 10⁻⁴ mm is a large translation and small against any curvature.
-        let step = 1e-4;
-        let s = |translation| {
-            let [x1, x2] = self.report_mm(geometry.pad_distances_mm(true_angle_rad, translation), geometry);
-            x2 - x1
-        };
-        (s(step) - s(-step)) / (2.0 * step)
-    }
-
     /// E(q) in millimetres.
     fn difference_mm(&self, displacement_mm: f64) -> f64 {
         let angle_rad = (2.0 * displacement_mm / self.error.probe_distance_mm).atan();

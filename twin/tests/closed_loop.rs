@@ -4,8 +4,35 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
 
 use fitter::{Mirror, Options, Recording};
-use twin::dynamic::position_loop::{PositionLoop, Settled, settle_through};
-use twin::{Device, Protocol, calculated_angle_rad};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use twin::dynamic::position_loop::{PositionLoop, Sample};
+use twin::streams::{Stream, stream};
+use twin::units::arcsec_from_rad;
+use twin::{Device, Feedback, Protocol, calculated_angle_rad};
+
+/// Commanded angle in radians, and the angle that was fed back less what the autocollimator read, in arcseconds.
+struct Settled {
+    command_rad: f64,
+    error_arcsec: f64,
+}
+
+/// Steps through commanded angles in radians, each held for 0.15 s, and reads the autocollimator over the last third of
+/// each.
+fn settle_through(device: &Device, angles_rad: &[f64], feedback: Feedback, seed: u64) -> Vec<Settled> {
+    let plan = PositionLoop::default();
+    let each = (0.15 * plan.rate_hz).round() as usize;
+    let commands: Vec<f64> = angles_rad.iter().flat_map(|angle| vec![*angle; each]).collect();
+    let mut optics = stream(seed, Stream::Autocollimator);
+    let settle = |held: &[Sample]| {
+        let last = &held[each - each / 3..];
+        let error_rad = last.iter().map(|s| s.measured_rad - s.true_rad).sum::<f64>() / last.len() as f64;
+        let noise_arcsec =
+            device.autocollimator.total_noise_arcsec() * optics.sample::<f64, _>(StandardNormal);
+        Settled { command_rad: held[0].command_rad, error_arcsec: arcsec_from_rad(error_rad) - noise_arcsec }
+    };
+    plan.run(device, &commands, feedback, seed).unwrap().chunks_exact(each).map(settle).collect()
+}
 
 /// The verification: ±1.4° in steps of 0.2°, three passes forward and three backward.
 fn verification_rad() -> Vec<f64> {
@@ -49,11 +76,7 @@ fn the_corrected_angle_in_feedback_reaches_the_papers_accuracy() {
         let model = fitted.coefficients.error_model();
         let corrected = |x1: f64, x2: f64| model.corrected(x2 - x1);
 
-        let plan = PositionLoop::default();
-        let angles = verification_rad();
-        let run = |feedback: twin::Feedback| {
-            settle_through(&plan, &device, &angles, 0.15, feedback, seed + 1000).unwrap()
-        };
+        let run = |feedback: Feedback| settle_through(&device, &verification_rad(), feedback, seed + 1000);
         // Figures 9 and 10: mean error of six passes below 1.1″, standard deviation below 1.2″. Beyond ±1.3°
         // the calibration ends, and its polynomial with it.
         let (mean, deviation) = worst(&run(&corrected), 1.3);

@@ -192,7 +192,7 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
     let campaign = beyond::campaign::Campaign { counts, seed: args.seed, jobs, out: args.out.clone() };
     let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
     let report = Report::of_beyond(&campaign, &outcome);
-    report.write_tables(&args.out)?;
+    report.write(&args.out)?;
     Ok(summary.campaign(&report.score.figures, report.score.missed(), &args.out))
 }
 

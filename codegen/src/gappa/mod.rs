@@ -55,7 +55,7 @@ pub fn script(
             let whole = (from.ceil_to_i64().unwrap_or(i64::MIN), to.floor_to_i64().unwrap_or(i64::MAX));
             (whole.0.to_string(), whole.1.to_string())
         } else {
-            (text::double_hex(from.to_f64_down()), text::double_hex(to.to_f64_up()))
+            (text::float_hex(from.to_f64_down()), text::float_hex(to.to_f64_up()))
         };
         variables.push(context! { name => "x_", from => ends.0, to => ends.1, integer => true });
     }
@@ -75,7 +75,7 @@ pub fn script(
         terms => routine.design.account.is_some(),
         table => if table { program.table.len() } else { 0 },
         split => program.steps.iter().any(|s| matches!(s.op, Op::MulAddSplit { .. })),
-        bound => text::double_hex((routine.design.bound.rounding * factor).next_up()),
+        bound => text::float_hex((routine.design.bound.rounding * factor).next_up()),
         pieces => PIECES,
     };
     renderer.render("gappa/routine.g", context).map(Some)

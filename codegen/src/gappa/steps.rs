@@ -98,7 +98,7 @@ impl Writer<'_> {
             Operand::Step(s) if s == self.program.variable => &Number::exactly("x_".into()),
             Operand::Step(s) => self.numbers.get(&s)?,
             Operand::Int(v) => &Number::exactly(v.to_string()),
-            Operand::Float(v) => &Number::exactly(text::float_hex(v)),
+            Operand::Float(v) => &Number::exactly(text::float_hex(v.into())),
         };
         let (r, mut e) = (number.r.clone(), number.e.clone());
         if let Some(taken) = self.taken(i, k, operand) {
@@ -185,6 +185,6 @@ impl Writer<'_> {
 
 /// A name and the floats around a range.
 fn in_range(name: &str, range: &Interval) -> Value {
-    let (from, to) = (text::double_hex(range.to_f64_down()), text::double_hex(range.to_f64_up()));
+    let (from, to) = (text::float_hex(range.to_f64_down()), text::float_hex(range.to_f64_up()));
     context! { name, from, to, integer => false }
 }

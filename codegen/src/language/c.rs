@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{Body, Checker, File, Language, limit};
 use crate::options::CShift;
 use crate::program::{Op, Operand, Program, Step, Type};
-use crate::text::{double_hex, float_hex};
+use crate::text::float_hex;
 use crate::verify::VerifyError;
 use crate::verify::compile::{How, Place, Tool};
 use crate::verify::eva;
@@ -80,7 +80,7 @@ impl Language for C {
     }
 
     fn float(&self, value: f32) -> String {
-        format!("{}f", float_hex(value))
+        format!("{}f", float_hex(value.into()))
     }
 
     fn expression(&self, body: &Body<'_>, step: &Step) -> String {
@@ -228,7 +228,7 @@ impl Checker for C {
     }
 
     fn double(&self, value: f64) -> String {
-        double_hex(value)
+        float_hex(value)
     }
 
     fn argument(&self, ty: Type) -> String {

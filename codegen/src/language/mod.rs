@@ -28,11 +28,6 @@ pub use rust::module;
 /// All languages, in the order of the certificate's entries.
 pub static ALL: [&dyn Language; 2] = [&rust::Rust, &c::C];
 
-/// The language of a certificate's entry.
-pub fn named(name: &str) -> Option<&'static dyn Language> {
-    ALL.into_iter().find(|language| language.name() == name)
-}
-
 /// A file that is rendered from a template.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {

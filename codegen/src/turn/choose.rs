@@ -17,8 +17,6 @@ use crate::program::Program;
 pub struct TurnRoutine {
     /// How it is written.
     pub shape: Shape,
-    /// Its constants.
-    pub filling: Filling,
     /// The program that was run on every count.
     pub program: Program,
     /// Widths of the counts.
@@ -82,7 +80,7 @@ pub fn choose(coefficients: &Coefficients, options: &Options) -> Result<TurnRout
             let cost = cost(&program, shape, core);
             let Ok(proof) = prove(&program, words, &targets.exact) else { continue };
             if proof.bound <= in_counts && cost.flash_bytes <= *flash {
-                return Ok(TurnRoutine { shape, filling, program, words, proof, core, cost, unit_per_count });
+                return Ok(TurnRoutine { shape, program, words, proof, core, cost, unit_per_count });
             }
         }
         least = flash + 1;

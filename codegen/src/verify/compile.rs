@@ -38,11 +38,6 @@ impl Tool {
         Tool { program: program.into(), install }
     }
 
-    /// Whether it is there.
-    pub fn is_there(&self) -> bool {
-        Command::new(&self.program).arg("--version").output().is_ok()
-    }
-
     /// Runs it and gives what it printed, whatever its exit code.
     ///
     /// # Errors

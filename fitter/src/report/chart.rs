@@ -37,7 +37,7 @@ pub(super) enum Page {
 
 /// What a series is drawn in.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Colour {
+pub enum Colour {
     /// Measured before, backward, testing.
     First,
     /// Modelled, forward, training.
@@ -48,8 +48,10 @@ pub(super) enum Colour {
 
 /// How a series is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Mark {
+pub enum Mark {
+    /// Points alone.
     Dots,
+    /// A line alone.
     Line,
     /// Dots on a line.
     Both,
@@ -58,20 +60,26 @@ pub(super) enum Mark {
 }
 
 /// Points of one kind.
-pub(super) struct Series {
+pub struct Series {
     /// In the legend; nothing where blank.
     pub name: String,
+    /// Abscissa and ordinate.
     pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
     pub mark: Mark,
+    /// In what.
     pub colour: Colour,
 }
 
 /// A chart before it is drawn.
-pub(super) struct Chart<'a> {
+pub struct Chart<'a> {
     /// For those who do not see it.
     pub label: &'a str,
+    /// What the abscissa is.
     pub x: String,
+    /// What the ordinate is.
     pub y: String,
+    /// What is drawn, the first lowest.
     pub series: Vec<Series>,
 }
 

@@ -19,6 +19,7 @@ use crate::fit::Fit;
 use crate::recording::Recording;
 
 pub use after::Corrected;
+pub use chart::{Chart, Colour, Mark, Series};
 
 /// One drawing.
 #[derive(Debug, Clone, PartialEq)]

@@ -17,11 +17,6 @@ pub struct Exponential {
 }
 
 impl Exponential {
-    /// 1 − e^(−t/τ), t in seconds since the start of the recording.
-    pub fn warm_up(time_constant_s: f64) -> Exponential {
-        Exponential { observable: "t_s".to_string(), start: 0.0, scale: time_constant_s }
-    }
-
     pub(super) fn column(&self, observables: &Observables) -> Result<Vec<f64>, Missing> {
         let values = observables.get(&self.observable)?;
         Ok(values

@@ -15,11 +15,6 @@ pub struct Step {
 }
 
 impl Step {
-    /// A step at a time in seconds.
-    pub fn in_time(time_s: f64) -> Step {
-        Step { observable: "t_s".to_string(), at: time_s }
-    }
-
     pub(super) fn column(&self, observables: &Observables) -> Result<Vec<f64>, Missing> {
         let values = observables.get(&self.observable)?;
         Ok(values.iter().map(|v| if v.is_nan() { *v } else { f64::from(u8::from(*v >= self.at)) }).collect())

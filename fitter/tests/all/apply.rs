@@ -93,11 +93,11 @@ fn every_operator_adds_what_its_file_says() {
     check(lag, &[1.0], &[0.0, one, two, e * two + (1.0 - e) * 10.0 - 10.0 * e]);
     let warm = 1.0 - (-0.5f64).exp();
     check(
-        Operator::Exponential(Exponential::warm_up(20.0)),
+        Operator::Exponential(Exponential { observable: "t_s".into(), start: 0.0, scale: 20.0 }),
         &[3.0],
         &[0.0, 3.0 * warm, 3.0 * (1.0 - e), 3.0 * (1.0 - (-1.5f64).exp())],
     );
-    check(Operator::Step(Step::in_time(10.0)), &[2.0], &[0.0, 2.0, 2.0, 2.0]);
+    check(Operator::Step(Step { observable: "t_s".into(), at: 10.0 }), &[2.0], &[0.0, 2.0, 2.0, 2.0]);
     let degrees = theta[1] / 3600.0;
     let bump = Gaussian::of("angle_deg", degrees, 0.1);
     let side = |row: usize| 5.0 * (-0.5 * ((theta[row] / 3600.0 - degrees) / 0.1).powi(2)).exp();
@@ -136,7 +136,12 @@ fn terms_that_cannot_be_applied_are_left_out_and_named() {
     let terms = vec![
         term("thermal_zero_drift", Scope::Device, product("temperature_c"), &[1.0]),
         term("cross_axis_coupling", Scope::Device, product("cross_arcsec"), &[1.0]),
-        term("mount_step", Scope::Recording, Operator::Step(Step::in_time(-1.0)), &[7.0]),
+        term(
+            "mount_step",
+            Scope::Recording,
+            Operator::Step(Step { observable: "t_s".into(), at: -1.0 }),
+            &[7.0],
+        ),
     ];
     let mut file = with_terms(perfect_pair(), terms);
     let recording = recording(&["0,0,1,0,0,0,26,1", "1,0,1,-0.01,0.01,0,,1"]);
@@ -268,7 +273,7 @@ fn a_term_that_contradicts_itself_is_refused() {
         file.terms = vec![term("effect", Scope::Device, operator, coefficients)];
         coefficients::parse("bad.json", &file.to_json()).unwrap_err().to_string()
     };
-    let step = || Operator::Step(Step::in_time(1.0));
+    let step = || Operator::Step(Step { observable: "t_s".into(), at: 1.0 });
     assert!(refused(step(), &[1.0, 2.0]).contains("1 columns has 2 coefficients"));
     assert!(refused(Operator::Periodic(Periodic::of(1.0, 1)), &[1.0, 0.0]).contains("no inverse"));
     assert!(refused(Operator::Lag(Lag::of("t_s", -1.0, 0.0)), &[1.0]).contains("time_constant_s"));

@@ -49,19 +49,22 @@ pub fn listing() -> String {
     text
 }
 
-/// Where an effect stands on the way from the recorded drive to the mechanism, the first first; the order of
-/// effects of equal number is that in which they were given.
+/// Effects on the way of the drives, in their order from the recorded drive to the mechanism.
+pub(crate) const ON_DRIVES: [&str; 7] = [
+    "transport_delay",
+    "ooc_mains_hum",
+    "drive_offset",
+    "ooc_dead_zone",
+    "drive_saturation",
+    "drive_lag",
+    "rayleigh_hysteresis",
+];
+/// Those of the read-out, in theirs.
+pub(crate) const ON_READ_OUT: [&str; 2] = ["sensor_lag", "sensor_offset"];
+
+/// Where an effect stands on its way, the first first; the order of effects of equal number is that in which they were
+/// given.
 pub(crate) fn place(id: &str) -> usize {
-    const ORDER: [&str; 7] = [
-        "transport_delay",
-        "ooc_mains_hum",
-        "drive_offset",
-        "ooc_dead_zone",
-        "drive_saturation",
-        "drive_lag",
-        "rayleigh_hysteresis",
-    ];
-    const READ_OUT: [&str; 2] = ["sensor_lag", "sensor_offset"];
     let among = |list: &[&str]| list.iter().position(|other| *other == id);
-    among(&ORDER).or_else(|| among(&READ_OUT)).unwrap_or(0)
+    among(&ON_DRIVES).or_else(|| among(&ON_READ_OUT)).unwrap_or(0)
 }

@@ -12,10 +12,7 @@ pub const CUBIC_STIFFNESS: Specification = Specification {
     title: "a spring that hardens or softens with the square of its deflection",
     depends_on: &["position", "amplitude", "acceleration"],
     parameters: &[Parameter::needed("coefficient", "1/(position unit² s²)", ANY)],
-    build: |values, _| {
-        let coefficient = values["coefficient"];
-        Action::force(move |at| -coefficient * at.x.powi(3))
-    },
+    build: |values, _| Action::force_by(values["coefficient"], |c, at| -c * at.x.powi(3)),
     draw: |strength, typical, generator| {
         // A softening spring still pulls back over the whole stroke.
         let limit = 0.3 * typical.stiffness / typical.largest_position.powi(2);
@@ -31,10 +28,7 @@ pub const QUADRATIC_STIFFNESS: Specification = Specification {
     title: "a spring that is stiffer on one side",
     depends_on: &["position", "amplitude"],
     parameters: &[Parameter::needed("coefficient", "1/(position unit s²)", ANY)],
-    build: |values, _| {
-        let coefficient = values["coefficient"];
-        Action::force(move |at| -coefficient * at.x * at.x)
-    },
+    build: |values, _| Action::force_by(values["coefficient"], |c, at| -c * at.x * at.x),
     draw: |strength, typical, generator| {
         // It still pulls back on the soft side.
         let limit = 0.3 * typical.stiffness / typical.largest_position;
@@ -49,10 +43,7 @@ pub const QUADRATIC_DAMPING: Specification = Specification {
     title: "drag with the square of the velocity",
     depends_on: &["velocity", "amplitude"],
     parameters: &[Parameter::needed("coefficient", "1/position unit", NOT_NEGATIVE)],
-    build: |values, _| {
-        let coefficient = values["coefficient"];
-        Action::force(move |at| -coefficient * at.v * at.v.abs())
-    },
+    build: |values, _| Action::force_by(values["coefficient"], |c, at| -c * at.v * at.v.abs()),
     draw: |strength, typical, _| {
         vec![("coefficient", strength * typical.acceleration() / typical.velocity.powi(2))]
     },
@@ -65,10 +56,7 @@ pub const NONLINEAR_DAMPING: Specification = Specification {
     title: "damping that grows with the deflection",
     depends_on: &["velocity", "position", "amplitude"],
     parameters: &[Parameter::needed("coefficient", "1/(position unit² s)", ANY)],
-    build: |values, _| {
-        let coefficient = values["coefficient"];
-        Action::force(move |at| -coefficient * at.x * at.x * at.v)
-    },
+    build: |values, _| Action::force_by(values["coefficient"], |c, at| -c * at.x * at.x * at.v),
     draw: |strength, typical, _| {
         let moved = typical.position.powi(2) * typical.velocity;
         vec![("coefficient", strength * typical.acceleration() / moved)]
@@ -130,10 +118,7 @@ pub const AGEING_STIFFNESS: Specification = Specification {
     title: "a stiffness that changes with time",
     depends_on: &["t_s"],
     parameters: &[Parameter::needed("stiffness_per_s", "1/s³", ANY)],
-    build: |values, _| {
-        let rate = values["stiffness_per_s"];
-        Action::force(move |at| -rate * at.t_s * at.x)
-    },
+    build: |values, _| Action::force_by(values["stiffness_per_s"], |rate, at| -rate * at.t_s * at.x),
     draw: |strength, typical, generator| {
         let limit = 0.5 * typical.stiffness / typical.duration_s;
         let size = 2.0 * strength * typical.acceleration() / (typical.position * typical.duration_s);
@@ -148,10 +133,7 @@ pub const DRIVE_STIFFNESS: Specification = Specification {
     title: "a stiffness that depends on the drive",
     depends_on: &["drive", "position"],
     parameters: &[Parameter::needed("coefficient", "1/(drive unit s²)", ANY)],
-    build: |values, _| {
-        let coefficient = values["coefficient"];
-        Action::force(move |at| -coefficient * at.drive * at.x)
-    },
+    build: |values, _| Action::force_by(values["coefficient"], |c, at| -c * at.drive * at.x),
     draw: |strength, typical, generator| {
         let limit = 0.5 * typical.stiffness / typical.largest_drive;
         let size = strength * typical.acceleration() / (typical.drive * typical.position);
@@ -166,10 +148,7 @@ pub const POSITION_DAMPING: Specification = Specification {
     title: "damping that changes its sign with the side",
     depends_on: &["velocity", "position"],
     parameters: &[Parameter::needed("coefficient", "1/(position unit s)", ANY)],
-    build: |values, _| {
-        let coefficient = values["coefficient"];
-        Action::force(move |at| -coefficient * at.x * at.v)
-    },
+    build: |values, _| Action::force_by(values["coefficient"], |c, at| -c * at.x * at.v),
     draw: |strength, typical, generator| {
         // The mechanism stays damped over the whole stroke.
         let limit = 0.8 * typical.damping / typical.largest_position;

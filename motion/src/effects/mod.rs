@@ -123,6 +123,11 @@ impl Action {
         Action::Force(Box::new(Plain(acceleration)))
     }
 
+    /// The same with a number of its own.
+    fn force_by(number: f64, acceleration: impl Fn(f64, &Motion) -> f64 + Send + Sync + 'static) -> Action {
+        Action::force(move |at| acceleration(number, at))
+    }
+
     /// Dry friction, as [`Force::friction`] has it.
     fn friction(friction: impl Fn(&Motion, f64) -> f64 + Send + Sync + 'static) -> Action {
         Action::Force(Box::new(Dry(friction)))

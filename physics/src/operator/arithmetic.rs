@@ -1,9 +1,8 @@
 //! Sums, products, quotients, powers and signs.
 
 use std::fmt;
-use std::ops::RangeInclusive;
 
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value, pointwise};
 use crate::expression::{Expression, binding};
 use crate::interval::Interval;
@@ -11,8 +10,8 @@ use crate::quantity::{Agreed, Quantity, UnitError, common};
 
 /// An operator between two operands, or before one.
 struct Arithmetic {
-    sign: &'static str,
     kind: Kind,
+    form: Form,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -25,12 +24,17 @@ enum Kind {
     Negative,
 }
 
-pub static SUM: &dyn Operator = &Arithmetic { sign: "+", kind: Kind::Sum };
-pub static DIFFERENCE: &dyn Operator = &Arithmetic { sign: "-", kind: Kind::Difference };
-pub static PRODUCT: &dyn Operator = &Arithmetic { sign: "*", kind: Kind::Product };
-pub static QUOTIENT: &dyn Operator = &Arithmetic { sign: "/", kind: Kind::Quotient };
-pub static POWER: &dyn Operator = &Arithmetic { sign: "^", kind: Kind::Power };
-pub static NEGATIVE: &dyn Operator = &Arithmetic { sign: "-", kind: Kind::Negative };
+const fn arithmetic(kind: Kind, operation: Operation, sign: &'static str, usage: &'static str) -> Arithmetic {
+    let operands = if matches!(kind, Kind::Negative) { 1 } else { 2 };
+    Arithmetic { kind, form: Form::new(operation, sign, usage, operands..=operands) }
+}
+
+pub static SUM: &dyn Operator = &arithmetic(Kind::Sum, Operation::Sum, "+", "a + b");
+pub static DIFFERENCE: &dyn Operator = &arithmetic(Kind::Difference, Operation::Difference, "-", "a - b");
+pub static PRODUCT: &dyn Operator = &arithmetic(Kind::Product, Operation::Product, "*", "a * b");
+pub static QUOTIENT: &dyn Operator = &arithmetic(Kind::Quotient, Operation::Quotient, "/", "a / b");
+pub static POWER: &dyn Operator = &arithmetic(Kind::Power, Operation::Power, "^", "a ^ 2");
+pub static NEGATIVE: &dyn Operator = &arithmetic(Kind::Negative, Operation::Negative, "-", "-a");
 
 /// `x` to a power, a whole one wherever it is.
 fn power(x: f64, exponent: f64) -> f64 {
@@ -42,34 +46,8 @@ fn power(x: f64, exponent: f64) -> f64 {
 }
 
 impl Operator for Arithmetic {
-    fn operation(&self) -> Operation {
-        match self.kind {
-            Kind::Sum => Operation::Sum,
-            Kind::Difference => Operation::Difference,
-            Kind::Product => Operation::Product,
-            Kind::Quotient => Operation::Quotient,
-            Kind::Power => Operation::Power,
-            Kind::Negative => Operation::Negative,
-        }
-    }
-
-    fn name(&self) -> &'static str {
-        self.sign
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        if self.kind == Kind::Negative { 1..=1 } else { 2..=2 }
-    }
-
-    fn usage(&self) -> &'static str {
-        match self.kind {
-            Kind::Sum => "a + b",
-            Kind::Difference => "a - b",
-            Kind::Product => "a * b",
-            Kind::Quotient => "a / b",
-            Kind::Power => "a ^ 2",
-            Kind::Negative => "-a",
-        }
+    fn form(&self) -> &Form {
+        &self.form
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
@@ -175,7 +153,7 @@ impl Operator for Arithmetic {
             Kind::Negative => write!(f, "-{}", of[0].within(own)),
             Kind::Power => write!(f, "{}^{}", of[0].within(own + 1), of[1].within(own)),
             // Equal ones are read from left to right.
-            _ => write!(f, "{} {} {}", of[0].within(own), self.sign, of[1].within(own + 1)),
+            _ => write!(f, "{} {} {}", of[0].within(own), self.form.name, of[1].within(own + 1)),
         }
     }
 }

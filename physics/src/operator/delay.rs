@@ -1,31 +1,19 @@
 //! What it was a time before, straight between the rows; before the first row it was what it is there.
 
-use std::ops::RangeInclusive;
-
 use super::lowpass::of_time;
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
+
+static FORM: Form = Form::new(Operation::Delay, "delay", "delay(e, T)", 2..=2);
 
 /// See the module.
 pub struct Delay;
 
 impl Operator for Delay {
-    fn operation(&self) -> Operation {
-        Operation::Delay
-    }
-
-    fn name(&self) -> &'static str {
-        "delay"
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        2..=2
-    }
-
-    fn usage(&self) -> &'static str {
-        "delay(e, T)"
+    fn form(&self) -> &Form {
+        &FORM
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {

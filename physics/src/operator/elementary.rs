@@ -1,8 +1,6 @@
 //! Functions of mathematics.
 
-use std::ops::RangeInclusive;
-
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value, pointwise};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -10,10 +8,7 @@ use crate::unit::Unit;
 
 /// A function of the values of one row.
 pub struct Elementary {
-    pub(super) operation: Operation,
-    pub(super) name: &'static str,
-    pub(super) usage: &'static str,
-    pub(super) arguments: usize,
+    pub(super) form: Form,
     pub(super) unit: fn(&[Quantity]) -> Result<Agreed, UnitError>,
     pub(super) interval: fn(&[Interval]) -> Result<Interval, String>,
     pub(super) at: fn(&[f64]) -> f64,
@@ -22,20 +17,8 @@ pub struct Elementary {
 }
 
 impl Operator for Elementary {
-    fn operation(&self) -> Operation {
-        self.operation
-    }
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        self.arguments..=self.arguments
-    }
-
-    fn usage(&self) -> &'static str {
-        self.usage
+    fn form(&self) -> &Form {
+        &self.form
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {
@@ -71,10 +54,7 @@ fn of_angle(of: &[Quantity]) -> Result<Agreed, UnitError> {
 }
 
 pub static ABS: Elementary = Elementary {
-    operation: Operation::Abs,
-    name: "abs",
-    usage: "abs(e)",
-    arguments: 1,
+    form: Form::new(Operation::Abs, "abs", "abs(e)", 1..=1),
     unit: common,
     interval: |of| {
         let most = of[0].from.abs().max(of[0].to.abs());
@@ -86,10 +66,7 @@ pub static ABS: Elementary = Elementary {
 };
 
 pub static SIGN: Elementary = Elementary {
-    operation: Operation::Sign,
-    name: "sign",
-    usage: "sign(e)",
-    arguments: 1,
+    form: Form::new(Operation::Sign, "sign", "sign(e)", 1..=1),
     unit: |_| Ok((Quantity::Of(Unit::one()), vec![1.0])),
     interval: |of| Ok(of[0].rising(sign)),
     at: |x| sign(x[0]),
@@ -102,10 +79,7 @@ fn sign(x: f64) -> f64 {
 }
 
 pub static MIN: Elementary = Elementary {
-    operation: Operation::Min,
-    name: "min",
-    usage: "min(a, b)",
-    arguments: 2,
+    form: Form::new(Operation::Min, "min", "min(a, b)", 2..=2),
     unit: common,
     interval: |of| Ok(Interval { from: of[0].from.min(of[1].from), to: of[0].to.min(of[1].to) }),
     at: |x| if x[0] <= x[1] { x[0] } else { x[1] },
@@ -113,10 +87,7 @@ pub static MIN: Elementary = Elementary {
 };
 
 pub static MAX: Elementary = Elementary {
-    operation: Operation::Max,
-    name: "max",
-    usage: "max(a, b)",
-    arguments: 2,
+    form: Form::new(Operation::Max, "max", "max(a, b)", 2..=2),
     unit: common,
     interval: |of| Ok(Interval { from: of[0].from.max(of[1].from), to: of[0].to.max(of[1].to) }),
     at: |x| if x[0] >= x[1] { x[0] } else { x[1] },
@@ -124,10 +95,7 @@ pub static MAX: Elementary = Elementary {
 };
 
 pub static SQRT: Elementary = Elementary {
-    operation: Operation::Sqrt,
-    name: "sqrt",
-    usage: "sqrt(e)",
-    arguments: 1,
+    form: Form::new(Operation::Sqrt, "sqrt", "sqrt(e)", 1..=1),
     unit: |of| match &of[0] {
         Quantity::Number(_) => Ok((Quantity::Of(Unit::one()), vec![1.0])),
         Quantity::Of(unit) => Ok((Quantity::Of(unit.power(0.5).ok_or(UnitError::Exponent)?), vec![1.0])),
@@ -142,10 +110,7 @@ pub static SQRT: Elementary = Elementary {
 };
 
 pub static EXP: Elementary = Elementary {
-    operation: Operation::Exp,
-    name: "exp",
-    usage: "exp(e)",
-    arguments: 1,
+    form: Form::new(Operation::Exp, "exp", "exp(e)", 1..=1),
     unit: pure,
     interval: |of| Ok(of[0].rising(f64::exp)),
     at: |x| x[0].exp(),
@@ -153,10 +118,7 @@ pub static EXP: Elementary = Elementary {
 };
 
 pub static LOG: Elementary = Elementary {
-    operation: Operation::Log,
-    name: "log",
-    usage: "log(e)",
-    arguments: 1,
+    form: Form::new(Operation::Log, "log", "log(e)", 1..=1),
     unit: pure,
     interval: |of| match of[0].from <= 0.0 {
         true => Err(format!("a value down to {} has no logarithm", of[0].from)),
@@ -167,10 +129,7 @@ pub static LOG: Elementary = Elementary {
 };
 
 pub static SIN: Elementary = Elementary {
-    operation: Operation::Sin,
-    name: "sin",
-    usage: "sin(e)",
-    arguments: 1,
+    form: Form::new(Operation::Sin, "sin", "sin(e)", 1..=1),
     unit: of_angle,
     interval: |of| Ok(of_wave(of[0], f64::sin, std::f64::consts::FRAC_PI_2)),
     at: |x| x[0].sin(),
@@ -178,10 +137,7 @@ pub static SIN: Elementary = Elementary {
 };
 
 pub static COS: Elementary = Elementary {
-    operation: Operation::Cos,
-    name: "cos",
-    usage: "cos(e)",
-    arguments: 1,
+    form: Form::new(Operation::Cos, "cos", "cos(e)", 1..=1),
     unit: of_angle,
     interval: |of| Ok(of_wave(of[0], f64::cos, 0.0)),
     at: |x| x[0].cos(),
@@ -200,10 +156,7 @@ fn of_wave(of: Interval, wave: fn(f64) -> f64, crest: f64) -> Interval {
 }
 
 pub static TANH: Elementary = Elementary {
-    operation: Operation::Tanh,
-    name: "tanh",
-    usage: "tanh(e)",
-    arguments: 1,
+    form: Form::new(Operation::Tanh, "tanh", "tanh(e)", 1..=1),
     unit: pure,
     interval: |of| Ok(of[0].rising(f64::tanh)),
     at: |x| x[0].tanh(),

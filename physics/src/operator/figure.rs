@@ -1,9 +1,8 @@
 //! Figures of a whole recording: one number for all rows. Where an expression is handed on, the number stands for it.
 
 use std::borrow::Cow;
-use std::ops::RangeInclusive;
 
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
@@ -11,9 +10,7 @@ use crate::unit::Unit;
 
 /// See the module.
 pub struct Figure {
-    operation: Operation,
-    name: &'static str,
-    usage: &'static str,
+    form: Form,
     /// Of the values at all rows.
     of: fn(&[f64]) -> f64,
     /// Its derivative, of the values and of theirs.
@@ -23,45 +20,35 @@ pub struct Figure {
 }
 
 pub static MEAN: Figure = Figure {
-    operation: Operation::Mean,
-    name: "mean",
-    usage: "mean(e), over all rows",
+    form: Form::new(Operation::Mean, "mean", "mean(e), over all rows", 1..=1),
     of: mean,
     slope: |_, slopes| mean(slopes),
     counts: false,
 };
 
 pub static FIRST: Figure = Figure {
-    operation: Operation::First,
-    name: "first",
-    usage: "first(e), at the first row",
+    form: Form::new(Operation::First, "first", "first(e), at the first row", 1..=1),
     of: |rows| rows[0],
     slope: |_, slopes| slopes[0],
     counts: false,
 };
 
 pub static LOWEST: Figure = Figure {
-    operation: Operation::Lowest,
-    name: "lowest",
-    usage: "lowest(e), over all rows",
+    form: Form::new(Operation::Lowest, "lowest", "lowest(e), over all rows", 1..=1),
     of: |rows| rows.iter().copied().fold(f64::INFINITY, f64::min),
     slope: |rows, slopes| slopes[place(rows, |a, b| a < b)],
     counts: false,
 };
 
 pub static HIGHEST: Figure = Figure {
-    operation: Operation::Highest,
-    name: "highest",
-    usage: "highest(e), over all rows",
+    form: Form::new(Operation::Highest, "highest", "highest(e), over all rows", 1..=1),
     of: |rows| rows.iter().copied().fold(f64::NEG_INFINITY, f64::max),
     slope: |rows, slopes| slopes[place(rows, |a, b| a > b)],
     counts: false,
 };
 
 pub static COUNT: Figure = Figure {
-    operation: Operation::Count,
-    name: "count",
-    usage: "count(e), of the rows at which e is positive",
+    form: Form::new(Operation::Count, "count", "count(e), of the rows at which e is positive", 1..=1),
     of: |rows| rows.iter().filter(|value| **value > 0.0).count() as f64,
     slope: |_, _| 0.0,
     counts: true,
@@ -77,20 +64,8 @@ fn place(rows: &[f64], beyond: fn(f64, f64) -> bool) -> usize {
 }
 
 impl Operator for Figure {
-    fn operation(&self) -> Operation {
-        self.operation
-    }
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        1..=1
-    }
-
-    fn usage(&self) -> &'static str {
-        self.usage
+    fn form(&self) -> &Form {
+        &self.form
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {

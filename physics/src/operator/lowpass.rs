@@ -1,31 +1,20 @@
 //! A first-order lag: τ dy/dt = e − y. Between two rows e is taken as a straight line, for which there is a closed form.
 
-use std::ops::RangeInclusive;
-
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 use crate::unit::Unit;
 
+static FORM: Form =
+    Form::new(Operation::LowPass, "lowpass", "lowpass(e, tau) or lowpass(e, tau, start)", 2..=3);
+
 /// See the module.
 pub struct LowPass;
 
 impl Operator for LowPass {
-    fn operation(&self) -> Operation {
-        Operation::LowPass
-    }
-
-    fn name(&self) -> &'static str {
-        "lowpass"
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        2..=3
-    }
-
-    fn usage(&self) -> &'static str {
-        "lowpass(e, tau) or lowpass(e, tau, start)"
+    fn form(&self) -> &Form {
+        &FORM
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {

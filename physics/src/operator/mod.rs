@@ -25,7 +25,7 @@ pub(crate) use elementary::{MAX, MIN};
 
 /// Which operator it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[allow(missing_docs)] // `Operation::usage` says of each how it is written
+#[allow(missing_docs)] // each operator's [`Form`] says how it is written
 pub enum Operation {
     Sum,
     Difference,
@@ -70,11 +70,6 @@ impl Operation {
         self.operator().name()
     }
 
-    /// How it is written.
-    pub fn usage(self) -> &'static str {
-        self.operator().usage()
-    }
-
     /// Whether its value depends on the rows before.
     pub fn remembers(self) -> bool {
         self.operator().remembers()
@@ -98,16 +93,41 @@ impl Operation {
     }
 }
 
+/// What an operator is called, and how it is written.
+pub struct Form {
+    /// Which it is.
+    pub operation: Operation,
+    /// Its name, or its sign.
+    pub name: &'static str,
+    /// How it is written.
+    pub usage: &'static str,
+    /// How many arguments it takes.
+    pub arguments: RangeInclusive<usize>,
+}
+
+impl Form {
+    const fn new(
+        operation: Operation,
+        name: &'static str,
+        usage: &'static str,
+        arguments: RangeInclusive<usize>,
+    ) -> Form {
+        Form { operation, name, usage, arguments }
+    }
+}
+
 /// One operator of the language.
 pub trait Operator: Sync {
+    /// What it is called, and how it is written.
+    fn form(&self) -> &Form;
     /// Which it is.
-    fn operation(&self) -> Operation;
+    fn operation(&self) -> Operation {
+        self.form().operation
+    }
     /// Its name, or its sign.
-    fn name(&self) -> &'static str;
-    /// How many arguments it takes.
-    fn arguments(&self) -> RangeInclusive<usize>;
-    /// How it is written.
-    fn usage(&self) -> &'static str;
+    fn name(&self) -> &'static str {
+        self.form().name
+    }
     /// The unit of its value, and by what each argument is multiplied first, so that units agree.
     ///
     /// # Errors

@@ -1,30 +1,29 @@
 //! Play: what follows a quantity across a gap of ±r, alone or as the mean of several with gaps evenly up to r.
 //! (Brokate & Sprekels, Hysteresis and Phase Transitions, 1996, chapter 2.)
 
-use std::ops::RangeInclusive;
-
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value, parameters};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 
 /// See the module.
 pub struct Play {
-    operation: Operation,
-    name: &'static str,
-    usage: &'static str,
+    form: Form,
     elements: usize,
 }
 
 pub static PLAY: Play =
-    Play { operation: Operation::Play, name: "play", usage: "play(e, r) or play(e, r, start)", elements: 1 };
+    Play { form: Form::new(Operation::Play, "play", "play(e, r) or play(e, r, start)", 2..=3), elements: 1 };
 /// Elements of a distributed play unless they are stated; the k-th of n has the gap k/n·r.
 pub const ELEMENTS: usize = 8;
 /// Distributed play, as a flexure has it.
 pub static PLAYS: Play = Play {
-    operation: Operation::Plays,
-    name: "plays",
-    usage: "plays(e, r), plays(e, r, start) or plays(e, r, start, how_many)",
+    form: Form::new(
+        Operation::Plays,
+        "plays",
+        "plays(e, r), plays(e, r, start) or plays(e, r, start, how_many)",
+        2..=4,
+    ),
     elements: ELEMENTS,
 };
 
@@ -55,20 +54,8 @@ fn abreast<const ABREAST: usize>(x: &Value, gap: f64, start: f64, elements: usiz
 }
 
 impl Operator for Play {
-    fn operation(&self) -> Operation {
-        self.operation
-    }
-
-    fn name(&self) -> &'static str {
-        self.name
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        2..=if self.elements > 1 { 4 } else { 3 }
-    }
-
-    fn usage(&self) -> &'static str {
-        self.usage
+    fn form(&self) -> &Form {
+        &self.form
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {

@@ -1,32 +1,20 @@
 //! The rate of change: the difference to the row before in the same pass, as a controller forms it. The first row of a
 //! pass has the rate of the second.
 
-use std::ops::RangeInclusive;
-
-use super::{Operation, Operator};
+use super::{Form, Operation, Operator};
 use crate::evaluate::{Time, Value};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError};
 use crate::unit::Unit;
 
+static FORM: Form = Form::new(Operation::Rate, "rate", "rate(e)", 1..=1);
+
 /// See the module.
 pub struct Rate;
 
 impl Operator for Rate {
-    fn operation(&self) -> Operation {
-        Operation::Rate
-    }
-
-    fn name(&self) -> &'static str {
-        "rate"
-    }
-
-    fn arguments(&self) -> RangeInclusive<usize> {
-        1..=1
-    }
-
-    fn usage(&self) -> &'static str {
-        "rate(e)"
+    fn form(&self) -> &Form {
+        &FORM
     }
 
     fn unit(&self, of: &[Quantity]) -> Result<Agreed, UnitError> {

@@ -1,7 +1,7 @@
 //! Shapes over a quantity: a slope from a threshold on, a bump, a step.
 
-use super::Operation;
 use super::elementary::Elementary;
+use super::{Form, Operation};
 use crate::interval::Interval;
 use crate::quantity::{Agreed, Quantity, UnitError, common};
 use crate::unit::Unit;
@@ -12,10 +12,7 @@ fn pure_of_common(of: &[Quantity]) -> Result<Agreed, UnitError> {
 }
 
 pub static HINGE: Elementary = Elementary {
-    operation: Operation::Hinge,
-    name: "hinge",
-    usage: "hinge(e, at), which is max(0, e - at)",
-    arguments: 2,
+    form: Form::new(Operation::Hinge, "hinge", "hinge(e, at), which is max(0, e - at)", 2..=2),
     unit: common,
     interval: |of| {
         Ok(Interval { from: (of[0].from - of[1].to).max(0.0), to: (of[0].to - of[1].from).max(0.0) })
@@ -25,10 +22,12 @@ pub static HINGE: Elementary = Elementary {
 };
 
 pub static BUMP: Elementary = Elementary {
-    operation: Operation::Bump,
-    name: "bump",
-    usage: "bump(e, centre, width), which is exp(-((e - centre)/width)^2/2)",
-    arguments: 3,
+    form: Form::new(
+        Operation::Bump,
+        "bump",
+        "bump(e, centre, width), which is exp(-((e - centre)/width)^2/2)",
+        3..=3,
+    ),
     unit: pure_of_common,
     interval: |of| match of[2].holds(0.0) {
         true => Err(format!("the width of a bump runs from {} to {}, and can be zero", of[2].from, of[2].to)),
@@ -43,10 +42,12 @@ pub static BUMP: Elementary = Elementary {
 };
 
 pub static STEP: Elementary = Elementary {
-    operation: Operation::Step,
-    name: "step",
-    usage: "step(e, at), which is 1 where e is at or beyond it, else 0",
-    arguments: 2,
+    form: Form::new(
+        Operation::Step,
+        "step",
+        "step(e, at), which is 1 where e is at or beyond it, else 0",
+        2..=2,
+    ),
     unit: pure_of_common,
     interval: |_| Ok(Interval { from: 0.0, to: 1.0 }),
     at: |x| if x[0] >= x[1] { 1.0 } else { 0.0 },

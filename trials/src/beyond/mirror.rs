@@ -3,6 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 use twin::effects::catalogue;
+use twin::units::arcsec_from_rad;
 use twin::{Device, Injected, Noise, Protocol, Reading, Temperature, calculated_angle_rad, contributions};
 
 use super::lab::Lab;
@@ -90,7 +91,7 @@ impl Mirror {
             reading.reference_arcsec - truth.reference_noise_arcsec
         };
         Some(Lab {
-            measured: rows.iter().map(|(r, _)| calculated(r.x1_mm, r.x2_mm) * ARCSEC_PER_RAD).collect(),
+            measured: rows.iter().map(|(r, _)| arcsec_from_rad(calculated(r.x1_mm, r.x2_mm))).collect(),
             clean: rows.iter().map(clean).collect(),
             effect: effect.unwrap_or_else(|| vec![0.0; rows.len()]),
             noise: (square / rows.len().max(1) as f64).sqrt(),
@@ -99,8 +100,6 @@ impl Mirror {
         })
     }
 }
-
-const ARCSEC_PER_RAD: f64 = twin::units::ARCSEC_PER_RAD;
 
 /// Decimals of a column.
 pub fn decimals(column: &str) -> usize {

@@ -1,13 +1,8 @@
 //! The report: JSON with every recording, and its tables in Markdown.
 
-use std::path::Path;
-
-use fitter::output::FileSet;
-
 use super::campaign::Campaign;
 use super::score::{Line, NullLine, Row, Score, score};
-use crate::error::CampaignError;
-use crate::report::Report;
+use crate::report::{Page, Report};
 use crate::score::Figure;
 use crate::workspace::Outcome;
 
@@ -28,22 +23,13 @@ impl Report<Score> {
         command.extend(counts.kinds.iter().map(|id| format!(" --kind {id}")));
         Self::of(command, outcome, score)
     }
+}
 
-    /// Writes `report.json` and `report.md` into `folder`.
-    ///
-    /// # Errors
-    /// [`CampaignError::Output`].
-    pub fn write_tables(&self, folder: &Path) -> Result<(), CampaignError> {
-        // Plain numbers, names and lists: cannot fail.
-        let json = serde_json::to_string_pretty(self).unwrap_or_default();
-        let mut set = FileSet::new();
-        set.put(&folder.join("report.md"), self.tables())?;
-        set.put(&folder.join("report.json"), json + "\n")?;
-        set.commit().map(drop).map_err(CampaignError::from)
-    }
+impl Page for Report<Score> {
+    const FILE: &str = "report.md";
 
     /// The figures and tables in Markdown.
-    pub fn tables(&self) -> String {
+    fn page(&self) -> String {
         let mut text = format!("```sh no-run: minutes\narcsmith {}\n```\n\n", self.command);
         text += "| figure | wanted | measured |\n|---|---|---|\n";
         for Figure { figure, wanted, measured, passed } in &self.score.figures {

@@ -256,16 +256,6 @@ fn lines(rows: &[&Row], key: &dyn Fn(&Row) -> String) -> Vec<Line> {
     groups.iter().map(|(what, rows)| Line::of(what, rows.iter().copied())).collect()
 }
 
-/// A share that must not exceed a largest value.
-fn at_most(figure: &str, most: f64, of: Share) -> Figure {
-    Figure {
-        figure: figure.to_owned(),
-        wanted: format!("≤ {} %", 100.0 * most),
-        measured: of.to_string(),
-        passed: of.value().map(|part| part <= most),
-    }
-}
-
 /// A part that must reach a least value.
 fn least(figure: &str, least: f64, part: Option<f64>) -> Figure {
     Figure {
@@ -291,7 +281,7 @@ fn figures_of_nulls(rows: &[Row]) -> Vec<Figure> {
     ]
     .into_iter()
     .filter(|(_, share)| share.of > 0)
-    .map(|(figure, share)| at_most(figure, 0.01, share))
+    .map(|(figure, share)| Figure::at_most(figure, 0.01, share))
     .collect()
 }
 
@@ -327,10 +317,7 @@ fn figures_in_motion(rows: &[&Row]) -> Vec<Figure> {
     vec![
         Figure::reported("in motion: found", Share { hits: all.found, of: all.recordings }),
         least("in motion: gain realised on a fresh drive, pooled", 0.8, all.pooled),
-        Figure {
-            measured: close.to_string(),
-            ..least("in motion: free run within 1.3 of the noise", 0.5, close.value())
-        },
+        Figure::at_least("in motion: free run within 1.3 of the noise", 0.5, close),
         Figure::reported(
             "in motion: a fresh drive made worse",
             Share { hits: all.harmed, of: all.recordings },
@@ -341,10 +328,6 @@ fn figures_in_motion(rows: &[&Row]) -> Vec<Figure> {
 fn figures(rows: &[&Row]) -> Vec<Figure> {
     let all = Line::of("all", rows.iter().copied());
     let share = |hits, of| Share { hits, of };
-    let at_least = |figure: &str, wanted: f64, of: Share| Figure {
-        measured: of.to_string(),
-        ..least(figure, wanted, of.value())
-    };
     let mut further = Share::default();
     for row in
         rows.iter().filter(|row| row.truth.rho >= 10.0 && row.truth.kind.as_deref().is_some_and(is_further))
@@ -357,10 +340,14 @@ fn figures(rows: &[&Row]) -> Vec<Figure> {
         Figure::reported("rightly located", share(all.located, all.recordings)),
         least("gain realised on a fresh recording, pooled", 0.9, all.pooled),
         least("the same, median recording", 0.95, all.median),
-        at_least("recordings with nine tenths of the gain", 0.75, share(all.realised, all.counted)),
-        at_least("a dependence on one further column, ρ ≥ 10: 95 % of the gain", 0.98, further),
-        at_most("a fresh recording made worse (> 3 %)", 0.002, share(all.harmed, all.recordings)),
+        Figure::at_least("recordings with nine tenths of the gain", 0.75, share(all.realised, all.counted)),
+        Figure::at_least("a dependence on one further column, ρ ≥ 10: 95 % of the gain", 0.98, further),
+        Figure::at_most("a fresh recording made worse (> 3 %)", 0.002, share(all.harmed, all.recordings)),
         Figure::reported("a catalogued name alone", share(all.named_alone, all.recordings)),
-        at_most("of it, losing more than 20 % of the gain", 0.02, share(all.named_and_lost, all.recordings)),
+        Figure::at_most(
+            "of it, losing more than 20 % of the gain",
+            0.02,
+            share(all.named_and_lost, all.recordings),
+        ),
     ]
 }

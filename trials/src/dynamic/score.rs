@@ -107,7 +107,7 @@ pub fn score(cases: &[Case]) -> Score {
 
     let quiet = sheet.share("false alarm", of(Group::Null), |_, a| !a.detects());
     let alarms = Share { hits: quiet.of - quiet.hits, of: quiet.of };
-    sheet.at_most("false alarms on nulls", 0.01, alarms);
+    sheet.figures.push(Figure::at_most("false alarms on nulls", 0.01, alarms));
 
     let first = |c: &Case, a: &Answer| a.first() == Some(c.truth.effects[0].id.as_str());
     let told = of(Group::Single).filter(|c| c.truth.can_tell());

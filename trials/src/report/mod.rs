@@ -31,9 +31,12 @@ pub struct Report<S> {
     pub score: S,
 }
 
-/// The page of a report.
+/// The page of a report, for people.
 pub trait Page {
-    /// The page as HTML.
+    /// The name of its file.
+    const FILE: &str = "report.html";
+
+    /// Its text.
     fn page(&self) -> String;
 }
 
@@ -41,7 +44,7 @@ impl<S: Serialize> Report<S>
 where
     Report<S>: Page,
 {
-    /// Writes `report.json` and `report.html` into `folder`.
+    /// Writes `report.json` and the page into `folder`.
     ///
     /// # Errors
     /// [`CampaignError::Output`].
@@ -49,7 +52,7 @@ where
         // Plain numbers, names and lists: cannot fail.
         let json = serde_json::to_string_pretty(self).unwrap_or_default();
         let mut set = FileSet::new();
-        set.put(&folder.join("report.html"), self.page())?;
+        set.put(&folder.join(<Self as Page>::FILE), self.page())?;
         set.put(&folder.join("report.json"), json + "\n")?;
         set.commit().map(drop).map_err(CampaignError::from)
     }

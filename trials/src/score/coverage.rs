@@ -148,7 +148,7 @@ fn of_cells(rows: &[Cell], sheet: &mut Sheet) {
         own.hits += r.own.hits;
         own.of += r.own.of;
     });
-    sheet.at_least("estimates inside their own interval", 1.0, own);
+    sheet.figures.push(Figure::at_least("estimates inside their own interval", 1.0, own));
 }
 
 pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Vec<Covered> {

@@ -96,6 +96,20 @@ impl Figure {
     pub(crate) fn told(figure: impl Into<String>, measured: String) -> Self {
         Self { figure: figure.into(), wanted: "–".to_owned(), measured, passed: None }
     }
+
+    /// A share that must reach a least value.
+    pub(crate) fn at_least(figure: impl Into<String>, least: f64, share: Share) -> Self {
+        let passed = share.value().map(|value| value >= least);
+        let wanted = format!("≥ {} %", 100.0 * least);
+        Self { figure: figure.into(), wanted, measured: share.to_string(), passed }
+    }
+
+    /// A share that must not exceed a largest value.
+    pub(crate) fn at_most(figure: impl Into<String>, most: f64, share: Share) -> Self {
+        let passed = share.value().map(|value| value <= most);
+        let wanted = format!("≤ {} %", 100.0 * most);
+        Self { figure: figure.into(), wanted, measured: share.to_string(), passed }
+    }
 }
 
 /// So many of so many.
@@ -184,21 +198,7 @@ impl Sheet {
         right: impl Fn(&'a C, &Answer) -> bool,
     ) {
         let share = self.share(miss, cases, right);
-        self.at_least(figure, least, share);
-    }
-
-    /// A figure: a share that must reach a least value.
-    pub fn at_least(&mut self, figure: impl Into<String>, least: f64, share: Share) {
-        let passed = share.value().map(|value| value >= least);
-        let wanted = format!("≥ {} %", 100.0 * least);
-        self.figures.push(Figure { figure: figure.into(), wanted, measured: share.to_string(), passed });
-    }
-
-    /// A figure: a share that must not exceed a largest value.
-    pub fn at_most(&mut self, figure: impl Into<String>, most: f64, share: Share) {
-        let passed = share.value().map(|value| value <= most);
-        let wanted = format!("≤ {} %", 100.0 * most);
-        self.figures.push(Figure { figure: figure.into(), wanted, measured: share.to_string(), passed });
+        self.figures.push(Figure::at_least(figure, least, share));
     }
 
     /// A figure without a wanted value: the share of the cases that are right.

@@ -45,7 +45,7 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<OutsideRow>, Ve
     sheet.least(figure, "outside the table", outside().filter(|c| left(c)), right);
     let named = |_: &Case, a: &Answer| a.verdict == Verdict::Explained;
     let wrong = count(outside().filter(|c| left(c)), named);
-    sheet.at_most("outside the table: a wrong name alone", 0.02, wrong);
+    sheet.figures.push(Figure::at_most("outside the table: a wrong name alone", 0.02, wrong));
     let alike = |left: Option<f64>| left.is_some_and(|left| left < CAN_TELL);
     sheet.tell("a wrong name alone that leaves ρ ≥ 4.1 of it", outside().filter(|c| left(c)), |c, a| {
         named(c, a) && !alike(c.left_by_names[0])

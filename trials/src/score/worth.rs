@@ -73,7 +73,7 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Worth {
             sheet.miss("gain realised", *case, said);
         }
     }
-    sheet.at_least("gain claimed is realised on a fresh recording", 0.95, realised);
+    sheet.figures.push(Figure::at_least("gain claimed is realised on a fresh recording", 0.95, realised));
     Worth {
         compared: compared.len(),
         told,
@@ -124,7 +124,7 @@ pub(super) fn harm(cases: &[Case], sheet: &mut Sheet) -> Harm {
         if !compared.is_empty() {
             let worse = 100.0 * (limit - 1.0);
             let figure = format!("second recordings more than {worse:.0} % worse than by the base alone");
-            sheet.at_most(figure, most, share);
+            sheet.figures.push(Figure::at_most(figure, most, share));
         }
     }
     let ratios: Vec<f64> = compared.iter().map(|(_, ratio)| *ratio).collect();

@@ -14,7 +14,6 @@ use crate::device::Device;
 use crate::noise::Wander;
 use crate::record::Feedback;
 use crate::streams::{Stream, stream};
-use crate::units::arcsec_from_rad;
 
 /// The electronics and the mechanism of the loop, angles in radians.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,53 +187,11 @@ impl Controller {
     }
 }
 
-/// One settled angle: the mean over the last part of the time that it was held.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settled {
-    /// Commanded angle in radians.
-    pub command_rad: f64,
-    /// The angle that was fed back, in arcseconds, less what the autocollimator read.
-    pub error_arcsec: f64,
-    /// The true angle in radians.
-    pub true_rad: f64,
-}
-
-/// Steps through commanded angles in radians, each held for `hold_s`, and reads the autocollimator over the
-/// last third of each.
-///
-/// # Errors
-/// As [`PositionLoop::run`].
-pub fn settle_through(
-    plan: &PositionLoop,
-    device: &Device,
-    angles_rad: &[f64],
-    hold_s: f64,
-    feedback: Feedback,
-    seed: u64,
-) -> Result<Vec<Settled>, RunError> {
-    let each = (hold_s * plan.rate_hz).round().max(3.0) as usize;
-    let commands: Vec<f64> = angles_rad.iter().flat_map(|angle| vec![*angle; each]).collect();
-    let samples = plan.run(device, &commands, feedback, seed)?;
-    let mut optics = stream(seed, Stream::Autocollimator);
-    let settled = samples
-        .chunks_exact(each)
-        .map(|held| {
-            let last = &held[each - each / 3..];
-            let mean = |of: fn(&Sample) -> f64| last.iter().map(of).sum::<f64>() / last.len() as f64;
-            let (true_rad, measured_rad) = (mean(|s| s.true_rad), mean(|s| s.measured_rad));
-            let noise_arcsec =
-                device.autocollimator.total_noise_arcsec() * optics.sample::<f64, _>(StandardNormal);
-            let error_arcsec = arcsec_from_rad(measured_rad - true_rad) - noise_arcsec;
-            Settled { command_rad: held[0].command_rad, error_arcsec, true_rad }
-        })
-        .collect();
-    Ok(settled)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::calculated_angle_rad;
+    use crate::units::arcsec_from_rad;
 
     #[test]
     fn the_mirror_follows_a_step_without_ringing() {

@@ -148,7 +148,7 @@ fn goal_too_small(subject: &Subject<'_>, script: &str) -> Result<ToolReport, Ver
         return Ok(report(&subject.name, what, None));
     };
     let head = line.split("<= ").next().unwrap_or_default();
-    let tight = format!("{head}<= {} }}", text::double_hex(rounding * TOO_SMALL));
+    let tight = format!("{head}<= {} }}", text::float_hex(rounding * TOO_SMALL));
     let folder = temporary()?;
     let path = folder.path().join("tight.g");
     write(&path, &script.replace(line, &tight))?;

@@ -22,7 +22,11 @@ fn compiled_c_and_rust_give_the_interpreters_bits() {
         // It has a table of its own beside theirs.
         term("fan", expressed("k * sin(temperature_c / 1 [K])"), vec![2.0]),
         term("local_defect", Operator::Gaussian(Gaussian::of("angle_arcsec", 400.0, 90.0)), vec![3.0]),
-        term("warmup_drift", Operator::Exponential(Exponential::warm_up(8.0)), vec![-4.0]),
+        term(
+            "warmup_drift",
+            Operator::Exponential(Exponential { observable: "t_s".into(), start: 0.0, scale: 8.0 }),
+            vec![-4.0],
+        ),
         term("knee", Operator::Exponential(exponential("temperature_c", 25.0, 4.0)), vec![1.0]),
         term("click", Operator::Step(Step { observable: "temperature_c".into(), at: 27.0 }), vec![0.7]),
     ]);

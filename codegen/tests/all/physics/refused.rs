@@ -18,7 +18,7 @@ fn what_is_left_out_is_named_with_its_reason() {
     let bump = Gaussian::of("angle_arcsec", 100.0, 60.0);
     let step = Operator::Step(Step { observable: "t_s".into(), at: 5.0 });
     let own = Operator::Product(Product::of("reference_arcsec", 0.0));
-    let warm = Operator::Exponential(Exponential::warm_up(600.0));
+    let warm = Operator::Exponential(Exponential { observable: "t_s".into(), start: 0.0, scale: 600.0 });
     let of_recording =
         |effect, operator| Term { scope: Scope::Recording, ..term(effect, operator, vec![3.0]) };
     let mut coefficients = paper();

@@ -7,13 +7,12 @@ use motion::equations::{MotionEffect, Plant};
 use physics::Unit;
 
 use super::super::data::Data;
+use crate::thresholds::dynamic::equations::PLACES;
 
 /// The catalogue as it is written.
 const TEXT: &str = include_str!("catalogue.toml");
 /// Forms without a name as they are written.
 const FORMS: &str = include_str!("forms.toml");
-/// Parts of the stroke for each of which a form `{k}` is made.
-const PLACES: usize = 8;
 
 /// Which names of a plant the names of the catalogue stand for.
 #[derive(Clone, Default)]
