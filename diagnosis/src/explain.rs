@@ -253,22 +253,22 @@ pub fn explain_gross<'a>(
     Some(Explanation { search, terms, chosen, floor, gross: true })
 }
 
-/// The same search where some rows are held out.
+/// The same search where some rows are held out, nothing found yet.
 pub fn without_held<'a>(whole: &Explanation<'a>, held: &[bool]) -> Explanation<'a> {
-    let search = &whole.search;
-    let mut noise = search.noise.clone();
+    let mut noise = whole.search.noise.clone();
     noise.sigma.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
-    let again = Search::with_noise(search, noise);
-    // Where nothing was found in all rows, nothing is sought in some of them.
-    let terms = match (whole.terms.is_empty(), whole.gross) {
-        (true, _) => Vec::new(),
-        (false, false) => again.run(Vec::new()),
-        (false, true) => {
-            let base = base_columns(search.rows, first_order(search.rows));
-            stages(search, &base, found_by_fit(search), Some(held)).0
-        }
-    };
-    Explanation { search: again, chosen: terms.len(), terms, floor: whole.floor, gross: whole.gross }
+    let search = Search::with_noise(&whole.search, noise);
+    Explanation { search, terms: Vec::new(), chosen: 0, floor: whole.floor, gross: whole.gross }
+}
+
+/// What such a search finds in the other rows.
+pub fn found_without(inner: &Explanation, held: &[bool]) -> Vec<Term> {
+    let search = &inner.search;
+    if !inner.gross {
+        return search.run(Vec::new());
+    }
+    let base = base_columns(search.rows, first_order(search.rows));
+    stages(search, &base, found_by_fit(search), Some(held)).0
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name

@@ -292,7 +292,7 @@ impl<'a> Search<'a> {
             if let Some(jumps) = self.dictionary.jumps(family, &self.whitener, basis) {
                 return self.best_step(f, &jumps, residual);
             }
-            let mut best: Option<(f64, usize, f64, usize)> = None;
+            let mut possible: Vec<(f64, usize, f64, usize)> = Vec::new();
             let mut explained_by = Vec::new();
             for c in family.candidates.clone() {
                 projected.scores(c, &products, count, family.smallest_part, scratch);
@@ -302,11 +302,11 @@ impl<'a> Search<'a> {
                 if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let m = log_tail(s, scores.len());
-                if best.is_none_or(|b| m > b.0) && self.plausible_beside(f, c, basis, residual) {
-                    best = Some((m, c, s, scores.len()));
-                }
+                possible.push((log_tail(s, scores.len()), c, s, scores.len()));
             }
+            // Only few are asked whether they are plausible, which costs more than their scores.
+            possible.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let best = possible.into_iter().find(|(_, c, ..)| self.plausible_beside(f, *c, basis, residual));
             best.map(|(m, c, explained, rank)| {
                 let candidate = &self.dictionary.candidates[c];
                 let shape = candidate.shape.clone();
@@ -380,7 +380,8 @@ impl<'a> Search<'a> {
     /// Whether candidate `c` of an effect with several columns has amplitudes beside a basis that can be this effect's.
     fn plausible_beside(&self, family: usize, c: usize, basis: &Basis, residual: &[f64]) -> bool {
         let candidate = &self.dictionary.candidates[c];
-        let Some(e) = self.effect(family).filter(|_| candidate.columns.len() > 1) else { return true };
+        let limited = |e: &usize| candidate.columns.len() > 1 && self.catalogue[*e].limits_amplitudes();
+        let Some(e) = self.effect(family).filter(limited) else { return true };
         let left = candidate.columns.iter().map(|column| {
             let mut w = self.whitener.whiten(column);
             basis.project_off(&mut w);

@@ -80,10 +80,19 @@ impl Correlation {
 
     /// Makes values of this process white, of the same variance.
     pub fn whiten(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
-        let mut state = vec![0.0; self.process.parts.len()];
+        // Nearly every process has one part or none: their state is kept in a register.
+        match self.process.parts.len() {
+            0 => values.zip(&self.new).map(|(v, new)| v / new).collect(),
+            1 => self.whiten_from([0.0], values),
+            parts => self.whiten_from(vec![0.0; parts], values),
+        }
+    }
+
+    /// The same from a state of nothing.
+    fn whiten_from(&self, mut state: impl AsMut<[f64]>, values: impl Iterator<Item = f64>) -> Vec<f64> {
         values
             .enumerate()
-            .map(|(i, v)| self.step(i, &mut state, |expected| v - expected) / self.new[i])
+            .map(|(i, v)| self.step(i, state.as_mut(), |expected| v - expected) / self.new[i])
             .collect()
     }
 
@@ -102,6 +111,7 @@ impl Correlation {
     }
 
     /// Moves the state on to row `i` and takes over what is new there, which follows from what was expected.
+    #[inline(always)]
     fn step(&self, i: usize, state: &mut [f64], new: impl FnOnce(f64) -> f64) -> f64 {
         let here = i * state.len()..(i + 1) * state.len();
         let mut expected = 0.0;

@@ -223,6 +223,12 @@ impl Effect {
         self.made.factors.len() > 1 || self.plausible_factors().all(of_sign)
     }
 
+    /// Whether any amplitudes at all cannot be this effect.
+    pub fn limits_amplitudes(&self) -> bool {
+        let everything = |limits: Interval| limits.from == f64::NEG_INFINITY && limits.to == f64::INFINITY;
+        self.of_true_angle() || !self.plausible_factors().all(everything)
+    }
+
     /// Whether amplitudes at a shape can be this effect.
     pub fn plausible_at(&self, rows: &Rows, shape: &[f64], amplitudes: &[f64]) -> bool {
         let mut limits = self.plausible_factors().cycle().zip(amplitudes);

@@ -36,6 +36,7 @@ impl Search<'_> {
             left.push(w);
         }
         if columns.len() > 1
+            && self.catalogue[e].limits_amplitudes()
             && !self.catalogue[e].plausible_at(self.rows, shape, &least_squares(&left, residual).coefficients)
         {
             return None;
