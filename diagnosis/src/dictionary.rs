@@ -142,8 +142,9 @@ impl Dictionary {
             if effect.testable(rows).is_err() || skip.contains(&effect.id) {
                 return None;
             }
-            let starts = effect.starts(rows).into_iter().filter(|shape| effect.possible_shape(rows, shape));
-            Some(starts.map(|s| (effect.signature(rows, &s), s)).collect())
+            let over = effect.over(rows);
+            let starts = effect.starts(rows).into_iter().filter(|shape| over.possible_shape(shape));
+            Some(starts.map(|s| (over.signature(&s), s)).collect())
         };
         let (of_effects, generic): (Vec<_>, _) =
             rayon::join(|| catalogue.par_iter().map(of_effect).collect(), || generic::families(rows));

@@ -110,7 +110,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
             if (noise.correlation.typical() - now.noise.correlation.typical()).abs() < SAME_CORRELATION {
                 Search::with_noise(now, noise)
             } else {
-                Search::new(rows, catalogue, order, noise, skip)
+                Search::again(now, noise)
             };
         let next = again.reshuffle(again.run(terms.clone()));
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);

@@ -17,7 +17,7 @@ use crate::base::base_columns;
 use crate::calibrate::{Calibration, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
-use crate::effects::{Effect, Range};
+use crate::effects::{Effect, Over, Range};
 use crate::generic::observables;
 use crate::jumps::Jumps;
 use crate::noise::Noise;
@@ -68,6 +68,8 @@ pub struct Search<'a> {
     pub rows: &'a Rows,
     /// The catalogue.
     pub catalogue: &'a [Effect],
+    /// The same over the rows.
+    over: Arc<Vec<Over<'a>>>,
     /// The candidates.
     pub dictionary: Arc<Dictionary>,
     /// The noise used for whitening.
@@ -106,6 +108,23 @@ impl<'a> Search<'a> {
         skip: &[String],
     ) -> Search<'a> {
         let dictionary = Arc::new(Dictionary::new(rows, catalogue, order, skip));
+        let over = Arc::new(catalogue.iter().map(|effect| effect.over(rows)).collect());
+        Search::calibrated(rows, catalogue, order, noise, (dictionary, over))
+    }
+
+    /// The same search with another noise, calibrated anew.
+    pub fn again(whole: &Search<'a>, noise: Noise) -> Search<'a> {
+        let known = (Arc::clone(&whole.dictionary), Arc::clone(&whole.over));
+        Search::calibrated(whole.rows, whole.catalogue, whole.base_order, noise, known)
+    }
+
+    fn calibrated(
+        rows: &'a Rows,
+        catalogue: &'a [Effect],
+        order: usize,
+        noise: Noise,
+        (dictionary, over): (Arc<Dictionary>, Arc<Vec<Over<'a>>>),
+    ) -> Search<'a> {
         let (base, target) = base_and_target(rows, order, &noise);
         let shares: Vec<f64> = dictionary
             .families
@@ -138,6 +157,7 @@ impl<'a> Search<'a> {
         Search {
             rows,
             catalogue,
+            over,
             dictionary,
             noise,
             whitener,
@@ -163,6 +183,7 @@ impl<'a> Search<'a> {
         Search {
             rows: whole.rows,
             catalogue: whole.catalogue,
+            over: Arc::clone(&whole.over),
             dictionary,
             whitener: noise.whitener(),
             noise,
@@ -360,7 +381,7 @@ impl<'a> Search<'a> {
     fn best_step(&self, family: usize, jumps: &Jumps, residual: &[f64]) -> Option<Found> {
         let (row, explained) = jumps.best(residual)?;
         let shape = vec![row as f64];
-        let columns = self.catalogue[self.effect(family)?].signature(self.rows, &shape);
+        let columns = self.over[self.effect(family)?].signature(&shape);
         Some(Found {
             term: Term::new(family, shape, Arc::new(columns)),
             explained,
