@@ -142,3 +142,18 @@ fn balanced(matrix: &[f64], size: usize) -> (Vec<f64>, f64) {
     let factor = (0..SQUARINGS).fold(high / low, |x, _| x.sqrt());
     (units, factor * (1.0 + ROUNDING))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::balanced;
+
+    #[test]
+    fn an_oscillator_is_hardly_faster_in_balanced_units_than_it_is() {
+        let (frequency, damping) = (190.0_f64, 40.0);
+        let matrix = [0.0, 1.0, -frequency * frequency, -damping];
+        let (units, factor) = balanced(&matrix, 2);
+        let row = |k: usize| (0..2).map(|j| matrix[2 * k + j].abs() * units[j]).sum::<f64>() / units[k];
+        let bound = factor * f64::max(row(0), row(1));
+        assert!((frequency..2.0 * frequency).contains(&bound), "{bound}");
+    }
+}
