@@ -155,7 +155,7 @@ fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     let taken: Vec<&String> =
         terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| &e.confused_with).collect();
     let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&&e.id));
-    let mut found = search.contenders_refined(terms, named, usize::MAX);
+    let mut found = search.contenders_refined(terms, named, usize::MAX, f64::NEG_INFINITY);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);

@@ -85,7 +85,9 @@ pub struct Search<'a> {
     /// Ranges of the shape parameters of every effect of the catalogue.
     ranges: Vec<Vec<Range>>,
     base_order: usize,
-    /// Whether forms without a name are among the effects.
+    /// For every effect that is a form without a name: how many further columns it reads.
+    columns_of_forms: Vec<Option<usize>>,
+    /// Whether there are such effects.
     with_forms: bool,
     /// What the choice of one column among all is worth, in −2 log likelihood.
     choice_of_column: f64,
@@ -167,6 +169,10 @@ impl<'a> Search<'a> {
             ranges: catalogue.iter().map(|effect| effect.ranges(rows)).collect(),
             base_order: order,
             with_forms: catalogue.iter().any(Effect::is_form),
+            columns_of_forms: catalogue
+                .iter()
+                .map(|effect| effect.is_form().then(|| effect.further_columns().len()))
+                .collect(),
             choice_of_column: 2.0 * (observables(rows).len().max(1) as f64).ln(),
             projected: OnceLock::from(projected),
             base,
@@ -193,6 +199,7 @@ impl<'a> Search<'a> {
             ranges: whole.ranges.clone(),
             base_order: order,
             with_forms: whole.with_forms,
+            columns_of_forms: whole.columns_of_forms.clone(),
             choice_of_column: whole.choice_of_column,
             projected: OnceLock::new(),
             base,
@@ -238,8 +245,8 @@ impl<'a> Search<'a> {
         let own = self.own_price(term);
         match self.effect(term.family) {
             Some(e) => {
-                let form = if self.catalogue[e].is_form() { self.price_of_form(e, term) } else { 0.0 };
-                own + SHAPE_PRICE * self.free_shapes(e) as f64 + form
+                let form = self.columns_of_forms[e].map(|columns| self.price_of_form(columns, term));
+                own + SHAPE_PRICE * self.free_shapes(e) as f64 + form.unwrap_or(0.0)
             }
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
@@ -248,11 +255,10 @@ impl<'a> Search<'a> {
 
     /// What a form must explain beyond a named effect: for every factor, and for every column beyond the first the choice
     /// of it among all columns.
-    fn price_of_form(&self, effect: usize, term: &Term) -> f64 {
-        let columns = self.catalogue[effect].further_columns().len().saturating_sub(1);
+    fn price_of_form(&self, columns: usize, term: &Term) -> f64 {
         HANDICAP
             + HANDICAP_PER_FACTOR * (term.columns.len() as f64 - 1.0)
-            + self.choice_of_column * columns as f64
+            + self.choice_of_column * columns.saturating_sub(1) as f64
     }
 
     /// Whether a family may take part at all: beside forms no curve of what is recorded, which can be handed to nobody.
