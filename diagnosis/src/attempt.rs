@@ -50,14 +50,18 @@ impl Attempt<'_> {
 
     /// Whether an attempt with forms is to be preferred to this one of named effects alone: where these explain everything,
     /// only by a clearly greater merit of its terms.
-    pub fn gives_way_to(&self, with_forms: &Attempt) -> bool {
+    fn gives_way_to(&self, with_forms: &Attempt) -> bool {
         if self.leaves_structure() {
             let fitted = |attempt: &Attempt| attempt.fit.after.train_rms;
             return with_forms.left() < self.left() && fitted(with_forms) <= NO_WORSE * fitted(self);
         }
-        let (search, terms) = (&with_forms.explanation.search, &with_forms.explanation.terms);
+        !with_forms.leaves_structure() && self.has_less_merit_than(&with_forms.explanation)
+    }
+
+    fn has_less_merit_than(&self, with_forms: &Explanation) -> bool {
+        let (search, terms) = (&with_forms.search, &with_forms.terms);
         let own = search.translated(&self.explanation.search, &self.explanation.terms);
-        !with_forms.leaves_structure() && search.merit(terms) > search.merit(&own) + FORMS
+        search.merit(terms) > search.merit(&own) + FORMS
     }
 
     /// What is left of held-out readings, of all where none are held out.
@@ -71,7 +75,31 @@ impl Attempt<'_> {
 /// # Errors
 /// Why not even the base makes a model.
 pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) -> Result<Attempt<'a>, String> {
-    let Found { explanation, gross } = explain(hand_on.rows, hand_on.catalogue, skip);
+    best_of(explain(hand_on.rows, hand_on.catalogue, skip), hand_on, skip, accuracy)
+}
+
+/// The best with forms among the effects, where it is to be preferred to `named`.
+pub fn with_forms<'a>(
+    hand_on: &HandOn<'a>,
+    skip: &[String],
+    accuracy: Option<f64>,
+    named: &Attempt,
+) -> Option<Attempt<'a>> {
+    let found = explain(hand_on.rows, hand_on.catalogue, skip);
+    // Where names explain everything, merit decides, which is known before the proof.
+    let hopeless =
+        !named.leaves_structure() && found.gross.is_none() && !named.has_less_merit_than(&found.explanation);
+    let judged = || best_of(found, hand_on, skip, accuracy).ok();
+    if hopeless { None } else { judged().filter(|attempt| named.gives_way_to(attempt)) }
+}
+
+fn best_of<'a>(
+    found: Found<'a>,
+    hand_on: &HandOn<'a>,
+    skip: &[String],
+    accuracy: Option<f64>,
+) -> Result<Attempt<'a>, String> {
+    let Found { explanation, gross } = found;
     let first = attempt(explanation, hand_on, accuracy)?;
     let accounted = matches!(first.said.verdict, Verdict::Explained | Verdict::Described);
     let Some(floor) = gross.filter(|_| !accounted) else {

@@ -178,12 +178,12 @@ fn of_readings(
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let wider = compose::with_forms(&effects, &named, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
-    let with_forms = (wider.len() > effects.len()).then(|| attempt::best(&hand_on, &options.skip, accuracy));
+    let with_forms = match wider.len() > effects.len() {
+        true => attempt::with_forms(&hand_on, &options.skip, accuracy, &named),
+        false => None,
+    };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =
-        match with_forms {
-            Some(Ok(with_forms)) if named.gives_way_to(&with_forms) => with_forms,
-            _ => named,
-        };
+        with_forms.unwrap_or(named);
     let effects = explanation.search.catalogue;
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {

@@ -142,8 +142,9 @@ impl Dictionary {
             if effect.testable(rows).is_err() || skip.contains(&effect.id) {
                 return None;
             }
-            let starts = effect.starts(rows).into_iter().filter(|shape| effect.possible_shape(rows, shape));
-            Some(starts.map(|s| (effect.signature(rows, &s), s)).collect())
+            let over = effect.over(rows);
+            let starts = effect.starts(rows).into_iter().filter(|shape| over.possible_shape(shape));
+            Some(starts.map(|s| (over.signature(&s), s)).collect())
         };
         let (of_effects, generic): (Vec<_>, _) =
             rayon::join(|| catalogue.par_iter().map(of_effect).collect(), || generic::families(rows));
@@ -215,7 +216,8 @@ impl Dictionary {
         let raw =
             |c: &'_ Candidate| if self.families[c.family].begins.is_some() { 0 } else { c.columns.len() };
         columns.reserve(candidates.iter().map(raw).sum());
-        candidates.iter().flat_map(|c| &c.columns[..raw(c)]).for_each(|c| columns.push(&whitener.whiten(c)));
+        let of_all = candidates.iter().flat_map(|c| &c.columns[..raw(c)]);
+        whitener.whiten_onto(of_all.map(Vec::as_slice), &mut columns);
         let length = |column: &[f64]| dot(column, column).sqrt();
         let lengths: Vec<f64> = (0..columns.count()).map(|k| length(columns.get(k))).collect();
         columns.project_off(&basis.columns);
@@ -268,11 +270,28 @@ pub fn highest_order(rows: &Rows) -> usize {
 #[cfg(test)]
 mod tests {
     use super::{Projected, Scratch};
+    use crate::correlation::{Correlation, Process};
     use crate::numerics::{Basis, Columns, dot};
 
     /// Columns with nothing in common but what comes of their finite length.
     fn column(n: usize, k: usize) -> Vec<f64> {
         (0..n).map(|i| ((i * i * (k + 3) + 7 * i * k) as f64 * 0.618).sin()).collect()
+    }
+
+    #[test]
+    fn columns_that_are_made_white_together_are_what_each_is_alone() {
+        let t_s: Vec<f64> = (0..60).map(f64::from).collect();
+        let sigma: Vec<f64> = column(60, 9).iter().map(|v| 1.0 + 0.3 * v).collect();
+        for process in [Process::white(), Process::slow(1.0, 6.0)] {
+            let whitener = Correlation::none(&t_s).with(&process).whitener(&sigma);
+            let columns: Vec<Vec<f64>> = (0..11).map(|k| column(60, k)).collect();
+            let mut together = Columns::new(60);
+            whitener.whiten_onto(columns.iter().map(Vec::as_slice), &mut together);
+            assert_eq!(together.count(), columns.len());
+            for (k, alone) in columns.iter().enumerate() {
+                assert_eq!(together.get(k), whitener.whiten(alone));
+            }
+        }
     }
 
     #[test]

@@ -110,7 +110,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
             if (noise.correlation.typical() - now.noise.correlation.typical()).abs() < SAME_CORRELATION {
                 Search::with_noise(now, noise)
             } else {
-                Search::new(rows, catalogue, order, noise, skip)
+                Search::again(now, noise)
             };
         let next = again.reshuffle(again.run(terms.clone()));
         let same = next.len() == terms.len() && next.iter().zip(&terms).all(|(a, b)| a.family == b.family);
@@ -155,7 +155,7 @@ fn simplest(search: &Search, terms: &[Term]) -> Option<Vec<Term>> {
     let taken: Vec<&String> =
         terms.iter().filter_map(|t| effect_of(t.family)).flat_map(|e| &e.confused_with).collect();
     let named = |f: usize| effect_of(f).is_some_and(|e| !taken.contains(&&e.id));
-    let mut found = search.contenders_refined(terms, named, usize::MAX);
+    let mut found = search.contenders_refined(terms, named, usize::MAX, f64::NEG_INFINITY);
     found.retain(|f| search.significant(f));
     let best = search.gain(found.first()?);
     let margin = ALTERNATIVE_MARGIN.max(NEARLY * search.rows.len() as f64);
@@ -253,22 +253,22 @@ pub fn explain_gross<'a>(
     Some(Explanation { search, terms, chosen, floor, gross: true })
 }
 
-/// The same search where some rows are held out.
+/// The same search where some rows are held out, nothing found yet.
 pub fn without_held<'a>(whole: &Explanation<'a>, held: &[bool]) -> Explanation<'a> {
-    let search = &whole.search;
-    let mut noise = search.noise.clone();
+    let mut noise = whole.search.noise.clone();
     noise.sigma.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(s, _)| *s *= UNMEASURED);
-    let again = Search::with_noise(search, noise);
-    // Where nothing was found in all rows, nothing is sought in some of them.
-    let terms = match (whole.terms.is_empty(), whole.gross) {
-        (true, _) => Vec::new(),
-        (false, false) => again.run(Vec::new()),
-        (false, true) => {
-            let base = base_columns(search.rows, first_order(search.rows));
-            stages(search, &base, found_by_fit(search), Some(held)).0
-        }
-    };
-    Explanation { search: again, chosen: terms.len(), terms, floor: whole.floor, gross: whole.gross }
+    let search = Search::with_noise(&whole.search, noise);
+    Explanation { search, terms: Vec::new(), chosen: 0, floor: whole.floor, gross: whole.gross }
+}
+
+/// What such a search finds in the other rows.
+pub fn found_without(inner: &Explanation, held: &[bool]) -> Vec<Term> {
+    let search = &inner.search;
+    if !inner.gross {
+        return search.run(Vec::new());
+    }
+    let base = base_columns(search.rows, first_order(search.rows));
+    stages(search, &base, found_by_fit(search), Some(held)).0
 }
 
 /// Drops names for the rest that a curve leaves of what it stands for: an effect beside structure without a name

@@ -2,13 +2,14 @@
 //! and augmented model, as they would be handed on, leave of the held-out rows is counted, reading by reading.
 
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::base::base_columns;
-use crate::explain::{Explanation, first_order, without_held};
+use crate::explain::{Explanation, first_order, found_without, without_held};
 use crate::generic::saturated;
 use crate::hand_on::HandOn;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
@@ -133,8 +134,10 @@ fn covered(rows: &Rows, group: &[usize], out_of: &dyn Fn(usize) -> Option<usize>
 pub struct Fold<'a> {
     /// Whether a cell is held out.
     held: Vec<bool>,
-    /// The search without the held-out rows, and what it found.
+    /// The search without the held-out rows.
     inner: Explanation<'a>,
+    /// What it finds, once that is asked for.
+    found: OnceLock<Vec<Term>>,
     /// What the base alone, as handed on, leaves of every row.
     before: Vec<f64>,
 }
@@ -198,7 +201,7 @@ pub fn prove<'a>(
             let inner = without_held(explanation, &held);
             let order = choose_order(&inner, &[]).max(1).min(before.order);
             let base = predictive(&inner, &[], rows.order.unwrap_or(order));
-            Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner })
+            Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner, found: OnceLock::new() })
         })
         .collect::<Option<_>>()?;
     let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
@@ -237,7 +240,10 @@ impl Proof<'_> {
                 let inner = &fold.inner;
                 let named = |t: &&Term| inner.search.effect(t.family).is_some();
                 let mut terms: Vec<Term> = match choice {
-                    Choice::Searched => inner.terms.iter().filter(named).cloned().collect(),
+                    Choice::Searched => {
+                        let found = fold.found.get_or_init(|| found_without(inner, &fold.held));
+                        found.iter().filter(named).cloned().collect()
+                    }
                     Choice::Of(terms) => terms.to_vec(),
                 };
                 if matches!(choice, Choice::Of(_)) {

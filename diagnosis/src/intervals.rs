@@ -9,7 +9,8 @@
 //! noise level is itself an estimate widens everything by the ratio of Student's quantile to the normal one.
 
 use crate::averaging::Rival;
-use crate::effects::{Effect, Range, Reading};
+use crate::correlation::Whitener;
+use crate::effects::{Effect, Over, Range, Reading};
 use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
 use crate::numerics::{Basis, add_scaled, dot, of_triangle};
@@ -22,6 +23,8 @@ pub struct Beside<'a> {
     pub rows: &'a Rows,
     /// Its noise.
     pub noise: &'a Noise,
+    /// What makes it white.
+    pub whitener: &'a Whitener,
     /// Whitened base, other effects and their tangents.
     pub basis: Basis,
     /// Whitened observations less their part in the basis.
@@ -46,14 +49,14 @@ struct Place {
 
 impl Beside<'_> {
     /// The amplitudes and the likelihood of a shape; none where nothing of it is left or it is implausible.
-    fn place(&self, effect: &Effect, shape: &[f64]) -> Option<Place> {
-        let columns = effect.signature(self.rows, shape);
+    fn place(&self, effect: &Over, shape: &[f64]) -> Option<Place> {
+        let columns = effect.signature(shape);
         let width = columns.len();
         let mut q: Vec<Vec<f64>> = Vec::with_capacity(width);
         // Upper triangle R of the columns' factorisation, by rows.
         let mut r = vec![0.0; width * width];
         for (k, column) in columns.iter().enumerate() {
-            let mut w = self.noise.whiten(column);
+            let mut w = self.whitener.whiten(column);
             let length = dot(&w, &w).sqrt();
             self.basis.project_off(&mut w);
             if dot(&w, &w).sqrt() < 0.1 * length {
@@ -75,7 +78,7 @@ impl Beside<'_> {
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
         let (amplitudes, mut covariance) = of_triangle(&r, &scores);
         if effect.of_common_mode {
-            let noise = self.noise_of_common_mode(&self.noise.whiten(&columns[0]));
+            let noise = self.noise_of_common_mode(&self.whitener.whiten(&columns[0]));
             let unknown_part = noise * columns[0].len() as f64 / (r[0] * r[0]);
             covariance[0] += (unknown_part * amplitudes[0]).powi(2);
         }
@@ -98,7 +101,7 @@ impl Beside<'_> {
     /// The posterior of an effect's shape over everything that it can be: the whole range of its shape parameters is
     /// divided into cells, and those that may matter again and again, so that no place far from `best` that does nearly
     /// as well is missed, however narrow it is.
-    fn posterior(&self, effect: &Effect, best: &[f64]) -> Vec<Place> {
+    fn posterior(&self, effect: &Over, best: &[f64]) -> Vec<Place> {
         let ranges = effect.ranges(self.rows);
         let tied = effect.shape_follows;
         let free: Vec<usize> = (0..best.len())
@@ -115,7 +118,7 @@ impl Beside<'_> {
             for (k, u) in free.iter().zip(middle) {
                 shape[*k] = if ranges[*k].logarithmic { u.exp() } else { *u };
             }
-            effect.possible_shape(self.rows, &shape).then(|| self.place(effect, &shape)).flatten()
+            effect.possible_shape(&shape).then(|| self.place(effect, &shape)).flatten()
         };
         let log_of = |p: &Option<Place>| p.as_ref().map_or(f64::NEG_INFINITY, |p| p.log_likelihood);
         let home: Vec<f64> = free.iter().map(|k| to(*k, best[*k])).collect();
@@ -163,7 +166,7 @@ impl Beside<'_> {
     }
 
     /// The posterior of the row at which a step begins, each gap between rows weighted by its length.
-    fn step_places(&self, effect: &Effect, best: &[f64]) -> Vec<Place> {
+    fn step_places(&self, effect: &Over, best: &[f64]) -> Vec<Place> {
         let t = &self.rows.t_s;
         let centre = best[0] as usize;
         let near = match self.place(effect, best) {
@@ -207,8 +210,8 @@ impl Beside<'_> {
 
     /// The places that matter for a fitted effect, with weights that sum to one.
     fn weighed(&self, effect: &Effect, shape: &[f64]) -> Vec<Place> {
-        let step = effect.begins_at_a_row;
-        let mut places = if step { self.step_places(effect, shape) } else { self.posterior(effect, shape) };
+        let (step, over) = (effect.begins_at_a_row, effect.over(self.rows));
+        let mut places = if step { self.step_places(&over, shape) } else { self.posterior(&over, shape) };
         let top = places.iter().map(|p| p.log_likelihood).fold(f64::NEG_INFINITY, f64::max);
         places.retain(|p| p.log_likelihood > top - NEGLIGIBLE);
         places.iter_mut().for_each(|p| p.weight *= (p.log_likelihood - top).exp());

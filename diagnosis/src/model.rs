@@ -80,9 +80,9 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     let mut basis = Basis::new(n);
     let all = base_columns(rows, highest);
     for column in all.iter().take(lowest + 1).chain(terms.iter().flat_map(|t| t.columns.iter())) {
-        basis.add(&search.noise.whiten(column));
+        basis.add(&search.whitener.whiten(column));
     }
-    let mut residual = search.noise.whiten(&search.noise.clean);
+    let mut residual = search.whitener.whiten(&search.noise.clean);
     basis.project_off(&mut residual);
     if explanation.gross {
         return simplest_order(rows, terms, lowest, &all);
@@ -90,7 +90,7 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     // Where structure is left that no order follows, it is the noise that an order is judged by.
     let mut highest_basis = basis.clone();
     for column in &all[lowest + 1..] {
-        highest_basis.add(&search.noise.whiten(column));
+        highest_basis.add(&search.whitener.whiten(column));
     }
     let mut rest = residual.clone();
     highest_basis.project_off(&mut rest);
@@ -99,7 +99,7 @@ pub fn choose_order(explanation: &Explanation, terms: &[Term]) -> usize {
     let mut gained = 0.0;
     for (k, column) in all.iter().enumerate().skip(lowest + 1) {
         let before = basis.rank();
-        basis.add(&search.noise.whiten(column));
+        basis.add(&search.whitener.whiten(column));
         if basis.rank() > before {
             let q = basis.columns.get(before);
             let a = dot(q, &residual);
@@ -146,12 +146,12 @@ struct Joint {
 
 impl Joint {
     fn of(search: &Search, terms: &[Term], order: usize) -> Joint {
-        let noise = &search.noise;
+        let whitener = &search.whitener;
         let base = base_columns(search.rows, order);
         let undetermined = undetermined_rows(search, terms);
         let raw = base.iter().chain(terms.iter().flat_map(|t| t.columns.iter())).chain(&undetermined);
-        let columns: Vec<Vec<f64>> = raw.map(|c| noise.whiten(c)).collect();
-        let target = noise.whiten(&noise.clean);
+        let columns: Vec<Vec<f64>> = raw.map(|c| whitener.whiten(c)).collect();
+        let target = whitener.whiten(&search.noise.clean);
         let solution = least_squares(&columns, &target);
         Joint { order, base, columns, target, solution }
     }
@@ -260,7 +260,7 @@ impl Tangents {
                     let Some(h) = step else { continue };
                     let tangent = tangent(effect, rows, &term.shape, amplitudes, k, h);
                     all.push(columns.len());
-                    columns.push(search.noise.whiten(&tangent));
+                    columns.push(search.whitener.whiten(&tangent));
                 }
             }
             of_term.push(all);
@@ -283,7 +283,7 @@ impl Tangents {
         index: usize,
         left: &'a [f64],
     ) -> Beside<'a> {
-        let (rows, noise) = (search.rows, &search.noise);
+        let (rows, noise, whitener) = (search.rows, &search.noise, &search.whitener);
         let mut basis = Basis::new(rows.len());
         for (_, column) in self.columns.iter().enumerate().filter(|(k, _)| !self.of_term[index].contains(k)) {
             basis.add(column);
@@ -295,7 +295,8 @@ impl Tangents {
         basis.project_off(&mut direction);
         let freedom = noise.freedom.min((rows.len() as f64 - self.columns.len() as f64).max(1.0));
         let widening = widening(freedom) * crate::memory::spread(noise, &direction, &self.residual);
-        Beside { rows, noise, basis, residual, widening, scatter_of_places: rows.scatter_of_places(), left }
+        let scatter_of_places = rows.scatter_of_places();
+        Beside { rows, noise, whitener, basis, residual, widening, scatter_of_places, left }
     }
 }
 

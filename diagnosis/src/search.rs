@@ -17,7 +17,7 @@ use crate::base::base_columns;
 use crate::calibrate::{Calibration, calibrate, log_tail};
 use crate::correlation::Whitener;
 use crate::dictionary::{Dictionary, Kind, Projected, Scratch};
-use crate::effects::{Effect, Range};
+use crate::effects::{Effect, Over, Range};
 use crate::generic::observables;
 use crate::jumps::Jumps;
 use crate::noise::Noise;
@@ -68,6 +68,8 @@ pub struct Search<'a> {
     pub rows: &'a Rows,
     /// The catalogue.
     pub catalogue: &'a [Effect],
+    /// The same over the rows.
+    over: Arc<Vec<Over<'a>>>,
     /// The candidates.
     pub dictionary: Arc<Dictionary>,
     /// The noise used for whitening.
@@ -83,7 +85,9 @@ pub struct Search<'a> {
     /// Ranges of the shape parameters of every effect of the catalogue.
     ranges: Vec<Vec<Range>>,
     base_order: usize,
-    /// Whether forms without a name are among the effects.
+    /// For every effect that is a form without a name: how many further columns it reads.
+    columns_of_forms: Vec<Option<usize>>,
+    /// Whether there are such effects.
     with_forms: bool,
     /// What the choice of one column among all is worth, in −2 log likelihood.
     choice_of_column: f64,
@@ -106,6 +110,23 @@ impl<'a> Search<'a> {
         skip: &[String],
     ) -> Search<'a> {
         let dictionary = Arc::new(Dictionary::new(rows, catalogue, order, skip));
+        let over = Arc::new(catalogue.iter().map(|effect| effect.over(rows)).collect());
+        Search::calibrated(rows, catalogue, order, noise, (dictionary, over))
+    }
+
+    /// The same search with another noise, calibrated anew.
+    pub fn again(whole: &Search<'a>, noise: Noise) -> Search<'a> {
+        let known = (Arc::clone(&whole.dictionary), Arc::clone(&whole.over));
+        Search::calibrated(whole.rows, whole.catalogue, whole.base_order, noise, known)
+    }
+
+    fn calibrated(
+        rows: &'a Rows,
+        catalogue: &'a [Effect],
+        order: usize,
+        noise: Noise,
+        (dictionary, over): (Arc<Dictionary>, Arc<Vec<Over<'a>>>),
+    ) -> Search<'a> {
         let (base, target) = base_and_target(rows, order, &noise);
         let shares: Vec<f64> = dictionary
             .families
@@ -138,6 +159,7 @@ impl<'a> Search<'a> {
         Search {
             rows,
             catalogue,
+            over,
             dictionary,
             noise,
             whitener,
@@ -147,6 +169,10 @@ impl<'a> Search<'a> {
             ranges: catalogue.iter().map(|effect| effect.ranges(rows)).collect(),
             base_order: order,
             with_forms: catalogue.iter().any(Effect::is_form),
+            columns_of_forms: catalogue
+                .iter()
+                .map(|effect| effect.is_form().then(|| effect.further_columns().len()))
+                .collect(),
             choice_of_column: 2.0 * (observables(rows).len().max(1) as f64).ln(),
             projected: OnceLock::from(projected),
             base,
@@ -163,6 +189,7 @@ impl<'a> Search<'a> {
         Search {
             rows: whole.rows,
             catalogue: whole.catalogue,
+            over: Arc::clone(&whole.over),
             dictionary,
             whitener: noise.whitener(),
             noise,
@@ -172,6 +199,7 @@ impl<'a> Search<'a> {
             ranges: whole.ranges.clone(),
             base_order: order,
             with_forms: whole.with_forms,
+            columns_of_forms: whole.columns_of_forms.clone(),
             choice_of_column: whole.choice_of_column,
             projected: OnceLock::new(),
             base,
@@ -217,8 +245,8 @@ impl<'a> Search<'a> {
         let own = self.own_price(term);
         match self.effect(term.family) {
             Some(e) => {
-                let form = if self.catalogue[e].is_form() { self.price_of_form(e, term) } else { 0.0 };
-                own + SHAPE_PRICE * self.free_shapes(e) as f64 + form
+                let form = self.columns_of_forms[e].map(|columns| self.price_of_form(columns, term));
+                own + SHAPE_PRICE * self.free_shapes(e) as f64 + form.unwrap_or(0.0)
             }
             None if self.is_generic(term.family) => own + handicap(term),
             None => own,
@@ -227,11 +255,10 @@ impl<'a> Search<'a> {
 
     /// What a form must explain beyond a named effect: for every factor, and for every column beyond the first the choice
     /// of it among all columns.
-    fn price_of_form(&self, effect: usize, term: &Term) -> f64 {
-        let columns = self.catalogue[effect].further_columns().len().saturating_sub(1);
+    fn price_of_form(&self, columns: usize, term: &Term) -> f64 {
         HANDICAP
             + HANDICAP_PER_FACTOR * (term.columns.len() as f64 - 1.0)
-            + self.choice_of_column * columns as f64
+            + self.choice_of_column * columns.saturating_sub(1) as f64
     }
 
     /// Whether a family may take part at all: beside forms no curve of what is recorded, which can be handed to nobody.
@@ -292,7 +319,7 @@ impl<'a> Search<'a> {
             if let Some(jumps) = self.dictionary.jumps(family, &self.whitener, basis) {
                 return self.best_step(f, &jumps, residual);
             }
-            let mut best: Option<(f64, usize, f64, usize)> = None;
+            let mut possible: Vec<(f64, usize, f64, usize)> = Vec::new();
             let mut explained_by = Vec::new();
             for c in family.candidates.clone() {
                 projected.scores(c, &products, count, family.smallest_part, scratch);
@@ -302,11 +329,11 @@ impl<'a> Search<'a> {
                 if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                let m = log_tail(s, scores.len());
-                if best.is_none_or(|b| m > b.0) && self.plausible_beside(f, c, basis, residual) {
-                    best = Some((m, c, s, scores.len()));
-                }
+                possible.push((log_tail(s, scores.len()), c, s, scores.len()));
             }
+            // Only few are asked whether they are plausible, which costs more than their scores.
+            possible.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let best = possible.into_iter().find(|(_, c, ..)| self.plausible_beside(f, *c, basis, residual));
             best.map(|(m, c, explained, rank)| {
                 let candidate = &self.dictionary.candidates[c];
                 let shape = candidate.shape.clone();
@@ -360,7 +387,7 @@ impl<'a> Search<'a> {
     fn best_step(&self, family: usize, jumps: &Jumps, residual: &[f64]) -> Option<Found> {
         let (row, explained) = jumps.best(residual)?;
         let shape = vec![row as f64];
-        let columns = self.catalogue[self.effect(family)?].signature(self.rows, &shape);
+        let columns = self.over[self.effect(family)?].signature(&shape);
         Some(Found {
             term: Term::new(family, shape, Arc::new(columns)),
             explained,
@@ -380,7 +407,8 @@ impl<'a> Search<'a> {
     /// Whether candidate `c` of an effect with several columns has amplitudes beside a basis that can be this effect's.
     fn plausible_beside(&self, family: usize, c: usize, basis: &Basis, residual: &[f64]) -> bool {
         let candidate = &self.dictionary.candidates[c];
-        let Some(e) = self.effect(family).filter(|_| candidate.columns.len() > 1) else { return true };
+        let limited = |e: &usize| candidate.columns.len() > 1 && self.catalogue[*e].limits_amplitudes();
+        let Some(e) = self.effect(family).filter(limited) else { return true };
         let left = candidate.columns.iter().map(|column| {
             let mut w = self.whitener.whiten(column);
             basis.project_off(&mut w);

@@ -4,7 +4,10 @@
 use std::sync::Arc;
 
 use super::Process;
-use crate::numerics::median;
+use crate::numerics::{Columns, median};
+
+/// Columns that are made white together: the steps of a row take as long as so many additions.
+const ABREAST: usize = 8;
 
 /// The filter of a process at the times of a recording.
 #[derive(Debug, Clone)]
@@ -80,11 +83,36 @@ impl Correlation {
 
     /// Makes values of this process white, of the same variance.
     pub fn whiten(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
-        let mut state = vec![0.0; self.process.parts.len()];
+        // Nearly every process has one part or none: their state is kept in a register.
+        match self.process.parts.len() {
+            0 => values.zip(&self.new).map(|(v, new)| v / new).collect(),
+            1 => self.whiten_from([0.0], values),
+            parts => self.whiten_from(vec![0.0; parts], values),
+        }
+    }
+
+    /// The same from a state of nothing.
+    fn whiten_from(&self, mut state: impl AsMut<[f64]>, values: impl Iterator<Item = f64>) -> Vec<f64> {
         values
             .enumerate()
-            .map(|(i, v)| self.step(i, &mut state, |expected| v - expected) / self.new[i])
+            .map(|(i, v)| self.step(i, state.as_mut(), |expected| v - expected) / self.new[i])
             .collect()
+    }
+
+    /// Some columns at once, divided by the standard deviations of their rows, of a process with one part.
+    fn whiten_abreast(&self, columns: &[&[f64]; ABREAST], inverse: &[f64]) -> [Vec<f64>; ABREAST] {
+        let mut out = columns.map(|_| Vec::with_capacity(inverse.len()));
+        let mut state = [0.0; ABREAST];
+        let of_rows = inverse.iter().zip(&self.new).zip(self.left.iter().zip(&self.gain));
+        for (i, ((inverse, new), (left, gain))) in of_rows.enumerate() {
+            for k in 0..ABREAST {
+                state[k] *= left;
+                let found = columns[k][i] * inverse - state[k];
+                state[k] += gain * found;
+                out[k].push(found / new);
+            }
+        }
+        out
     }
 
     /// Makes white values of this process: the inverse of [`Correlation::whiten`].
@@ -102,6 +130,7 @@ impl Correlation {
     }
 
     /// Moves the state on to row `i` and takes over what is new there, which follows from what was expected.
+    #[inline(always)]
     fn step(&self, i: usize, state: &mut [f64], new: impl FnOnce(f64) -> f64) -> f64 {
         let here = i * state.len()..(i + 1) * state.len();
         let mut expected = 0.0;
@@ -158,6 +187,25 @@ impl Whitener {
     pub fn whiten(&self, v: &[f64]) -> Vec<f64> {
         let (correlation, inverse) = &*self.0;
         correlation.whiten(v.iter().zip(inverse).map(|(x, a)| x * a))
+    }
+
+    /// Makes columns white, and appends them to `out`. Every row waits for the one before it: some columns abreast wait
+    /// together.
+    pub fn whiten_onto<'c>(&self, columns: impl Iterator<Item = &'c [f64]>, out: &mut Columns) {
+        let (correlation, inverse) = &*self.0;
+        let all: Vec<&[f64]> = columns.collect();
+        let blocks = all.chunks_exact(ABREAST);
+        let rest = blocks.remainder();
+        for block in blocks {
+            let Some(block) = block.first_chunk::<ABREAST>().filter(|_| correlation.process.parts.len() == 1)
+            else {
+                block.iter().for_each(|column| out.push(&self.whiten(column)));
+                continue;
+            };
+            let white = correlation.whiten_abreast(block, inverse);
+            white.iter().for_each(|column| out.push(column));
+        }
+        rest.iter().for_each(|column| out.push(&self.whiten(column)));
     }
 
     /// The weight of a row in its own whitened value.

@@ -55,12 +55,12 @@ impl Effect {
     }
 
     /// The number of the form that a shape has.
-    fn form_of(&self, shape: &[f64]) -> usize {
+    pub(super) fn form_of(&self, shape: &[f64]) -> usize {
         let forms = self.made.declared.adds.len();
         if forms > 1 { (shape[self.made.shaped.len()] as usize).min(forms - 1) } else { 0 }
     }
 
-    fn form(&self, shape: &[f64]) -> &Formula {
+    pub(super) fn form(&self, shape: &[f64]) -> &Formula {
         &self.made.declared.adds[self.form_of(shape)]
     }
 
@@ -156,7 +156,16 @@ impl Effect {
 
     /// The columns that the amplitudes multiply, in the recording's unit per unit amplitude.
     pub fn signature(&self, rows: &Rows, shape: &[f64]) -> Vec<Vec<f64>> {
-        let form = self.form(shape);
+        self.columns(rows, shape, |values| self.form(shape).values(&Read(rows), values))
+    }
+
+    /// The same, given how what it adds is computed of the values of its parameters.
+    pub(super) fn columns(
+        &self,
+        rows: &Rows,
+        shape: &[f64],
+        adds: impl Fn(&[f64]) -> Result<Vec<f64>, String>,
+    ) -> Vec<Vec<f64>> {
         let mut columns = Vec::new();
         let mut factors = vec![0.0; self.made.factors.len()];
         for number in 1..=self.count(shape) {
@@ -164,7 +173,7 @@ impl Effect {
                 factors.fill(0.0);
                 factors[factor] = 1.0;
                 let values = self.numbered(self.values(rows, shape, &factors), number);
-                let mut column = form.values(&Read(rows), &values).unwrap_or_default();
+                let mut column = adds(&values).unwrap_or_default();
                 if column.len() != rows.len() {
                     column = vec![column.first().copied().unwrap_or(f64::NAN); rows.len()];
                 }
@@ -182,14 +191,6 @@ impl Effect {
             }
         }
         values
-    }
-
-    /// Whether a shape within the ranges can be this effect.
-    pub fn possible_shape(&self, rows: &Rows, shape: &[f64]) -> bool {
-        let none = vec![0.0; self.made.factors.len()];
-        self.made.declared.possible.as_ref().is_none_or(|formula| {
-            Effect::figure(&Figures::of(rows), formula, &self.values(rows, shape, &none)) >= 0.0
-        })
     }
 
     /// Whether a shape says how things stood before the first row, which the first rows alone can tell.
@@ -221,6 +222,12 @@ impl Effect {
     pub fn plausible_sign(&self, amplitude: f64) -> bool {
         let of_sign = |limits: Interval| if amplitude > 0.0 { limits.to > 0.0 } else { limits.from < 0.0 };
         self.made.factors.len() > 1 || self.plausible_factors().all(of_sign)
+    }
+
+    /// Whether any amplitudes at all cannot be this effect.
+    pub fn limits_amplitudes(&self) -> bool {
+        let everything = |limits: Interval| limits.from == f64::NEG_INFINITY && limits.to == f64::INFINITY;
+        self.of_true_angle() || !self.plausible_factors().all(everything)
     }
 
     /// Whether amplitudes at a shape can be this effect.
@@ -297,18 +304,6 @@ impl Effect {
     /// What it adds at a shape.
     pub fn formula_at(&self, shape: &[f64]) -> String {
         self.form(shape).sentence.expression.to_string()
-    }
-
-    /// A richer form of the same effect to be tried once this one is found (a further harmonic).
-    pub fn richer(&self, rows: &Rows, shape: &[f64]) -> Option<Vec<f64>> {
-        let sum = |index: &usize| match self.parameter(*index).role {
-            Role::Sum(most) => Some(most),
-            _ => None,
-        };
-        let (k, most) = (0..).zip(&self.made.shaped).find_map(|(k, index)| Some((k, sum(index)?)))?;
-        let mut richer = shape.to_vec();
-        richer[k] += 1.0;
-        (richer[k] <= f64::from(most) && self.possible_shape(rows, &richer)).then_some(richer)
     }
 
     /// As an operator that is no mere expression, where it is one.

@@ -8,6 +8,7 @@ mod effect;
 mod grid;
 mod needs;
 mod operators;
+mod over;
 pub mod page;
 mod read;
 mod report;
@@ -16,6 +17,7 @@ mod term;
 pub use composed::composed;
 pub use effect::Effect;
 pub use operators::{low_pass, play_from};
+pub use over::Over;
 pub(crate) use read::Read;
 
 use std::collections::BTreeMap;

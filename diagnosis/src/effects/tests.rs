@@ -56,6 +56,7 @@ fn every_effect_of_the_catalogue_is_a_term_of_its_own_kind() {
             assert_eq!(handed.map.len(), handed.operator.width());
             let columns = effect.signature(&rows, &shape);
             assert_eq!(handed.map[0].len(), columns.len());
+            assert_eq!(effect.over(&rows).signature(&shape), columns, "{} at {shape:?}", effect.id);
             assert!(columns.iter().flatten().all(|value| value.is_finite()), "{} at {shape:?}", effect.id);
         }
     }

@@ -40,13 +40,23 @@ impl Beside {
 pub(super) struct Kept {
     sets: Mutex<VecDeque<(Key, Arc<Beside>)>>,
     explained: Mutex<BTreeMap<Key, f64>>,
+    backfitted: Mutex<BTreeMap<Key, Vec<Shape>>>,
 }
+
+/// The shape of a term and its rivals.
+type Shape = (Vec<f64>, Arc<Vec<f64>>);
 
 fn key(terms: &[Term]) -> Key {
     let bits = |shape: &[f64]| shape.iter().map(|v| v.to_bits()).collect();
     let mut key: Key = terms.iter().map(|t| (t.family, bits(&t.shape))).collect();
     key.sort();
     key
+}
+
+/// The terms in their order, with their rivals.
+fn in_order(terms: &[Term]) -> Key {
+    let bits = |t: &Term| t.shape.iter().chain(t.rivals.iter()).map(|v| v.to_bits()).collect();
+    terms.iter().map(|t| (t.family, bits(t))).collect()
 }
 
 impl Search<'_> {
@@ -68,6 +78,17 @@ impl Search<'_> {
         }
         kept.push_back((key, Arc::clone(&beside)));
         beside
+    }
+
+    /// The shapes to which terms in this order, with these rivals, were refined before.
+    pub(super) fn backfitted(&self, terms: &[Term]) -> Option<Vec<Shape>> {
+        self.kept.backfitted.lock().unwrap_or_else(PoisonError::into_inner).get(&in_order(terms)).cloned()
+    }
+
+    /// Keeps them.
+    pub(super) fn keep_backfitted(&self, before: &[Term], after: &[Term]) {
+        let shapes = after.iter().map(|term| (term.shape.clone(), Arc::clone(&term.rivals))).collect();
+        self.kept.backfitted.lock().unwrap_or_else(PoisonError::into_inner).insert(in_order(before), shapes);
     }
 
     /// What the terms explain together.

@@ -20,10 +20,10 @@ impl Search<'_> {
         residual: &[f64],
     ) -> Option<Found> {
         let e = self.effect(family)?;
-        if !self.catalogue[e].possible_shape(self.rows, shape) {
+        if !self.over[e].possible_shape(shape) {
             return None;
         }
-        let columns = self.catalogue[e].signature(self.rows, shape);
+        let columns = self.over[e].signature(shape);
         let mut own = Basis::new(self.rows.len());
         let mut left = Vec::with_capacity(columns.len());
         for column in &columns {
@@ -36,6 +36,7 @@ impl Search<'_> {
             left.push(w);
         }
         if columns.len() > 1
+            && self.catalogue[e].limits_amplitudes()
             && !self.catalogue[e].plausible_at(self.rows, shape, &least_squares(&left, residual).coefficients)
         {
             return None;
@@ -183,7 +184,7 @@ impl Search<'_> {
         for candidate in &self.dictionary.candidates[self.dictionary.families[family].candidates.clone()] {
             let mut shape = candidate.shape.clone();
             for _ in 0..4 {
-                let mut w = self.whitener.whiten(&effect.signature(self.rows, &shape)[0]);
+                let mut w = self.whitener.whiten(&self.over[e].signature(&shape)[0]);
                 basis.project_off(&mut w);
                 let amplitude = dot(&w, residual) / dot(&w, &w).max(1e-300);
                 shape = effect.consistent_shape(&shape, &[amplitude], self.rows);
@@ -223,7 +224,7 @@ impl Search<'_> {
             let row = beginning(&left, &self.noise, height, here, &self.rows.t_s);
             if row != here {
                 let shape = vec![row as f64];
-                let columns = effect.signature(self.rows, &shape);
+                let columns = self.over[e].signature(&shape);
                 terms[index] = Term::new(terms[index].family, shape, Arc::new(columns));
             }
         }
@@ -231,6 +232,21 @@ impl Search<'_> {
 
     /// Refines every term in turn beside the others, and tries richer forms.
     pub fn backfit(&self, terms: &mut [Term]) {
+        if let Some(shapes) = self.backfitted(terms) {
+            for (term, (shape, rivals)) in terms.iter_mut().zip(shapes) {
+                term.rivals = rivals;
+                if let Some(e) = self.effect(term.family).filter(|_| term.shape != shape) {
+                    (term.columns, term.shape) = (Arc::new(self.over[e].signature(&shape)), shape);
+                }
+            }
+            return;
+        }
+        let before = terms.to_vec();
+        self.backfit_anew(terms);
+        self.keep_backfitted(&before, terms);
+    }
+
+    fn backfit_anew(&self, terms: &mut [Term]) {
         for sweep in 0..2 {
             for k in 0..terms.len() {
                 let Some(e) = self.effect(terms[k].family) else { continue };
@@ -247,7 +263,7 @@ impl Search<'_> {
                 start.term.rivals = Arc::clone(&terms[k].rivals);
                 let mut best = self.refine(start, &basis, &residual, FINE);
                 let plain = best.term.shape.clone();
-                while let Some(shape) = self.catalogue[e].richer(self.rows, &best.term.shape) {
+                while let Some(shape) = self.over[e].richer(&best.term.shape) {
                     let Some(richer) = self.try_shape(best.term.family, &shape, &basis, &residual) else {
                         break;
                     };

@@ -11,15 +11,21 @@ use crate::thresholds::search::select::{
 impl Search<'_> {
     /// The best candidates beside the terms by merit, refined; `wanted` filters families.
     pub fn contenders(&self, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
-        self.contenders_refined(terms, wanted, REFINED)
+        self.contenders_refined(terms, wanted, REFINED, f64::NEG_INFINITY)
     }
 
-    /// The same with `most` of them refined.
+    /// The same where only sets of at least this merit count: what cannot come near it is not refined.
+    fn contenders_for(&self, merit: f64, terms: &[Term], wanted: impl Fn(usize) -> bool) -> Vec<Found> {
+        self.contenders_refined(terms, wanted, REFINED, merit - self.merit(terms))
+    }
+
+    /// The same with `most` of them refined, of those that may gain `least` of merit once they are.
     pub fn contenders_refined(
         &self,
         terms: &[Term],
         wanted: impl Fn(usize) -> bool,
         most: usize,
+        least: f64,
     ) -> Vec<Found> {
         let beside = self.beside(terms);
         let mut found: Vec<&Found> = beside
@@ -35,6 +41,7 @@ impl Search<'_> {
                 shaped && found[k].explained * GRID_LOSS > best.max(0.0)
             })
             .take(most)
+            .filter(|k| found[*k].explained * GRID_LOSS - self.price(&found[*k].term) > least)
             .collect();
         let mut out: Vec<Found> = (0..found.len())
             .into_par_iter()
@@ -94,7 +101,7 @@ impl Search<'_> {
                     let mut rest = terms.clone();
                     rest.remove(j);
                     rest.remove(k);
-                    for set in self.pairs_beside(&rest) {
+                    for set in self.pairs_beside(&rest, merit - NEAR) {
                         if self.merit(&set) < merit - NEAR {
                             continue;
                         }
@@ -115,14 +122,14 @@ impl Search<'_> {
         terms
     }
 
-    /// Promising pairs of catalogued effects beside the terms, with them.
-    fn pairs_beside(&self, terms: &[Term]) -> Vec<Vec<Term>> {
+    /// Promising pairs of catalogued effects beside the terms, with them; sets below this merit do not count.
+    fn pairs_beside(&self, terms: &[Term], least: f64) -> Vec<Vec<Term>> {
         let named = |f: usize| self.effect(f).is_some();
         let mut out = Vec::new();
         for first in self.contenders(terms, named).into_iter().take(FIRST_OF_PAIRS) {
             let mut with = terms.to_vec();
             with.push(first.term);
-            for second in self.contenders(&with, named).into_iter().take(2) {
+            for second in self.contenders_for(least, &with, named).into_iter().take(2) {
                 let mut pair = with.clone();
                 pair.push(second.term);
                 out.push(pair);
@@ -187,9 +194,9 @@ impl Search<'_> {
                 let mut with: Vec<Term> = terms.clone();
                 with.remove(*j);
                 with.remove(*k);
-                let one =
-                    self.contenders(&with, |f| !named_only || !self.is_generic(f)).into_iter().next()?;
-                with.push(one.term);
+                let wanted = |f: usize| !named_only || !self.is_generic(f);
+                let found = self.contenders_for(merit + EXCHANGE_MARGIN, &with, wanted);
+                with.push(found.into_iter().next()?.term);
                 Some((self.merit(&with), with))
             });
             let sets: Vec<(f64, Vec<Term>)> = singly.chain(for_pairs).collect();
@@ -224,18 +231,21 @@ impl Search<'_> {
             }
         };
         let wanted = |f: usize| f != removed.family && (!named_only || !self.is_generic(f));
-        let others = self.contenders(&without, wanted);
+        // Of two effects in its place each may explain little.
+        let for_two = self.is_generic(removed.family) || terms.len() == 1;
+        let least = if for_two { f64::NEG_INFINITY } else { merit - NEAR };
+        let others = self.contenders_for(least, &without, wanted);
         for other in others.iter().take(2) {
             let mut with = without.clone();
             with.push(other.term.clone());
             consider(with, &mut sets);
         }
-        if self.is_generic(removed.family) || terms.len() == 1 {
+        if for_two {
             let catalogued = others.iter().filter(|o| self.effect(o.term.family).is_some());
             for first in catalogued.take(3) {
                 let mut with = without.clone();
                 with.push(first.term.clone());
-                let second = self.contenders(&with, |f| self.effect(f).is_some());
+                let second = self.contenders_for(merit - NEAR, &with, |f| self.effect(f).is_some());
                 if let Some(second) = second.into_iter().next() {
                     with.push(second.term);
                     consider(with, &mut sets);

@@ -12,6 +12,10 @@ const RUNAWAY: f64 = 1e12;
 const FASTEST: f64 = 1.0;
 /// The same where steps can be no shorter: the rule is stable up to 2.78.
 const STABLE: f64 = 2.5;
+/// What rounding may add to a bound.
+const ROUNDING: f64 = 1e-9;
+/// Sweeps in which units are balanced: of two states one does.
+const SWEEPS: usize = 3;
 /// Squarings of a matrix whose spectral radius is estimated: to the sixteenth power, right to some percent.
 const SQUARINGS: i32 = 4;
 
@@ -65,8 +69,9 @@ impl<T: Number> Run<'_, T> {
         }
     }
 
-    /// The spectral radius of the rates' derivatives by the states, 1/s, and the state that is fastest by itself. A motion
-    /// that has settled shows no speed, but its derivatives would grow without bound in steps too long for it.
+    /// The spectral radius of the rates' derivatives by the states, 1/s, and the state that is fastest by itself; 0 where it
+    /// asks for no shorter steps. A motion that has settled shows no speed, but its derivatives would grow without bound in
+    /// steps too long for it.
     fn speed(&mut self, t_s: f64, row: usize) -> (f64, usize) {
         self.enter((row as f64 - 0.5) * self.course.sample_s);
         self.load(t_s, At::Before);
@@ -77,6 +82,10 @@ impl<T: Number> Run<'_, T> {
         power.resize(size * size, 0.0);
         for (k, places) in self.routines.slopes.rows.iter().enumerate() {
             places.states.iter().for_each(|(state, place)| power[k * size + state] = self.registers[*place]);
+        }
+        if self.is_slow(&power) {
+            self.powers = [power, next];
+            return (0.0, 0);
         }
         let by_itself = |k: &usize| power[k * (size + 1)].abs();
         let state = (0..size).max_by(|a, b| by_itself(a).total_cmp(&by_itself(b))).unwrap_or(0);
@@ -99,5 +108,52 @@ impl<T: Number> Run<'_, T> {
         let radius = if norm.is_finite() { norm * root } else { f64::MAX };
         self.powers = [power, next];
         (radius, state)
+    }
+
+    /// Whether a matrix is sure to ask for no shorter steps: in other units u of the states, its norm bounds what is
+    /// estimated, but for a factor (max u / min u)^(1/16).
+    fn is_slow(&mut self, matrix: &[f64]) -> bool {
+        let size = self.states.len();
+        if self.units.0.is_empty() {
+            self.units = balanced(matrix, size);
+        }
+        let (units, factor) = &self.units;
+        let most = FASTEST * self.course.substeps as f64 / (factor * self.course.sample_s);
+        matrix.chunks_exact(size).zip(units).all(|(row, unit)| {
+            row.iter().zip(units).map(|(x, of_column)| x.abs() * of_column).sum::<f64>() <= most * unit
+        })
+    }
+}
+
+/// Units of the states in which rows and columns of a matrix are alike (E. E. Osborne, J. ACM 7, 1960), and the factor of
+/// a bound in them.
+fn balanced(matrix: &[f64], size: usize) -> (Vec<f64>, f64) {
+    let mut units = vec![1.0; size];
+    for k in (0..SWEEPS * size).map(|k| k % size) {
+        let others = || (0..size).filter(|j| *j != k);
+        let row: f64 = others().map(|j| matrix[k * size + j].abs() * units[j]).sum();
+        let column: f64 = others().map(|j| matrix[j * size + k].abs() / units[j]).sum();
+        let unit = (row / column).sqrt();
+        if unit.is_normal() {
+            units[k] = unit;
+        }
+    }
+    let (low, high) = units.iter().fold((f64::MAX, 0.0_f64), |(a, b), u| (a.min(*u), b.max(*u)));
+    let factor = (0..SQUARINGS).fold(high / low, |x, _| x.sqrt());
+    (units, factor * (1.0 + ROUNDING))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::balanced;
+
+    #[test]
+    fn an_oscillator_is_hardly_faster_in_balanced_units_than_it_is() {
+        let (frequency, damping) = (190.0_f64, 40.0);
+        let matrix = [0.0, 1.0, -frequency * frequency, -damping];
+        let (units, factor) = balanced(&matrix, 2);
+        let row = |k: usize| (0..2).map(|j| matrix[2 * k + j].abs() * units[j]).sum::<f64>() / units[k];
+        let bound = factor * f64::max(row(0), row(1));
+        assert!((frequency..2.0 * frequency).contains(&bound), "{bound}");
     }
 }

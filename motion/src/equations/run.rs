@@ -58,6 +58,8 @@ pub(super) struct Run<'a, T> {
     /// What [`Run::speed`] was at the row that was reached.
     pub reached: Option<(f64, usize)>,
     pub powers: [Vec<f64>; 2],
+    /// Units in which the states are alike, none until they are known, and the factor of a bound in them.
+    pub units: (Vec<f64>, f64),
     pub rule: &'static Rule,
     pub rates: [Vec<T>; MOST_STAGES],
     pub sides: Vec<Side>,
@@ -198,6 +200,7 @@ impl<'a, T: Number> Run<'a, T> {
             before: (states.clone(), Vec::new()),
             reached: None,
             powers: [Vec::new(), Vec::new()],
+            units: (Vec::new(), 1.0),
             rule: Rule::for_steps(course.substeps).0,
             rates: std::array::from_fn(|_| states.clone()),
             states,
