@@ -10,7 +10,6 @@ use crate::compose;
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
 use crate::error::DiagnosisError;
-use crate::explain::Explanation;
 use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
@@ -20,8 +19,7 @@ use crate::observe::{Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::Rows;
 use crate::screened::{Screened, Seen};
-use crate::search::Found;
-use crate::verdict::{self, Location, NamedEffect, Parameter, Said, Verdict};
+use crate::verdict::{Location, NamedEffect, Parameter, Said, Verdict};
 
 /// The noise floor.
 #[derive(Debug, Clone, Serialize)]
@@ -106,8 +104,6 @@ pub struct Outcome {
     pub before: Model,
     /// The model that is handed on.
     pub after: Model,
-    /// For every family of the search: place or effect, and −ln p beside the base.
-    pub map: Vec<(String, f64)>,
 }
 
 /// What a diagnosis is asked for.
@@ -184,7 +180,6 @@ fn of_readings(
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =
         with_forms.unwrap_or(named);
-    let effects = explanation.search.catalogue;
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -215,7 +210,6 @@ fn of_readings(
         withheld,
         ..Diagnosis::of(&recording.file, said, noise_floor, fit)
     };
-    let map = map(&explanation, effects);
     // Of means of rows no single reading is known, and where structure is left none is far out of noise.
     let explained = !matches!(diagnosis.verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let far_out = match explained && rows.len() == full.len() {
@@ -223,7 +217,7 @@ fn of_readings(
         false => Vec::new(),
     };
     let after = settled.handed;
-    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, map }, far_out))
+    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after }, far_out))
 }
 
 /// The coefficients with what the diagnosis says of them.
@@ -255,19 +249,6 @@ fn score_on(
 /// The error of a recording of which not even the base makes a model.
 fn unusable(recording: &Recording, reason: String) -> DiagnosisError {
     DiagnosisError::NoModel { file: recording.file.clone(), reason }
-}
-
-/// For every family of the search its place or effect, and −ln p beside the base.
-fn map(explanation: &Explanation, effects: &[Effect]) -> Vec<(String, f64)> {
-    let of = |found: &Found| {
-        let place = verdict::place_of(explanation, effects, &found.term);
-        let name = match &place.times {
-            Some(times) => format!("{} × {times}", place.variable),
-            None => place.variable,
-        };
-        (name, explanation.search.family_wise(found))
-    };
-    explanation.search.survey(&[]).iter().map(of).collect()
 }
 
 /// Root mean square of the corrected reading's error on another recording, its own offset removed.

@@ -56,8 +56,6 @@ pub struct Found {
     pub term: Term,
     /// What it explains beyond the model.
     pub explained: f64,
-    /// Its rank after projection.
-    pub rank: usize,
     /// −ln of its family's p-value.
     pub surprise: f64,
 }
@@ -319,7 +317,7 @@ impl<'a> Search<'a> {
             if let Some(jumps) = self.dictionary.jumps(family, &self.whitener, basis) {
                 return self.best_step(f, &jumps, residual);
             }
-            let mut possible: Vec<(f64, usize, f64, usize)> = Vec::new();
+            let mut possible: Vec<(f64, usize, f64)> = Vec::new();
             let mut explained_by = Vec::new();
             for c in family.candidates.clone() {
                 projected.scores(c, &products, count, family.smallest_part, scratch);
@@ -329,12 +327,12 @@ impl<'a> Search<'a> {
                 if scores.is_empty() || !self.possible(f, scores) {
                     continue;
                 }
-                possible.push((log_tail(s, scores.len()), c, s, scores.len()));
+                possible.push((log_tail(s, scores.len()), c, s));
             }
             // Only few are asked whether they are plausible, which costs more than their scores.
             possible.sort_by(|a, b| b.0.total_cmp(&a.0));
             let best = possible.into_iter().find(|(_, c, ..)| self.plausible_beside(f, *c, basis, residual));
-            best.map(|(m, c, explained, rank)| {
+            best.map(|(m, c, explained)| {
                 let candidate = &self.dictionary.candidates[c];
                 let shape = candidate.shape.clone();
                 Found {
@@ -343,7 +341,6 @@ impl<'a> Search<'a> {
                         ..Term::new(f, shape, Arc::clone(&candidate.columns))
                     },
                     explained,
-                    rank,
                     surprise: self.calibration.families[f].surprise(m),
                 }
             })
@@ -391,7 +388,6 @@ impl<'a> Search<'a> {
         Some(Found {
             term: Term::new(family, shape, Arc::new(columns)),
             explained,
-            rank: 1,
             surprise: self.calibration.families[family].surprise(log_tail(explained, 1)),
         })
     }

@@ -109,11 +109,6 @@ impl Columns {
         &self.data[k * self.rows..(k + 1) * self.rows]
     }
 
-    /// Column `k`, to be changed.
-    pub fn get_mut(&mut self, k: usize) -> &mut [f64] {
-        &mut self.data[k * self.rows..(k + 1) * self.rows]
-    }
-
     /// Appends a column.
     pub fn push(&mut self, column: &[f64]) {
         self.data.extend_from_slice(column);

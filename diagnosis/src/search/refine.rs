@@ -47,12 +47,7 @@ impl Search<'_> {
         }
         let explained = dot(&scores, &scores);
         let surprise = self.calibration.families[family].surprise(log_tail(explained, scores.len()));
-        Some(Found {
-            term: Term::new(family, shape.to_vec(), Arc::new(columns)),
-            explained,
-            rank: scores.len(),
-            surprise,
-        })
+        Some(Found { term: Term::new(family, shape.to_vec(), Arc::new(columns)), explained, surprise })
     }
 
     /// Improves the shape of a candidate beside a model from every top of its grid, down to steps that are `precision` of
