@@ -127,9 +127,12 @@ impl Unit {
         }
     }
 
-    /// The unit of a column by the end of its name: `humidity_pct`, `flow_l_min`, `strain_ue`. A name without an end
-    /// that says a unit is a unit of its own.
+    /// The unit of a column by the end of its name: `humidity_pct`, `flow_l_min`, `strain_ue`; of `common_mode`, which two
+    /// probes make, micrometres. A name without an end that says a unit is a unit of its own.
     pub fn of_column(name: &str) -> Unit {
+        if name == "common_mode" {
+            return Unit::named("um");
+        }
         let ends = name.match_indices('_').map(|(at, _)| &name[at + 1..]);
         for end in ends {
             if let Some((_, unit)) = SUFFIXES.iter().find(|(suffix, _)| *suffix == end) {
