@@ -321,8 +321,8 @@ pub fn saturated(rows: &Rows, base: &[Vec<f64>]) -> Vec<Vec<f64>> {
     columns
 }
 
-/// What is taken for correlated noise where it is left in, beside a step: offsets of the passes, waves in
-/// time, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told
+/// What is taken for correlated noise where it is left in, beside a step: offsets of the passes, waves in time, waves over the
+/// angle whose amplitude goes with an observable, and what the history of the angle leaves. Empty for a single move, where such a thing cannot be told
 /// from the error's own shape.
 pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
     let n = rows.len();
@@ -337,6 +337,11 @@ pub fn slow_structure(rows: &Rows) -> Vec<Vec<Vec<f64>>> {
     }
     let t = scaled(&rows.t_s);
     out.extend(WAVES.map(|k| wave(&t, k)));
+    let x = rows.scaled_reading();
+    for o in observables(rows) {
+        let with = |column: &Vec<f64>| times(column, &o.z);
+        out.extend(WAVES.map(|k| wave(&x, k).iter().map(with).collect()));
+    }
     if rows.both_directions() {
         out.extend(histories(rows, &rows.scaled_reading()));
     }

@@ -97,7 +97,9 @@ fn every_form_can_be_read_of_a_column_whose_unit_fits() {
         let made = composed(columns, &sensor, &[]);
         (made.len(), physics::forms(columns).len(), made)
     };
-    for column in ["shaft_deg", "flow_l_min", "temperature_c", "humidity_pct", "strain_ue", "common_mode", "load"] {
+    for column in
+        ["shaft_deg", "flow_l_min", "temperature_c", "humidity_pct", "strain_ue", "common_mode", "load"]
+    {
         for unit in ["mm", "arcsec", "counts"] {
             let (made, known, _) = forms(&[column], unit);
             assert_eq!(made, known, "{column} in {unit}");
