@@ -11,12 +11,12 @@ use crate::generic::observables;
 use crate::thresholds::compose::MOST_COLUMNS;
 use crate::verdict::{EMPIRICAL, NamedEffect, Said, Verdict};
 
-/// The effects with the forms of dependences on the columns that tell most; without them where nothing was found, and where
-/// nothing but the angle was recorded: forms of its past alone are not yet computed by every routine.
+/// The effects with the forms of dependences on the columns that tell most, and on the angle's past; without them where
+/// nothing was found.
 pub fn with_forms(effects: &[Effect], attempt: &Attempt, sensor: &Sensor) -> Vec<Effect> {
     let search = &attempt.explanation.search;
     let observed = observables(search.rows);
-    if attempt.said.verdict == Verdict::Consistent || observed.is_empty() {
+    if attempt.said.verdict == Verdict::Consistent {
         return effects.to_vec();
     }
     let survey = search.survey(&[]);

@@ -10,7 +10,7 @@
 
 use crate::averaging::Rival;
 use crate::correlation::Whitener;
-use crate::effects::{Effect, Over, Range, Reading};
+use crate::effects::{CommonMode, Effect, Over, Range, Reading};
 use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
 use crate::numerics::{Basis, add_scaled, dot, of_triangle};
@@ -77,7 +77,7 @@ impl Beside<'_> {
         }
         let scores: Vec<f64> = q.iter().map(|q| dot(q, &self.residual)).collect();
         let (amplitudes, mut covariance) = of_triangle(&r, &scores);
-        if effect.of_common_mode {
+        if effect.common_mode == CommonMode::Alone {
             let noise = self.noise_of_common_mode(&self.whitener.whiten(&columns[0]));
             let unknown_part = noise * columns[0].len() as f64 / (r[0] * r[0]);
             covariance[0] += (unknown_part * amplitudes[0]).powi(2);

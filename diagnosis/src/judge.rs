@@ -135,7 +135,7 @@ impl<'a> Judge<'a, '_> {
         let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
         let shown = |t: &Term| joint.terms.iter().zip(&beyond).any(|(of, beyond)| *beyond && is(&of.term, t));
         let (kept, others): (Vec<Term>, Vec<Term>) =
-            named.iter().cloned().partition(|t| shown(t) || self.of_one_time(t));
+            named.iter().cloned().partition(|t| shown(t) || !self.of_device(t));
         if others.is_empty() {
             return Some(handed);
         }
@@ -178,12 +178,21 @@ impl<'a> Judge<'a, '_> {
 
     /// Whether a term is of one time of the recording, its beginning among them.
     fn of_one_time(&self, term: &Term) -> bool {
-        let effect = self.explanation.search.effect(term.family).map(|e| &self.catalogue[e]);
+        let effect = self.effect(term);
         effect.is_some_and(|e| e.of_one_time || e.begins_before(self.explanation.search.rows, &term.shape))
     }
 
+    /// Whether other recordings of the device get it.
+    fn of_device(&self, term: &Term) -> bool {
+        self.effect(term).is_none_or(|effect| !effect.of_one_time)
+    }
+
+    fn effect(&self, term: &Term) -> Option<&Effect> {
+        self.explanation.search.effect(term.family).map(|e| &self.catalogue[e])
+    }
+
     fn id(&self, term: &Term) -> &str {
-        self.explanation.search.effect(term.family).map_or("structure", |e| &self.catalogue[e].id)
+        self.effect(term).map_or("structure", |effect| &effect.id)
     }
 
     /// The first named effect of which nothing is determined, by its place among the named ones, and why.

@@ -4,16 +4,18 @@ use fitter::error_model::Sensor;
 use physics::is_identifier;
 
 use super::declared::{effects, of_sensor};
-use super::{Effect, Origin};
+use super::{CommonMode, Effect, Origin};
 
 /// The forms of dependences on these columns, for a sensor, beside the ids that are taken; none of a column whose name
-/// cannot stand in an expression.
+/// cannot stand in an expression, nor of the common mode's past: it averages the noise of the probes, which the common mode
+/// holds, and so would be preferred to the leakage that is there.
 pub fn composed(columns: &[&str], sensor: &Sensor, taken: &[&str]) -> Vec<Effect> {
     let (pair, unit) = of_sensor(sensor);
     let columns: Vec<&str> = columns.iter().copied().filter(|column| is_identifier(column)).collect();
     let read = |declaration: String| {
         let origin = Origin::Form(declaration.clone());
-        effects("grammar.toml", &declaration, pair, unit, taken, origin).ok()?.pop()
+        let effect = effects("grammar.toml", &declaration, pair, unit, taken, origin).ok()?.pop();
+        effect.filter(|effect| effect.common_mode != CommonMode::Remembered)
     };
     physics::forms(&columns).into_iter().filter_map(read).collect()
 }

@@ -14,7 +14,7 @@ use physics::{DeclarationError, Declared, Role, Unit, Vocabulary, What};
 
 use super::effect::Made;
 use super::needs::Need;
-use super::{Effect, Experiment, Facts, Origin, Place, read, report};
+use super::{CommonMode, Effect, Experiment, Facts, Origin, Place, read, report};
 use crate::rows::Rows;
 
 pub use explained::{Explained, Searched};
@@ -176,7 +176,11 @@ fn facts(declared: &Declared, origin: Origin) -> Result<Facts, String> {
         repeatable: known.repeatable,
         shape_follows: is(|role| matches!(role, Role::Follows(..))),
         place_of_a_probe: probe.transpose()?,
-        of_common_mode: columns[..] == ["common_mode"] && !declared.adds[0].sentence.remembers(),
+        common_mode: match declared.adds[0].sentence.remembers() {
+            false if columns[..] == ["common_mode"] => CommonMode::Alone,
+            true if columns.iter().any(|column| column == "common_mode") => CommonMode::Remembered,
+            _ => CommonMode::Otherwise,
+        },
         origin,
         suggestions: known.readings.clone(),
         told_by: told_by.collect::<Result<_, String>>()?,

@@ -85,6 +85,17 @@ pub enum Origin {
     Form(String),
 }
 
+/// What an effect does with the common mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommonMode {
+    /// Nothing of the following.
+    Otherwise,
+    /// It depends on no other column, and on no past of this one.
+    Alone,
+    /// It depends on its past.
+    Remembered,
+}
+
 /// What is known of an effect beside its expressions.
 #[derive(Debug)]
 pub struct Facts {
@@ -116,8 +127,8 @@ pub struct Facts {
     /// Which of its readings is a place on the angle at which something of one probe stands. It moves along the angle with
     /// the common mode.
     pub place_of_a_probe: Option<usize>,
-    /// Whether its one amplitude multiplies the common mode, which holds the noise of the probes.
-    pub of_common_mode: bool,
+    /// What it does with the common mode, which holds the noise of the probes.
+    pub common_mode: CommonMode,
     /// Who says that there is such an effect.
     pub origin: Origin,
     /// What physics has this form, where it has no name.

@@ -140,7 +140,7 @@ fn what_a_coil_heats_is_described_handed_on_and_limited_to_what_was_recorded() {
     assert_eq!(json["verdict"], "described", "{json}");
     let effect = &json["effects"][0];
     assert_eq!((&effect["id"], &effect["kind"]), (&"empirical_1".into(), &"empirical".into()));
-    assert_eq!(effect["formula"], "k * lowpass(coil_a^2, tau)");
+    assert_eq!(effect["formula"], "k * lowpass(coil_a^2, tau, 0 [A^2])", "it was cold");
     assert!(effect["readings"][0].as_str().expect("a suggestion").contains("power of coil_a"), "{effect}");
     let parameters = effect["parameters"].as_array().expect("parameters");
     for (name, truth) in [("k", 60.0), ("tau", 90.0)] {
