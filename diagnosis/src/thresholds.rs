@@ -574,7 +574,7 @@ pub mod dynamic {
 
         /// See [`crate::dynamic::search::contenders`].
         pub mod contenders {
-            /// Effects that are refitted in full in every round.
+            /// Effects that are fitted in every round, and starts of them that are followed to their end.
             pub const REFITTED: usize = 8;
             /// Further effects that are refitted for what they explain before whitening.
             pub const REFITTED_PLAINLY: usize = 2;

@@ -24,7 +24,7 @@ use crate::thresholds::dynamic::score::STEADY_ROWS;
 use crate::verdict::{CATALOGUED, DECLARED, EMPIRICAL, Said, Verdict};
 
 /// A recording, and what was found in it.
-struct Found<'a> {
+pub struct Found<'a> {
     case: &'a Case<'a>,
     data: &'a Data<'a>,
     search: &'a Search<'a>,
@@ -41,14 +41,19 @@ struct Found<'a> {
 /// # Errors
 /// One of [`DiagnosisError`]: the recording or the plant cannot be used at all.
 pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
-    attempt(case, false).map(|first| forms::described(case, first))
+    let first = attempt(case, false, |found| judge::standing(&found))?;
+    Ok(forms::described(case, first))
 }
 
-/// One search, with or without forms.
+/// One search, with or without forms, and what becomes of what it finds.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn attempt(case: &Case, with_forms: bool) -> Result<DynamicOutcome, DiagnosisError> {
+pub fn attempt<T>(
+    case: &Case,
+    with_forms: bool,
+    judged: impl FnOnce(Found) -> Result<T, DiagnosisError>,
+) -> Result<T, DiagnosisError> {
     let (recording, options) = (case.recording, case.options);
     let plant = Plant::of(case.plant_file, case.plant).ok_or_else(|| no_equations(recording, 100.0))??;
     let drives = recording.drives.len();
@@ -87,7 +92,7 @@ pub fn attempt(case: &Case, with_forms: bool) -> Result<DynamicOutcome, Diagnosi
     let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
     let (before, found) = join(|| all_rows(&data, windows, seen), || all_rows(&data, windows, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
-    judge::standing(&Found { case, data: &data, search: &search, catalogued, before, chosen, found })
+    judged(Found { case, data: &data, search: &search, catalogued, before, chosen, found })
 }
 
 /// That the equations follow a recording with no parameters: the best leave so much of the position's variance.
@@ -129,6 +134,11 @@ impl Problem for Found<'_> {
 }
 
 impl Found<'_> {
+    /// Whether any of the effects is a form without a name.
+    pub fn has_forms(&self) -> bool {
+        self.chosen.model.terms.iter().any(|term| self.kind(&term.effect.text.id) == EMPIRICAL)
+    }
+
     /// Everything that is said of a model: `small` on the windows of the search, `found` on the whole recording.
     fn said(&self, small: &Fitted<Model>, found: &Fitted<Model>) -> DynamicOutcome {
         let (data, search, before) = (self.data, self.search, &self.before);

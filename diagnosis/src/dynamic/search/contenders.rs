@@ -58,7 +58,10 @@ impl<M: Augmented> Search<'_, M> {
         let size = |f: &Fitted<M>| f.model.packed().len();
         let behind =
             |f: &Fitted<M>| tried.iter().any(|g| size(g) <= size(f) && f.costs[FIT] > BEHIND * g.costs[FIT]);
-        let fits = tried.par_iter().filter(|f| !behind(f)).filter_map(|f| M::finished(self, f.clone()));
+        let mut followed: Vec<&Fitted<M>> = tried.iter().filter(|f| !behind(f)).collect();
+        followed.sort_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
+        followed.truncate(REFITTED);
+        let fits = followed.par_iter().filter_map(|f| M::finished(self, (*f).clone()));
         best_of_each(
             fits.filter(|f| f.model.terms().last().is_some_and(|t| M::sound(t, self.data))).collect(),
         )
