@@ -263,8 +263,8 @@ pub(crate) fn reference(model: &ErrorModel, plan: &InputPlan) -> Result<Referenc
 /// straight line that takes the polynomial's place there.
 pub fn model(coefficients: &Coefficients, options: &Options) -> ErrorModel {
     let mut model = coefficients.error_model();
-    if beyond(coefficients, options) {
-        let line = &coefficients.base.extrapolation;
+    if let Some((from, _)) = options.range.filter(|_| beyond(coefficients, options)) {
+        let line = coefficients.line_beyond(from);
         model.coefficients = vec![line.constant, line.slope];
     }
     model

@@ -1,8 +1,8 @@
 //! `apply`: the corrected reading of every row of a recording.
 //!
 //! Inside the valid range that is θ − Δθ − terms (Eq. 13 with the terms of further effects). Outside it a
-//! polynomial of high order is worth nothing: there the least-squares line through it stands in its place,
-//! and of the terms only those that extrapolate (constant, slope, periodic).
+//! polynomial of high order is worth nothing: there a line goes on from its end with its mean slope, and of
+//! the terms only those that extrapolate (constant, slope, periodic).
 //!
 //! Play, lags and rates remember the rows before. A cell that cannot be a reading must not be remembered: [`apply_screened`]
 //! corrects every other row as if its row were not there.

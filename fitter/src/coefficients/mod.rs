@@ -182,12 +182,12 @@ pub struct Base {
     pub centre: f64,
     /// a₀, a₁ − Δd/d, a₂ … aₙ: see [`ErrorModel::coefficients`].
     pub coefficients: Vec<f64>,
-    /// What takes the polynomial's place outside the valid range.
+    /// The polynomial's straight part, whose slope goes on outside the valid range.
     pub extrapolation: Line,
 }
 
-/// The least-squares line through the polynomial over the valid range, about [`Base::centre`]: what of it
-/// holds beyond. Pair: of Δs in millimetres; direct: of the error in the sensor's unit.
+/// A straight line about [`Base::centre`]: as [`Base::extrapolation`] the least-squares line through the polynomial over the
+/// valid range. Pair: of Δs in millimetres; direct: of the error in the sensor's unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Line {
@@ -344,9 +344,19 @@ impl Coefficients {
         self.joint_covariance.clear();
     }
 
-    /// The error at a reading as in [`ErrorModel::error`], outside the valid range by the extrapolation.
+    /// The line that goes on from the end of the valid range nearest to a reading, with the slope of the extrapolation: the
+    /// correction has no step there.
+    pub fn line_beyond(&self, reading: f64) -> Line {
+        let base = &self.base;
+        let end = reading.clamp(self.valid_range.from, self.valid_range.to) - base.centre;
+        let value = base.coefficients.iter().rev().fold(0.0, |sum, a| sum * end + a);
+        let slope = base.extrapolation.slope;
+        Line { constant: value - slope * end, slope }
+    }
+
+    /// The error at a reading as in [`ErrorModel::error`], outside the valid range by [`Coefficients::line_beyond`].
     pub fn error_beyond(&self, reading: f64) -> f64 {
-        let line = &self.base.extrapolation;
+        let line = self.line_beyond(reading);
         self.sensor.gain(reading) * (line.constant + line.slope * (reading - self.base.centre))
     }
 }

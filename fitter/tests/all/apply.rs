@@ -182,8 +182,8 @@ fn outside_the_range_only_what_extrapolates_is_used() {
     let applied = apply(&recording, &file).unwrap();
     assert_eq!(applied.extrapolated, [false, true]);
     assert!(applied.notes.iter().any(|note| note.to_string().contains("1 of 2 rows lie outside")));
-    // Least-squares line of 0.1 + 0.01 x + 0.002 x³ over |x| ≤ 5: slope 0.01 + 0.002·(3/5)·25.
-    let line = 0.1 + (0.01 + 0.03) * 25.0;
+    // From the end of 0.1 + 0.01 x + 0.002 x³ over |x| ≤ 5 with the slope of its least-squares line: 0.01 + 0.002·(3/5)·25.
+    let line = 0.1 + 0.05 + 0.25 + (0.01 + 0.03) * 20.0;
     let observed = 30.0 - line - 0.5 * 2.0;
     let truth = applied.corrected[1];
     approx::assert_abs_diff_eq!(
