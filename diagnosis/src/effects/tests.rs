@@ -97,14 +97,19 @@ fn every_form_can_be_read_of_a_column_whose_unit_fits() {
         let made = composed(columns, &sensor, &[]);
         (made.len(), physics::forms(columns).len(), made)
     };
-    for column in
-        ["shaft_deg", "flow_l_min", "temperature_c", "humidity_pct", "strain_ue", "common_mode", "load"]
-    {
+    for column in ["shaft_deg", "flow_l_min", "temperature_c", "humidity_pct", "strain_ue", "load"] {
         for unit in ["mm", "arcsec", "counts"] {
             let (made, known, _) = forms(&[column], unit);
             assert_eq!(made, known, "{column} in {unit}");
         }
     }
+    // The common mode's past would average the noise of the probes.
+    let (made, known, effects) = forms(&["common_mode"], "arcsec");
+    assert!(made < known && effects.iter().any(|effect| effect.formula == "k * common_mode^2"));
+    let past = |formula: &str| {
+        ["lowpass(common", "delay(common", "play(common"].iter().any(|of| formula.contains(of))
+    };
+    assert!(!effects.iter().any(|effect| past(&effect.formula)));
     // Only an angle turns.
     assert_eq!(forms(&["shaft_deg"], "mm").0, forms(&["load"], "mm").0 + 3);
     // A name that cannot stand in an expression is left out.
