@@ -7,13 +7,14 @@ use fitter::Coefficients;
 
 use crate::condense::Condensed;
 use crate::diagnosis::NoiseFloor;
+use crate::effects::Effect;
 use crate::explain::{Explanation, Found, explain, explain_gross};
 use crate::hand_on::HandOn;
 use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::model::{self, Model};
 use crate::numerics::rms;
-use crate::reach::reach;
+use crate::reach::{reach, untold};
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
@@ -64,6 +65,11 @@ impl Attempt<'_> {
         search.merit(terms) > search.merit(&own) + FORMS
     }
 
+    /// Keeps to this recording what forms do nearly as well and say otherwise of others.
+    fn doubted_by(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
+        self.said.unidentifiable.extend(untold(&self.explanation, catalogue, &mut self.settled, with_forms));
+    }
+
     /// What is left of held-out readings, of all where none are held out.
     fn left(&self) -> f64 {
         self.fit.after.held_out_rms.unwrap_or(self.fit.after.train_rms)
@@ -83,14 +89,22 @@ pub fn with_forms<'a>(
     hand_on: &HandOn<'a>,
     skip: &[String],
     accuracy: Option<f64>,
-    named: &Attempt,
+    named: &mut Attempt,
 ) -> Option<Attempt<'a>> {
     let found = explain(hand_on.rows, hand_on.catalogue, skip);
     // Where names explain everything, merit decides, which is known before the proof.
     let hopeless =
         !named.leaves_structure() && found.gross.is_none() && !named.has_less_merit_than(&found.explanation);
-    let judged = || best_of(found, hand_on, skip, accuracy).ok();
-    if hopeless { None } else { judged().filter(|attempt| named.gives_way_to(attempt)) }
+    if hopeless {
+        named.doubted_by(&found.explanation, hand_on.catalogue);
+        return None;
+    }
+    let attempt = best_of(found, hand_on, skip, accuracy).ok()?;
+    if named.gives_way_to(&attempt) {
+        return Some(attempt);
+    }
+    named.doubted_by(&attempt.explanation, hand_on.catalogue);
+    None
 }
 
 fn best_of<'a>(

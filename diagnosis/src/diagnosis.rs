@@ -170,12 +170,12 @@ fn of_readings(
         simulated: simulated.is_some(),
     };
     let accuracy = mirror.reference_accuracy_arcsec.filter(|_| rows.pair);
-    let named =
+    let mut named =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let wider = compose::with_forms(&effects, &named, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
     let with_forms = match wider.len() > effects.len() {
-        true => attempt::with_forms(&hand_on, &options.skip, accuracy, &named),
+        true => attempt::with_forms(&hand_on, &options.skip, accuracy, &mut named),
         false => None,
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =

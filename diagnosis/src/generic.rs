@@ -56,6 +56,11 @@ fn varying(name: &str, values: &[f64]) -> Option<Scaled> {
 
 /// An observable less its smooth dependence on the angle, where that is nearly all of it; else itself.
 pub fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
+    beside_the_angle(z, x).map_or_else(|| z.to_vec(), |left| scaled(&left))
+}
+
+/// What a smooth dependence on the angle leaves of an observable, where that is nearly all of it.
+pub fn beside_the_angle(z: &[f64], x: &[f64]) -> Option<Vec<f64>> {
     let mut smooth = crate::numerics::Basis::new(x.len());
     for column in legendre(x, 3) {
         smooth.add(&column);
@@ -63,7 +68,7 @@ pub fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
     let mut left = z.to_vec();
     smooth.project_off(&mut left);
     let whole = crate::numerics::centred(z);
-    if crate::numerics::rms(&left) < 0.3 * crate::numerics::rms(&whole) { scaled(&left) } else { z.to_vec() }
+    (crate::numerics::rms(&left) < 0.3 * crate::numerics::rms(&whole)).then_some(left)
 }
 
 /// Values mapped linearly onto −1 … 1.

@@ -14,11 +14,11 @@ use crate::generic::saturated;
 use crate::hand_on::HandOn;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
 use crate::numerics::least_squares;
-use crate::numerics::{mean, rms};
+use crate::numerics::{mean, range, rms};
 use crate::rows::Rows;
 use crate::search::Term;
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::held_out::{COVERED, FOLDS, ROWS_OF_A_BLOCK};
+use crate::thresholds::held_out::{BEYOND, COVERED, FOLDS, ROWS_OF_A_BLOCK};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
@@ -220,6 +220,20 @@ impl Proof<'_> {
     /// Root mean square of what the base alone leaves of the held-out rows.
     pub fn before(&self) -> f64 {
         self.before
+    }
+
+    /// Whether in some fold a term has values far outside those that it has in the other rows: it would have to be foretold
+    /// where nothing was recorded.
+    pub fn asks_beyond(&self, term: &Term) -> bool {
+        let of = |column: &[f64], held: &[bool], wanted: bool| {
+            let of_rows = column.iter().zip(held).filter(|(_, h)| **h == wanted);
+            range(&of_rows.map(|(v, _)| *v).collect::<Vec<f64>>())
+        };
+        let beyond = |column: &Vec<f64>, held: &[bool]| {
+            let ((low, high), (lowest, highest)) = (of(column, held, false), of(column, held, true));
+            (low - lowest).max(highest - high) > BEYOND * (high - low)
+        };
+        self.folds.iter().any(|fold| term.columns.iter().any(|column| beyond(column, &fold.held)))
     }
 
     /// Root mean square of the held-out rows of the groups for which `wanted` holds, each by what `left` says without it.

@@ -166,9 +166,12 @@ impl<'a> Judge<'a, '_> {
     }
 
     /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording,
-    /// its beginning among them.
+    /// its beginning among them, or have values in a pass of which the others do not tell.
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
-        if !named.iter().any(|term| self.of_one_time(term)) {
+        if !named
+            .iter()
+            .any(|term| self.of_one_time(term) || self.proof.is_some_and(|proof| proof.asks_beyond(term)))
+        {
             return self.proof;
         }
         self.blocks
@@ -289,11 +292,15 @@ impl<'a> Judge<'a, '_> {
     }
 
     /// The term without which the others predict either half of the recording best from the other, where all of them
-    /// predict it worse than the base alone. What happened at one time is of its half alone, and does not count.
+    /// predict it worse than the base alone. What happened at one time is of its half alone, and does not count; nor is
+    /// anything asked where they have other values in the other half.
     fn fault_between_halves(&self, named: &[Term], order: usize) -> Option<usize> {
         let lasting: Vec<usize> = (0..named.len()).filter(|k| !self.of_one_time(&named[*k])).collect();
         let prove = || prove(self.explanation, self.hand_on, self.before, Groups::Halves);
         let halves = self.halves.get_or_init(prove).as_ref()?;
+        if lasting.iter().any(|k| halves.asks_beyond(&named[*k])) {
+            return None;
+        }
         let left = |without: Option<usize>| {
             let others: Vec<Term> =
                 lasting.iter().filter(|k| Some(**k) != without).map(|k| named[*k].clone()).collect();

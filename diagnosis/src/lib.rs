@@ -31,6 +31,7 @@ mod diagnosis;
 mod dictionary;
 pub mod dynamic;
 pub mod effects;
+mod elsewhere;
 mod error;
 mod experiment;
 mod explain;

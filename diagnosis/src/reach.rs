@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::base::base_columns;
 use crate::effects::Effect;
+use crate::elsewhere::contradicted;
 use crate::explain::Explanation;
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
@@ -32,7 +33,7 @@ pub fn reach(
     for column in base_columns(rows, settled.handed.order) {
         base.add(&column);
     }
-    let mut said = Vec::new();
+    let mut said = untold(explanation, catalogue, settled, explanation);
     for (term, rivals) in settled.joint.terms.iter().zip(rivals) {
         let Some(e) = term.effect.filter(|e| !catalogue[*e].of_one_time) else { continue };
         let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
@@ -51,7 +52,7 @@ pub fn reach(
         if rest < LITTLE {
             continue;
         }
-        handed.reach = 1.0 - rest;
+        handed.reach *= 1.0 - rest;
         let others: BTreeSet<&str> =
             of_one_time.iter().flat_map(|(_, effects)| effects).map(|e| catalogue[*e].id.as_str()).collect();
         said.push(format!(
@@ -61,6 +62,38 @@ pub fn reach(
             Vec::from_iter(others).join(" or "),
             100.0 * handed.reach
         ));
+    }
+    said
+}
+
+/// Keeps terms to this recording in whose place another effect of `searched` does nearly as well, and says something else
+/// of others. `searched` may know more effects than `explanation`, in which the terms were found. Says so in sentences.
+pub fn untold(
+    explanation: &Explanation,
+    catalogue: &[Effect],
+    settled: &mut Settled,
+    searched: &Explanation,
+) -> Vec<String> {
+    let search = &searched.search;
+    let mut said = Vec::new();
+    for term in settled.joint.terms.iter().filter(|term| term.effect.is_some()) {
+        let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
+        let Some(handed) = settled.handed.terms.iter_mut().find(same) else { continue };
+        let others = without(explanation, &settled.joint, &term.term);
+        let known = search.translated(&explanation.search, &others);
+        let own = search.translated(&explanation.search, std::slice::from_ref(&term.term));
+        let (Some(own), true) = (own.first(), known.len() == others.len()) else { continue };
+        let Some(e) = search.effect(own.family).filter(|e| !catalogue[*e].of_one_time) else { continue };
+        if let Some(rival) = contradicted(searched, catalogue, settled.handed.order, &known, own) {
+            handed.reach = 0.0;
+            said.push(format!(
+                "{}: whether it is that or {} ({}), which does nearly as well here and says something else of other \
+                 recordings; nothing of it is handed on to them",
+                catalogue[e].id,
+                rival.id,
+                rival.title
+            ));
+        }
     }
     said
 }

@@ -5,7 +5,7 @@
 //! Time Series Analysis by State Space Methods, 2012, chapter 2: the local level model). A channel that is read without
 //! noise stays as it is.
 
-use crate::thresholds::slow_channel::RATIOS;
+use crate::thresholds::slow_channel::{FEWEST_UPDATES, RATIOS, REPEATED};
 
 /// One row as the filter leaves it.
 struct Filtered {
@@ -24,6 +24,7 @@ pub fn without_noise(t_s: &[f64], readings: &[f64]) -> Vec<f64> {
         return readings.to_vec();
     }
     let typical = crate::numerics::median(&mut gaps);
+    let readings = &between_updates(t_s, readings, typical);
     let (low, high, count) = RATIOS;
     let ratio = |k: usize| low * (high / low).powf(k as f64 / (count - 1) as f64);
     let steps = |ratio: f64| move |i: usize| ratio * (t_s[i] - t_s[i - 1]).max(0.0) / typical;
@@ -32,6 +33,24 @@ pub fn without_noise(t_s: &[f64], readings: &[f64]) -> Vec<f64> {
         .max_by(|a, b| a.1.total_cmp(&b.1))
         .map_or_else(Vec::new, |best| best.0);
     smooth(&best)
+}
+
+/// A channel that is read less often than the rows, each reading being repeated until the next, on straight lines from one
+/// reading to the next; any other as it is. Levels that were set, and changed while nothing was recorded, stay.
+fn between_updates(t_s: &[f64], readings: &[f64], typical: f64) -> Vec<f64> {
+    let updates: Vec<usize> =
+        (0..readings.len()).filter(|i| *i == 0 || readings[*i] != readings[*i - 1]).collect();
+    let while_recording = updates[1..].iter().filter(|i| t_s[**i] - t_s[**i - 1] <= 2.0 * typical).count();
+    if readings.len() < REPEATED * updates.len() || while_recording < FEWEST_UPDATES.max(updates.len() / 2) {
+        return readings.to_vec();
+    }
+    let mut out = readings.to_vec();
+    for w in updates.windows(2) {
+        let (from, to) = (w[0], w[1]);
+        let slope = (readings[to] - readings[from]) / (t_s[to] - t_s[from]).max(f64::MIN_POSITIVE);
+        (from..to).for_each(|i| out[i] += slope * (t_s[i] - t_s[from]));
+    }
+    out
 }
 
 /// The filter with these variances of the steps, and the log likelihood of what it says at the noise that suits it
@@ -84,6 +103,21 @@ mod tests {
         // Some ten neighbours say the same of a row: a third of the noise is left, half generously.
         assert!(error(&without_noise(&t, &noisy), &wave) < 0.05);
         assert!(error(&without_noise(&t, &wave), &wave) < 2e-3);
+    }
+
+    #[test]
+    fn a_held_reading_is_followed_between_its_updates() {
+        let t: Vec<f64> = (0..300).map(|i| 3.0 * f64::from(i) + if i < 150 { 0.0 } else { 50.0 }).collect();
+        let wave: Vec<f64> = t.iter().map(|t| 22.0 + 4.0 * (t / 150.0).sin()).collect();
+        // Read once a minute.
+        let held: Vec<f64> =
+            t.iter().map(|t| 22.0 + 4.0 * ((t / 60.0).floor() * 60.0 / 150.0).sin()).collect();
+        // A minute late at its end, half of it in the mean; of the wave's slope 0.4 of its height.
+        assert!(error(&held, &wave) > 0.8);
+        assert!(error(&without_noise(&t, &held), &wave) < 0.25);
+        // Levels that are set between the passes are what they are.
+        let levels: Vec<f64> = (0..300).map(|i| 20.0 + 5.0 * f64::from(i / 150)).collect();
+        assert_eq!(without_noise(&t, &levels), levels);
     }
 
     #[test]

@@ -686,6 +686,16 @@ pub mod effects {
     }
 }
 
+/// See [`crate::elsewhere`].
+pub mod elsewhere {
+    /// Part of what an effect adds by which another may depart from it where the columns come at another time: less is
+    /// the difference of a lag or of a slight bend. By judgement.
+    pub const DISAGREES: f64 = 0.5;
+    /// Parts of the recording by which the columns come later: powers of the golden section, next to no ratio of a few
+    /// passes, so that what runs with the passes meets other angles in one of them.
+    pub const LATER: [f64; 3] = [0.236, 0.382, 0.618];
+}
+
 /// See [`crate::explain`].
 pub mod explain {
     /// Change of the correlation that leaves the calibration as it is.
@@ -742,6 +752,9 @@ pub mod held_out {
     pub const ROWS_OF_A_BLOCK: usize = 2;
     /// Part of the stroke within which a held-out reading must have a reading that is not held out.
     pub const COVERED: f64 = 1.0 / 40.0;
+    /// Part of the range of what an effect adds in the other rows by which it may lie outside it in held-out ones. By
+    /// judgement: a temperature that drifts evenly over four or more passes lies a third outside.
+    pub const BEYOND: f64 = 0.4;
 }
 
 /// See [`crate::intervals`].
@@ -970,6 +983,10 @@ pub mod search {
 pub mod slow_channel {
     /// Variance of a step over a typical gap relative to that of the reading's noise: lowest, highest and how many.
     pub const RATIOS: (f64, f64, usize) = (1e-5, 1e4, 19);
+    /// Rows for every reading of the channel, at least, and fewest readings while recording, from which on it counts as
+    /// held between them. By judgement: once a minute beside rows every few seconds.
+    pub const REPEATED: usize = 3;
+    pub const FEWEST_UPDATES: usize = 5;
 }
 
 /// See [`crate::steps`].

@@ -5,22 +5,38 @@ use diagnosis::{Options, diagnose};
 use fitter::terms::Scope;
 use fitter::{Mirror, Recording};
 
-/// Seven passes beside a temperature that runs with time but for a ripple of `ripple` K, 1.5″/K.
-fn drift(ripple: f64) -> (diagnosis::Outcome, Recording) {
+/// Passes of 31 rows with noise of 0.5″; `of` says of row and angle (degrees) the temperature and by how much the reading is
+/// too large (″).
+fn diagnosed(passes: usize, of: impl Fn(usize, f64) -> (f64, f64)) -> (diagnosis::Outcome, Recording) {
     let mut draw = normal(11);
-    let noise: Vec<f64> = (0..217).map(|_| 0.5 * draw()).collect();
+    let noise: Vec<f64> = (0..31 * passes).map(|_| 0.5 * draw()).collect();
     let scene = scene();
-    let path = recording(scene.folder.path(), "r.csv", 7, |row, cells| {
+    let path = recording(scene.folder.path(), "r.csv", passes, |row, cells| {
         let (pass, k) = (row / 31, row % 31);
         let angle = if pass % 2 == 0 { -1.5 + 0.1 * k as f64 } else { 1.5 - 0.1 * k as f64 };
-        let above = 0.01 * row as f64 + ripple * (0.37 * row as f64).sin();
-        cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - 1.5 * above + noise[row]);
-        cells[6] = format!("{:.4}", 25.0 + above);
+        let (temperature, error) = of(row, angle);
+        cells[5] = format!("{:.3}", 3600.0 * angle * 0.97 - error + noise[row]);
+        cells[6] = format!("{temperature:.4}");
     });
     let recording = Recording::read(&path).expect("a recording");
     let mirror = Mirror::read(scene.mirror.as_ref()).expect("mirror.toml");
     let outcome = diagnose(&recording, &mirror, None, None, &Options::default()).expect("a diagnosis");
     (outcome, recording)
+}
+
+/// Seven passes beside a temperature that runs with time but for a ripple of `ripple` K, 1.5″/K.
+fn drift(ripple: f64) -> (diagnosis::Outcome, Recording) {
+    diagnosed(7, |row, _| {
+        let above = 0.01 * row as f64 + ripple * (0.37 * row as f64).sin();
+        (25.0 + above, 1.5 * above)
+    })
+}
+
+/// The effects of which something is handed on to other recordings.
+fn of_device(outcome: &diagnosis::Outcome) -> Vec<&str> {
+    let file = outcome.coefficients.as_ref().expect("coefficients");
+    let of_device = file.terms.iter().filter(|t| t.scope == Scope::Device);
+    of_device.map(|t| t.effect.as_str()).collect()
 }
 
 /// Scope and coefficient of the terms of the temperature.
@@ -60,4 +76,34 @@ fn all_of_it_is_handed_on_where_the_recording_tells() {
     let (outcome, _) = drift(1.0);
     let of_temperature = terms(&outcome);
     assert!(matches!(of_temperature[..], [(Scope::Device, _)]), "{of_temperature:?}");
+}
+
+#[test]
+fn what_only_other_recordings_would_tell_apart_stays_here() {
+    // The temperature goes with the angle but for half a kelvin, so that its square is a gain that changes with it.
+    let (outcome, _) = diagnosed(6, |row, angle| {
+        let above = 7.0 * angle + 0.5 * (0.13 * row as f64).sin();
+        (27.0 + above, 0.3 * above * above)
+    });
+    assert!(!outcome.diagnosis.effects.is_empty());
+    assert_eq!(of_device(&outcome), [""; 0], "{:?}", outcome.diagnosis.effects);
+    assert!(outcome.diagnosis.unidentifiable.iter().any(|s| s.contains("says something else")));
+    // The same square where the temperature goes its own way.
+    let (outcome, _) = diagnosed(6, |row, _| {
+        let above = 10.0 * (0.05 * row as f64).sin();
+        (27.0 + above, 0.05 * above * above)
+    });
+    assert_eq!(of_device(&outcome).len(), 1, "{:?}", outcome.diagnosis.effects);
+}
+
+#[test]
+fn a_pass_at_a_temperature_of_its_own_is_not_foretold_from_the_others() {
+    let (outcome, _) = diagnosed(4, |row, _| {
+        let temperature = [15.0, 16.0, 17.0, 40.0][row / 31] + 5.0 * (row % 31) as f64 / 31.0;
+        (temperature, 0.03 * (temperature - 20.0_f64).powi(2))
+    });
+    assert_eq!(outcome.diagnosis.fit.held_out_by, "block");
+    assert_eq!(of_device(&outcome).len(), 1, "{:?}", outcome.diagnosis.effects);
+    let after = outcome.diagnosis.fit.after.held_out_rms.expect("held-out rows");
+    assert!(after < 0.6, "{after}");
 }
