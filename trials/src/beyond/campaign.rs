@@ -92,6 +92,7 @@ impl Campaign {
             let [seen, fresh] = drawn.csv();
             put(&folders.blind.join(&drawn.truth.recording), &seen)?;
             put(&folders.fresh.join(&drawn.truth.recording), &fresh)?;
+            put(&folders.fresh.join(format!("r{number:06}.clean.csv")), &drawn.clean_csv())?;
             Ok(drawn)
         })
     }

@@ -76,6 +76,12 @@ impl Drawn {
         };
         [&self.seen, &self.fresh].map(|lab| lab.csv(decimals))
     }
+
+    /// The reference of the fresh recording without its noise as CSV, row for row, unrounded.
+    pub fn clean_csv(&self) -> String {
+        let rows = self.fresh.clean.iter().map(|value| format!("{value}\n"));
+        format!("{}\n", self.fresh.reference) + &rows.collect::<String>()
+    }
 }
 
 /// A device and how it is recorded.
