@@ -1,9 +1,6 @@
 //! One campaign: draw, write the recordings, seal, have them diagnosed blind, unseal, compare on fresh
 //! recordings.
 
-use std::path::PathBuf;
-
-use rayon::prelude::*;
 use twin::Reading;
 
 use crate::answer::Answer;
@@ -16,27 +13,14 @@ use crate::plan::{self, Counts};
 use crate::programs::{Nominal, Programs};
 use crate::score::Case;
 use crate::truth::{Group, Truth};
-use crate::workspace::{Batches, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads};
+use crate::workspace::{
+    Batches, Campaign, Folders, Outcome, afresh, answer_of, diagnose_sealed, draw_all, threads,
+};
 
 /// What is stated to the programs of the mirror: the paper's, which all devices are built as.
 const MIRROR: &str = include_str!("mirror.toml");
 
-/// What a campaign is asked for.
-#[derive(Debug, Clone)]
-pub struct Campaign {
-    /// How many trials of each kind.
-    pub counts: Counts,
-    /// Seed of everything.
-    pub seed: u64,
-    /// Threads.
-    pub jobs: usize,
-    /// Whether each effect is left out of the catalogue in turn.
-    pub without: bool,
-    /// The folder that everything is written into.
-    pub out: PathBuf,
-}
-
-impl Campaign {
+impl Campaign<Counts> {
     /// Runs it; `sealed` is called with the hash of the truth before anything is diagnosed.
     ///
     /// # Errors
@@ -55,21 +39,11 @@ impl Campaign {
         let listed: Vec<(&str, &Truth)> = truths.into_iter().map(|t| (t.recording.as_str(), t)).collect();
         let sealed = diagnose_sealed(&batches, &folders, &listed, sealed)?;
 
-        if self.without {
+        if self.counts.without {
             self.diagnose_without(&batches, &folders, &trials)?;
         }
-        programs.begin("recording afresh", trials.len());
-        let cases: Result<Vec<Case>, CampaignError> = pool.install(|| {
-            trials
-                .into_par_iter()
-                .map(|trial| {
-                    let case = self.case(programs, &folders, trial);
-                    programs.watch.advance(1);
-                    case
-                })
-                .collect()
-        });
-        Ok(Outcome { cases: cases?, sealed })
+        let cases = afresh(programs, &pool, trials, |trial| self.case(programs, &folders, trial))?;
+        Ok(Outcome { cases, sealed })
     }
 
     /// Draws every trial and writes its recording under a name that says nothing.
@@ -105,7 +79,7 @@ impl Campaign {
     fn case(&self, programs: &Programs, folders: &Folders, trial: Trial) -> Result<Case, CampaignError> {
         let stem = trial.truth.recording.trim_end_matches(".csv").to_owned();
         let answer = answer_of(&folders.diagnosed, &stem)?;
-        let without = match self.without && trial.truth.group == Group::Strong {
+        let without = match self.counts.without && trial.truth.group == Group::Strong {
             true => Some(answer_of(&folders.without, &stem)?),
             false => None,
         };

@@ -82,6 +82,8 @@ pub struct Counts {
     pub only: Vec<String>,
     /// Devices that are recorded twice.
     pub twice: usize,
+    /// Whether each effect is left out of the catalogue in turn.
+    pub without: bool,
 }
 
 /// All trials.

@@ -60,31 +60,26 @@ fn figures_of(answer: &Answer, one_mm: f64, all_mm: f64) -> Vec<Figure> {
     let right = period.is_some_and(|p| (p - PERIOD_MM.0).abs() <= PERIOD_MM.1);
     let says =
         answer.unidentifiable.iter().any(|line| ["lag", "gain", "backlash"].iter().all(|w| line.contains(w)));
-    let rms = |figure: &str, most: f64, measured: f64| Figure {
-        figure: figure.to_owned(),
-        wanted: format!("≤ {:.1} µm", 1e3 * most),
-        measured: format!("{:.2} µm", 1e3 * measured),
-        passed: Some(measured <= most),
+    let rms = |figure: &str, most: f64, measured: f64| {
+        let (wanted, passed) = (format!("≤ {:.1} µm", 1e3 * most), measured <= most);
+        Figure::new(figure, wanted, format!("{:.2} µm", 1e3 * measured), Some(passed))
     };
+    let found = period.map_or_else(String::new, |period| format!("{period:.6} mm; "));
     vec![
-        Figure {
-            figure: "slit-train: `periodic_error` first, and its period".to_owned(),
-            wanted: "0.2500 ± 0.0001 mm".to_owned(),
-            measured: match period {
-                Some(period) => format!("{period:.6} mm; {}", answer.sentence()),
-                None => answer.sentence(),
-            },
-            passed: Some(right && answer.first() == Some("periodic_error")),
-        },
+        Figure::new(
+            "slit-train: `periodic_error` first, and its period",
+            "0.2500 ± 0.0001 mm",
+            found + &answer.sentence(),
+            Some(right && answer.first() == Some("periodic_error")),
+        ),
         rms("slit-test, offset removed: rms with the strongest harmonic alone", RMS_MM.0, one_mm),
         rms("slit-test, offset removed: rms with all harmonics", RMS_MM.1, all_mm),
-        Figure {
-            figure: "slit-train: says that one forward move cannot separate lag, gain and backlash"
-                .to_owned(),
-            wanted: "said".to_owned(),
-            measured: if says { "said" } else { "not said" }.to_owned(),
-            passed: Some(says),
-        },
+        Figure::new(
+            "slit-train: says that one forward move cannot separate lag, gain and backlash",
+            "said",
+            if says { "said" } else { "not said" },
+            Some(says),
+        ),
     ]
 }
 

@@ -73,6 +73,35 @@ pub(crate) fn draw_all<A: Sync, T: Send>(
     drawn.collect()
 }
 
+/// What a campaign is asked for.
+#[derive(Debug, Clone)]
+pub struct Campaign<C> {
+    /// How many trials of what.
+    pub counts: C,
+    /// Seed of everything.
+    pub seed: u64,
+    /// Threads.
+    pub jobs: usize,
+    /// The folder that everything is written into: the recordings stay there.
+    pub out: PathBuf,
+}
+
+/// What becomes of every trial as `case` tries it on a fresh recording.
+pub(crate) fn afresh<T: Send, C: Send>(
+    programs: &Programs,
+    pool: &rayon::ThreadPool,
+    trials: Vec<T>,
+    case: impl Fn(T) -> Result<C, CampaignError> + Sync,
+) -> Result<Vec<C>, CampaignError> {
+    programs.begin("recording afresh", trials.len());
+    let advancing = |trial: T| {
+        let case = case(trial);
+        programs.watch.advance(1);
+        case
+    };
+    pool.install(|| trials.into_par_iter().map(advancing).collect())
+}
+
 /// What a campaign brought.
 pub struct Outcome<C> {
     /// The trials, unsealed.

@@ -7,20 +7,20 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use trials::CampaignError;
-use trials::campaign::Campaign;
 use trials::plan::Counts;
 use trials::programs::Programs;
 use trials::report::{Page, Report};
-use trials::{beyond, dynamic, score};
+use trials::workspace::Campaign;
+use trials::{beyond, score};
 
 /// A program that accepts all and writes nothing.
 fn silent() -> Programs<'static> {
     Programs { path: PathBuf::from("/bin/true"), watch: &() }
 }
 
-fn still(trials: usize, nulls: usize, out: &Path) -> Campaign {
-    let counts = Counts { trials, nulls, intervals: 0, only: Vec::new(), twice: 0 };
-    Campaign { counts, seed: 1, jobs: 1, without: false, out: out.to_owned() }
+fn still(trials: usize, nulls: usize, out: &Path) -> Campaign<Counts> {
+    let counts = Counts { trials, nulls, intervals: 0, only: Vec::new(), twice: 0, without: false };
+    Campaign { counts, seed: 1, jobs: 1, out: out.to_owned() }
 }
 
 /// The recordings stand alone: no truth, and names that say nothing.
@@ -67,7 +67,7 @@ fn no_answer_is_no_right_answer_and_the_seal_comes_first() {
 #[test]
 fn no_answer_is_no_right_answer_in_motion_either() {
     let folder = tempfile::tempdir().unwrap();
-    let campaign = dynamic::campaign::Campaign { trials: 5, seed: 1, jobs: 1, out: folder.path().to_owned() };
+    let campaign = Campaign { counts: 5, seed: 1, jobs: 1, out: folder.path().to_owned() };
     let outcome = campaign.run(&silent(), |_, _| {}).unwrap();
     let report = Report::of_dynamic(&campaign, &outcome);
     assert!(!score::reached(&report.score.figures));
@@ -83,7 +83,7 @@ fn no_answer_gains_nothing_beyond_the_catalogue_either() {
     let folder = tempfile::tempdir().unwrap();
     let counts =
         beyond::plan::Counts { trials: 1, nulls: 1, motion: 0, left_out: 0, kinds: vec!["ooc_abbe".into()] };
-    let campaign = beyond::campaign::Campaign { counts, seed: 1, jobs: 1, out: folder.path().to_owned() };
+    let campaign = Campaign { counts, seed: 1, jobs: 1, out: folder.path().to_owned() };
     let outcome = campaign.run(&silent(), |_, count| assert_eq!(count, 9)).unwrap();
     assert!(outcome.cases.iter().all(|row| row.said == "refused" && row.gain.is_none() && !row.found));
     let report = Report::of_beyond(&campaign, &outcome);

@@ -8,11 +8,10 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use codegen::refused;
 use serde::Serialize;
-use trials::campaign::Campaign;
 use trials::plan::{Counts, cells};
 use trials::programs::Programs;
 use trials::report::Report;
-use trials::workspace::put;
+use trials::workspace::{Campaign, put};
 use trials::{beyond, dynamic, examples, real};
 
 use crate::terminal::{Common, Result, Watched};
@@ -43,6 +42,28 @@ enum Command {
     Beyond(Beyond),
 }
 
+/// What all trials take.
+#[derive(Args)]
+struct Running {
+    /// Seed of everything: the same seed gives the same report
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Threads; all processors if not given
+    #[arg(long)]
+    jobs: Option<std::num::NonZeroUsize>,
+}
+
+impl Running {
+    /// A campaign into a folder.
+    fn campaign<C>(&self, counts: C, out: &Path) -> Result<Campaign<C>> {
+        let jobs = match self.jobs {
+            Some(jobs) => jobs,
+            None => std::thread::available_parallelism()?,
+        };
+        Ok(Campaign { counts, seed: self.seed, jobs: jobs.get(), out: out.to_owned() })
+    }
+}
+
 #[derive(Args)]
 struct Beyond {
     /// Recordings of each kind of physics
@@ -60,12 +81,8 @@ struct Beyond {
     /// This kind alone; may be repeated
     #[arg(long = "kind", value_name = "ID")]
     kinds: Vec<String>,
-    /// Seed of everything: the same seed gives the same report
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads; all processors if not given
-    #[arg(long)]
-    jobs: Option<std::num::NonZeroUsize>,
+    #[command(flatten)]
+    running: Running,
     /// The folder for recordings, answers and the report (report.json, report.md)
     #[arg(long, default_value = "target/trials-beyond")]
     out: PathBuf,
@@ -76,12 +93,8 @@ struct Dynamic {
     /// Trials: a fifth of them nulls, the others with something concealed
     #[arg(long, default_value_t = 500)]
     trials: usize,
-    /// Seed of everything: the same seed gives the same report
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads; all processors if not given
-    #[arg(long)]
-    jobs: Option<std::num::NonZeroUsize>,
+    #[command(flatten)]
+    running: Running,
     /// Recordings under feedback besides, half of them nulls
     #[arg(long, default_value_t = 0)]
     feedback: usize,
@@ -110,12 +123,8 @@ struct Static {
     /// recording makes the second worse than the base alone
     #[arg(long, default_value_t = 0)]
     twice: usize,
-    /// Seed of everything: the same seed gives the same report
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Threads; all processors if not given
-    #[arg(long)]
-    jobs: Option<std::num::NonZeroUsize>,
+    #[command(flatten)]
+    running: Running,
     /// The folder for recordings, answers and the report (report.json, report.html; examples.json and real.json
     /// where ARCSMITH_EXAMPLES and ARCSMITH_RECORDINGS name the folders of opened and of real recordings)
     #[arg(long, default_value = "target/trials")]
@@ -139,29 +148,22 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-fn threads(jobs: Option<std::num::NonZeroUsize>) -> Result<usize> {
-    match jobs {
-        Some(jobs) => Ok(jobs.get()),
-        None => Ok(std::thread::available_parallelism()?.get()),
-    }
-}
-
 fn run_dynamic(args: &Dynamic, summary: &mut Summary, programs: &Programs) -> Result<bool> {
-    let jobs = threads(args.jobs)?;
-    let campaign =
-        dynamic::campaign::Campaign { trials: args.trials, seed: args.seed, jobs, out: args.out.clone() };
+    let campaign = args.running.campaign(args.trials, &args.out)?;
     let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
     let report = Report::of_dynamic(&campaign, &outcome);
     report.write(&args.out)?;
     let mut reached = summary.campaign(&report.score.figures, report.score.misses.len(), &args.out);
     if args.feedback > 0 {
         let folder = args.out.join("feedback");
-        let figures = dynamic::feedback::run(programs, args.feedback, args.seed, jobs, &folder)?;
+        let figures = dynamic::feedback::run(programs, args.feedback, campaign.seed, campaign.jobs, &folder)?;
         reached &= summary.set("Under feedback", &figures, &[]);
     }
     let opened = std::env::var_os("ARCSMITH_EXAMPLES").map(PathBuf::from);
     let scored = match &opened {
-        Some(folder) => dynamic::examples::score(programs, folder, &args.out.join("examples"), jobs)?,
+        Some(folder) => {
+            dynamic::examples::score(programs, folder, &args.out.join("examples"), campaign.jobs)?
+        }
         None => None,
     };
     match scored {
@@ -188,8 +190,7 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
         nulls: args.nulls,
         kinds: args.kinds.clone(),
     };
-    let jobs = threads(args.jobs)?;
-    let campaign = beyond::campaign::Campaign { counts, seed: args.seed, jobs, out: args.out.clone() };
+    let campaign = args.running.campaign(counts, &args.out)?;
     let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
     let report = Report::of_beyond(&campaign, &outcome);
     report.write(&args.out)?;
@@ -199,7 +200,6 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
 const OPENED: &str = "Opened examples of an independent laboratory";
 
 fn run_static(args: &Static, summary: &mut Summary, programs: &Programs) -> Result<bool> {
-    let jobs = threads(args.jobs)?;
     if let Some(unknown) = args.only.iter().find(|id| !cells().iter().any(|cell| cell.0 == **id)) {
         return Err(refused!("--only {unknown}: found no such effect").mend("`arcsmith effects` lists them"));
     }
@@ -209,9 +209,10 @@ fn run_static(args: &Static, summary: &mut Summary, programs: &Programs) -> Resu
         intervals: args.coverage,
         only: args.only.clone(),
         twice: args.twice,
+        without: !args.skip_without,
     };
-    let campaign =
-        Campaign { counts, seed: args.seed, jobs, without: !args.skip_without, out: args.out.clone() };
+    let campaign = args.running.campaign(counts, &args.out)?;
+    let jobs = campaign.jobs;
     let outcome = campaign.run(programs, |hash, count| summary.sealed(hash, count))?;
     let report = Report::of_static(&campaign, &outcome);
     report.write(&args.out)?;

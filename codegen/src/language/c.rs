@@ -239,10 +239,6 @@ impl Checker for C {
         true
     }
 
-    fn library(&self, _how: How, _place: &Place<'_>) -> Result<(), VerifyError> {
-        Ok(())
-    }
-
     fn compiler(&self, place: &Place<'_>, how: How, source: &Path, executable: &Path) -> (Tool, Vec<String>) {
         let mut arguments = vec!["-std=c99", "-O3", "-march=native", "-ffp-contract=off"];
         if how.sanitized {

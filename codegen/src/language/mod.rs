@@ -229,13 +229,17 @@ pub trait Checker: std::fmt::Debug + Sync {
     fn argument(&self, ty: Type) -> String;
 
     /// Whether the compiler can have undefined behaviour watched for.
-    fn watches(&self) -> bool;
+    fn watches(&self) -> bool {
+        false
+    }
 
-    /// Compiles what all programs are linked with, once.
+    /// Compiles what all programs are linked with, once, where there is such a thing.
     ///
     /// # Errors
     /// [`VerifyError`] where there is no compiler or it refuses.
-    fn library(&self, how: How, place: &Place<'_>) -> Result<(), VerifyError>;
+    fn library(&self, _how: How, _place: &Place<'_>) -> Result<(), VerifyError> {
+        Ok(())
+    }
 
     /// The compiler, and the arguments by which it makes `executable` of `source`.
     fn compiler(&self, place: &Place<'_>, how: How, source: &Path, executable: &Path) -> (Tool, Vec<String>);

@@ -258,10 +258,6 @@ impl Checker for Rust {
         if ty == Type::F32 { "f32::from_bits(word)".into() } else { format!("word as {}", ty.name()) }
     }
 
-    fn watches(&self) -> bool {
-        false
-    }
-
     fn library(&self, how: How, place: &Place<'_>) -> Result<(), VerifyError> {
         let library = place.generated.join("src/lib.rs").display().to_string();
         let output = place.build.join(format!("lib{}.rlib", place.base)).display().to_string();

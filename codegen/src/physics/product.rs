@@ -31,7 +31,7 @@ pub(super) fn expand(
             let mut next = Expanded::new();
             for (powers, so_far) in &terms {
                 if let Some(shape) = &shape {
-                    put(&mut next, powers.clone(), variable.product(so_far, shape));
+                    put(&mut next, powers.clone(), so_far.times(shape, &variable.radius()));
                 } else if let Some(i) = input {
                     let g = &given[i].1;
                     let rest = &g.offset - &Interval::from_f64(factor.mean);

@@ -12,6 +12,8 @@ use crate::reference::TooSteep;
 
 /// The highest degree that is tried.
 const LARGEST_DEGREE: usize = 12;
+/// Part of a product's polynomial that is dropped, relative to 1, as a power of two.
+const DROPPED_LOG2: i64 = -120;
 
 /// A function of v, enclosed over the range.
 pub(super) use crate::reference::Reference as Shape;
@@ -26,7 +28,8 @@ pub(super) struct Variable<'a> {
 }
 
 impl Variable<'_> {
-    fn radius(&self) -> Interval {
+    /// The largest |v|.
+    pub fn radius(&self) -> Interval {
         let (from, to) = self.plan.reach_in_v();
         from.hull(&to).magnitude()
     }
@@ -53,14 +56,6 @@ impl Variable<'_> {
     pub fn range(&self, shape: &Shape) -> Interval {
         let (from, to) = self.plan.reach_in_v();
         &shape.polynomial.range(&from, &to) + &shape.remainder.symmetric()
-    }
-
-    pub fn product(&self, a: &Shape, b: &Shape) -> Shape {
-        let sup = |shape: &Shape| shape.polynomial.range_around_zero(&self.radius()).magnitude();
-        let remainder = &(&sup(a) * &b.remainder) + &(&(&sup(b) + &b.remainder) * &a.remainder);
-        let mut polynomial = a.polynomial.mul(&b.polynomial);
-        let dropped = polynomial.truncate(&self.radius(), &Interval::pow2(-120));
-        Shape { polynomial, remainder: (&remainder + &dropped).upper() }
     }
 
     /// Appends the steps that evaluate `shape` as a word of shape·2^bits, with the lowest degree that is within
@@ -131,6 +126,16 @@ impl Shape {
     pub(super) fn scaled(&self, factor: &Interval) -> Shape {
         let remainder = (&self.remainder * &factor.magnitude()).upper();
         Shape { polynomial: self.polynomial.scale(factor), remainder }
+    }
+
+    /// The product where |v| is at most `radius`; high terms of next to nothing are dropped.
+    pub(super) fn times(&self, other: &Shape, radius: &Interval) -> Shape {
+        let sup = |shape: &Shape| shape.polynomial.range_around_zero(radius).magnitude();
+        let spread = &(&sup(other) + &other.remainder) * &self.remainder;
+        let mut polynomial = self.polynomial.mul(&other.polynomial);
+        let dropped = polynomial.truncate(radius, &Interval::pow2(DROPPED_LOG2));
+        let remainder = (&(&(&sup(self) * &other.remainder) + &spread) + &dropped).upper();
+        Shape { polynomial, remainder }
     }
 
     pub(super) fn plus(&self, other: &Shape) -> Shape {

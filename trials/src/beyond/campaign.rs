@@ -1,13 +1,12 @@
 //! One campaign: draw, write the recordings, seal, have them diagnosed blind, unseal, try on fresh recordings.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use fitter::plant::PlantFile;
 use fitter::recording::Recording;
 use fitter::terms::Scope;
 use fitter::{apply, coefficients};
-use rayon::prelude::*;
 use twin::dynamic::{Begin, Series, simulate};
 
 use super::draw::{Drawn, Truth};
@@ -17,7 +16,7 @@ use crate::error::CampaignError;
 use crate::linear::{deviation, norm};
 use crate::programs::{Nominal, Programs};
 use crate::truth::seal;
-use crate::workspace::{Batches, Folders, Outcome, answer_of, draw_all, put, threads};
+use crate::workspace::{Batches, Campaign, Folders, Outcome, afresh, answer_of, draw_all, put, threads};
 
 /// What is stated to the programs of each device, and the folder of its recordings.
 const STATED: [(Device, Nominal, &str, &str); 3] = [
@@ -26,20 +25,7 @@ const STATED: [(Device, Nominal, &str, &str); 3] = [
     (Device::Motion, Nominal::Plant, "motion", include_str!("../dynamic/plant.toml")),
 ];
 
-/// What a campaign is asked for.
-#[derive(Debug, Clone)]
-pub struct Campaign {
-    /// How many recordings of what.
-    pub counts: Counts,
-    /// Seed of everything.
-    pub seed: u64,
-    /// Threads.
-    pub jobs: usize,
-    /// The folder that everything is written into: the recordings stay there.
-    pub out: PathBuf,
-}
-
-impl Campaign {
+impl Campaign<Counts> {
     /// Runs it; `sealed` is called with the hash of the truth before anything is diagnosed.
     ///
     /// # Errors
@@ -72,16 +58,8 @@ impl Campaign {
             batches.diagnose(&folders.blind, &files, &folders.diagnosed, left_out)?;
         }
         put(&self.out.join("truth.jsonl"), &text)?;
-        programs.begin("recording afresh", drawn.len());
-        let rows: Result<Vec<Row>, CampaignError> = pool.install(|| {
-            let row = |drawn: Drawn| {
-                let row = row(programs, folders(&places, drawn.truth.device), drawn);
-                programs.watch.advance(1);
-                row
-            };
-            drawn.into_par_iter().map(row).collect()
-        });
-        Ok(Outcome { cases: rows?, sealed: hash })
+        let cases = afresh(programs, &pool, drawn, |d| row(programs, folders(&places, d.truth.device), d))?;
+        Ok(Outcome { cases, sealed: hash })
     }
 
     /// Draws every recording and writes it under a name that says nothing, and the fresh one elsewhere.

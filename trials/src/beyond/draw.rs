@@ -84,39 +84,22 @@ impl Drawn {
     }
 }
 
-/// A device and how it is recorded.
-enum Made {
-    Mirror(Box<Mirror>),
-    Sensor(Sensor),
-}
+/// A device with physics concealed in it, and how it is recorded.
+pub trait Made {
+    /// The recording, what is concealed being so strong; none where no device can have it that strong.
+    fn record(&self, strength: f64) -> Option<Lab>;
 
-impl Made {
-    fn record(&self, strength: f64) -> Option<Lab> {
-        match self {
-            Self::Mirror(mirror) => mirror.record(strength),
-            Self::Sensor(sensor) => Some(sensor.record(strength)),
-        }
-    }
+    /// The fresh one; what happened in the time of the first alone does not happen again.
+    fn record_afresh(&self, strength: f64) -> Option<Lab>;
 
-    fn record_afresh(&self, strength: f64) -> Option<Lab> {
-        match self {
-            Self::Mirror(mirror) => mirror.record_afresh(strength),
-            Self::Sensor(sensor) => Some(sensor.record_afresh(strength)),
-        }
-    }
-
-    fn shape(&self) -> Vec<f64> {
-        match self {
-            Self::Mirror(mirror) => mirror.shape(),
-            Self::Sensor(sensor) => sensor.shape(),
-        }
-    }
+    /// The numbers that shape what is concealed.
+    fn shape(&self) -> Vec<f64>;
 }
 
 fn attempt(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng) -> Option<Drawn> {
-    let made = match assignment.device {
-        Device::Mirror => Made::Mirror(Box::new(Mirror::draw(assignment, generator))),
-        Device::Sensor => Made::Sensor(Sensor::draw(assignment, generator)),
+    let made: Box<dyn Made> = match assignment.device {
+        Device::Mirror => Box::new(Mirror::draw(assignment, generator)),
+        Device::Sensor => Box::new(Sensor::draw(assignment, generator)),
         Device::Motion => return motion::attempt(assignment, file, generator),
     };
     let (condition, noise) = (assignment.condition, (assignment.family.noise)());

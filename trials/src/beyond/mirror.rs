@@ -6,6 +6,7 @@ use twin::effects::catalogue;
 use twin::units::arcsec_from_rad;
 use twin::{Device, Injected, Noise, Protocol, Reading, Temperature, calculated_angle_rad, contributions};
 
+use super::draw::Made;
 use super::lab::Lab;
 use super::plan::{Assignment, Condition};
 
@@ -49,22 +50,6 @@ impl Mirror {
         }
     }
 
-    /// The numbers that shape what is concealed.
-    pub fn shape(&self) -> Vec<f64> {
-        self.effect.iter().flat_map(|effect| effect.parameters.values().copied()).collect()
-    }
-
-    /// The recording, what is concealed being so strong; none where no mirror can have it that strong.
-    pub fn record(&self, strength: f64) -> Option<Lab> {
-        self.lab(self.effect.as_ref(), strength, &self.protocol, self.seed)
-    }
-
-    /// The fresh one; what happened in the time of the first alone does not happen again.
-    pub fn record_afresh(&self, strength: f64) -> Option<Lab> {
-        let lasting = self.effect.as_ref().filter(|_| self.lasts);
-        self.lab(lasting, strength, &self.fresh_protocol, self.fresh_seed)
-    }
-
     fn lab(&self, effect: Option<&Injected>, strength: f64, protocol: &Protocol, seed: u64) -> Option<Lab> {
         let device =
             self.bare.with_effects(effect.iter().map(|effect| effect.scaled(strength)).collect()).ok()?;
@@ -98,6 +83,21 @@ impl Mirror {
             reference: "reference_arcsec",
             columns,
         })
+    }
+}
+
+impl Made for Mirror {
+    fn record(&self, strength: f64) -> Option<Lab> {
+        self.lab(self.effect.as_ref(), strength, &self.protocol, self.seed)
+    }
+
+    fn record_afresh(&self, strength: f64) -> Option<Lab> {
+        let lasting = self.effect.as_ref().filter(|_| self.lasts);
+        self.lab(lasting, strength, &self.fresh_protocol, self.fresh_seed)
+    }
+
+    fn shape(&self) -> Vec<f64> {
+        self.effect.iter().flat_map(|effect| effect.parameters.values().copied()).collect()
     }
 }
 

@@ -102,11 +102,6 @@ impl Condition {
         }
     }
 
-    /// The same where no column can be missing.
-    fn but_for_columns(self) -> Self {
-        if self == Self::ColumnsMissing { Self::Plain } else { self }
-    }
-
     /// In what a fresh recording of the device falls short for the sake of this one: what is not recorded then is not
     /// to be corrected.
     pub fn afresh(self) -> Self {
@@ -179,27 +174,15 @@ impl Concealable {
 
 /// All kinds that can be concealed: those outside the catalogue, and the catalogue's own, to be left out of it.
 pub fn kinds() -> Vec<Concealable> {
-    let mirror = catalogue::ALL.iter().map(|s| Concealable {
-        id: s.id,
-        device: Device::Mirror,
+    let of = |device, id, depends_on| Concealable { id, device, lasts: true, depends_on, left_out: false };
+    let mirror = catalogue::ALL.iter().map(move |s| Concealable {
         lasts: s.scope == Scope::Device,
-        depends_on: s.depends_on,
         left_out: s.catalogued(),
+        ..of(Device::Mirror, s.id, s.depends_on)
     });
-    let sensor = twin::sensor::ALL.iter().map(|kind| Concealable {
-        id: kind.id,
-        device: Device::Sensor,
-        lasts: true,
-        depends_on: kind.depends_on,
-        left_out: false,
-    });
-    let motion = twin::dynamic::rig::ALL.iter().map(|kind| Concealable {
-        id: kind.id,
-        device: Device::Motion,
-        lasts: true,
-        depends_on: kind.depends_on,
-        left_out: false,
-    });
+    let sensor =
+        twin::sensor::ALL.into_iter().flatten().map(move |kind| of(Device::Sensor, kind.id, kind.depends_on));
+    let motion = twin::dynamic::rig::ALL.iter().map(move |kind| of(Device::Motion, kind.id, kind.depends_on));
     sensor.chain(mirror).chain(motion).collect()
 }
 
@@ -282,7 +265,9 @@ fn assigned(concealed: Option<Concealable>, device: Device, family: Option<Famil
         true => Condition::Plain,
         false => CONDITIONS[uniform(1.0, CONDITIONS.len() as f64) as usize],
     };
+    // Where no column carries it none can be missing.
     let carried = concealed.is_none_or(|kind| !kind.carriers().is_empty());
-    let condition = if carried { condition } else { condition.but_for_columns() };
+    let plain = condition == Condition::ColumnsMissing && !carried;
+    let condition = if plain { Condition::Plain } else { condition };
     Assignment { concealed, device, family: family.unwrap_or(drawn), condition, rho, seed }
 }

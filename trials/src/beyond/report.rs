@@ -1,14 +1,14 @@
 //! The report: JSON with every recording, and its tables in Markdown.
 
-use super::campaign::Campaign;
+use super::plan::Counts;
 use super::score::{Line, NullLine, Row, Score, score};
 use crate::report::{Page, Report};
 use crate::score::Figure;
-use crate::workspace::Outcome;
+use crate::workspace::{Campaign, Outcome};
 
 impl Report<Score> {
     /// Scores a campaign beyond the catalogue.
-    pub fn of_beyond(campaign: &Campaign, outcome: &Outcome<Row>) -> Self {
+    pub fn of_beyond(campaign: &Campaign<Counts>, outcome: &Outcome<Row>) -> Self {
         let counts = &campaign.counts;
         let mut command = format!(
             "trials beyond --trials {} --nulls {} --seed {}",
@@ -31,11 +31,13 @@ impl Page for Report<Score> {
     /// The figures and tables in Markdown.
     fn page(&self) -> String {
         let mut text = format!("```sh no-run: minutes\narcsmith {}\n```\n\n", self.command);
-        text += "| figure | wanted | measured |\n|---|---|---|\n";
-        for Figure { figure, wanted, measured, passed } in &self.score.figures {
-            let missed = if *passed == Some(false) { " (missed)" } else { "" };
-            text += &format!("| {figure} | {wanted} | {measured}{missed} |\n");
-        }
+        text += &table(
+            "figure | wanted | measured",
+            self.score.figures.iter().map(|Figure { figure, wanted, measured, passed }| {
+                let missed = if *passed == Some(false) { " (missed)" } else { "" };
+                format!("{figure} | {wanted} | {measured}{missed}")
+            }),
+        );
         for (title, lines) in [
             ("kind", &self.score.kinds),
             ("kind in motion", &self.score.motion),
@@ -45,48 +47,45 @@ impl Page for Report<Score> {
             ("ρ", &self.score.strengths),
         ] {
             if !lines.is_empty() {
-                text += &table(title, lines);
+                text += &format!("\n{}", of_lines(title, lines));
             }
         }
         if !self.score.nulls.is_empty() {
-            text += &nulls(&self.score.nulls);
+            text += &format!("\n{}", nulls(&self.score.nulls));
         }
         text
     }
 }
 
-fn table(title: &str, lines: &[Line]) -> String {
-    let mut text = format!(
-        "\n| {title} | recordings | found | located | catalogued name alone | of it, gain lost | gain counted | pooled | \
-         median | ≥ 90 % | made worse |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+/// A table in Markdown: titles and rows of cells, already between bars.
+fn table(titles: &str, rows: impl Iterator<Item = String>) -> String {
+    let rule = "|---".repeat(titles.matches('|').count() + 1);
+    let rows: String = rows.map(|row| format!("| {row} |\n")).collect();
+    format!("| {titles} |\n{rule}|\n{rows}")
+}
+
+fn of_lines(title: &str, lines: &[Line]) -> String {
+    let titles = format!(
+        "{title} | recordings | found | located | catalogued name alone | of it, gain lost | gain counted | pooled | \
+         median | ≥ 90 % | made worse"
     );
     let percent = |part: Option<f64>| part.map_or("–".to_owned(), |part| format!("{:.0} %", 100.0 * part));
-    for line in lines {
-        text += &format!(
-            "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
-            line.what,
-            line.recordings,
-            line.found,
-            line.located,
-            line.named_alone,
-            line.named_and_lost,
-            line.counted,
-            percent(line.pooled),
-            percent(line.median),
-            line.realised,
-            line.harmed
-        );
-    }
-    text
+    let row = |line: &Line| {
+        let Line { what, recordings, found, located, named_alone, named_and_lost, .. } = line;
+        let Line { counted, realised, harmed, .. } = line;
+        let (pooled, median) = (percent(line.pooled), percent(line.median));
+        format!(
+            "{what} | {recordings} | {found} | {located} | {named_alone} | {named_and_lost} | {counted} | {pooled} | \
+             {median} | {realised} | {harmed}"
+        )
+    };
+    table(&titles, lines.iter().map(row))
 }
 
 fn nulls(lines: &[NullLine]) -> String {
-    let mut text =
-        "\n| nothing concealed, noise | recordings | alarms | named | terms for firmware | made worse |\n\
-                    |---|---|---|---|---|---|\n"
-            .to_owned();
-    for NullLine { family, recordings, alarms, named, terms, harmed } in lines {
-        text += &format!("| {family} | {recordings} | {alarms} | {named} | {terms} | {harmed} |\n");
-    }
-    text
+    let titles = "nothing concealed, noise | recordings | alarms | named | terms for firmware | made worse";
+    let row = |NullLine { family, recordings, alarms, named, terms, harmed }: &NullLine| {
+        format!("{family} | {recordings} | {alarms} | {named} | {terms} | {harmed}")
+    };
+    table(titles, lines.iter().map(row))
 }

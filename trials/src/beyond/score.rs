@@ -36,10 +36,6 @@ const DESCRIBED: f64 = 0.95;
 const FURTHER: [&str; 6] =
     ["ooc_purge_flow", "ooc_swelling", "ooc_self_heating", "ooc_vibration", "ooc_coolant", "ooc_stray_light"];
 
-fn is_further(kind: &str) -> bool {
-    FURTHER.contains(&kind)
-}
-
 /// One recording, unsealed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
@@ -108,7 +104,7 @@ fn catalogued(id: &str) -> bool {
 }
 
 /// The recordings of one kind, noise or condition.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Line {
     /// Of which they are.
     pub what: String,
@@ -135,27 +131,31 @@ pub struct Line {
 }
 
 impl Line {
-    fn of<'a>(what: &str, rows: impl Iterator<Item = &'a Row>) -> Self {
-        let mut line = Self { what: what.to_owned(), ..Self::default() };
-        let (mut gains, mut sums) = (Vec::new(), [0.0; 2]);
-        for row in rows {
-            line.recordings += 1;
-            line.found += u64::from(row.found);
-            line.located += u64::from(row.located);
-            line.named_alone += u64::from(row.named_alone);
-            line.named_and_lost += u64::from(row.named_alone && row.gain.is_some_and(|gain| gain < LOSES));
-            line.harmed += u64::from(row.harmed);
-            line.realised += u64::from(row.gain.is_some_and(|gain| gain >= REALISED));
-            gains.extend(row.gain);
-            for (sum, value) in sums.iter_mut().zip(row.gained().unwrap_or_default()) {
-                *sum += value;
-            }
+    fn of(what: &str, rows: &[&Row]) -> Self {
+        let lost = |row: &Row| row.named_alone && row.gain.is_some_and(|gain| gain < LOSES);
+        let gains: Vec<f64> = rows.iter().filter_map(|row| row.gain).collect();
+        let mut sums = [0.0; 2];
+        for gained in rows.iter().filter_map(|row| row.gained()) {
+            sums.iter_mut().zip(gained).for_each(|(sum, value)| *sum += value);
         }
-        line.counted = gains.len() as u64;
-        line.pooled = (sums[0] > 0.0).then(|| sums[1] / sums[0]);
-        line.median = percentile(&gains, 0.5);
-        line
+        Self {
+            what: what.to_owned(),
+            recordings: rows.len() as u64,
+            found: count(rows, |row| row.found),
+            located: count(rows, |row| row.located),
+            named_alone: count(rows, |row| row.named_alone),
+            named_and_lost: count(rows, lost),
+            harmed: count(rows, |row| row.harmed),
+            counted: gains.len() as u64,
+            realised: count(rows, |row| row.gain.is_some_and(|gain| gain >= REALISED)),
+            pooled: (sums[0] > 0.0).then(|| sums[1] / sums[0]),
+            median: percentile(&gains, 0.5),
+        }
     }
+}
+
+fn count(rows: &[&Row], is: impl Fn(&Row) -> bool) -> u64 {
+    rows.iter().filter(|row| is(row)).count() as u64
 }
 
 /// Recordings of nothing, of one noise family.
@@ -225,7 +225,7 @@ pub fn score(rows: &[Row]) -> Score {
         figures.extend(figures_in_motion(&motion));
     }
     if !left_out.is_empty() {
-        let all = Line::of("all", left_out.iter().copied());
+        let all = Line::of("all", &left_out);
         figures.push(least("left out of the catalogue: gain realised, pooled", 0.9, all.pooled));
     }
     Score {
@@ -253,17 +253,13 @@ fn lines(rows: &[&Row], key: &dyn Fn(&Row) -> String) -> Vec<Line> {
     for row in rows {
         groups.entry(key(row)).or_default().push(row);
     }
-    groups.iter().map(|(what, rows)| Line::of(what, rows.iter().copied())).collect()
+    groups.iter().map(|(what, rows)| Line::of(what, rows)).collect()
 }
 
 /// A part that must reach a least value.
 fn least(figure: &str, least: f64, part: Option<f64>) -> Figure {
-    Figure {
-        figure: figure.to_owned(),
-        wanted: format!("≥ {} %", 100.0 * least),
-        measured: part.map_or("none".to_owned(), |part| format!("{:.1} %", 100.0 * part)),
-        passed: part.map(|part| part >= least),
-    }
+    let measured = part.map_or("none".to_owned(), |part| format!("{:.1} %", 100.0 * part));
+    Figure::new(figure, format!("≥ {} %", 100.0 * least), measured, part.map(|part| part >= least))
 }
 
 /// Alarms in noise that is forgotten from reading to reading, and terms for firmware in noise that lasts.
@@ -289,15 +285,13 @@ fn nulls(rows: &[Row]) -> Vec<NullLine> {
     let family = |family: &Family| {
         let of: Vec<&Row> =
             rows.iter().filter(|r| r.truth.kind.is_none() && r.truth.family == family.name).collect();
-        let count = |is: &dyn Fn(&Row) -> bool| of.iter().filter(|row| is(row)).count() as u64;
-        let (alarms, named) = (count(&|row| row.found), count(&|row| row.named > 0));
         NullLine {
             family: family.name.to_owned(),
             recordings: of.len() as u64,
-            alarms,
-            named,
-            terms: count(&|row| row.terms > 0),
-            harmed: count(&|row| row.harmed),
+            alarms: count(&of, |row| row.found),
+            named: count(&of, |row| row.named > 0),
+            terms: count(&of, |row| row.terms > 0),
+            harmed: count(&of, |row| row.harmed),
         }
     };
     FAMILIES.iter().map(family).filter(|line| line.recordings > 0).collect()
@@ -307,7 +301,7 @@ fn nulls(rows: &[Row]) -> Vec<NullLine> {
 const AS_THE_NOISE: f64 = 1.3;
 
 fn figures_in_motion(rows: &[&Row]) -> Vec<Figure> {
-    let all = Line::of("all", rows.iter().copied());
+    let all = Line::of("all", rows);
     let mut close = Share::default();
     for row in rows {
         // What is left of the position without noise, and the noise beside it.
@@ -326,14 +320,13 @@ fn figures_in_motion(rows: &[&Row]) -> Vec<Figure> {
 }
 
 fn figures(rows: &[&Row]) -> Vec<Figure> {
-    let all = Line::of("all", rows.iter().copied());
+    let all = Line::of("all", rows);
     let share = |hits, of| Share { hits, of };
     let mut further = Share::default();
-    for row in
-        rows.iter().filter(|row| row.truth.rho >= 10.0 && row.truth.kind.as_deref().is_some_and(is_further))
+    let one_further = |row: &&&Row| row.truth.kind.as_deref().is_some_and(|kind| FURTHER.contains(&kind));
+    for gain in rows.iter().filter(|row| row.truth.rho >= 10.0).filter(one_further).filter_map(|row| row.gain)
     {
-        further.hits += u64::from(row.gain.is_some_and(|gain| gain >= DESCRIBED));
-        further.of += u64::from(row.gain.is_some());
+        further.count(gain >= DESCRIBED);
     }
     vec![
         Figure::reported("beyond the catalogue: found", share(all.found, all.recordings)),

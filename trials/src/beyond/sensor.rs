@@ -4,6 +4,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha12Rng;
 use twin::sensor::{Bench, COLUMNS, Row, Schedule, TEMPERATURE, find};
 
+use super::draw::Made;
 use super::lab::Lab;
 use super::plan::{Assignment, Condition};
 
@@ -42,23 +43,8 @@ impl Sensor {
         }
     }
 
-    /// The numbers that shape what is concealed.
-    pub fn shape(&self) -> Vec<f64> {
-        self.bench.shape().to_vec()
-    }
-
-    /// The recording, what is concealed being so strong.
-    pub fn record(&self, strength: f64) -> Lab {
-        self.lab(&self.bench.record(&self.schedule, self.seed), strength, self.schedule.noise)
-    }
-
-    /// The fresh one.
-    pub fn record_afresh(&self, strength: f64) -> Lab {
-        let schedule = &self.fresh_schedule;
-        self.lab(&self.bench.record(schedule, self.fresh_seed), strength, schedule.noise)
-    }
-
-    fn lab(&self, rows: &[Row], strength: f64, noise: twin::Noise) -> Lab {
+    fn lab(&self, schedule: &Schedule, seed: u64, strength: f64) -> Lab {
+        let rows = self.bench.record(schedule, seed);
         let of = |value: &dyn Fn(&Row) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
         let measured = of(&|row| row.measured_mm + strength * row.effect);
         let mut columns = vec![
@@ -76,8 +62,22 @@ impl Sensor {
             reference: "reference",
             clean: of(&|row| row.clean_mm),
             effect: of(&|row| strength * row.effect),
-            noise: Bench::noise_mm(&noise),
+            noise: Bench::noise_mm(&schedule.noise),
         }
+    }
+}
+
+impl Made for Sensor {
+    fn record(&self, strength: f64) -> Option<Lab> {
+        Some(self.lab(&self.schedule, self.seed, strength))
+    }
+
+    fn record_afresh(&self, strength: f64) -> Option<Lab> {
+        Some(self.lab(&self.fresh_schedule, self.fresh_seed, strength))
+    }
+
+    fn shape(&self) -> Vec<f64> {
+        self.bench.shape().to_vec()
     }
 }
 

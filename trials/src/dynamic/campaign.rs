@@ -1,6 +1,6 @@
 //! One dynamic campaign: draw, write the recordings, seal, have them diagnosed blind, unseal, score.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use twin::dynamic::{Series, bench};
 use twin::log::write_series;
@@ -11,27 +11,14 @@ use super::score::Case;
 use super::truth::Truth;
 use crate::error::CampaignError;
 use crate::programs::{Nominal, Programs};
-use crate::workspace::{Batches, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads};
+use crate::workspace::{Batches, Campaign, Folders, Outcome, answer_of, diagnose_sealed, draw_all, threads};
 
 /// What is stated to the programs of the plant: nothing but its kind and units.
 const PLANT: &str = include_str!("plant.toml");
 /// The first rows of a run give its initial state and are not scored.
 const INITIAL_ROWS: usize = 50;
 
-/// What a campaign is asked for.
-#[derive(Debug, Clone)]
-pub struct Campaign {
-    /// Trials, nulls included.
-    pub trials: usize,
-    /// Seed of everything.
-    pub seed: u64,
-    /// Threads.
-    pub jobs: usize,
-    /// The folder that everything is written into.
-    pub out: PathBuf,
-}
-
-impl Campaign {
+impl Campaign<usize> {
     /// Runs it; `sealed` is called with the hash of the truth before anything is diagnosed.
     ///
     /// # Errors
@@ -57,7 +44,7 @@ impl Campaign {
 
     /// Draws every trial and writes its recording under a name that says nothing.
     fn draw(&self, programs: &Programs, folders: &Folders) -> Result<Vec<Truth>, CampaignError> {
-        draw_all(programs, self.seed, &plan::assignments(self.trials, self.seed), |assignment, number| {
+        draw_all(programs, self.seed, &plan::assignments(self.counts, self.seed), |assignment, number| {
             let trial = Trial::draw(assignment, &format!("r{number:06}.csv.gz"))?;
             let file = folders.blind.join(&trial.truth.recording);
             write_series(&trial.series, Some(bench::DECIMALS), &file)?;

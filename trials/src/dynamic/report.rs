@@ -2,16 +2,15 @@
 
 use minijinja::context;
 
-use super::campaign::Campaign;
 use super::score::{Case, Score, score};
 use crate::report::{Page, Report, class, render};
 use crate::score::reached;
-use crate::workspace::Outcome;
+use crate::workspace::{Campaign, Outcome};
 
 impl Report<Score> {
     /// Scores a campaign of dynamic trials.
-    pub fn of_dynamic(campaign: &Campaign, outcome: &Outcome<Case>) -> Self {
-        let command = format!("trials dynamic --trials {} --seed {}", campaign.trials, campaign.seed);
+    pub fn of_dynamic(campaign: &Campaign<usize>, outcome: &Outcome<Case>) -> Self {
+        let command = format!("trials dynamic --trials {} --seed {}", campaign.counts, campaign.seed);
         Self::of(command, outcome, score)
     }
 }
@@ -43,7 +42,7 @@ mod tests {
 
     #[test]
     fn the_page_is_whole_and_says_every_figure_and_miss() {
-        let campaign = Campaign { trials: 2, seed: 1, jobs: 1, out: std::path::PathBuf::new() };
+        let campaign = Campaign { counts: 2, seed: 1, jobs: 1, out: std::path::PathBuf::new() };
         let cases = vec![
             case(Group::Null, Vec::new(), &said("consistent", &[]), 0.9),
             case(Group::Null, Vec::new(), &said("explained", &[("cogging", &[])]), 0.9),

@@ -9,11 +9,11 @@ use fitter::output::FileSet;
 use minijinja::{Environment, context};
 use serde::Serialize;
 
-use crate::campaign::Campaign;
 use crate::error::CampaignError;
+use crate::plan::Counts;
 use crate::score::{Case, Figure, Score, reached, score};
 use crate::truth::CAN_TELL;
-use crate::workspace::Outcome;
+use crate::workspace::{Campaign, Outcome};
 
 /// What is reported of a campaign with scores of type `S`.
 #[derive(Serialize)]
@@ -68,9 +68,9 @@ impl<S> Report<S> {
 
 impl Report<Score> {
     /// Scores a campaign of static trials.
-    pub fn of_static(campaign: &Campaign, outcome: &Outcome<Case>) -> Self {
+    pub fn of_static(campaign: &Campaign<Counts>, outcome: &Outcome<Case>) -> Self {
         let counts = &campaign.counts;
-        let mut further = if campaign.without { String::new() } else { " --skip-without".to_owned() };
+        let mut further = if counts.without { String::new() } else { " --skip-without".to_owned() };
         if counts.intervals > 0 {
             further += &format!(" --coverage {}", counts.intervals);
             further.extend(counts.only.iter().map(|id| format!(" --only {id}")));
@@ -126,16 +126,14 @@ pub(crate) fn class(figure: &Figure) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Counts;
     use crate::score::tests::some_cases;
 
     #[test]
     fn the_page_is_whole_and_says_every_figure() {
         let campaign = Campaign {
-            counts: Counts { trials: 1, nulls: 1, ..Counts::default() },
+            counts: Counts { trials: 1, nulls: 1, without: true, ..Counts::default() },
             seed: 1,
             jobs: 1,
-            without: true,
             out: std::path::PathBuf::new(),
         };
         let outcome = Outcome { cases: some_cases(), sealed: "00".to_owned() };

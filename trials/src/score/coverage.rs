@@ -137,12 +137,8 @@ fn of_cells(rows: &[Cell], sheet: &mut Sheet) {
     let figure = "effect × parameter × schedule whose intervals do not hold the truth in 92 to 98 %";
     sheet.figures.push(Figure::told(figure, listed(rows, outside, name).1));
     let (refuted, measured) = listed(rows, |cell| cell.refuted, name);
-    sheet.figures.push(Figure {
-        figure: "the same beyond chance (1 % over all)".to_owned(),
-        wanted: "none".to_owned(),
-        measured,
-        passed: Some(refuted == 0),
-    });
+    let figure = "the same beyond chance (1 % over all)";
+    sheet.figures.push(Figure::new(figure, "none", measured, Some(refuted == 0)));
     let mut own = Share::default();
     rows.iter().for_each(|r| {
         own.hits += r.own.hits;
@@ -170,18 +166,12 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Vec<Covered> {
             Covered { id, parameter, share, p_value, consistent: p_value >= OVER_ALL / count }
         })
         .collect();
-    sheet.figures.push(Figure {
-        figure: "coverage of the 95 % intervals, pooled".to_owned(),
-        wanted: "93–97 %".to_owned(),
-        measured: pooled.to_string(),
-        passed: pooled.value().map(|value| (0.93..=0.97).contains(&value)),
-    });
+    let passed = pooled.value().map(|value| (0.93..=0.97).contains(&value));
+    let figure = "coverage of the 95 % intervals, pooled";
+    sheet.figures.push(Figure::new(figure, "93–97 %", pooled.to_string(), passed));
     let (wrong, measured) = listed(&rows, |r| !r.consistent, |r| format!("{} {}", r.id, r.parameter));
-    sheet.figures.push(Figure {
-        figure: "parameters whose coverage is inconsistent with 95 % (binomial, 1 % over all)".to_owned(),
-        wanted: "none".to_owned(),
-        measured,
-        passed: (!rows.is_empty()).then_some(wrong == 0),
-    });
+    let figure = "parameters whose coverage is inconsistent with 95 % (binomial, 1 % over all)";
+    let passed = (!rows.is_empty()).then_some(wrong == 0);
+    sheet.figures.push(Figure::new(figure, "none", measured, passed));
     rows
 }

@@ -66,20 +66,13 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> (Vec<FalseAlarms>, O
     // No alarm among a number of nulls still has an expected rate: half an alarm more.
     let false_alarm = (all.hits as f64 + 0.5) / (all.of as f64 + 1.0);
     let curve = if all.of > 0 { curve::fit(&points, false_alarm.min(0.5)) } else { None };
-    sheet.figures.push(Figure {
-        figure: "shift in ρ of the detection curve from the ideal one".to_owned(),
-        wanted: "≤ 0.7".to_owned(),
-        measured: curve.as_ref().map_or("not determined".to_owned(), |c| {
-            format!(
-                "{:.2} (half at ρ {:.2}, width {:.2}; ideal at {:.2} % false alarms)",
-                c.shift,
-                c.half,
-                c.width,
-                100.0 * c.false_alarm
-            )
-        }),
-        passed: curve.as_ref().map(|c| c.shift <= 0.7),
+    let measured = curve.as_ref().map_or("not determined".to_owned(), |c| {
+        let Curve { half, width, shift, .. } = c;
+        let ideal = 100.0 * c.false_alarm;
+        format!("{shift:.2} (half at ρ {half:.2}, width {width:.2}; ideal at {ideal:.2} % false alarms)")
     });
+    let figure = "shift in ρ of the detection curve from the ideal one";
+    sheet.figures.push(Figure::new(figure, "≤ 0.7", measured, curve.as_ref().map(|c| c.shift <= 0.7)));
     let benchmark = benchmark_figures(cases, false_alarm, sheet);
     (families, curve, benchmark)
 }

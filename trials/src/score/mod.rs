@@ -87,6 +87,15 @@ pub struct Figure {
 }
 
 impl Figure {
+    pub(crate) fn new(
+        figure: impl Into<String>,
+        wanted: impl Into<String>,
+        measured: impl Into<String>,
+        passed: Option<bool>,
+    ) -> Self {
+        Self { figure: figure.into(), wanted: wanted.into(), measured: measured.into(), passed }
+    }
+
     /// A share that is told, without a wanted value.
     pub(crate) fn reported(figure: impl Into<String>, share: Share) -> Self {
         Self::told(figure, share.to_string())
@@ -94,21 +103,19 @@ impl Figure {
 
     /// What was measured, without a wanted value.
     pub(crate) fn told(figure: impl Into<String>, measured: String) -> Self {
-        Self { figure: figure.into(), wanted: "–".to_owned(), measured, passed: None }
+        Self::new(figure, "–", measured, None)
     }
 
     /// A share that must reach a least value.
     pub(crate) fn at_least(figure: impl Into<String>, least: f64, share: Share) -> Self {
         let passed = share.value().map(|value| value >= least);
-        let wanted = format!("≥ {} %", 100.0 * least);
-        Self { figure: figure.into(), wanted, measured: share.to_string(), passed }
+        Self::new(figure, format!("≥ {} %", 100.0 * least), share.to_string(), passed)
     }
 
     /// A share that must not exceed a largest value.
     pub(crate) fn at_most(figure: impl Into<String>, most: f64, share: Share) -> Self {
         let passed = share.value().map(|value| value <= most);
-        let wanted = format!("≤ {} %", 100.0 * most);
-        Self { figure: figure.into(), wanted, measured: share.to_string(), passed }
+        Self::new(figure, format!("≤ {} %", 100.0 * most), share.to_string(), passed)
     }
 }
 

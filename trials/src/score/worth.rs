@@ -46,12 +46,10 @@ pub(super) fn figures(cases: &[Case], sheet: &mut Sheet) -> Worth {
     }
     let wanted = [("median", 1.02), ("95th percentile", 1.10)];
     for (index, (word, most)) in wanted.into_iter().enumerate() {
-        sheet.figures.push(Figure {
-            figure: format!("rms on a fresh recording / that of a model told the ids, {word}"),
-            wanted: format!("≤ {most:.2}"),
-            measured: told.map_or("none".to_owned(), |t| format!("{:.3} (of {})", t[index], compared.len())),
-            passed: told.map(|t| t[index] <= most),
-        });
+        let figure = format!("rms on a fresh recording / that of a model told the ids, {word}");
+        let measured = told.map_or("none".to_owned(), |t| format!("{:.3} (of {})", t[index], compared.len()));
+        let passed = told.map(|t| t[index] <= most);
+        sheet.figures.push(Figure::new(figure, format!("≤ {most:.2}"), measured, passed));
     }
 
     let inside = of(|f| Some(f.inside_ratio));

@@ -4,7 +4,7 @@
 //! The bench runs in steps of half a second. Surroundings change and mechanisms move on in every step, whether or not
 //! a reading is taken at its end, so that what they remember is what happened between the readings too. Everything
 //! here belongs to the device: a fresh recording shows it again. To add a kind: its declaration in the file of what
-//! it depends on, and one line in [`ALL`].
+//! it depends on.
 
 mod bench;
 mod environment;
@@ -51,36 +51,11 @@ pub struct Kind {
 }
 
 /// All kinds.
-pub const ALL: &[&Kind] = &[
-    &environment::HUMID_AIR,
-    &environment::SWELLING,
-    &environment::AIR_INDEX,
-    &environment::SUPPLY_GAIN,
-    &environment::PURGE_FLOW,
-    &environment::SELF_HEATING,
-    &environment::GRAVITY_TILT,
-    &environment::ADHESIVE_CREEP,
-    &environment::RECTIFIED_VIBRATION,
-    &environment::COOLING_WATER,
-    &environment::ABBE,
-    &environment::STRAY_LIGHT,
-    &environment::SHAFT_RUNOUT,
-    &environment::LOADED_PLAY,
-    &temperature::GRADIENT,
-    &temperature::PREAMPLIFIER_GAIN,
-    &temperature::LEAKAGE,
-    &temperature::FAN,
-    &temperature::INTERPOLATION,
-    &path::MAGNETIC_LOOP,
-    &path::TURN_CREEP,
-    &path::SEAT_RELAY,
-    &path::SURFACE,
-    &path::CONVERTER,
-];
+pub const ALL: [&[Kind]; 3] = [environment::KINDS, temperature::KINDS, path::KINDS];
 
 /// The kind with this id.
 pub fn find(id: &str) -> Option<&'static Kind> {
-    ALL.iter().find(|kind| kind.id == id).copied()
+    ALL.into_iter().flatten().find(|kind| kind.id == id)
 }
 
 /// A first-order body of a time constant: follows what it is given, exactly where that is held over a step.

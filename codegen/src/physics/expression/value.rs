@@ -14,8 +14,6 @@ use crate::exact::{Interval, Polynomial};
 const LARGEST_DEGREE: usize = 8;
 /// The number of the reading's variable among the words.
 pub(super) const READING: usize = 0;
-/// Part of a product's polynomial that is dropped, relative to 1, as a power of two.
-const DROPPED_LOG2: i64 = -120;
 
 /// A word of which values are polynomials: v = word·2^−exponent.
 #[derive(Debug, Clone)]
@@ -146,13 +144,7 @@ impl Value {
         }
         let whole = |shape: &Shape, constant: &Interval| shape.plus(&Shape::constant(constant.clone()));
         let (of_a, of_b) = (whole(of_a, &self.constant), whole(of_b, &other.constant));
-        let radius = bases[*a].radius();
-        let most = |shape: &Shape| shape.polynomial.range_around_zero(&radius).magnitude();
-        let spread = &(&most(&of_b) + &of_b.remainder) * &of_a.remainder;
-        let mut polynomial = of_a.polynomial.mul(&of_b.polynomial);
-        let dropped = polynomial.truncate(&radius, &Interval::pow2(DROPPED_LOG2));
-        let remainder = (&(&(&most(&of_a) * &of_b.remainder) + &spread) + &dropped).upper();
-        let mut product = Value::of(bases, *a, Shape { polynomial, remainder });
+        let mut product = Value::of(bases, *a, of_a.times(&of_b, &bases[*a].radius()));
         product.range = product.range.meet(&(&self.range * &other.range));
         Some(product)
     }
