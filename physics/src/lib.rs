@@ -42,7 +42,7 @@ pub use expression::{Expression, is_identifier};
 pub use grammar::forms;
 pub use interval::Interval;
 pub use known::OverRows;
-pub use operator::{ELEMENTS, Operation, Operator};
+pub use operator::{ELEMENTS, Operation, Operator, table};
 pub use parse::parse;
 pub use unit::Unit;
 

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 use crate::check::{Applied, Node, Sentence};
 use crate::error::ExpressionError;
-use crate::operator::Operation;
+use crate::operator::{Operation, Operator};
 
 pub use graph::Source;
 use graph::{Graph, MOST_ARGUMENTS, Step};
@@ -150,14 +150,27 @@ impl Tape {
             }
             Node::Apply(Applied { operator, arguments, span, .. }) => (*operator, arguments, span),
         };
-        let mut of = [0; MOST_ARGUMENTS];
-        for (place, (argument, factor)) in of.iter_mut().zip(arguments) {
+        let mut registers = Vec::with_capacity(arguments.len());
+        for (argument, factor) in arguments {
             let register = self.node(argument, sentence, parameters)?;
-            *place = self.graph.scaled(register, *factor);
+            registers.push(self.graph.scaled(register, *factor));
         }
-        let count = arguments.len();
         let refused =
             |why: &str| ExpressionError::new(&sentence.text, span, format!("`{}` {why}", operator.name()));
+        self.applied(operator, &registers).map_err(refused)
+    }
+
+    /// The register of an operator's value, of those of its arguments.
+    ///
+    /// # Errors
+    /// Why no equation of motion can hold it.
+    fn applied(&mut self, operator: &'static dyn Operator, all: &[usize]) -> Result<usize, &'static str> {
+        if operator.operation() == Operation::Table {
+            return Ok(self.table(all));
+        }
+        let count = all.len();
+        let mut of = [0; MOST_ARGUMENTS];
+        of[..count].copy_from_slice(all);
         Ok(match operator.operation() {
             Operation::Sum => self.graph.push(Step::Add(of[0], of[1])),
             Operation::Difference => self.graph.push(Step::Subtract(of[0], of[1])),
@@ -184,19 +197,42 @@ impl Tape {
                 self.graph.push(Step::Subtract(of[0], above))
             }
             Operation::LowPass => self.lag(of[0], of[1], if count > 2 { of[2] } else { of[0] }),
-            Operation::Play => self.play(of[0], of[1], if count > 2 { of[2] } else { of[0] }).ok_or_else(|| {
-                refused("follows a sum of states and inputs times numbers, across a gap that stays as it is")
-            })?,
+            Operation::Play => self.play(of[0], of[1], if count > 2 { of[2] } else { of[0] }).ok_or(
+                "follows a sum of states and inputs times numbers, across a gap that stays as it is",
+            )?,
             Operation::Delay => (self.delay(of[0], of[1]))
-                .ok_or_else(|| refused("is computed of inputs alone, by a time that stays as it is"))?,
-            Operation::Rate => self.rate(of[0]).ok_or_else(|| {
-                refused("stands in an effect on the output alone, of states and not of inputs; elsewhere write its equation")
-            })?,
+                .ok_or("is computed of inputs alone, by a time that stays as it is")?,
+            Operation::Rate => self.rate(of[0]).ok_or(
+                "stands in an effect on the output alone, of states and not of inputs; elsewhere write its equation",
+            )?,
             _ if operator.remembers() || operator.of_recording() => {
-                return Err(refused("is not computed in an equation of motion: write its state as a state of its own"));
+                return Err("is not computed in an equation of motion: write its state as a state of its own");
             }
             _ => self.graph.push(Step::Apply { operator, of, count }),
         })
+    }
+
+    /// A table: what its slope changes by at every place, times how far the quantity is beyond that.
+    fn table(&mut self, of: &[usize]) -> usize {
+        let steps = self.graph.constant((of.len() - 4) as f64);
+        let [beyond, length] = [of[0], of[2]].map(|k| self.graph.push(Step::Subtract(k, of[1])));
+        let part = self.graph.push(Step::Divide(beyond, length));
+        let along = self.graph.push(Step::Multiply(part, steps));
+        let values = &of[3..];
+        let (mut sum, mut before) = (values[0], self.graph.constant(0.0));
+        for k in 0..values.len() {
+            let rise = match values.get(k + 1) {
+                Some(next) => self.graph.push(Step::Subtract(*next, values[k])),
+                None => self.graph.constant(0.0),
+            };
+            let change = self.graph.push(Step::Subtract(rise, before));
+            let place = self.graph.constant(k as f64);
+            let above = self.above(along, place);
+            let part = self.graph.push(Step::Multiply(change, above));
+            sum = self.graph.push(Step::Add(sum, part));
+            before = rise;
+        }
+        sum
     }
 
     /// What one value is above another, or nothing. Its bend is a switch, so that a step of a simulation ends there.
@@ -297,6 +333,38 @@ mod tests {
         near(by(|row| &row.parameters, 4, 1), -(x - 0.7) / (tau * tau));
         assert!(tape.add(&read("a * plays(x, 0.1)", "rad/s^2"), &[0]).is_err());
         assert!(tape.add(&read("a * delay(x, tau)", "rad/s^2"), &[0, 1]).is_err(), "a state has no past");
+    }
+
+    #[test]
+    fn a_table_is_its_bends() {
+        let mut tape = Tape::new(2, 0);
+        tape.name("x", Place::State(0));
+        let sentence = read("table(x, -a * 1 [rad s^2], 2 [rad], 5, -1, 3, 2)", "1");
+        let table = tape.add(&sentence, &[0]).unwrap();
+        let row = tape.row(table);
+        assert_eq!(tape.switches().len(), 4, "a step of a simulation ends at every place");
+        let bound = tape.bound(&[1.0]);
+        let routine = bound.routine(&[row], |_| true);
+        for (x, value, slope, by_a) in [
+            (-3.0, 5.0, 0.0, 0.0),
+            (-0.5, 2.0, -6.0, -5.0),
+            (0.25, 0.0, 4.0, 7.0 / 3.0),
+            (9.0, 2.0, 0.0, 0.0),
+        ] {
+            let sides = [-1.0, 0.0, 1.0, 2.0].map(|at| if x < at { Side::Below } else { Side::Above });
+            let mut registers = bound.registers();
+            registers[0] = x;
+            routine.run(&sides, &mut registers);
+            let places = &routine.rows[0];
+            let by = |all: &[(usize, usize)]| all.first().map_or(0.0, |(_, place)| registers[*place]);
+            for (found, expected) in [
+                (registers[places.value], value),
+                (by(&places.states), slope),
+                (by(&places.parameters), by_a),
+            ] {
+                assert!((found - expected).abs() < 1e-14, "at {x}: {found} for {expected}");
+            }
+        }
     }
 
     #[test]

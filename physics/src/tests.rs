@@ -110,6 +110,50 @@ fn units_are_converted_and_refused() {
 }
 
 #[test]
+fn a_table_is_straight_between_even_places_and_held_beyond() {
+    let values = [parameter("a", "arcsec", None), parameter("b", "arcmin", None)];
+    let sentence =
+        read("table(temperature_c, 21 [K], 25000 [mK], a, 2 * a, b, -a)", "arcsec", &values).unwrap();
+    let recording = Made::of(60);
+    let value = sentence.evaluate(&recording, &[3.0, 0.1]).unwrap();
+    let (mut held, mut between) = (0, 0);
+    for (row, t) in recording.column("temperature_c").unwrap().iter().enumerate() {
+        let along = (0.75 * (t - 21.0)).clamp(0.0, 3.0);
+        let near = |k: f64| (1.0 - (along - k).abs()).max(0.0);
+        let of_a = near(0.0) + 2.0 * near(1.0) - near(3.0);
+        approx::assert_abs_diff_eq!(value.at(row), 3.0 * of_a + 6.0 * near(2.0), epsilon = 1e-12);
+        approx::assert_abs_diff_eq!(value.slope(0, row), of_a, epsilon = 1e-13);
+        approx::assert_abs_diff_eq!(value.slope(1, row), 60.0 * near(2.0), epsilon = 1e-11);
+        if [0.0, 3.0].contains(&along) { held += 1 } else { between += 1 }
+    }
+    assert!(held > 5 && between > 20, "{held} rows beyond the ends, {between} between them");
+}
+
+#[test]
+fn a_table_needs_units_that_agree_ends_in_order_and_values_alike() {
+    let k = [parameter("k", "arcsec", None)];
+    let many = |count: usize| format!("table(coil_a, 0, 1{})", ", k".repeat(count));
+    for (text, refusal) in [
+        ("table(coil_a, 0 [A], 1 [K], k, k)", "column 1: `table`: A and K do not go together"),
+        ("table(coil_a, 0, 1, k, 2 [A])", "column 1: `table`: arcsec and A do not go together"),
+        ("table(coil_a, 0, 1, k, 2 [arcsec])", "column 1: `k` is no mere factor of the whole here"),
+        ("table(coil_a, k * 1 [A/arcsec], 1, k, k)", "column 1: `k` is no mere factor of the whole here"),
+        (&many(1), "column 1: `table` has"),
+        (&many(65), "column 1: `table` has"),
+    ] {
+        let error = read(text, "arcsec", &k).unwrap_err();
+        assert!(error.starts_with(refusal), "{text}: {error}");
+    }
+    assert!(read(&many(64), "arcsec", &k).is_ok());
+    let over = |_: &str| Interval { from: -1.0, to: 2.0 };
+    let interval = |text: &str| read(text, "arcsec", &[]).unwrap().interval(&over);
+    let backward = interval("table(coil_a, 1, 1, 2 [arcsec], 3)").unwrap_err().to_string();
+    assert!(backward.contains("from 1 at most to 1 at least, expected an end above"), "{backward}");
+    let values = interval("table(coil_a, 0, 1, 2 [arcsec], -7, coil_a * 1 [arcsec/A])");
+    assert_eq!(values.unwrap(), Interval { from: -7.0, to: 2.0 });
+}
+
+#[test]
 fn what_has_no_value_is_refused_with_its_place() {
     let over = |_: &str| Interval { from: -1.0, to: 2.0 };
     for (text, refusal) in [
@@ -189,6 +233,10 @@ fn expressions() -> impl Strategy<Value = String> {
                     "lowpass" | "delay" => vec![of[0].clone(), "(1 + a^2) * 1 [s]".into()],
                     "play" | "plays" => vec![of[0].clone(), "(1 + a^2)".into()],
                     "exp" => vec![format!("tanh({})", of[0])],
+                    "table" => {
+                        let ends = [format!("-{}", positive(&of[1])), positive(&of[2])];
+                        [&of[..1], &ends, &of[1..], &of[..2]].concat()
+                    }
                     _ => of[..*count.start()].to_vec(),
                 };
                 let call = format!("{name}({})", arguments.join(", "));

@@ -92,7 +92,7 @@ pub(super) fn solve(b: &mut Builder, terms: &[Term], statistic: &Interval) -> Re
     let others = if alone { String::new() } else { format!("_{}", b.program.steps.len()) };
     let names = Names { of_others: &others, coefficient: "q", sum: &|_| format!("q{others}") };
     let by = 32 - i64::from(log2);
-    let mut q = b.cubics(phase.operand, &rows, (i64::from(i32::MIN) >> by, by), &names)?;
+    let mut q = b.polynomials(phase.operand, &rows, (i64::from(i32::MIN) >> by, by), &names)?;
     // What the phase is off moves Q by its slope, at most L/(1 − L).
     let gain = one.div(&rest.lower()).upper();
     let slope = (&harmonics.steepest * &gain).upper();

@@ -1,4 +1,5 @@
-//! Cubic polynomials of the place in a row of the program's table, which the function of the reading and all terms share.
+//! Polynomials of the place in a row of the program's table, which the function of the reading and all terms share: cubic
+//! ones, or straight lines.
 
 use super::Result;
 use super::builder::{Builder, Tracked};
@@ -6,7 +7,7 @@ use crate::bound::of_type;
 use crate::exact::Interval;
 use crate::program::{Op, Operand, Type};
 
-/// Degree of the polynomials.
+/// Degree of the polynomials of a function.
 pub(super) const DEGREE: usize = 3;
 
 /// Points of a row at which its polynomial is tried in f64 before it is bounded in exact arithmetic.
@@ -30,18 +31,22 @@ pub(super) struct Names<'a> {
 }
 
 impl Builder {
-    /// Appends `rows` to the table and what evaluates the one in which word `a` lies: 2^`by` words are a row, of which the
-    /// first is row `first` of all words.
-    pub fn cubics(
+    /// Appends `rows` of coefficients to the table and what evaluates the one in which word `a` lies: 2^`by` words are a row,
+    /// of which the first is row `first` of all words.
+    pub fn polynomials(
         &mut self,
         a: Operand,
         rows: &[Vec<i64>],
         (first, by): (i64, i64),
         names: &Names,
     ) -> Result<Tracked> {
-        let before = self.program.table.len() as i64;
-        self.program.table.iter_mut().for_each(|row| row.resize(DEGREE + 1, 0));
-        self.program.table.extend(rows.iter().cloned());
+        let table = &mut self.program.table;
+        let before = table.len() as i64;
+        let columns = rows.first().map_or(0, Vec::len);
+        // A row's address is one shift.
+        let width = columns.next_power_of_two().max(table.first().map_or(0, Vec::len));
+        table.extend(rows.iter().cloned());
+        table.iter_mut().for_each(|row| row.resize(width, 0));
         let (none, all) = (Interval::zero(), of_type(Type::I32));
         let op = Op::Index { a, add: (before - first) << by, by: by as u32 };
         let of_table = Interval::between(before, before + rows.len() as i64 - 1);
@@ -49,7 +54,7 @@ impl Builder {
         let op = Op::Wrap { a, add: 1 << (by - 1), by: (32 - by) as u32 };
         let place = self.push(&format!("place{}", names.of_others), op, all, none.clone(), "")?;
         let mut sum: Option<Tracked> = None;
-        for column in (0..=DEGREE).rev() {
+        for column in (0..columns).rev() {
             let range = rows.iter().map(|row| Interval::from_int(row[column])).reduce(|a, c| a.hull(&c));
             let name = format!("{}{column}{}", names.coefficient, names.of_others);
             let op = Op::Entry { index: index.operand, column };

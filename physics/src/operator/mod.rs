@@ -9,6 +9,7 @@ mod lowpass;
 mod play;
 mod rate;
 mod shapes;
+pub mod table;
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -46,6 +47,7 @@ pub enum Operation {
     Hinge,
     Bump,
     Step,
+    Table,
     LowPass,
     Rate,
     Delay,
@@ -174,7 +176,7 @@ pub trait Operator: Sync {
 static SIGNS: [&dyn Operator; 6] = [SUM, DIFFERENCE, PRODUCT, QUOTIENT, POWER, NEGATIVE];
 
 /// All operators that are written as functions.
-pub static FUNCTIONS: [&dyn Operator; 23] = [
+pub static FUNCTIONS: [&dyn Operator; 24] = [
     &elementary::ABS,
     &elementary::SIGN,
     &elementary::MIN,
@@ -188,6 +190,7 @@ pub static FUNCTIONS: [&dyn Operator; 23] = [
     &shapes::HINGE,
     &shapes::BUMP,
     &shapes::STEP,
+    &table::Table,
     &lowpass::LowPass,
     &rate::Rate,
     &delay::Delay,

@@ -98,7 +98,7 @@ impl Lowering<'_, '_> {
                 return Ok(value);
             }
         }
-        self.table(&inner, &whole, &half, &tail)
+        self.table_of(&inner, &whole, &half, &tail)
     }
 
     /// The argument, limited to where the function still moves by more than a part of `within`, and what lies beyond.
@@ -147,7 +147,7 @@ impl Lowering<'_, '_> {
     }
 
     /// Appends a table of the function and what reads it.
-    fn table(
+    fn table_of(
         &mut self,
         inner: &Inner,
         values: &Interval,
@@ -179,7 +179,7 @@ impl Lowering<'_, '_> {
         let sum = |column: usize| format!("q{column}{others}");
         let names = Names { of_others: &others, coefficient: "c", sum: &sum };
         let of = inner.base.word.operand;
-        let mut q = self.b.cubics(of, &table, (least >> rows.by, rows.by), &names)?;
+        let mut q = self.b.polynomials(of, &table, (least >> rows.by, rows.by), &names)?;
         let moved = (&rows.steepest() * &(&inner.slope.magnitude() * &inner.base.error())).mul_pow2(bits);
         q.error = (&(&q.error + &distance) + &(&moved + &tail.mul_pow2(bits))).upper();
         let known = &(values - &middle).mul_pow2(bits) + &q.error.symmetric();

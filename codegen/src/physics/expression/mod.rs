@@ -9,6 +9,7 @@
 mod decay;
 mod elementary;
 mod memory;
+mod table;
 mod tree;
 mod value;
 mod words;
@@ -132,21 +133,10 @@ impl Lowering<'_, '_> {
         tree.interval(&observed, self.period_s).map_err(|why| self.refuse(why))
     }
 
-    /// What each argument may be off where the value may be off by `within`: by its steepest slope, which is looked for
-    /// all over the arguments; of what remembers it is 1.
+    /// What each argument may be off where the value may be off by `within`: by its steepest slope.
     fn shares(&self, operation: Operation, of: &[Tree], within: f64) -> Result<Vec<f64>> {
         let ranges = of.iter().map(|tree| self.rough(tree)).collect::<Result<Vec<_>>>()?;
-        let mut steepest = vec![if operation.remembers() { 1.0 } else { 0.0f64 }; of.len()];
-        let points = if of.len() == 1 { 17 } else { 3usize };
-        for index in 0..if operation.remembers() { 0 } else { points.pow(of.len() as u32) } {
-            let place = |k: usize| (index / points.pow(k as u32) % points) as f64 / (points - 1) as f64;
-            let at =
-                |(k, range): (usize, &physics::Interval)| range.from + (range.to - range.from) * place(k);
-            let (_, slopes) = operation.at(&ranges.iter().enumerate().map(at).collect::<Vec<f64>>());
-            for (most, slope) in steepest.iter_mut().zip(slopes) {
-                *most = if slope.is_finite() { most.max(slope.abs()) } else { *most };
-            }
-        }
+        let steepest = steepest(operation, &ranges);
         let share = |(range, steepest): (&physics::Interval, &f64)| {
             let size = range.from.abs().max(range.to.abs()).max(f64::MIN_POSITIVE);
             let steepest = if operation == Operation::Rate { 2.0 / self.period_s } else { *steepest };
@@ -222,6 +212,7 @@ impl Lowering<'_, '_> {
                 };
                 self.jump(operation, &x.less(&at))
             }
+            Operation::Table => self.table(of, shares[0]),
             Operation::LowPass => self.low_pass(of, shares[0]),
             Operation::Rate => self.rate(&of[0], shares[0]),
             Operation::Delay => self.delay(of, shares[0]),
@@ -406,6 +397,31 @@ impl Lowering<'_, '_> {
         reached.range = Interval::between(0, 1);
         Ok(reached)
     }
+}
+
+/// The steepest slope of an operator by each argument, which is looked for all over them; of what remembers it is 1.
+fn steepest(operation: Operation, ranges: &[physics::Interval]) -> Vec<f64> {
+    let mut steepest = vec![if operation.remembers() { 1.0 } else { 0.0f64 }; ranges.len()];
+    if operation.remembers() {
+        return steepest;
+    }
+    if operation == Operation::Table {
+        // All but the quantity are constants.
+        let middles: Vec<f64> = ranges.iter().map(|range| 0.5 * (range.from + range.to)).collect();
+        steepest[0] =
+            Some(physics::table::steepest(&middles)).filter(|slope| slope.is_finite()).unwrap_or(0.0);
+        return steepest;
+    }
+    let points = if ranges.len() == 1 { 17 } else { 3usize };
+    for index in 0..points.pow(ranges.len() as u32) {
+        let place = |k: usize| (index / points.pow(k as u32) % points) as f64 / (points - 1) as f64;
+        let at = |(k, range): (usize, &physics::Interval)| range.from + (range.to - range.from) * place(k);
+        let (_, slopes) = operation.at(&ranges.iter().enumerate().map(at).collect::<Vec<f64>>());
+        for (most, slope) in steepest.iter_mut().zip(slopes) {
+            *most = if slope.is_finite() { most.max(slope.abs()) } else { *most };
+        }
+    }
+    steepest
 }
 
 /// A word that jumps are looked for in.

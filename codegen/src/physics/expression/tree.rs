@@ -132,10 +132,16 @@ impl Tree {
 
     /// Where something observed is compared with a number: its name and the number.
     pub fn thresholds(&self) -> Vec<(String, f64)> {
-        let Tree::Apply(_, of) = self else { return Vec::new() };
+        let Tree::Apply(operation, of) = self else { return Vec::new() };
         let mut found: Vec<(String, f64)> = of.iter().flat_map(Tree::thresholds).collect();
         if let [Tree::Observed(name), Tree::Number(at), ..] = &of[..] {
-            found.push((name.clone(), *at));
+            let numbers: Vec<f64> = of.iter().map(|of| of.at(&|_| f64::NAN)).collect();
+            match operation {
+                Operation::Table => {
+                    found.extend(physics::table::places(&numbers).map(|at| (name.clone(), at)))
+                }
+                _ => found.push((name.clone(), *at)),
+            }
         }
         found
     }

@@ -128,6 +128,10 @@ fn at_once(operation: Operation, of: &[Near]) -> Near {
     match operation {
         // Beside a corner either side may be right.
         Operation::Abs | Operation::Min | Operation::Max | Operation::Hinge => Near { value, error: all },
+        Operation::Table => {
+            let error = of[0].error * physics::table::steepest(&x) + value.abs() * CHAIN;
+            Near { value, error }
+        }
         // Words are compared exactly: within what is rounded, a threshold counts as reached.
         Operation::Step => Near { value: f64::from(u8::from(x[0] >= x[1] - all)), error: 0.0 },
         Operation::Sign if x[0].abs() <= all => Near { value: 0.0, error: 0.0 },

@@ -89,6 +89,8 @@ fn expressions() -> impl Strategy<Value = String> {
             one("tanh(2 * (A))"),
             with("hinge(A, N)"),
             with("bump(A, 0.2, N)"),
+            with("table(A, -0.4, N, 0.3, -0.2, 0.9, N, N, -0.5)"),
+            with("table(A, -N, 0.1, 0.3, -N)"),
             jumps,
             with("lowpass(A, N * 1 [s])"),
             one("(rate(A) * 0.05 [s])"),
@@ -198,6 +200,40 @@ fn plays_of_any_gap_and_start_hold_their_bound() {
     }
     let narrow = held(&format!("play({product}, 1e-10)"), &sequences).unwrap_err();
     assert!(narrow.contains("`expression` of random") && narrow.contains("narrow the ranges"), "{narrow}");
+}
+
+/// Tables of few and of many places, from end to end of what is seen, next to it and far within it.
+#[test]
+fn tables_of_any_length_hold_their_bound() {
+    let (_, words) = walk();
+    let inside =
+        words[..CALLS].iter().map(|(s, t)| ((*s).clamp(-1 << 30, (1 << 30) - 1), (*t).clamp(1901, 3899)));
+    let sequences = [inside.collect()];
+    let (t, product) =
+        ("((temperature_c - 25) / 10 [K])", "(2 * (temperature_c - 25) / 10 [K] * (angle / 6600 [arcsec]))");
+    let values = |count: i32| (0..count).map(|k| format!(", {:.3}", f64::from(k * k % 17) / 17.0)).collect();
+    for (seen, from, to, count) in [
+        (t, -1.5, 1.5, 64),
+        (t, -0.01, 0.02, 2),
+        (t, 0.3, 400.0, 5),
+        (t, -1e4, 1e4, 33),
+        ("(angle / 6600 [arcsec])", -1.0, 1.0, 49),
+        (product, -0.5, 0.5, 7),
+        ("lowpass(X^2, 2 [s])", 0.0, 0.9, 12),
+    ] {
+        let values: String = values(count);
+        let text = format!("table({}, {from}, {to}{values})", seen.replace('X', t));
+        let bound = held(&text, &sequences);
+        assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{text}: {bound:?}");
+    }
+    for (text, why) in [
+        ("table(temperature_c, 20, 30 [K] + (temperature_c - 20) / 2, 0, 1)", "a table's end that changes"),
+        ("table(temperature_c, min(temperature_c, 25), 30, 0, 1)", "a table's beginning that changes"),
+        ("table(temperature_c, 20, 30, 0, angle / 6600 [arcsec])", "a table's value that changes"),
+    ] {
+        let refused = held(text, &sequences).unwrap_err();
+        assert!(refused.contains("`expression` of random") && refused.contains(why), "{text}: {refused}");
+    }
 }
 
 /// How many random expressions are tried: `ARCSMITH_EXPRESSIONS`, or `usual`.
