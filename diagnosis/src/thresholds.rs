@@ -237,12 +237,18 @@ pub mod dynamic {
         pub const BY_CHANCE: f64 = 1e-3;
         /// Simpler effects beside which a second one is sought, where a richer one is the best.
         pub const SIMPLER: usize = 2;
+        /// Effects beside which a second one is sought, where none is worth its parameters alone: by judgement, so that a
+        /// search that ends in structure takes twice as long at most.
+        pub const PAIRED: usize = 2;
         /// Starts of a parameter with a range beside an effect.
         pub const STARTS: usize = 5;
         /// Range of a parameter of an effect that a second-order plant gives, over its value and under it: by judgement.
         pub const GIVEN_RANGE: f64 = 100.0;
         /// Most starts of one effect: two parameters with a range have their own each, more share them.
         pub const MOST_STARTS: usize = 25;
+        /// Time constant of an overflow, in samples: by judgement, so short that what is above the rim is a small part of
+        /// what flows in between two samples, and so long that two or three steps from row to row follow it.
+        pub const MOMENT: f64 = 0.25;
         /// Parts of the stroke for each of which a form that holds in one place is tried: by judgement.
         pub const PLACES: usize = 8;
     }
@@ -413,7 +419,7 @@ pub mod dynamic {
             pub const BLOCK_ROWS: usize = 40;
             /// Largest order that is tried.
             pub const MOST: usize = 60;
-            /// Excess of the error over the least among the orders that a smaller order may have.
+            /// Excess of the distance from the measured response over the least among the orders that a smaller order may have.
             pub const EXCESS: f64 = 1.15;
             /// Steps of the refinement.
             pub const STEPS: usize = 8;

@@ -367,7 +367,7 @@ impl FreeRun<'_> {
 
     fn covariance(&self, model: &Fitted) -> Symmetric {
         let noise = autoregression(&residual(model, self.data), &self.data.runs);
-        verdict::covariance(model, self.data, &noise)
+        verdict::covariance(model, self.data, &noise, 0)
     }
 
     fn positions(&self, model: &Fitted) -> Vec<f64> {

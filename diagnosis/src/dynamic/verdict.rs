@@ -117,14 +117,26 @@ pub fn named(
     }
 }
 
-/// Covariance of the packed parameters, from the whitened normal equations.
-pub fn covariance<M: Simulated>(found: &Fitted<M>, data: &Data, noise: &Autoregression) -> Symmetric {
+/// Covariance of the packed parameters, from the whitened normal equations. Of a direction that the rows leave open, one
+/// parameter is without end and the others are given beside it: the last of the first `yielding` ones that it moves, or,
+/// where it moves none of them, the last of all.
+pub fn covariance<M: Simulated>(
+    found: &Fitted<M>,
+    data: &Data,
+    noise: &Autoregression,
+    yielding: usize,
+) -> Symmetric {
     let free = found.model.packed().len();
     let Ok(whole) = found.model.normal(&found.states, data, &noise.coefficients) else {
         return Symmetric::zero(free);
     };
     let reduced = whole.reduced(ALL, 0.0, &[]);
-    let mut inverse = reduced.part(0..free).factor().inverse();
+    let order: Vec<usize> = (yielding..free).chain(0..yielding).collect();
+    let ordered = reduced.part(order.iter().copied()).factor().inverse();
+    let mut inverse = Symmetric::zero(free);
+    for (i, row) in order.iter().enumerate() {
+        order.iter().enumerate().for_each(|(j, column)| *inverse.at_mut(*row, *column) = ordered.at(i, j));
+    }
     let square = whole.cost(ALL) / whole.rows(ALL).max(1) as f64;
     inverse.entries.iter_mut().for_each(|e| *e *= square);
     // What the rows do not determine has a variance without end, not none.

@@ -7,7 +7,7 @@ use motion::equations::{MotionEffect, Plant};
 use physics::Unit;
 
 use super::super::data::Data;
-use crate::thresholds::dynamic::equations::PLACES;
+use crate::thresholds::dynamic::equations::{MOMENT, PLACES};
 
 /// The catalogue as it is written.
 const TEXT: &str = include_str!("catalogue.toml");
@@ -19,6 +19,10 @@ const FORMS: &str = include_str!("forms.toml");
 struct Binding<'a> {
     /// A state and the state that is its rate.
     momentum: Option<[&'a (String, Unit); 2]>,
+    /// A state that is in no such pair: the level of a tank, a charge, a temperature.
+    level: Option<&'a (String, Unit)>,
+    /// Another one, whose rate depends on the level.
+    next: Option<&'a (String, Unit)>,
     input: Option<&'a (String, Unit)>,
     output: Option<(&'a String, &'a Unit)>,
     /// A further column of the recording.
@@ -31,8 +35,8 @@ pub fn entries() -> Vec<EffectText> {
     declared("catalogue.toml", TEXT).unwrap_or_default()
 }
 
-/// The forms without a name, one for every part of the stroke where they say so.
-fn form_entries() -> Vec<EffectText> {
+/// The forms without a name beside samples so far apart, one for every part of the stroke where they say so.
+fn form_entries(step_s: f64) -> Vec<EffectText> {
     let in_places = |form: &str| -> Vec<String> {
         let places = if form.contains("{k}") { PLACES } else { 1 };
         let end = |k: usize| (2.0 * k as f64 / PLACES as f64 - 1.0).to_string();
@@ -43,7 +47,8 @@ fn form_entries() -> Vec<EffectText> {
         };
         (0..places).map(one).collect()
     };
-    let text: String = FORMS.split("[[effect]]").skip(1).flat_map(in_places).collect();
+    let forms = FORMS.replace("{moment}", &(MOMENT * step_s).to_string());
+    let text: String = forms.split("[[effect]]").skip(1).flat_map(in_places).collect();
     // The text is a part of the program, and a test reads it.
     declared("forms.toml", &text).unwrap_or_default()
 }
@@ -55,8 +60,8 @@ pub fn effects(plant: &Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
 }
 
 /// The forms without a name, likewise.
-pub fn forms(plant: &Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
-    placed("forms.toml", &form_entries(), plant, drives)
+pub fn forms(plant: &Plant, drives: usize, step_s: f64) -> Vec<Arc<MotionEffect>> {
+    placed("forms.toml", &form_entries(step_s), plant, drives)
 }
 
 fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usize) -> Vec<Arc<MotionEffect>> {
@@ -67,17 +72,11 @@ fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usiz
         .zip(&plant.rates)
         .filter_map(|(x, (rate, _))| Some([x, plant.states.iter().find(|(name, _)| *name == rate.text)?]))
         .collect();
-    let none = Binding::default();
     let in_place = |entry: &EffectText| {
-        let mut bindings: Vec<Binding> = match entry.equation.is_empty() {
-            true => vec![none.clone()],
-            false => momenta.iter().map(|pair| Binding { momentum: Some(*pair), ..none.clone() }).collect(),
-        };
+        let mut bindings: Vec<Binding> = of_states(entry, plant, &momenta);
         if entry.input.contains_key("u") || reads(entry, "u") {
-            let inputs = |momentum| inputs.iter().map(move |input| (momentum, input));
-            let pairs: Vec<_> = bindings.iter().flat_map(|binding| inputs(binding.momentum)).collect();
-            let one = |(momentum, input)| Binding { momentum, input: Some(input), ..none.clone() };
-            bindings = pairs.into_iter().map(one).collect();
+            let one = |of: Binding<'p>| inputs.iter().map(move |u| Binding { input: Some(u), ..of.clone() });
+            bindings = bindings.into_iter().flat_map(one).collect();
         }
         if !entry.output.is_empty() {
             let output = Some((&plant.output.0, plant.output_unit()));
@@ -92,8 +91,8 @@ fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usiz
         let bound = |binding: &Binding| {
             let mut text = bound(entry, binding)?;
             if several {
-                let input = binding.input.map(|(name, _)| name);
-                let place = binding.momentum.map(|[_, v]| &v.0).or(input)?;
+                let state = binding.momentum.map(|[_, v]| v).or(binding.level);
+                let (place, _) = state.or(binding.input)?;
                 text.id = format!("{}_{place}", text.id);
             }
             if let Some((column, _)) = binding.column {
@@ -104,6 +103,42 @@ fn placed<'p>(file: &str, entries: &[EffectText], plant: &'p Plant, drives: usiz
         bindings.iter().filter_map(bound).collect::<Vec<_>>()
     };
     entries.iter().flat_map(in_place).collect()
+}
+
+/// The states that an effect may act on: one and its rate, a level, or a level and the next one.
+fn of_states<'p>(
+    entry: &EffectText,
+    plant: &'p Plant,
+    momenta: &[[&'p (String, Unit); 2]],
+) -> Vec<Binding<'p>> {
+    let none = Binding::default();
+    if entry.equation.is_empty() {
+        return vec![none];
+    }
+    if !entry.equation.contains_key("level") {
+        return momenta.iter().map(|pair| Binding { momentum: Some(*pair), ..none.clone() }).collect();
+    }
+    let moves = |name: &String| momenta.iter().flatten().any(|(own, _)| own == name);
+    let levels = || plant.states.iter().zip(&plant.rates).filter(|((name, _), _)| !moves(name));
+    // A threshold is sought in parts of the recorded position, of which no other quantity is.
+    let recorded = |unit: &Unit| unit == plant.output_unit();
+    let of_position = entry.parameters.values().any(|p| p.of == Some(Part::Position));
+    let one = |(level, _): (&'p (String, Unit), _)| {
+        (!of_position || recorded(&level.1)).then_some(Binding { level: Some(level), ..none.clone() })
+    };
+    let alone: Vec<Binding> = levels().filter_map(one).collect();
+    if !entry.equation.contains_key("next") {
+        return alone;
+    }
+    let onward = |of: &Binding<'p>| {
+        let level = of.level;
+        let fed = move |(other, (rate, _)): (&'p (String, Unit), &'p (physics::Sentence, Vec<usize>))| {
+            let own = level.is_some_and(|level| level != other && rate.columns.contains(&level.0));
+            own.then_some(Binding { level, next: Some(other), ..Binding::default() })
+        };
+        levels().filter_map(fed).collect::<Vec<_>>()
+    };
+    alone.iter().flat_map(onward).collect()
 }
 
 /// A form of a column: its id ends in the column's name.
@@ -126,10 +161,12 @@ pub fn expressions(entry: &EffectText) -> impl Iterator<Item = physics::Expressi
 }
 
 /// An entry in the names and units of a plant.
-fn bound(entry: &EffectText, binding: &Binding) -> Option<EffectText> {
+fn bound<'p>(entry: &EffectText, binding: &Binding<'p>) -> Option<EffectText> {
     let name = |name: &str| match name {
         "x" => binding.momentum.map(|[x, _]| x.0.clone()),
         "v" => binding.momentum.map(|[_, v]| v.0.clone()),
+        "level" => binding.level.map(|(level, _)| level.clone()),
+        "next" => binding.next.map(|(next, _)| next.clone()),
         "u" => binding.input.map(|(u, _)| u.clone()),
         "y" => binding.output.map(|(y, _)| y.clone()),
         "z" => binding.column.map(|(z, _)| z.clone()),
@@ -146,11 +183,13 @@ fn bound(entry: &EffectText, binding: &Binding) -> Option<EffectText> {
         Some((own.clone(), physics::parse(text).ok()?.renamed(&name).to_string()))
     };
     let states = entry.states.iter().map(renamed).collect::<Option<_>>()?;
-    let position = binding.momentum.map(|[x, _]| &x.1).or(binding.output.map(|(_, unit)| unit));
+    let unit_of = |of: Option<&'p (String, Unit)>| of.map(|(_, unit)| unit);
+    let state = binding.momentum.map(|[x, _]| &x.1).or(unit_of(binding.level));
+    let position = state.or(binding.output.map(|(_, unit)| unit));
     let parameter = |(name, parameter): (&String, &PlantParameter)| {
         let mut unit = Unit::parse(&parameter.unit).ok()?;
-        let [input, column] = [binding.input, binding.column].map(|of| of.map(|(_, unit)| unit));
-        for (own, of_plant) in [("p", position), ("q", input), ("r", column)] {
+        let [input, column, next] = [binding.input, binding.column, binding.next].map(unit_of);
+        for (own, of_plant) in [("p", position), ("q", input), ("r", column), ("n", next)] {
             if let Some(of_plant) = of_plant {
                 unit = unit.with(own, of_plant);
             }
@@ -231,7 +270,8 @@ mod tests {
                     [plant.parameters]\nk = { unit = \"1/s^2\", value = 3 }\ng = { unit = \"mm/(s^2 A)\", value = 1 }\n";
         let file = PlantFile::parse("plant.toml", text).unwrap();
         let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
-        let (forms, all) = (forms(&plant, 1), form_entries());
+        let (forms, mut all) = (forms(&plant, 1, 1e-3), form_entries(1e-3));
+        all.retain(|form| !form.equation.contains_key("level"));
         let ids: Vec<&str> = forms.iter().map(|form| form.text.id.as_str()).collect();
         assert!(all.len() > PLACES && forms.len() == all.len(), "{ids:?} of {}", all.len());
         assert!(ids.contains(&"form_near_8") && ids.contains(&"form_stiffness_with_load_n"), "{ids:?}");
@@ -239,5 +279,25 @@ mod tests {
         let gain = forms.iter().find(|form| form.text.id == "form_gain_with_load_n").unwrap();
         assert_eq!(gain.formula(&plant), "w += c * load_n * w");
         assert_eq!(gain.parameters[0].unit, Unit::parse("1/N").unwrap());
+    }
+    #[test]
+    fn levels_overflow_into_the_next() {
+        let text = "[plant]\nkind = \"equations\"\ninputs = { w = \"V\" }\n\
+                    states = { h = { unit = \"cm\", start = 1.0 }, l = { unit = \"cm\", start = 1.0 }, \
+                    k = { unit = \"K\", start = 0.0 } }\n\
+                    output = { y = \"l\" }\n[plant.equations]\nh = \"g * w - a * h\"\nl = \"a * h - b * l\"\n\
+                    k = \"c * w - a * k\"\n\
+                    [plant.parameters]\na = { unit = \"1/s\", value = 3 }\nb = { unit = \"1/s\", value = 3 }\n\
+                    g = { unit = \"cm/(s V)\", value = 1 }\nc = { unit = \"K/(s V)\", value = 1 }\n";
+        let file = PlantFile::parse("plant.toml", text).unwrap();
+        let plant = Plant::of("plant.toml", &file).unwrap().unwrap();
+        let forms = forms(&plant, 1, 0.5);
+        let of = |id: &str| forms.iter().find(|form| form.text.id == id).map(|form| form.formula(&plant));
+        // Where it overflows is sought in parts of the recorded level: of a temperature there is none.
+        assert!(of("form_overflow_h").is_some() && of("form_overflow_k").is_none());
+        assert!(of("form_leak_k").is_some() && of("form_level_gain_l").is_some());
+        let spills = "h' += -hinge(h, at) / 0.125 [s], l' += share * hinge(h, at) / 0.125 [s]";
+        assert_eq!(of("form_spill").as_deref(), Some(spills));
+        assert!(!forms.iter().any(|form| form.text.id.starts_with("form_side_damping")));
     }
 }

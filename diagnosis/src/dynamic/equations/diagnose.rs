@@ -85,7 +85,7 @@ pub fn attempt<T>(
     let catalogued = verdict::ids(&of_catalogue);
     effects.extend(of_catalogue.into_iter().filter(|effect| !skip(&effect.text.id)));
     if with_forms {
-        effects.extend(catalogue::forms(&plant, drives));
+        effects.extend(catalogue::forms(&plant, drives, data.step_s));
     }
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
     let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };
@@ -218,9 +218,14 @@ impl Found<'_> {
         (above, NoiseFloor { value, unit, from: from.into(), autocorrelation })
     }
 
-    fn covariance(&self, model: &Fitted<Model>) -> Symmetric {
-        let rest = model.residual(self.data).unwrap_or_default();
-        covariance(model, self.data, &autoregression(&rest, &self.data.runs))
+    /// The unit of a hidden state, which nothing determines, is open among the plant's own parameters: a threshold in that
+    /// unit is given beside them.
+    fn covariance(&self, found: &Fitted<Model>) -> Symmetric {
+        let rest = found.residual(self.data).unwrap_or_default();
+        let noise = autoregression(&rest, &self.data.runs);
+        let model = &found.model;
+        let own = (0..model.values.len()).filter(|k| model.plant.is_free(*k)).count();
+        covariance(found, self.data, &noise, own)
     }
 }
 

@@ -15,7 +15,7 @@ use super::super::search::{Augmented, gain, worth};
 use super::super::spectrum::fourier::coefficients;
 use super::model::{Model, Term};
 use super::start::{Nominal, estimated, relaxed, within};
-use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, OBSERVED, SIMPLER, STARTS};
+use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS};
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::remainder::PREDICTED;
 use crate::thresholds::dynamic::search::contenders::REFITTED;
@@ -132,13 +132,32 @@ impl Search<'_> {
                 observed = observed.par_iter().filter_map(under).collect();
                 contenders.extend(self.contenders(&observed));
             }
-            let worthy = self.worthy(&present, best_of_each(contenders));
-            let Some(next) = self.simplest(&worthy) else { break };
-            let next = self.divided(next, &worthy).unwrap_or_else(|| next.clone());
+            let Some(next) = self.next(&present, &best_of_each(contenders)) else { break };
             present = self.pruned(next);
             observed = vec![present.clone()];
         }
         Some(present)
+    }
+
+    /// The model with the effect that is worth most, or, where none is worth its parameters alone, with two.
+    fn next(&self, present: &Fitted<Model>, contenders: &[Fitted<Model>]) -> Option<Fitted<Model>> {
+        let worthy = self.worthy(present, contenders.to_vec());
+        match self.simplest(&worthy) {
+            Some(next) => Some(self.divided(next, &worthy).unwrap_or_else(|| next.clone())),
+            None => self.paired(present, contenders),
+        }
+    }
+
+    /// Two effects that only together are worth their parameters: beside structure that neither explains alone, the one
+    /// hides what the other would gain.
+    fn paired(&self, present: &Fitted<Model>, contenders: &[Fitted<Model>]) -> Option<Fitted<Model>> {
+        if !self.structured(present) {
+            return None;
+        }
+        let beside = |f: &Fitted<Model>| self.contenders(std::slice::from_ref(f));
+        let mut pairs = self.worthy(present, contenders.iter().take(PAIRED).flat_map(beside).collect());
+        pairs.sort_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE]));
+        self.simplest(&pairs).cloned()
     }
 
     /// Two simpler effects in the place of a richer one, where they do as well with fewer parameters.
@@ -177,7 +196,8 @@ impl Search<'_> {
         let logarithm = |kind: usize| (before.costs[kind] / after.costs[kind]).ln();
         let ratio = logarithm(FIT).exp_m1() * free / parameters;
         let by_chance = FisherSnedecor::new(parameters, free).ok()?.sf(ratio.max(0.0));
-        let least = BY_CHANCE / self.catalogue.len() as f64;
+        let effects = after.model.terms.len().saturating_sub(before.model.terms.len()).max(1);
+        let least = BY_CHANCE / (self.catalogue.len() as f64).powi(effects as i32);
         Some(by_chance < least && logarithm(CHOOSE) > 0.5 * logarithm(FIT))
     }
 

@@ -154,6 +154,21 @@ fn order_and_response_of_a_known_structure_are_found() {
     }
 }
 
+/// What hysteresis makes of the response at several amplitudes is no linear model's, and hides a weak mode in the error.
+#[test]
+fn more_amplitudes_do_not_hide_a_weak_mode() {
+    let mut truth = hysteretic(0.4);
+    truth.linear.b[4..].iter_mut().for_each(|b| *b *= 0.15);
+    truth.e[4..].iter_mut().for_each(|e| *e *= 0.15);
+    let recording = record(&truth, &[0.1, 0.4, 1.0], 1e-4);
+    let plan = Plan::new(&recording);
+    let data = plan.experiments(&recording, &plan.fitted());
+    let held = plan.experiments(&recording, &plan.groups[0].held);
+    let [two, four] = [2, 4].map(|order| nominal::error(&nominal::identify(&data, order).unwrap(), &data));
+    assert!(two < 1.15 * four, "the error alone, {two} beside {four}, says nothing");
+    assert!(nominal::choose_order(&data, Some(&held)).is_some_and(|order| order >= 4));
+}
+
 #[test]
 fn without_periods_the_structure_is_found_by_segments() {
     let truth = structure();
