@@ -112,12 +112,13 @@ mod tests {
         // Read once a minute.
         let held: Vec<f64> =
             t.iter().map(|t| 22.0 + 4.0 * ((t / 60.0).floor() * 60.0 / 150.0).sin()).collect();
-        // A minute late at its end, half of it in the mean; of the wave's slope 0.4 of its height.
-        assert!(error(&held, &wave) > 0.8);
+        // 0 to 57 s late, 33 s in the root mean square, at 4 K/150 s/√2: 0.63 K. Straight lines leave a chord's 0.06 K and what
+        // is not known after the last reading of all.
+        assert!(error(&held, &wave) > 0.5);
         assert!(error(&without_noise(&t, &held), &wave) < 0.25);
         // Levels that are set between the passes are what they are.
         let levels: Vec<f64> = (0..300).map(|i| 20.0 + 5.0 * f64::from(i / 150)).collect();
-        assert_eq!(without_noise(&t, &levels), levels);
+        assert!(error(&without_noise(&t, &levels), &levels) < 0.02);
     }
 
     #[test]

@@ -296,7 +296,7 @@ mod tests {
         // Where it overflows is sought in parts of the recorded level: of a temperature there is none.
         assert!(of("form_overflow_h").is_some() && of("form_overflow_k").is_none());
         assert!(of("form_leak_k").is_some() && of("form_level_gain_l").is_some());
-        let spills = "h' += -hinge(h, at) / 0.125 [s], l' += share * hinge(h, at) / 0.125 [s]";
+        let spills = "h' += -hinge(h, at) / 0.125 [s]; l' += share * hinge(h, at) / 0.125 [s]";
         assert_eq!(of("form_spill").as_deref(), Some(spills));
         assert!(!forms.iter().any(|form| form.text.id.starts_with("form_side_damping")));
     }
