@@ -160,6 +160,45 @@ fn an_effect_of_ones_own_is_named_in_a_tank() {
     near(&effects[0]["parameters"], &[("c", 0.5), ("at", 4.0)]);
 }
 
+#[test]
+fn an_overflow_that_nobody_declared_is_described() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("tank.toml"), TANK).expect("a file");
+    let drive = |row: usize| 2.0 + (row as f64 / 23.0).sin() + 0.6 * (row as f64 / 7.1).cos();
+    let level =
+        |[h, _]: [f64; 2], u: f64| [-0.3 * h.max(0.0).sqrt() + 0.35 * u - 8.0 * (h - 4.0).max(0.0), 0.0];
+    made(&at("levels.csv"), 1500, 1.0, [2.0, 0.0], Some(&drive), level, 2e-3);
+    let answer = diagnosed(folder.path(), &["levels.csv", "--plant", "tank.toml"], "levels");
+    let overflow = &answer["effects"][0];
+    assert_eq!((overflow["kind"].as_str(), overflow["id"].as_str()), (Some("empirical"), Some("empirical_1")));
+    assert_eq!(overflow["formula"], "h' += -hinge(h, at) / 0.25 [s]", "{answer:#}");
+    near(&overflow["parameters"], &[("at", 4.0)]);
+    near(&answer["plant"], &[("k", 0.3), ("g", 0.35)]);
+    // The rim of the form is a little softer than this one: a fortieth of what the nominal tank leaves.
+    let left = |which: &str| answer["fit"][which]["held_out_rms"].as_f64().expect("a figure");
+    assert!(left("after") < left("before") / 30.0, "{} → {}", left("before"), left("after"));
+}
+
+#[test]
+fn two_overflowing_tanks_of_a_laboratory_are_described() {
+    let Ok(folder) = std::env::var("ARCSMITH_RECORDINGS") else {
+        println!("skipped: set ARCSMITH_RECORDINGS to a folder with cascaded-tanks-train.csv.gz");
+        return;
+    };
+    let recordings = Path::new(&folder);
+    let file = |name: &str| recordings.join(name).to_str().expect("a name").to_string();
+    let [train, test, plant] =
+        ["cascaded-tanks-train.csv.gz", "cascaded-tanks-test.csv.gz", "cascaded-tanks.toml"].map(file);
+    let out = tempfile::tempdir().expect("a folder");
+    let arguments = [train.as_str(), "--plant", &plant, "--held-out", &test];
+    let answer = diagnosed(out.path(), &arguments, "cascaded-tanks-train");
+    assert!(answer["effects"].as_array().expect("effects").iter().all(|e| e["kind"] == "empirical"));
+    // The nominal leaves 0.70 V, grey boxes 0.19 V and black boxes 0.31 V or more (Schoukens & Noël 2017).
+    let left = answer["fit"]["after"]["held_out_rms"].as_f64().expect("a figure");
+    assert!(left < 0.35, "{left} V");
+}
+
 /// Two tanks, one above the other; only the lower level is recorded, so that the upper one may be in any unit.
 const TWO_TANKS: &str = "\
 [plant]
