@@ -171,7 +171,10 @@ fn an_overflow_that_nobody_declared_is_described() {
     made(&at("levels.csv"), 1500, 1.0, [2.0, 0.0], Some(&drive), level, 2e-3);
     let answer = diagnosed(folder.path(), &["levels.csv", "--plant", "tank.toml"], "levels");
     let overflow = &answer["effects"][0];
-    assert_eq!((overflow["kind"].as_str(), overflow["id"].as_str()), (Some("empirical"), Some("empirical_1")));
+    assert_eq!(
+        (overflow["kind"].as_str(), overflow["id"].as_str()),
+        (Some("empirical"), Some("empirical_1"))
+    );
     assert_eq!(overflow["formula"], "h' += -hinge(h, at) / 0.25 [s]", "{answer:#}");
     near(&overflow["parameters"], &[("at", 4.0)]);
     near(&answer["plant"], &[("k", 0.3), ("g", 0.35)]);
