@@ -14,7 +14,7 @@ use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::model::{self, Model};
 use crate::numerics::rms;
-use crate::reach::{reach, untold};
+use crate::reach::{reach, withhold_ambiguous};
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
@@ -65,9 +65,10 @@ impl Attempt<'_> {
         search.merit(terms) > search.merit(&own) + FORMS
     }
 
-    /// Keeps to this recording what forms do nearly as well and say otherwise of others.
-    fn doubted_by(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
-        self.said.unidentifiable.extend(untold(&self.explanation, catalogue, &mut self.settled, with_forms));
+    /// Keeps to this recording the effects that forms do nearly as well as here and contradict elsewhere.
+    fn withhold_ambiguous(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
+        let said = withhold_ambiguous(&self.explanation, catalogue, &mut self.settled, with_forms);
+        self.said.unidentifiable.extend(said);
     }
 
     /// What is left of held-out readings, of all where none are held out.
@@ -96,14 +97,14 @@ pub fn with_forms<'a>(
     let hopeless =
         !named.leaves_structure() && found.gross.is_none() && !named.has_less_merit_than(&found.explanation);
     if hopeless {
-        named.doubted_by(&found.explanation, hand_on.catalogue);
+        named.withhold_ambiguous(&found.explanation, hand_on.catalogue);
         return None;
     }
     let attempt = best_of(found, hand_on, skip, accuracy).ok()?;
     if named.gives_way_to(&attempt) {
         return Some(attempt);
     }
-    named.doubted_by(&attempt.explanation, hand_on.catalogue);
+    named.withhold_ambiguous(&attempt.explanation, hand_on.catalogue);
     None
 }
 

@@ -168,10 +168,8 @@ impl<'a> Judge<'a, '_> {
     /// What these effects are shown by: held-out passes, or blocks where some of them belong to a time of the recording,
     /// its beginning among them, or have values in a pass of which the others do not tell.
     pub fn proof_of(&self, named: &[Term]) -> Option<&Proof<'a>> {
-        if !named
-            .iter()
-            .any(|term| self.of_one_time(term) || self.proof.is_some_and(|proof| proof.asks_beyond(term)))
-        {
+        let asks_beyond = |term: &Term| self.proof.is_some_and(|proof| proof.asks_beyond(term));
+        if !named.iter().any(|term| self.of_one_time(term) || asks_beyond(term)) {
             return self.proof;
         }
         self.blocks

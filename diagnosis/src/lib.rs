@@ -19,6 +19,7 @@
 //! # }
 //! ```
 
+mod ambiguity;
 mod attempt;
 mod averaging;
 mod base;
@@ -31,7 +32,6 @@ mod diagnosis;
 mod dictionary;
 pub mod dynamic;
 pub mod effects;
-mod elsewhere;
 mod error;
 mod experiment;
 mod explain;

@@ -10,6 +10,16 @@ pub const NO_WORSE: f64 = 1.02;
 /// hundred readings the base's own uncertainty takes up to a tenth, its order the rest.
 pub const AT_FLOOR: f64 = 1.3;
 
+/// See [`crate::ambiguity`].
+pub mod ambiguity {
+    /// Part of what an effect adds by which another may depart from it where the columns come at another time: less is
+    /// the difference of a lag or of a slight bend. By judgement.
+    pub const DISAGREES: f64 = 0.5;
+    /// Parts of the recording by which the columns come later: powers of the golden section, next to no ratio of a few
+    /// passes, so that what runs with the passes meets other angles in one of them.
+    pub const SHIFTS: [f64; 3] = [0.236, 0.382, 0.618];
+}
+
 /// See [`crate::attempt`].
 pub mod attempt {
     /// Part of what one explanation leaves of held-out readings that another must leave at most to be preferred.
@@ -690,16 +700,6 @@ pub mod effects {
         /// Steps of the steady loop from the middle to either end.
         pub const LOOP_STEPS: i32 = 34;
     }
-}
-
-/// See [`crate::elsewhere`].
-pub mod elsewhere {
-    /// Part of what an effect adds by which another may depart from it where the columns come at another time: less is
-    /// the difference of a lag or of a slight bend. By judgement.
-    pub const DISAGREES: f64 = 0.5;
-    /// Parts of the recording by which the columns come later: powers of the golden section, next to no ratio of a few
-    /// passes, so that what runs with the passes meets other angles in one of them.
-    pub const LATER: [f64; 3] = [0.236, 0.382, 0.618];
 }
 
 /// See [`crate::explain`].

@@ -87,7 +87,7 @@ fn what_only_other_recordings_would_tell_apart_stays_here() {
     });
     assert!(!outcome.diagnosis.effects.is_empty());
     assert_eq!(of_device(&outcome), [""; 0], "{:?}", outcome.diagnosis.effects);
-    assert!(outcome.diagnosis.unidentifiable.iter().any(|s| s.contains("says something else")));
+    assert!(outcome.diagnosis.unidentifiable.iter().any(|s| s.contains("predicts something else")));
     // The same square where the temperature goes its own way.
     let (outcome, _) = diagnosed(6, |row, _| {
         let above = 10.0 * (0.05 * row as f64).sin();

@@ -280,6 +280,7 @@ mod tests {
         assert_eq!(gain.formula(&plant), "w += c * load_n * w");
         assert_eq!(gain.parameters[0].unit, Unit::parse("1/N").unwrap());
     }
+
     #[test]
     fn levels_overflow_into_the_next() {
         let text = "[plant]\nkind = \"equations\"\ninputs = { w = \"V\" }\n\

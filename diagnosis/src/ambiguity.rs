@@ -5,17 +5,17 @@ use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::generic::beside_the_angle;
 use crate::model::predictive;
-use crate::numerics::{centred, dot};
+use crate::numerics::{add_scaled, centred, rms};
 use crate::rows::Rows;
 use crate::search::{Found, Term};
-use crate::thresholds::elsewhere::{DISAGREES, LATER};
+use crate::thresholds::ambiguity::{DISAGREES, SHIFTS};
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 
 /// An effect that does nearly as well in the term's place beside the others, would show in other recordings of the device as
 /// well, and disagrees with it where the columns come at another time. Only what needs no shape to be searched counts: with
 /// one nearly everything is imitated by something far-fetched.
-pub fn contradicted<'c>(
+pub fn conflicting_rival<'c>(
     explanation: &Explanation,
     catalogue: &'c [Effect],
     order: usize,
@@ -34,24 +34,31 @@ pub fn contradicted<'c>(
     let plain = |e: usize| !catalogue[e].of_one_time && search.free_shapes(e) == 0;
     let of_device = |f: usize| search.effect(f).is_some_and(|e| e != own && plain(e));
     let as_good = |found: &&Found| found.explained - cost(&found.term) > least;
-    let elsewhere = LATER.map(|part| columns_later(rows, part));
-    // What base and terms say where the last term sees the columns of another time, and that term's part of it.
-    let foretold = |added: &Term, later: &Rows| {
+    let shifted = SHIFTS.map(|part| shifted_columns(rows, part));
+    // For every shift what base and terms say where the last term sees the shifted columns, and that term's part of it.
+    let predicted = |added: &Term| -> Option<Vec<[Vec<f64>; 2]>> {
         let model = predictive(explanation, &with(added), order);
         let (last, e) = (model.terms.last()?, search.effect(added.family)?);
-        let mut part = vec![0.0; rows.len()];
-        for (amplitude, column) in last.amplitudes.iter().zip(catalogue[e].signature(later, &added.shape)) {
-            part.iter_mut().zip(column).for_each(|(p, c)| *p += amplitude * c);
-        }
-        let whole = model.value().into_iter().zip(&last.contribution).zip(&part).map(|((v, c), p)| v - c + p);
-        Some((centred(&whole.collect::<Vec<f64>>()), centred(&part)))
+        let others: Vec<f64> = model.value().iter().zip(&last.contribution).map(|(v, c)| v - c).collect();
+        let under = |rows: &Rows| {
+            let mut part = vec![0.0; others.len()];
+            for (amplitude, column) in last.amplitudes.iter().zip(catalogue[e].signature(rows, &added.shape))
+            {
+                add_scaled(&mut part, *amplitude, &column);
+            }
+            let whole: Vec<f64> = others.iter().zip(&part).map(|(o, p)| o + p).collect();
+            [centred(&whole), centred(&part)]
+        };
+        Some(shifted.iter().map(under).collect())
     };
-    let disagree = |rival: &Term, later: &Rows| {
-        let ((whole, part), (other, _)) = (foretold(term, later)?, foretold(rival, later)?);
-        let apart: Vec<f64> = whole.iter().zip(&other).map(|(a, b)| a - b).collect();
-        Some(dot(&apart, &apart) > DISAGREES * DISAGREES * dot(&part, &part))
+    let own = predicted(term)?;
+    let disagrees = |found: &&Found| {
+        let rival = predicted(&found.term).unwrap_or_default();
+        own.iter().zip(&rival).any(|([whole, part], [other, _])| {
+            let apart: Vec<f64> = whole.iter().zip(other).map(|(a, b)| a - b).collect();
+            rms(&apart) > DISAGREES * rms(part)
+        })
     };
-    let disagrees = |found: &&Found| elsewhere.iter().any(|later| disagree(&found.term, later) == Some(true));
     let found = search.contenders(others, of_device);
     let rival = found.iter().filter(as_good).find(disagrees)?;
     Some(&catalogue[search.effect(rival.term.family)?])
@@ -59,7 +66,7 @@ pub fn contradicted<'c>(
 
 /// The rows with what was recorded beside the angle that part of the recording later. What goes with the angle does so in any
 /// recording; that a temperature does is chance.
-fn columns_later(rows: &Rows, part: f64) -> Rows {
+fn shifted_columns(rows: &Rows, part: f64) -> Rows {
     let mut later = rows.clone();
     let (by, x) = ((part * rows.len() as f64) as usize, rows.scaled_reading());
     let of_the_device = [&mut later.common_mode_um, &mut later.cross_arcsec, &mut later.coil_a];
