@@ -1,7 +1,6 @@
 //! The proof on what was not fitted: passes are held out in turn, the search is repeated on the others, and what base
 //! and augmented model, as they would be handed on, leave of the held-out rows is counted, reading by reading.
 
-use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
@@ -18,7 +17,7 @@ use crate::numerics::{mean, range, rms};
 use crate::rows::Rows;
 use crate::search::Term;
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::held_out::{BEYOND, COVERED, FOLDS, ROWS_OF_A_BLOCK};
+use crate::thresholds::held_out::{BEYOND, COVERED, FEW_OF_A_PASS, FOLDS, JUDGED, ROWS_OF_A_BLOCK};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
 #[derive(Debug, Clone, Serialize)]
@@ -97,10 +96,12 @@ pub enum Groups {
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
 fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     let passes = rows.passes();
-    let passes_of = |sign: f64| {
-        let of = rows.pass.iter().zip(&rows.direction).filter(|(_, d)| **d * sign > 0.0).map(|(p, _)| p);
-        of.collect::<BTreeSet<_>>().len()
+    // The first row of a pass may still have the direction of the one before.
+    let moves = |pass: &i64, sign: f64| {
+        let of = || rows.pass.iter().zip(&rows.direction).filter(|(p, _)| *p == pass);
+        of().filter(|(_, d)| **d * sign > 0.0).count() as f64 > FEW_OF_A_PASS * of().count() as f64
     };
+    let passes_of = |sign: f64| passes.iter().filter(|pass| moves(pass, sign)).count();
     // Without its only pass of a direction a recording says nothing of what the direction does.
     let several = passes.len() >= 2 && passes_of(1.0) != 1 && passes_of(-1.0) != 1;
     if several && wanted == Groups::Passes {
@@ -114,20 +115,29 @@ fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
 }
 
-/// Whether in every fold the other rows were taken where the held-out ones were: no model promises anything beyond.
-fn covered(rows: &Rows, group: &[usize], out_of: &dyn Fn(usize) -> Option<usize>, folds: usize) -> bool {
+/// The fold of every row that can be judged: near it other rows were taken that are not held out with it. No model promises
+/// anything beyond.
+fn judged(
+    rows: &Rows,
+    group: &[usize],
+    out_of: &dyn Fn(usize) -> Option<usize>,
+    folds: usize,
+) -> Vec<Option<usize>> {
     let (low, high) = rows.stroke();
-    (0..folds).all(|fold| {
-        let held = |i: &usize| out_of(group[*i]) == Some(fold);
-        let mut others: Vec<f64> = (0..rows.len()).filter(|i| !held(i)).map(|i| rows.theta[i]).collect();
+    let mut judged: Vec<Option<usize>> = group.iter().map(|g| out_of(*g)).collect();
+    for fold in 0..folds {
+        let held: Vec<usize> = (0..rows.len()).filter(|i| out_of(group[*i]) == Some(fold)).collect();
+        let others = (0..rows.len()).filter(|i| out_of(group[*i]) != Some(fold));
+        let mut others: Vec<f64> = others.map(|i| rows.theta[i]).collect();
         others.sort_by(f64::total_cmp);
         let near = |theta: f64| {
             let at = others.partition_point(|o| *o < theta);
             let beside = others[at.saturating_sub(1)..].iter().take(2);
             beside.map(|o| (o - theta).abs()).fold(f64::INFINITY, f64::min) <= COVERED * (high - low)
         };
-        (0..rows.len()).filter(held).all(|i| near(rows.theta[i]))
-    })
+        held.into_iter().filter(|i| !near(rows.theta[*i])).for_each(|i| judged[i] = None);
+    }
+    judged
 }
 
 /// What the search of the other rows chose, with one fold held out.
@@ -145,7 +155,8 @@ pub struct Fold<'a> {
 /// The proof by groups that are held out in turn: made once, and asked about several models.
 pub struct Proof<'a> {
     by: &'static str,
-    /// Group of every row of the recording; none of a row that no fold holds out.
+    /// Fold by which every row of the recording is judged; none of a row that no fold holds out, or near which no other was
+    /// taken.
     fold_of_row: Vec<Option<usize>>,
     group_of_row: Vec<usize>,
     folds: Vec<Fold<'a>>,
@@ -184,12 +195,21 @@ pub fn prove<'a>(
     let neighbours = |g: usize| fold_of(g, count, folds, by);
     // Where the passes went to different places, folds of every other pass.
     let apart = |g: usize| Some(g % folds);
-    let beyond = by != "block" && !covered(rows, &group, &neighbours, folds);
-    if beyond && wanted == Groups::Halves {
+    let judged = |out_of: &dyn Fn(usize) -> Option<usize>| match by {
+        "block" => group.iter().map(|g| out_of(*g)).collect(),
+        _ => judged(rows, &group, out_of, folds),
+    };
+    let (of_neighbours, of_apart) = (judged(&neighbours), judged(&apart));
+    let number = |judged: &[Option<usize>]| judged.iter().flatten().count();
+    let interleaved = by == "pass" && number(&of_apart) > number(&of_neighbours);
+    let judged = if interleaved { of_apart } else { of_neighbours };
+    let out_of = |g: usize| if interleaved { apart(g) } else { neighbours(g) };
+    if wanted == Groups::Halves && number(&judged) < rows.len() {
         return None;
     }
-    let interleaved = by == "pass" && beyond;
-    let out_of = |g: usize| if interleaved { apart(g) } else { neighbours(g) };
+    if by == "pass" && (number(&judged) as f64) < JUDGED * rows.len() as f64 {
+        return prove(explanation, hand_on, before, Groups::Blocks);
+    }
     let enough = rows.len() / count * (count - 1) >= 2 * (before.order + 2);
     if count < 2 || !enough || !(0..count).any(|g| out_of(g).is_some()) {
         return None;
@@ -205,7 +225,7 @@ pub fn prove<'a>(
         })
         .collect::<Option<_>>()?;
     let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
-    let fold_of_row = group_of_row.iter().map(|g| out_of(*g)).collect();
+    let fold_of_row = hand_on.cell_of.iter().map(|cell| judged[*cell]).collect();
     let mut proof = Proof { by, fold_of_row, group_of_row, folds, before: 0.0 };
     proof.before = proof.rms(|fold| &proof.folds[fold].before, |_| true);
     Some(proof)
@@ -324,4 +344,45 @@ pub fn of_explainable(explanation: &Explanation, before: &Model, after: &Model) 
     let named = of(&|t| t.effect.is_some());
     let flexible = level(&saturated(rows, &base_columns(rows, after.order))).min(of(&|_| true)).min(named);
     (base > flexible).then(|| ((base - named) / (base - flexible)).clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Groups, groups, judged};
+    use crate::rows::Rows;
+
+    /// Passes over these stretches, eleven rows each, the first of which still has the direction of the pass before.
+    fn rows(stretches: &[(f64, f64)]) -> Rows {
+        let mut rows = Rows::default();
+        let mut before = 0.0;
+        for (pass, (from, to)) in (1..).zip(stretches) {
+            let heading = (to - from).signum();
+            for k in 0..=10 {
+                rows.theta.push(from + (to - from) * f64::from(k) / 10.0);
+                rows.direction.push(if k == 0 && before != 0.0 { before } else { heading });
+                rows.pass.push(pass);
+                rows.t_s.push(rows.t_s.len() as f64);
+            }
+            before = heading;
+        }
+        rows
+    }
+
+    #[test]
+    fn an_only_pass_of_a_direction_is_not_held_out_whole() {
+        let by = |stretches: &[(f64, f64)]| groups(&rows(stretches), Groups::Passes).2;
+        assert_eq!(by(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0)]), "block");
+        assert_eq!(by(&[(-1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, -1.0)]), "pass");
+    }
+
+    #[test]
+    fn rows_are_judged_near_others_only() {
+        let rows = rows(&[(-1.0, 0.5), (0.5, -1.0), (-0.5, 1.0)]);
+        let group: Vec<usize> = rows.pass.iter().map(|pass| *pass as usize - 1).collect();
+        let judged = judged(&rows, &group, &|group| Some(group), 3);
+        assert!(judged[..22].iter().all(Option::is_some));
+        let beyond = |i: &usize| rows.theta[*i] > 0.56;
+        assert!((22..33).filter(beyond).all(|i| judged[i].is_none()), "{judged:?}");
+        assert!((22..33).filter(|i| !beyond(i)).all(|i| judged[i] == Some(2)), "{judged:?}");
+    }
 }

@@ -758,6 +758,10 @@ pub mod held_out {
     pub const ROWS_OF_A_BLOCK: usize = 2;
     /// Part of the stroke within which a held-out reading must have a reading that is not held out.
     pub const COVERED: f64 = 1.0 / 40.0;
+    /// Part of the readings that must have one; else blocks are held out instead of passes.
+    pub const JUDGED: f64 = 0.5;
+    /// Part of a pass's rows up to which a direction is none of the pass.
+    pub const FEW_OF_A_PASS: f64 = 0.1;
     /// Part of the range of what an effect adds in the other rows by which it may lie outside it in held-out ones. By
     /// judgement: a temperature that drifts evenly over four or more passes lies a third outside.
     pub const BEYOND: f64 = 0.4;
