@@ -377,11 +377,11 @@ mod tests {
 
     #[test]
     fn rows_are_judged_near_others_only() {
-        let rows = rows(&[(-1.0, 0.5), (0.5, -1.0), (-0.5, 1.0)]);
+        let rows = rows(&[(-1.0, 0.5), (0.5, -1.0), (-0.55, 0.95)]);
         let group: Vec<usize> = rows.pass.iter().map(|pass| *pass as usize - 1).collect();
         let judged = judged(&rows, &group, &|group| Some(group), 3);
         assert!(judged[..22].iter().all(Option::is_some));
-        let beyond = |i: &usize| rows.theta[*i] > 0.56;
+        let beyond = |i: &usize| rows.theta[*i] > 0.51;
         assert!((22..33).filter(beyond).all(|i| judged[i].is_none()), "{judged:?}");
         assert!((22..33).filter(|i| !beyond(i)).all(|i| judged[i] == Some(2)), "{judged:?}");
     }
