@@ -7,9 +7,10 @@ use std::process::ExitCode;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command, CommandFactory, FromArgMatches};
 use codegen::refused;
+use fitter::table::Mapping;
 use serde_json::json;
 
-use super::file::{Project, Target, normal};
+use super::file::{Nominal, Project, Target, normal};
 use super::options::Given;
 use super::steps::{Step, offered, words};
 use super::{FILE, perform};
@@ -38,6 +39,8 @@ struct Line {
 const COMPLETED: [&str; 8] = ["fit", "diagnose", "apply", "report", "explore", "generate", "check", "verify"];
 /// Sources of another kind: where one is named, the command is about no project.
 const OTHER_SOURCES: [&str; 3] = ["demo", "devices", "recording"];
+/// Words that say how much is told.
+const PLAIN: [&str; 5] = ["--json", "-q", "--quiet", "-v", "--verbose"];
 /// What says how much is told and read, for all commands.
 const COMMON: [&str; 5] = ["json", "quiet", "verbose", "max_bytes", "max_columns"];
 
@@ -67,7 +70,8 @@ pub fn asked(typed: impl Iterator<Item = OsString>) -> Result<Option<Asked>> {
     }
     let program = Cli::command();
     let Some(definition) = program.find_subcommand(name) else { return Ok(None) };
-    let typed = Typed { name, words: &typed, definition, ids: ids(given), common: common(given) };
+    let typed =
+        Typed { name, words: &typed, definition, given, ids: ids(given, definition), common: common(given) };
     let of_generation = ["generate", "check", "verify", "explore"].contains(&name);
     if of_generation && typed.ids.iter().any(|id| OTHER_SOURCES.contains(&id.as_str())) {
         return Ok(None);
@@ -89,9 +93,10 @@ fn common(matches: &ArgMatches) -> Common {
 }
 
 /// The ids of the arguments that were typed, but for those of all commands.
-fn ids(given: &ArgMatches) -> Vec<String> {
+fn ids(given: &ArgMatches, definition: &Command) -> Vec<String> {
     let typed = |id: &&str| given.value_source(id) == Some(ValueSource::CommandLine) && !COMMON.contains(id);
-    given.ids().map(clap::Id::as_str).filter(typed).map(str::to_string).collect()
+    let own = definition.get_arguments().map(|arg| arg.get_id().as_str());
+    own.filter(|id| given.try_contains_id(id).is_ok()).filter(typed).map(str::to_string).collect()
 }
 
 /// A command line as it was typed.
@@ -100,6 +105,8 @@ struct Typed<'a> {
     words: &'a [String],
     definition: &'a Command,
     /// What it has.
+    given: &'a ArgMatches,
+    /// The ids of that.
     ids: Vec<String>,
     common: Common,
 }
@@ -107,9 +114,14 @@ struct Typed<'a> {
 impl Typed<'_> {
     /// The lines that it comes to: of what is generated one for each target.
     fn lines(&self, project: &Project) -> Result<Vec<Line>> {
-        if self.name == "check" && self.ids.is_empty() {
+        if self.name == "check" && self.is_bare() {
             let words = vec!["status".to_string(), "--strict".into()];
             return Ok(vec![Line { words, common: self.common, step: None, takes_coefficients: false }]);
+        }
+        if matches!(project.nominal, Nominal::Plant(_)) && self.name != "diagnose" {
+            return Err(refused!("`{}` needs a sensor, and the project has a plant", self.name)
+                .at(FILE)
+                .mend("state the mirror in place of the plant; a plant is diagnosed: `arcsmith diagnose`"));
         }
         if !["generate", "check", "verify"].contains(&self.name) {
             return Ok(vec![self.line(project, None)]);
@@ -140,20 +152,17 @@ impl Typed<'_> {
 
     /// The folder that was typed.
     fn out(&self) -> Option<String> {
-        let with_sign = |word: &String| word.strip_prefix("--out=").map(str::to_string);
-        let after = || {
-            let at = self.words.iter().position(|word| word == "--out")?;
-            self.words.get(at + 1).cloned()
-        };
-        self.words.iter().find_map(with_sign).or_else(after)
+        let typed = self.ids.iter().any(|id| id == "out");
+        let mut values = self.given.try_get_raw("out").ok().flatten().filter(|_| typed)?;
+        values.next().map(|value| value.to_string_lossy().into_owned())
     }
 
     /// The line, completed.
     fn line(&self, project: &Project, target: Option<&Target>) -> Line {
         let offered = offered(project, self.name, target);
-        let missing: Vec<&Given> = offered.iter().filter(|one| !self.excludes(&one.id)).collect();
+        let missing: Vec<&Given> = offered.iter().filter(|one| !self.excludes(one)).collect();
         let takes_coefficients = missing.iter().any(|one| one.id == "coefficients");
-        if self.ids.is_empty() {
+        if self.is_bare() {
             let words = words(project, self.name, target);
             let step = project.steps().into_iter().find(|step| step.words == words);
             return Line { words, common: self.common, step, takes_coefficients };
@@ -168,8 +177,22 @@ impl Typed<'_> {
         Line { words, common: Common::default(), step: None, takes_coefficients }
     }
 
-    /// Whether an argument was typed, or one that does not go with it.
-    fn excludes(&self, id: &str) -> bool {
+    /// Whether nothing was typed but the command, and what all commands are told. A word that no command knows counts.
+    fn is_bare(&self) -> bool {
+        let plain = |word: &String| *word == self.name || PLAIN.contains(&word.as_str());
+        self.ids.is_empty() && self.words.iter().all(plain)
+    }
+
+    /// Whether an argument was typed, or one that does not go with it; of columns each for itself.
+    fn excludes(&self, offered: &Given) -> bool {
+        let id = offered.id.as_str();
+        if id == "map" {
+            let typed = self.given.try_get_many::<Mapping>("map").ok().flatten().into_iter().flatten();
+            let own = offered.words.last().and_then(|text| text.parse::<Mapping>().ok());
+            return own.is_some_and(|own| {
+                typed.into_iter().any(|one| one.target == own.target || one.source == own.source)
+            });
+        }
         let arg = |id: &str| self.definition.get_arguments().find(|arg| arg.get_id() == id);
         let against = |one: &str, other: &str| {
             arg(one).is_some_and(|arg| {
@@ -209,7 +232,7 @@ impl Asked {
             }
             let code = match &line.step {
                 Some(step) => perform::step(&self.project, step, self.common)?,
-                None => perform::line(&line.words, line.common)?,
+                None => perform::typed(&self.project, &line.words, line.common)?,
             };
             ended = if code == ExitCode::SUCCESS { ended } else { code };
         }

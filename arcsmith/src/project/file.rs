@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
+use fitter::input;
 use fitter::mirror::Mirror;
 use fitter::table::{Mapping, nearest};
 
@@ -90,7 +91,7 @@ impl Project {
 
     /// Reads the project file of the current folder.
     pub fn read() -> Result<Project> {
-        Project::parse(&fitter::input::parsed(Path::new(FILE), "project file (TOML)")?)
+        Project::parse(&input::parsed(Path::new(FILE), "project file (TOML)")?)
     }
 
     fn parse(text: &str) -> Result<Project> {
@@ -124,6 +125,9 @@ impl Project {
             options: commands(&root)?,
             targets: targets(&root)?,
         };
+        if project.nominal == Nominal::Mirror(FILE.into()) {
+            Mirror::parse(FILE, &input::section(text, &Mirror::TABLES))?;
+        }
         project.check(&root)?;
         Ok(project)
     }

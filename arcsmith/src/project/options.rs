@@ -42,7 +42,7 @@ fn with_value(name: &str, value: &str) -> Vec<String> {
 }
 
 /// What a project says elsewhere, or what does not belong in it: no keys of a table.
-const ELSEWHERE: [&str; 15] = [
+const ELSEWHERE: [&str; 18] = [
     "mirror",
     "plant",
     "map",
@@ -56,6 +56,9 @@ const ELSEWHERE: [&str; 15] = [
     "max_columns",
     "demo",
     "devices",
+    "margin",
+    "page_address",
+    "pages_for",
     "check",
     "sweep",
 ];
@@ -116,7 +119,8 @@ pub fn check(command: &str, given: &[Given], line: usize) -> Result<()> {
     let meant = given.iter().find(|one| one.id.replace('_', "-") == named);
     let text = error.to_string();
     let text = text.trim_start_matches("error: ");
-    let said = text.split_once("\n\n").map_or(text, |(first, _)| first).trim_end();
+    let said = text.split_once("\n\n").map_or(text, |(first, _)| first);
+    let said = said.lines().map(str::trim).collect::<Vec<_>>().join(" ");
     let line = meant.map_or(line, |one| one.line).max(1);
     Err(tree::refuse(line, format!("`{command}` refuses its options: {said}")).mend("correct the table"))
 }

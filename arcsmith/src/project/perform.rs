@@ -33,6 +33,14 @@ pub fn step(project: &Project, step: &Step, common: Common) -> Result<ExitCode> 
     Ok(code)
 }
 
+/// Runs a command line that may write into the folder of the results, which is made where it is not there.
+pub fn typed(project: &Project, words: &[String], common: Common) -> Result<ExitCode> {
+    // It vanishes again where nothing was written into it.
+    let mut set = FileSet::new();
+    set.folder(Path::new(&project.out))?;
+    line(words, common)
+}
+
 /// Runs a command line, whose words are those of a project.
 pub fn line(words: &[String], common: Common) -> Result<ExitCode> {
     terminal::running(words);
@@ -52,6 +60,13 @@ fn said(common: Common) -> Vec<String> {
     let limits = [("--max-bytes", common.max_bytes), ("--max-columns", common.max_columns)];
     let flags = flags.into_iter().filter(|(given, _)| *given).map(|(_, word)| word.to_string());
     flags.chain(limits.into_iter().filter_map(|(word, limit)| Some(format!("{word}={}", limit?)))).collect()
+}
+
+/// Refuses a project of which a recording is missing, or another file that is no result of its own.
+pub fn all_is_there(project: &Project) -> Result<()> {
+    let state = State::read(project)?;
+    let first = project.steps().into_iter().filter(|step| step.after.is_none());
+    first.into_iter().try_for_each(|step| readable(project, &step, &state))
 }
 
 /// Refuses a step of which a file is missing that it reads.

@@ -33,13 +33,17 @@ struct Went {
 
 pub fn run(args: &RunArgs, common: Common) -> Result<()> {
     let project = status::project()?;
-    for (number, key) in &project.guessed {
-        warn(
-            &format!(
-                "{FILE}, line {number}: {key} was guessed; look at it, then take it off the list `guessed`"
-            ),
-            common,
+    perform::all_is_there(&project)?;
+    if let Some((number, _)) = project.guessed.first() {
+        let keys: Vec<&str> = project.guessed.iter().map(|(_, key)| key.as_str()).collect();
+        let what = format!(
+            "{FILE}, line {number}: {} guessed: look at it, then take it off the list `guessed`",
+            match &keys[..] {
+                [one] => format!("{one} was"),
+                several => format!("{} were", several.join(", ")),
+            }
         );
+        warn(&what, common);
     }
     let mut steps = Vec::new();
     for step in project.steps() {

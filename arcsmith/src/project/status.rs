@@ -54,6 +54,9 @@ pub fn project() -> Result<Project> {
 
 pub fn run(args: &StatusArgs, common: Common) -> Result<ExitCode> {
     let project = project()?;
+    if args.strict {
+        perform::all_is_there(&project)?;
+    }
     let status = Status::of(&project)?;
     let (differ, compared) =
         if args.strict { compare(&project, &status, common)? } else { (false, Vec::new()) };
@@ -181,7 +184,11 @@ impl Status {
     fn of_step(&self, step: &Step, reasons: &[Reason]) -> String {
         if !reasons.is_empty() {
             let told: Vec<String> = reasons.iter().map(ToString::to_string).collect();
-            return format!("{WARNING}stale{WARNING:#}: {}", told.join("; "));
+            let told = told.join("; ");
+            return match reasons.contains(&Reason::New) {
+                true => format!("{WARNING}{told}{WARNING:#}"),
+                false => format!("{WARNING}stale{WARNING:#}: {told}"),
+            };
         }
         match step.command {
             "diagnose" => {
