@@ -135,16 +135,15 @@ impl Project {
     /// Refuses what the commands would refuse, before one of them is run.
     fn check(&self, root: &Table) -> Result<()> {
         let line = |key: &str| root.get(key).map_or(1, |entry| entry.line);
-        if matches!(self.nominal, Nominal::Plant(_)) {
-            if let Some(key) =
-                ["fit", "apply", "report", "generate", "verify"].iter().find(|key| root.contains_key(**key))
-            {
-                return Err(tree::refuse(
-                    line(key),
-                    format!("`{key}` needs a sensor, and the project has a plant"),
-                )
-                .mend("remove the table, or state the mirror in place of the plant"));
-            }
+        let of_sensors = ["fit", "apply", "report", "generate", "verify"];
+        if matches!(self.nominal, Nominal::Plant(_))
+            && let Some(key) = of_sensors.iter().find(|key| root.contains_key(**key))
+        {
+            return Err(tree::refuse(
+                line(key),
+                format!("`{key}` needs a sensor, and the project has a plant"),
+            )
+            .mend("remove the table, or state the mirror in place of the plant"));
         }
         for (command, _) in COMMANDS {
             if self.options.contains_key(command) && command != "verify" {

@@ -36,13 +36,16 @@ pub fn run(args: &RunArgs, common: Common) -> Result<()> {
     perform::all_is_there(&project)?;
     if let Some((number, _)) = project.guessed.first() {
         let keys: Vec<&str> = project.guessed.iter().map(|(_, key)| key.as_str()).collect();
-        let what = format!(
-            "{FILE}, line {number}: {} guessed: look at it, then take it off the list `guessed`",
-            match &keys[..] {
-                [one] => format!("{one} was"),
-                several => format!("{} were", several.join(", ")),
+        let what = match &keys[..] {
+            [one] => format!("{one} was guessed: look at it, then take it off the list `guessed`"),
+            several => {
+                format!(
+                    "{} were guessed: look at them, then take them off the list `guessed`",
+                    several.join(", ")
+                )
             }
-        );
+        };
+        let what = format!("{FILE}, line {number}: {what}");
         warn(&what, common);
     }
     let mut steps = Vec::new();

@@ -130,7 +130,6 @@ impl Status {
             }
             _ => None,
         });
-        let open = ["unexplained", "partly_explained"];
         if let Some(file) = missing {
             format!("put {file} into this folder, or name the right file in {FILE}")
         } else if reasons().next().is_some() {
@@ -139,9 +138,7 @@ impl Status {
             format!("choose another format, degree or bound in {FILE}, then arcsmith run")
         } else if !self.guessed.is_empty() {
             format!("confirm what was guessed: look at it in {FILE}, then take it off the list `guessed`")
-        } else if self.verdicts.values().any(|verdict| open.contains(&verdict.as_str())) {
-            format!("read the page of the diagnosis in {}", project.diagnosed())
-        } else if project.targets.is_empty() {
+        } else if project.targets.is_empty() || self.verdicts.values().any(|verdict| is_open(verdict)) {
             format!("read the page of the diagnosis in {}", project.diagnosed())
         } else {
             "arcsmith verify checks the firmware from outside; arcsmith check is the line for your CI".into()
@@ -202,6 +199,11 @@ impl Status {
                 .map_or("up to date".into(), |file| format!("up to date: {}", file.display())),
         }
     }
+}
+
+/// Whether a verdict leaves something to be explained.
+fn is_open(verdict: &str) -> bool {
+    ["unexplained", "partly_explained"].contains(&verdict)
 }
 
 /// The largest bound of a target's routines and its unit.

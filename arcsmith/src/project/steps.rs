@@ -50,14 +50,15 @@ impl Input {
     pub fn name(&self) -> String {
         match self.tables {
             [] => self.path.clone(),
-            [one] => format!("{FILE} [{one}]"),
-            several => format!("{FILE} [{}]", several.join("], [")),
+            tables if *tables == Mirror::TABLES => format!("{FILE} (the mirror)"),
+            PLANT => format!("{FILE} (the plant)"),
+            _ => format!("{FILE} (the effects)"),
         }
     }
 }
 
 /// The tables of a plant.
-const PLANT: &[&str] = &["plant", "state_space", "effects"];
+const PLANT: &[&str] = &["plant", "state_space"];
 /// The options whose values are files that are read.
 const FILES: [&str; 2] = ["held_out", "simulated"];
 
