@@ -8,6 +8,7 @@ pub mod complete;
 pub mod file;
 pub mod init;
 mod options;
+mod parts;
 mod perform;
 pub mod run;
 mod stale;

@@ -71,7 +71,7 @@ pub fn all_is_there(project: &Project) -> Result<()> {
 
 /// Refuses a step of which a file is missing that it reads.
 fn readable(project: &Project, step: &Step, state: &State) -> Result<()> {
-    let Some(missing) = step.inputs.iter().find(|input| !Path::new(&input.path).exists()) else {
+    let Some(missing) = step.inputs.iter().find(|input| !Path::new(&input.path).is_file()) else {
         return Ok(());
     };
     if let Some(after) = step.after {
