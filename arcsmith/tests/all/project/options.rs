@@ -138,3 +138,37 @@ fn a_mechanism_in_motion_is_diagnosed() {
     folder.ok("check");
     assert!(folder.refused("fit").contains("`fit` needs a sensor"));
 }
+
+#[test]
+fn the_mirror_and_effects_stand_in_the_file_or_beside_it() {
+    const EFFECT: &str = "\n[[effect]]\nid = \"coil_heating\"\ntitle = \"heating by the coil current\"\n\
+        adds = \"k * lowpass(coil_a^2, tau)\"\nk = { unit = \"arcsec/A^2\" }\n\
+        tau = { unit = \"s\", from = 5, to = 5000 }\nsource = \"test\"\n";
+    let (inside, beside) = (Folder::new(), Folder::empty());
+    inside.write("arcsmith.toml", inside.read("arcsmith.toml") + EFFECT);
+    beside.write("calibration.csv", inside.read("calibration.csv"));
+    beside.ok("init --out mirror.toml --quiet");
+    beside.write("mine.toml", EFFECT);
+    beside.write(
+        "arcsmith.toml",
+        "mirror = \"mirror.toml\"\neffects = \"mine.toml\"\nrecordings = \"calibration.csv\"\n\
+         [generate]\nout = \"firmware/angle\"\n",
+    );
+    for folder in [&inside, &beside] {
+        folder.ok("run --quiet");
+        folder.ok("check");
+    }
+    let routine = "firmware/angle/src/corrected_angle_q31.rs";
+    let code = |folder: &Folder| -> Vec<String> {
+        let text = folder.read(routine);
+        text.lines().filter(|line| !line.starts_with("//")).map(str::to_string).collect()
+    };
+    assert_eq!(code(&inside), code(&beside));
+    // What is wrong in an effect is told with its file, and what depends on it is stale alone.
+    for (folder, file) in [(&inside, "arcsmith.toml"), (&beside, "mine.toml")] {
+        folder.write(file, folder.read(file).replace("coil_a^2, tau", "coil_a^2 tau"));
+        assert!(folder.state("fit").contains("up to date"));
+        assert!(folder.state("diagnose").contains("stale"));
+        assert!(folder.refused("run").contains(&format!("{file}, effect `coil_heating`")), "{file}");
+    }
+}
