@@ -11,6 +11,7 @@ mod explore;
 mod fit;
 mod init;
 mod man;
+mod project;
 mod record;
 mod report;
 mod simulate;
@@ -35,7 +36,11 @@ struct Cli {
 
 const EXAMPLES: &str = "\
 Examples:
-  arcsmith init                                                          write a commented mirror.toml
+  arcsmith init --from calibration.csv                                   a project: arcsmith.toml
+  arcsmith run                                                           fit, diagnose and generate what is stale
+  arcsmith                                                               what is done, and what to do next
+Without a project:
+  arcsmith init --out mirror.toml                                        the design values of a mirror
   arcsmith fit calibration.csv --mirror mirror.toml                      choose the order, write coefficients.json
   arcsmith generate --coefficients coefficients.json --out firmware      Rust, C, and the certificate of their bound
   arcsmith diagnose calibration.csv --mirror mirror.toml --out diagnosis what the model leaves out
@@ -49,8 +54,14 @@ enum Command {
     Apply(apply::ApplyArgs),
     /// Draw a calibration and its verification as one page and as SVG files
     Report(report::ReportArgs),
-    /// Write a commented mirror.toml to fill in
+    /// Write a commented project file, arcsmith.toml, or the nominal mirror alone
     Init(init::InitArgs),
+    /// Fit, diagnose and generate what is stale in a project
+    Run(project::run::RunArgs),
+    /// Say what is done in a project, what is stale and why, and what to do next
+    ///
+    /// The same as `arcsmith` alone in the folder of a project.
+    Status(project::status::StatusArgs),
     /// Print the JSON schema of mirror.toml
     Schema,
     /// Locate where recordings differ from their simulation, name the physics, show that the fit improves
@@ -63,7 +74,8 @@ enum Command {
     Generate(Box<cli::Arguments>),
     /// Compare what is in the output folder with what would be generated
     ///
-    /// The exit code is 1 where the folder is stale; nothing is written.
+    /// The exit code is 1 where the folder is stale; nothing is written. Without options in a project it is
+    /// `status --strict`.
     #[command(after_help = cli::CHECK)]
     Check(Box<cli::Check>),
     /// List the Pareto-optimal routines (bound, instructions, flash) for every core
@@ -94,7 +106,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    program(Cli::try_parse(), run)
+    match project::complete::asked(std::env::args_os()) {
+        Ok(None) => program(Cli::try_parse(), run),
+        Ok(Some(asked)) => program(asked.parsed(), project::complete::Asked::run),
+        Err(refused) => program(Ok(refused), Err),
+    }
 }
 
 fn run(Cli { common, command }: Cli) -> Result<ExitCode> {
@@ -104,6 +120,8 @@ fn run(Cli { common, command }: Cli) -> Result<ExitCode> {
         Command::Apply(args) => apply::run(&args, common)?,
         Command::Report(args) => report::run(&args, common)?,
         Command::Init(args) => init::run(&args, common)?,
+        Command::Run(args) => project::run::run(&args, common)?,
+        Command::Status(args) => return project::status::run(&args, common),
         Command::Schema => say(fitter::mirror::SCHEMA.trim_end()),
         Command::Diagnose(args) => diagnose::run(&args, common)?,
         Command::Generate(arguments) => return arguments.generate(),

@@ -49,11 +49,13 @@ pub(crate) fn quoted(names: &[&str]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// Reads the file at `path`, which is to be an `expected` one, by `parse`: of its name in messages and its text.
+/// Reads the file at `path`, which is to be an `expected` one, by `parse`: of its name in messages and its text. A project
+/// file may stand in its place, which has these `tables`.
 pub(crate) fn read<T>(
     path: &Path,
     expected: &'static str,
+    tables: &[&str],
     parse: impl FnOnce(&str, &str) -> Result<T, KeyError>,
 ) -> Result<T, KeyError> {
-    parse(&text_safety::path(path), &input::parsed(path, expected)?)
+    parse(&text_safety::path(path), &input::toml(path, expected, tables)?)
 }

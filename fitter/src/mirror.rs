@@ -34,6 +34,9 @@ const KEYS: [(&str, &[&str]); 3] = [
 ];
 
 impl Mirror {
+    /// The tables of the file.
+    pub const TABLES: [&'static str; 3] = ["geometry", "reference", "sensor"];
+
     /// The mirror of Fan et al. (2019): probes 12 mm apart, 0.3 mm from their pads, an autocollimator of 1″.
     pub fn paper() -> Mirror {
         Mirror {
@@ -47,7 +50,7 @@ impl Mirror {
     /// # Errors
     /// One of [`KeyError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<Mirror, KeyError> {
-        keys::read(path, "mirror.toml", Mirror::parse)
+        keys::read(path, "mirror.toml", &Mirror::TABLES, Mirror::parse)
     }
 
     /// Parses the text of a mirror file; `file` is the name that stands in messages.

@@ -219,7 +219,7 @@ impl PlantFile {
     /// # Errors
     /// One of [`KeyError`]; an unknown key is refused and the nearest known one suggested.
     pub fn read(path: &Path) -> Result<PlantFile, KeyError> {
-        keys::read(path, "plant.toml", PlantFile::parse)
+        keys::read(path, "plant.toml", TABLES, PlantFile::parse)
     }
 
     /// Parses the text of a plant file; `file` is the name that stands in messages.

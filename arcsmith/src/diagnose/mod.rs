@@ -180,14 +180,19 @@ fn one_simulation(cli: &Arguments) -> Result<()> {
         .expected("one"))
 }
 
+/// The name of a recording's output files: its own, without `.csv` and `.gz`.
+pub fn stem(path: &Path) -> String {
+    let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    name.strip_suffix(".csv").unwrap_or(name).to_string()
+}
+
 /// The stems of the output files; equal ones would overwrite each other.
 fn stems(paths: &[PathBuf]) -> Result<Vec<String>> {
     let mut seen: BTreeMap<String, &Path> = BTreeMap::new();
     let mut stems = Vec::new();
     for path in paths {
-        let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        let name = name.strip_suffix(".gz").unwrap_or(&name);
-        let stem = name.strip_suffix(".csv").unwrap_or(name).to_string();
+        let stem = stem(path);
         if let Some(first) = seen.insert(stem.clone(), path) {
             let (first, path) = (first.display(), path.display());
             return Err(refused!("{first} and {path}: both would be written as `{stem}`")

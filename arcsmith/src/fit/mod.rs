@@ -12,7 +12,7 @@ use fitter::recording::{Mapping, Purpose, Reading};
 use fitter::{Fit, Fitted, Mirror, Options, Recording, Sensor, Solver, order, output, text_safety};
 use serde_json::json;
 
-use crate::terminal::{Common, Result, line, summarise};
+use crate::terminal::{self, Common, Result, line, summarise};
 use codegen::cli::recording;
 pub use progress::{read, waiting};
 
@@ -164,7 +164,7 @@ pub fn run(args: &FitArgs, common: Common) -> Result<()> {
     Ok(())
 }
 
-/// The command as it was typed, with the program's name alone in place of its path.
+/// The command as it was typed, or as the project has it, with the program's name alone in place of its path.
 fn command_line() -> String {
     let quoted = |argument: String| {
         let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
@@ -174,7 +174,7 @@ fn command_line() -> String {
             format!("'{}'", argument.replace('\'', "'\\''"))
         }
     };
-    let typed = std::env::args_os().skip(1).map(|argument| quoted(argument.to_string_lossy().into_owned()));
-    let words: Vec<String> = std::iter::once("arcsmith".to_string()).chain(typed).collect();
+    let words: Vec<String> =
+        std::iter::once("arcsmith".to_string()).chain(terminal::words().into_iter().map(quoted)).collect();
     text_safety::command(&words.join(" "))
 }

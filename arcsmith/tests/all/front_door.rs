@@ -21,8 +21,10 @@ fn text(output: &Output) -> String {
 }
 
 /// What there has to be.
-const COMMANDS: [&str; 19] = [
+const COMMANDS: [&str; 21] = [
     "init",
+    "run",
+    "status",
     "fit",
     "apply",
     "report",
@@ -106,7 +108,7 @@ const PATH: [&str; 11] = [
 #[test]
 fn every_step_says_as_much_as_it_is_told_to() {
     let folder = tempfile::tempdir().unwrap();
-    text(&arcsmith(folder.path(), "init --quiet"));
+    text(&arcsmith(folder.path(), "init --out mirror.toml --quiet"));
     for step in PATH {
         let people = text(&arcsmith(folder.path(), step));
         assert!(!people.trim().is_empty(), "{step}");
@@ -149,7 +151,7 @@ t_s,pass,direction,x1_mm,x2_mm,reference_arcsec
 #[test]
 fn a_recording_comes_from_standard_input_too() {
     let folder = tempfile::tempdir().unwrap();
-    text(&arcsmith(folder.path(), "init --quiet"));
+    text(&arcsmith(folder.path(), "init --out mirror.toml --quiet"));
     text(&arcsmith(folder.path(), "record --protocol calibration --schedule coarse --seed 7 --out c.csv.gz"));
     let fit = |recording: &str, out: &str| {
         let input = std::fs::File::open(folder.path().join("c.csv.gz")).unwrap();
@@ -173,7 +175,7 @@ fn a_recording_comes_from_standard_input_too() {
 #[test]
 fn a_diagnosis_is_told_in_one_screen_or_as_json() {
     let folder = tempfile::tempdir().unwrap();
-    text(&arcsmith(folder.path(), "init --quiet"));
+    text(&arcsmith(folder.path(), "init --out mirror.toml --quiet"));
     let record = "record --protocol calibration --schedule coarse --seed 3 --temperature levels --out warm.csv \
                   --effect thermal_zero_drift:coefficient_arcsec_per_k=1";
     text(&arcsmith(folder.path(), record));

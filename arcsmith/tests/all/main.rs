@@ -11,5 +11,6 @@ mod front_door;
 #[cfg(unix)]
 mod hostile;
 mod limits;
+mod project;
 mod sets;
 mod simulation;

@@ -2,7 +2,7 @@
 
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
@@ -118,7 +118,40 @@ pub fn say(text: &str) {
 
 /// Prints JSON: what a terminal would obey is escaped as JSON has it.
 pub fn say_json(json: &str) {
-    print(&(text_safety::json(json) + "\n"));
+    match &mut *held(&GATHERED) {
+        Some(gathered) => gathered.extend(serde_json::from_str::<serde_json::Value>(json).ok()),
+        None => print(&(text_safety::json(json) + "\n")),
+    }
+}
+
+/// What was said as JSON while several commands run as one.
+static GATHERED: Mutex<Option<Vec<serde_json::Value>>> = Mutex::new(None);
+
+/// Runs `work` and gathers what it would print as JSON.
+pub fn gathered<T>(work: impl FnOnce() -> T) -> (T, Vec<serde_json::Value>) {
+    let before = held(&GATHERED).replace(Vec::new());
+    let result = work();
+    let said = std::mem::replace(&mut *held(&GATHERED), before);
+    (result, said.unwrap_or_default())
+}
+
+/// The words of the command that is run in place of the one that was typed.
+static RUNNING: Mutex<Option<Vec<String>>> = Mutex::new(None);
+
+/// From now on the command line counts as these words, the program's name left out.
+pub fn running(words: &[String]) {
+    *held(&RUNNING) = Some(words.to_vec());
+}
+
+/// The words of the command line, the program's name left out: what files say of how they were made.
+pub fn words() -> Vec<String> {
+    let typed = || std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    held(&RUNNING).clone().unwrap_or_else(typed)
+}
+
+/// What a lock holds, also where a thread ended badly while it had it: every value of these is whole.
+fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Prints text as it is, with styles where a terminal shows them: what comes from outside was made safe before.

@@ -46,7 +46,7 @@ pub fn read(file: &str, text: &str, sensor: &Sensor) -> Result<Vec<Effect>, Decl
 /// As [`read`], or the file cannot be read.
 pub fn read_file(path: &Path, sensor: &Sensor) -> Result<Vec<Effect>, Message> {
     let file = fitter::text_safety::path(path);
-    let text = fitter::input::parsed(path, "file of effects (TOML)")?;
+    let text = fitter::input::toml(path, "file of effects (TOML)", &["effect"])?;
     read(&file, &text, sensor).map_err(Message::of)
 }
 

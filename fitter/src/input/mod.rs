@@ -5,6 +5,7 @@
 
 mod error;
 mod kind;
+mod section;
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -17,6 +18,7 @@ use crate::text_safety;
 pub use error::{FileError, LimitError};
 use kind::is_utf16;
 pub use kind::{Kind, expect};
+pub use section::{PROJECT_FILE, section, toml};
 
 /// Bytes of a file, decompressed: beyond ten million rows of ten columns. In memory a recording takes about as much.
 pub const MAX_BYTES: u64 = 1 << 30;

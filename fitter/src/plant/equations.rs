@@ -192,7 +192,7 @@ impl EffectText {
 /// # Errors
 /// [`KeyError`] where it cannot be read, or as [`declared`].
 pub fn read_declared(path: &Path) -> Result<Vec<EffectText>, KeyError> {
-    keys::read(path, "file of effects (TOML)", declared)
+    keys::read(path, "file of effects (TOML)", &["effect"], declared)
 }
 
 /// Reads a file of effects in motion, `[[effect]]`; `file` is its name in messages.

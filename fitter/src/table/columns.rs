@@ -1,6 +1,7 @@
 //! From cells, row by row, to columns: the same for every kind of file.
 
 use super::mapping::Conversion;
+use super::timestamp::Timestamp;
 use super::{Column, Dialect, Header, Lines, Naming, RecordingError, Table, Use};
 use crate::input;
 use crate::message::FileLine;
@@ -28,6 +29,21 @@ struct Reading {
     values: Vec<f64>,
     /// What its first cell that is not blank says; a column of text holds no values.
     is_text: Option<bool>,
+    /// Of points in time: the first, in whole seconds and as it stands there.
+    start: Option<(i64, String)>,
+}
+
+impl Reading {
+    /// Takes a point in time as seconds since the first; false where the column holds numbers, or the text is none.
+    fn take_time(&mut self, text: &[u8]) -> bool {
+        let Some(time) = Timestamp::parse(text) else { return false };
+        if self.start.is_none() && self.values.is_empty() {
+            self.start = Some((time.seconds, text_safety::cell(text)));
+        }
+        let Some((start, _)) = self.start else { return false };
+        self.values.push(time.since(start));
+        true
+    }
 }
 
 /// A table that is being read.
@@ -56,7 +72,8 @@ impl Columns {
         header.check()?;
         let uses = uses(&header)?;
         let printed = uses.iter().position(|used| *used == Use::Printed).and_then(|at| conversions[at]);
-        let column = |(used, conversion)| Reading { used, conversion, values: Vec::new(), is_text: None };
+        let column =
+            |(used, conversion)| Reading { used, conversion, values: Vec::new(), is_text: None, start: None };
         let columns = uses.into_iter().zip(conversions).map(column).collect();
         let rounding_factor = printed.map_or(1.0, |conversion| conversion.factor.abs());
         Ok(Columns { header, columns, lines: Lines::default(), rows: 0, decimals: 0, rounding_factor })
@@ -90,10 +107,18 @@ impl Columns {
                 return Ok(());
             }
         }
-        let used = column.used;
+        if let (Use::Time, Cell::Text(text)) = (column.used, &cell)
+            && column.take_time(text)
+        {
+            return Ok(());
+        }
+        let (used, is_number) = (column.used, column.start.is_none());
         let place = || self.header.place(line, &self.header.names[index]);
         let value = match cell {
-            Cell::Number(value) if value.is_finite() => value,
+            Cell::Number(value) if value.is_finite() && is_number => value,
+            Cell::Number(value) if !is_number => {
+                return Err(RecordingError::NoTime { place: place(), found: value.to_string() });
+            }
             Cell::Number(value) => {
                 return Err(RecordingError::NotFinite { place: place(), found: value.to_string() });
             }
@@ -137,6 +162,7 @@ impl Columns {
         if rows == 0 {
             return Err(RecordingError::NoRows { file: header.file });
         }
+        let started = columns.iter().find_map(|column| column.start.as_ref().map(|(_, text)| text.clone()));
         let (mut kept, mut without_numbers) = (Vec::new(), Vec::new());
         for (name, column) in header.names.iter().zip(columns) {
             match (column.used, column.is_text) {
@@ -147,7 +173,18 @@ impl Columns {
         }
         let rounding = rounding_factor * 10f64.powi(-decimals);
         let (file, sha256) = (header.file.clone(), String::new());
-        Ok(Table { file, sha256, rows, header, columns: kept, without_numbers, rounding, dialect, lines })
+        Ok(Table {
+            file,
+            sha256,
+            rows,
+            header,
+            columns: kept,
+            without_numbers,
+            rounding,
+            started,
+            dialect,
+            lines,
+        })
     }
 }
 

@@ -138,6 +138,9 @@ errors! {
             mend("mend the row (a comma as decimal sign, or a row cut short?)");
         NotANumber { place: Place, found: String } =>
             at(place) cell("{found}") expected("a number") mend("correct the cell or drop the row");
+        NoTime { place: Place, found: String } =>
+            at(place) cell("{found}") expected("a point in time as in the rows above")
+            mend("correct the cell or drop the row");
         NotFinite { place: Place, found: String } =>
             at(place) cell("{found}") expected("a finite number")
             mend("drop the row, or leave the cell of an optional column blank where nothing was measured");

@@ -19,6 +19,8 @@ mod parquet;
 mod source;
 #[cfg(feature = "fit")]
 mod text;
+#[cfg(feature = "fit")]
+mod timestamp;
 
 #[cfg(feature = "fit")]
 pub use columns::Uses;
@@ -43,6 +45,8 @@ pub enum Use {
     Needed,
     /// As needed, and how finely the numbers are printed matters.
     Printed,
+    /// Every cell is a number of seconds, or every cell a point in time; those become seconds since the first.
+    Time,
     /// Every cell is a whole number, at most 10⁹.
     Whole,
     /// Every cell is a number, or one of these words for it, in lower case.
@@ -76,6 +80,8 @@ pub struct Table {
     pub without_numbers: Vec<String>,
     /// How far the numbers of the column of [`Use::Printed`] may be rounded: a unit of the last printed digit.
     pub rounding: f64,
+    /// The first point in time, as it stands in the file, where the column of [`Use::Time`] holds such.
+    pub started: Option<String>,
     /// How the file separates columns and writes numbers.
     pub dialect: Dialect,
     /// Where the rows stand in the file.
