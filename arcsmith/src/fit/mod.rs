@@ -12,7 +12,7 @@ use fitter::recording::{Mapping, Purpose, Reading};
 use fitter::{Fit, Fitted, Mirror, Options, Recording, Sensor, Solver, order, output, text_safety};
 use serde_json::json;
 
-use crate::terminal::{Common, Result, line, summarise};
+use crate::terminal::{Common, Result, line, summarise, words};
 use codegen::cli::recording;
 pub use progress::{read, waiting};
 
@@ -174,7 +174,7 @@ fn command_line() -> String {
             format!("'{}'", argument.replace('\'', "'\\''"))
         }
     };
-    let typed = std::env::args_os().skip(1).map(|argument| quoted(argument.to_string_lossy().into_owned()));
+    let typed = words().into_iter().skip(1).map(|argument| quoted(argument.to_string_lossy().into_owned()));
     let words: Vec<String> = std::iter::once("arcsmith".to_string()).chain(typed).collect();
     text_safety::command(&words.join(" "))
 }

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use fitter::message::Message;
 use fitter::text_safety;
 
-use super::{Arguments, Result, source};
+use super::{Arguments, Result, source, terminal};
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options, OutOfRange};
@@ -69,7 +69,7 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
         c_shift: arguments.c_shift,
         name: arguments.name.clone(),
         command: recorded_command(
-            std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()),
+            terminal::words().iter().skip(1).map(|word| word.to_string_lossy().into_owned()),
             &source::words_of(arguments)?,
         ),
         encoder: Encoder {

@@ -1,5 +1,7 @@
 //! What every command shares: how much is said, in which colours, how far the work is, and how a run ends.
 
+use std::cell::RefCell;
+use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::OnceLock;
@@ -188,6 +190,25 @@ pub fn summarise(common: Common, json: impl FnOnce() -> serde_json::Value, peopl
     }
 }
 
+thread_local! {
+    /// What the program was called with, where another program holds it.
+    static WORDS: RefCell<Option<Vec<OsString>>> = const { RefCell::new(None) };
+}
+
+/// Runs `body` as a program that was called with these words: its own name or path first. Another program, such as Python,
+/// holds this one so.
+pub fn called_with<T>(words: Vec<OsString>, body: impl FnOnce() -> T) -> T {
+    let before = WORDS.replace(Some(words));
+    let result = body();
+    WORDS.set(before);
+    result
+}
+
+/// The words with which the program was called, its own name or path first.
+pub fn words() -> Vec<OsString> {
+    WORDS.with_borrow(Option::clone).unwrap_or_else(|| std::env::args_os().collect())
+}
+
 /// Runs a program: its body with the arguments, or the help that they ask for, and the message of what went wrong; 2 is
 /// the exit code of bad input, and of output that cannot be written.
 pub fn program<A>(parsed: Result<A, clap::Error>, run: impl FnOnce(A) -> Result<ExitCode>) -> ExitCode {
@@ -222,7 +243,7 @@ fn first_paragraph(text: &str) -> &str {
 
 /// Whether the output is for a machine, also where the arguments could not be read.
 fn machine() -> bool {
-    std::env::args_os().any(|word| word == "--json")
+    words().iter().any(|word| word == "--json")
 }
 
 /// The exit code, if all that was said was written.
