@@ -26,6 +26,12 @@ use codegen::cli::{self, terminal};
 
 use terminal::{Common, Result, program, say};
 
+/// What the program says and asks beside the libraries, for another program that holds it.
+pub mod shared {
+    pub use crate::diagnose::{declared, motion, summary as diagnosis_summary};
+    pub use crate::fit::{command_line, summary as fit_summary};
+}
+
 /// Calibration recordings of a mirror or an encoder in, proven firmware correction out.
 #[derive(Parser)]
 #[command(name = "arcsmith", version, after_help = EXAMPLES)]

@@ -16,6 +16,8 @@ pub enum Note {
     Mapped { columns: Vec<String> },
     /// No row has a pass number that lies between those of others.
     EmptyPass { pass: i64, first: i64, last: i64 },
+    /// Times of day and of the calendar stand for seconds.
+    Timestamps { column: String },
     /// A column that a fit needs is not there and something else stands for it.
     Assumed { column: &'static str, taken: &'static str },
 }
@@ -30,6 +32,9 @@ impl std::fmt::Display for Note {
             ),
             Note::Dialect(dialect) => dialect.fmt(f),
             Note::Mapped { columns } => write!(f, "columns taken as {}", columns.join(", ")),
+            Note::Timestamps { column } => {
+                write!(f, "column `{column}` holds timestamps: taken as seconds since its first row")
+            }
             Note::TextColumn { column } => write!(f, "column `{column}` holds no numbers and is left out"),
             Note::EmptyPass { pass, first, last } => write!(
                 f,

@@ -1,7 +1,7 @@
 //! From cells, row by row, to columns: the same for every kind of file.
 
 use super::mapping::Conversion;
-use super::{Column, Dialect, Header, Lines, Naming, RecordingError, Table, Use};
+use super::{Column, Dialect, Header, Lines, Naming, RecordingError, Table, Use, Values};
 use crate::input;
 use crate::message::FileLine;
 use crate::text_safety;
@@ -26,6 +26,8 @@ struct Reading {
     used: Use,
     conversion: Option<Conversion>,
     values: Vec<f64>,
+    /// All of them, where they lie in memory.
+    lent: Option<Values>,
     /// What its first cell that is not blank says; a column of text holds no values.
     is_text: Option<bool>,
 }
@@ -56,7 +58,7 @@ impl Columns {
         header.check()?;
         let uses = uses(&header)?;
         let printed = uses.iter().position(|used| *used == Use::Printed).and_then(|at| conversions[at]);
-        let column = |(used, conversion)| Reading { used, conversion, values: Vec::new(), is_text: None };
+        let column = |(used, conversion)| Reading { used, conversion, values: Vec::new(), lent: None, is_text: None };
         let columns = uses.into_iter().zip(conversions).map(column).collect();
         let rounding_factor = printed.map_or(1.0, |conversion| conversion.factor.abs());
         Ok(Columns { header, columns, lines: Lines::default(), rows: 0, decimals: 0, rounding_factor })
@@ -81,13 +83,41 @@ impl Columns {
         cell: Cell,
         text: impl FnOnce() -> String,
     ) -> Result<(), RecordingError> {
+        if let Some(value) = self.checked(line, index, cell, text)? {
+            self.columns[index].values.push(value);
+        }
+        Ok(())
+    }
+
+    /// Takes a column of numbers that lie in memory, the first of which stands on line `first`. They are copied only where
+    /// they are converted.
+    pub fn numbers(&mut self, first: u64, index: usize, numbers: Values) -> Result<(), RecordingError> {
+        let blank = self.columns[index].used == Use::Optional;
+        let converted = self.columns[index].conversion.is_some();
+        for (line, value) in (first..).zip(&numbers) {
+            let cell = if blank && value.is_nan() { Cell::Blank } else { Cell::Number(*value) };
+            let value = self.checked(line, index, cell, || value.to_string())?;
+            self.columns[index].values.extend(value.filter(|_| converted));
+        }
+        self.columns[index].lent = Some(numbers).filter(|_| !converted);
+        Ok(())
+    }
+
+    /// The value of a cell in the unit that is expected; none in a column of text.
+    fn checked(
+        &mut self,
+        line: u64,
+        index: usize,
+        cell: Cell,
+        text: impl FnOnce() -> String,
+    ) -> Result<Option<f64>, RecordingError> {
         let column = &mut self.columns[index];
         if column.used == Use::Optional {
             if column.is_text.is_none() && !matches!(cell, Cell::Blank | Cell::Null) {
                 column.is_text = Some(matches!(cell, Cell::Text(_)));
             }
             if column.is_text == Some(true) {
-                return Ok(());
+                return Ok(None);
             }
         }
         let used = column.used;
@@ -111,12 +141,10 @@ impl Columns {
         if used == Use::Printed {
             self.decimals = self.decimals.max(printed_decimals(&text()));
         }
-        let column = &mut self.columns[index];
-        column.values.push(match column.conversion {
+        Ok(Some(match self.columns[index].conversion {
             Some(Conversion { factor, offset }) => factor * value + offset,
             None => value,
-        });
-        Ok(())
+        }))
     }
 
     /// A row ends, which stands on `line`.
@@ -142,7 +170,10 @@ impl Columns {
             match (column.used, column.is_text) {
                 (Use::Ignored, _) => {}
                 (Use::Optional, None | Some(true)) => without_numbers.push(name.clone()),
-                _ => kept.push(Column { name: name.clone(), values: column.values }),
+                _ => {
+                    let values = column.lent.unwrap_or_else(|| column.values.into());
+                    kept.push(Column { name: name.clone(), values });
+                }
             }
         }
         let rounding = rounding_factor * 10f64.powi(-decimals);

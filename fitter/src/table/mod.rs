@@ -1,4 +1,5 @@
-//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or Parquet.
+//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or Parquet; or as another
+//! program holds it in memory.
 //!
 //! This is the one reader of recordings. What a column means is not known here: a kind of recording says of each column
 //! of a header how it is used ([`Use`]), and takes what was read.
@@ -13,12 +14,15 @@ mod header;
 mod lines;
 #[cfg(feature = "fit")]
 mod mapping;
+#[cfg(feature = "fit")]
+mod memory;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(feature = "fit")]
 mod source;
 #[cfg(feature = "fit")]
 mod text;
+mod values;
 
 #[cfg(feature = "fit")]
 pub use columns::Uses;
@@ -27,9 +31,13 @@ pub use dialect::Dialect;
 pub use error::{Place, RecordingError};
 #[cfg(feature = "fit")]
 pub use header::{Header, family, nearest};
-pub use lines::Lines;
+pub(crate) use lines::counts_rows;
+pub use lines::{IN_MEMORY, Lines};
 #[cfg(feature = "fit")]
 pub use mapping::{Mapping, Naming};
+#[cfg(feature = "fit")]
+pub use memory::Cells;
+pub use values::Values;
 
 /// How a column is used.
 #[cfg(feature = "fit")]
@@ -55,7 +63,7 @@ pub struct Column {
     /// The name in the header, or that to which it is mapped; it ends in the unit (`temperature_c`, `coil_a`).
     pub name: String,
     /// One value per row, NaN where the cell is blank.
-    pub values: Vec<f64>,
+    pub values: Values,
 }
 
 /// The columns of a file that are used.
@@ -85,7 +93,7 @@ pub struct Table {
 #[cfg(feature = "fit")]
 impl Table {
     /// The values of a column, which is taken out of the table; none if it is not there.
-    pub fn take(&mut self, name: &str) -> Option<Vec<f64>> {
+    pub fn take(&mut self, name: &str) -> Option<Values> {
         let at = self.columns.iter().position(|column| column.name == name)?;
         Some(self.columns.remove(at).values)
     }
