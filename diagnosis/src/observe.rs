@@ -243,10 +243,7 @@ fn note_columns(recording: &Recording, rows: &mut Rows) {
             Note::Assumed { column, taken } => rows.not_testable.push(format!("{column}: missing, {taken}")),
             Note::EmptyPass { .. } => rows.not_testable.push(note.to_string()),
             // How a file was read costs no observable.
-            Note::TimeBackward { .. }
-            | Note::Dialect(_)
-            | Note::Mapped { .. }
-            | Note::Timestamps { .. } => {}
+            Note::TimeBackward { .. } | Note::Dialect(_) | Note::Mapped { .. } | Note::Timestamps { .. } => {}
         }
     }
 }

@@ -82,7 +82,11 @@ impl Series {
     ///
     /// # Errors
     /// [`SeriesError`].
-    pub fn of_columns(file: &str, columns: Vec<(String, Cells)>, driven: bool) -> Result<Series, SeriesError> {
+    pub fn of_columns(
+        file: &str,
+        columns: Vec<(String, Cells)>,
+        driven: bool,
+    ) -> Result<Series, SeriesError> {
         let uses = |header: &Header| Series::uses(header, [driven, false], &[]);
         Series::checked(Table::of_columns(file, columns, &Naming::default(), &uses)?)
     }

@@ -56,8 +56,14 @@ pub fn apply(
         let scale = file.sensor.per_internal();
         let columns = vec![
             ("t_s".to_string(), recording.time_s.to_vec()),
-            (libraries::column_name(&file.sensor), applied.corrected.iter().map(|value| scale * value).collect()),
-            ("extrapolated".to_string(), applied.extrapolated.iter().map(|out| f64::from(u8::from(*out))).collect()),
+            (
+                libraries::column_name(&file.sensor),
+                applied.corrected.iter().map(|value| scale * value).collect(),
+            ),
+            (
+                "extrapolated".to_string(),
+                applied.extrapolated.iter().map(|out| f64::from(u8::from(*out))).collect(),
+            ),
         ];
         Ok(Columns::new(columns, notes, said.to_string()))
     })?;

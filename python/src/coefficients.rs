@@ -73,12 +73,6 @@ impl Source {
             sha256: sha256(file.to_sealed_json()),
             word: "coefficients.json".into(),
         };
-        let parsed = |file: &str, text: &str| {
-            let word = file.to_string();
-            coefficients::parse(file, text)
-                .map(|coefficients| Source { file: coefficients, sha256: sha256(text), word })
-                .map_err(|error| refused(py, &error.into()))
-        };
         if let Ok(coefficients) = object.cast::<Coefficients>() {
             return Ok(held(&coefficients.get().0));
         }
@@ -95,7 +89,8 @@ impl Source {
             };
         }
         if object.is_instance_of::<PyDict>() {
-            return parsed("coefficients.json", &python::to_json(object)?);
+            let parsed = coefficients::parse("coefficients.json", &python::to_json(object)?);
+            return parsed.map(|file| held(&file)).map_err(|error| refused(py, &error.into()));
         }
         let path: PathBuf = object.extract()?;
         detached(py, || {

@@ -28,7 +28,8 @@ pub struct Columns {
 impl Columns {
     /// Columns by name, with notes and the summary of the program (JSON).
     pub fn new(columns: Vec<(String, Vec<f64>)>, notes: Vec<String>, said: String) -> Columns {
-        let (names, values) = columns.into_iter().map(|(name, values)| (name, Float64Array::from(values))).unzip();
+        let (names, values) =
+            columns.into_iter().map(|(name, values)| (name, Float64Array::from(values))).unzip();
         Columns { names, values, notes, said }
     }
 
@@ -64,7 +65,10 @@ impl Columns {
 
     /// The columns as lists.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        python::dict(py, self.names.iter().cloned().zip(self.values.iter().map(|column| column.values().to_vec())))
+        python::dict(
+            py,
+            self.names.iter().cloned().zip(self.values.iter().map(|column| column.values().to_vec())),
+        )
     }
 
     /// A line for each column over the first one (SVG); a notebook shows them.
@@ -105,7 +109,8 @@ impl Columns {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyCapsule>>,
     ) -> PyArrowResult<Bound<'py, PyCapsule>> {
-        let fields: Fields = self.names.iter().map(|name| Field::new(name, DataType::Float64, false)).collect();
+        let fields: Fields =
+            self.names.iter().map(|name| Field::new(name, DataType::Float64, false)).collect();
         let arrays = self.values.iter().map(|column| Arc::new(column.clone()) as ArrayRef).collect();
         let batch = StructArray::try_new(fields.clone(), arrays, None)?;
         let field = Arc::new(Field::new_struct("", fields, false));

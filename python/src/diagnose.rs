@@ -154,7 +154,7 @@ struct Asked {
 /// Raises ArcsmithError.
 #[pyfunction]
 #[pyo3(signature = (
-    recording, mirror=None, *, plant=None, map=None, effects=None, held_out=None, simulated=None, without=Vec::new(),
+    recording, mirror=None, *, plant=None, map=None, effects=None, held_out=None, simulated=None, without=None,
     harmonics=None, order=None, turn_harmonics=None, name=None
 ))]
 #[allow(clippy::too_many_arguments)] // keywords of Python
@@ -167,20 +167,22 @@ pub fn diagnose(
     effects: Option<PathBuf>,
     held_out: Option<&Bound<'_, PyAny>>,
     simulated: Option<&Bound<'_, PyAny>>,
-    without: Vec<String>,
+    without: Option<Vec<String>>,
     harmonics: Option<usize>,
     order: Option<usize>,
     turn_harmonics: Option<usize>,
     name: Option<&str>,
 ) -> PyResult<Diagnosis> {
-    let other = |object: Option<&Bound<'_, PyAny>>, name| object.map(|object| Given::of(object, Some(name))).transpose();
+    let other = |object: Option<&Bound<'_, PyAny>>, name| {
+        object.map(|object| Given::of(object, Some(name))).transpose()
+    };
     let asked = Asked {
         given: Given::of(recording, name)?,
         held_out: other(held_out, "held_out.parquet")?,
         simulated: other(simulated, "simulated.parquet")?,
         mappings: mappings(map)?,
         effects,
-        without,
+        without: without.unwrap_or_default(),
         harmonics,
         base: Wanted { order, turn_harmonics },
     };
@@ -203,7 +205,9 @@ pub fn diagnose(
 
 fn of_calibration(asked: Asked, mirror: &Mirror, word: &str) -> Result<Diagnosis, Message> {
     if asked.base.order.is_some() && asked.base.turn_harmonics.is_some() {
-        return Err(Message::of("`order` and `turn_harmonics` exclude each other").mend("give one of the two"));
+        return Err(
+            Message::of("`order` and `turn_harmonics` exclude each other").mend("give one of the two")
+        );
     }
     let command = command(&asked, word);
     let declared = declared(&mirror.sensor, asked.effects.as_deref(), &asked.without)?;
@@ -212,13 +216,8 @@ fn of_calibration(asked: Asked, mirror: &Mirror, word: &str) -> Result<Diagnosis
     let simulated = asked.simulated.map(simulation).transpose()?;
     let recording = asked.given.recording(&reading)?;
     let simulated = simulated.map(|(_, simulation)| simulation.for_recording(&recording)).transpose()?;
-    let options = Options {
-        skip: asked.without,
-        declared,
-        base: asked.base,
-        harmonics: asked.harmonics,
-        command,
-    };
+    let options =
+        Options { skip: asked.without, declared, base: asked.base, harmonics: asked.harmonics, command };
     let outcome = diagnosis::diagnose(&recording, mirror, simulated.as_ref(), held_out.as_ref(), &options)?;
     Ok(Diagnosis(Found::OfCalibration(Box::new(outcome))))
 }
@@ -267,7 +266,8 @@ fn command(asked: &Asked, mirror: &str) -> String {
     let recording = asked.given.file_name();
     let mirror = text_safety::file_name(mirror.as_ref());
     let map: String = asked.mappings.iter().map(|mapping| format!(" --map '{mapping}'")).collect();
-    let option = |name: &str, value: Option<usize>| value.map_or_else(String::new, |n| format!(" --{name} {n}"));
+    let option =
+        |name: &str, value: Option<usize>| value.map_or_else(String::new, |n| format!(" --{name} {n}"));
     let order = option("order", asked.base.order);
     let turn = option("turn-harmonics", asked.base.turn_harmonics);
     let harmonics = option("harmonics", asked.harmonics);

@@ -28,9 +28,6 @@ pub fn refused(py: Python<'_>, message: &Message) -> PyErr {
 }
 
 /// Works without holding Python up, and raises what is refused.
-pub fn detached<T: Send>(
-    py: Python<'_>,
-    work: impl FnOnce() -> Result<T, Message> + Send,
-) -> PyResult<T> {
+pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> Result<T, Message> + Send) -> PyResult<T> {
     py.detach(work).map_err(|message| refused(py, &message))
 }

@@ -111,7 +111,11 @@ impl Fit {
     fn __repr__(&self) -> String {
         let (before, after) = (self.before_rms().unwrap_or(f64::NAN), self.after_rms().unwrap_or(f64::NAN));
         let file = &self.fit.coefficients.recording.file;
-        format!("<arcsmith.Fit of {file}: order {}, rms {before:.3} to {after:.3} {}>", self.order(), self.unit())
+        format!(
+            "<arcsmith.Fit of {file}: order {}, rms {before:.3} to {after:.3} {}>",
+            self.order(),
+            self.unit()
+        )
     }
 }
 

@@ -5,8 +5,10 @@ use std::path::PathBuf;
 use clap::Parser;
 use codegen::cli::Arguments;
 use codegen::cli::terminal::called_with;
+use codegen::certificate::RangeEntry;
 use codegen::files;
 use codegen::text::rounded_up;
+use fitter::figures::plain;
 use fitter::message::Message;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyList, PyTuple};
@@ -73,7 +75,9 @@ impl Generated {
     }
 
     fn __str__(&self) -> String {
-        let line = |[name, language, range, bound]: [String; 4]| format!("{name} ({language}), {range}: proven within {bound}");
+        let line = |[name, language, range, bound]: [String; 4]| {
+            format!("{name} ({language}), {range}: proven within {bound}")
+        };
         self.routines().map(line).collect::<Vec<_>>().join("\n")
     }
 
@@ -86,10 +90,10 @@ impl Generated {
     /// Name, language, range and bound of every routine.
     fn routines(&self) -> impl Iterator<Item = [String; 4]> + '_ {
         self.0.certificate.routines.iter().map(|entry| {
-            let value = json!(entry);
-            let range = value["range"].to_string();
-            let language = value["language"].as_str().unwrap_or_default().to_string();
-            [entry.routine.clone(), language, range, format!("{} {}", rounded_up(entry.bound), entry.unit)]
+            let RangeEntry { variable, unit, from, to, .. } = &entry.range;
+            let range = format!("{variable} from {} to {} {unit}", plain(*from), plain(*to));
+            let bound = format!("{} {}", rounded_up(entry.bound), entry.unit);
+            [entry.routine.clone(), entry.language.clone(), range, bound]
         })
     }
 }
@@ -115,7 +119,8 @@ pub fn generate(
         option(&mut words, &name.extract::<String>()?, &value)?;
     }
     let generated = detached(py, || {
-        let parsed = Words::try_parse_from(&words).map_err(|error| Message::of(first_paragraph(&error.to_string())))?;
+        let parsed = Words::try_parse_from(&words)
+            .map_err(|error| Message::of(first_paragraph(&error.to_string())))?;
         let words = std::iter::once("arcsmith").chain(words.iter().map(String::as_str));
         let designed = || parsed.arguments.of(&source.file, &source.sha256);
         Ok(Generated(called_with(words.map(Into::into).collect(), designed)?.0))
@@ -126,7 +131,17 @@ pub fn generate(
 
 /// What the program does with folders and many devices is no keyword.
 const NO_KEYWORDS: [&str; 11] = [
-    "coefficients", "recording", "mirror", "demo", "devices", "margin", "page_address", "pages_for", "out", "check", "json",
+    "coefficients",
+    "recording",
+    "mirror",
+    "demo",
+    "devices",
+    "margin",
+    "page_address",
+    "pages_for",
+    "out",
+    "check",
+    "json",
 ];
 
 /// Adds an option with its value, as it would be typed.

@@ -111,7 +111,8 @@ pub fn mappings(map: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Mapping>> {
 /// The columns of a table; an index that pandas adds is none of its columns.
 fn of_frame(object: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Taken)>> {
     let py = object.py();
-    if !["__arrow_c_stream__", "__arrow_c_array__"].iter().any(|name| object.hasattr(*name).unwrap_or(false)) {
+    if !["__arrow_c_stream__", "__arrow_c_array__"].iter().any(|name| object.hasattr(*name).unwrap_or(false))
+    {
         let found = object.get_type().name()?.to_string();
         let expected = "a path, a table (pandas, polars, pyarrow, DuckDB: anything with __arrow_c_stream__), or a dict of columns";
         return Err(refused(py, &Message::of("is no recording").found(found).expected(expected)));
@@ -132,7 +133,8 @@ fn of_frame(object: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Taken)>> {
     fields
         .map(|(index, field)| {
             let pieces: Vec<ArrayRef> = batches.iter().map(|batch| batch.column(index).clone()).collect();
-            let taken = arrow::take(&pieces, field.data_type()).map_err(pyo3_arrow::error::PyArrowError::from)?;
+            let taken =
+                arrow::take(&pieces, field.data_type()).map_err(pyo3_arrow::error::PyArrowError::from)?;
             Ok((field.name().clone(), taken))
         })
         .collect()
@@ -143,7 +145,10 @@ fn pair(name: &Bound<'_, PyAny>, values: &Bound<'_, PyAny>) -> PyResult<(String,
     let py = name.py();
     let Ok(text) = name.extract::<String>() else {
         let found = name.repr()?.to_string();
-        return Err(refused(py, &Message::of("a column's name is no text").cell(found).mend("name the columns")));
+        return Err(refused(
+            py,
+            &Message::of("a column's name is no text").cell(found).mend("name the columns"),
+        ));
     };
     if let Ok(array) = values.extract::<AnyArray>() {
         let (pieces, field) = array.into_chunked_array()?.into_inner();
@@ -161,7 +166,11 @@ fn of_numpy(array: &Bound<'_, PyAny>) -> PyResult<Taken> {
     let kind: String = dtype.getattr("kind")?.extract()?;
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
     let [rows] = shape[..] else {
-        return Ok(Cells::Nested { rows: shape.first().copied().unwrap_or(0), found: "an array of several dimensions" }.into());
+        return Ok(Cells::Nested {
+            rows: shape.first().copied().unwrap_or(0),
+            found: "an array of several dimensions",
+        }
+        .into());
     };
     let size: usize = dtype.getattr("itemsize")?.extract()?;
     let ticks = |unit: &str| -> PyResult<Vec<Option<i64>>> {
@@ -201,7 +210,10 @@ fn of_sequence(name: &str, values: &Bound<'_, PyAny>) -> PyResult<Taken> {
     let nested = |rows, found| Ok(Taken::from(Cells::Nested { rows, found }));
     if values.is_instance_of::<PyString>() || values.try_iter().is_err() {
         let found = values.repr()?.to_string();
-        let message = Message::default().column(name).cell(found).expected("a list or an array, one value for each row");
+        let message = Message::default()
+            .column(name)
+            .cell(found)
+            .expected("a list or an array, one value for each row");
         return Err(refused(values.py(), &message));
     }
     let items: Vec<Bound<'_, PyAny>> = values.try_iter()?.collect::<PyResult<_>>()?;
@@ -216,11 +228,16 @@ fn of_sequence(name: &str, values: &Bound<'_, PyAny>) -> PyResult<Taken> {
         Ok(truth) => Some(f64::from(u8::from(truth.is_true()))),
         Err(_) => item.extract::<f64>().ok(),
     };
-    if items.iter().any(|item| !item.is_none() && !item.is_instance_of::<PyString>() && number(item).is_none()) {
+    if items
+        .iter()
+        .any(|item| !item.is_none() && !item.is_instance_of::<PyString>() && number(item).is_none())
+    {
         return nested(items.len(), "a list of other objects");
     }
     if items.iter().any(|item| item.is_instance_of::<PyString>()) {
-        let text = |item: &Bound<'_, PyAny>| if item.is_none() { Ok(None) } else { Ok(Some(item.str()?.to_string())) };
+        let text = |item: &Bound<'_, PyAny>| {
+            if item.is_none() { Ok(None) } else { Ok(Some(item.str()?.to_string())) }
+        };
         return Ok(Cells::Texts(items.iter().map(text).collect::<PyResult<_>>()?).into());
     }
     Ok(arrow::of_optional(items.iter().map(number).collect()).into())

@@ -117,4 +117,4 @@ def test_libraries_take_the_columns(folder, columns):
     assert polars.DataFrame(applied)["angle_arcsec"].to_list() == angles
     assert pyarrow.table(applied)["angle_arcsec"].to_pylist() == angles
     assert pandas.DataFrame.from_arrow(applied)["angle_arcsec"].to_list() == angles
-    assert duckdb.sql("select count(*) from applied").fetchone() == (210,)
+    assert duckdb.sql("select count(*) from applied").fetchall() == [(210,)]

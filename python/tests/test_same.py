@@ -1,9 +1,12 @@
 """What the module computes is what the program computes, to the bit."""
 
 import json
+import subprocess
+import sys
 
 import arcsmith
 import pytest
+from conftest import PROGRAM
 
 
 def test_fit(run, folder):
@@ -107,6 +110,12 @@ def test_motion(run, folder):
     assert (folder / "own.csv").read_text() == (folder / "again.csv").read_text()
 
 
-def test_the_program_is_there(run):
-    assert run("diagnose", "calibration.csv", "--mirror", "mirror.toml", "--out", "d")[0]["verdict"] == "consistent"
-    assert "nothing is named" in run("generate", "--out", "nowhere", "--coefficients", "no.json")["error"]["message"] or True
+def test_the_program_is_there(run, folder):
+    words = [PROGRAM, "diagnose", "calibration.csv", "--mirror", "mirror.toml", "--out", "d"]
+    done = subprocess.run(words, capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.startswith("calibration.csv: consistent with the simulation")
+    refused = subprocess.run([sys.executable, "-m", "arcsmith", "fit", "nowhere.csv"], capture_output=True, text=True)
+    assert refused.returncode == 2 and refused.stderr.startswith("error: the following required arguments")
+    plan = ["--trials", "1", "--nulls", "1", "--skip-without", "--seed", "1", "--out", "trials"]
+    done = subprocess.run([PROGRAM, "trials", "static", *plan], capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr

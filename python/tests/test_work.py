@@ -8,7 +8,6 @@ import time
 import arcsmith
 import numpy
 import pandas
-import pytest
 
 ROWS = 1_000_000
 # So many columns beside those that are needed: their numbers would be noticed.
@@ -78,14 +77,13 @@ def test_a_table_costs_no_time(folder, columns):
     """`diagnose` of a table against the same of a file, which is the Rust library alone."""
     frame = pandas.DataFrame(columns)
 
-    def fastest(recording):
-        times = []
-        for _ in range(7):
-            begun = time.perf_counter()
-            arcsmith.diagnose(recording, "mirror.toml")
-            times.append(time.perf_counter() - begun)
-        return min(times)
+    def once(recording):
+        begun = time.perf_counter()
+        arcsmith.diagnose(recording, "mirror.toml")
+        return time.perf_counter() - begun
 
-    of_file, of_table = fastest("calibration.csv"), fastest(frame)
+    # In turns, so that a busy machine is as slow for the one as for the other.
+    pairs = [(once("calibration.csv"), once(frame)) for _ in range(25)]
+    of_file, of_table = (min(times) for times in zip(*pairs))
     print(f"\ndiagnose of 210 rows: file {1e3 * of_file:.1f} ms, pandas {1e3 * of_table:.1f} ms")
-    assert of_table < 1.2 * of_file + 0.005
+    assert of_table < 1.2 * of_file

@@ -89,10 +89,7 @@ pub fn options(
     let mut ids: Vec<&str> = vec![linear::file::ID];
     ids.extend(dynamic::effects::CATALOGUE.iter().map(|e| e.id));
     ids.extend(
-        entries
-            .iter()
-            .filter(|_| file.equations.is_some() || !own.is_empty())
-            .map(|entry| entry.id.as_str()),
+        entries.iter().filter(|_| file.equations.is_some() || !own.is_empty()).map(|entry| entry.id.as_str()),
     );
     ids.extend(own.iter().map(|effect| effect.text.id.as_str()));
     known(without, &ids)?;

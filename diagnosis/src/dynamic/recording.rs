@@ -7,8 +7,8 @@
 use std::ops::Range;
 use std::path::Path;
 
-use fitter::faults::moving;
 use fitter::RecordingError;
+use fitter::faults::moving;
 use fitter::table::{Cells, Header, Lines, Mapping, Naming, Place, Table, Uses, Values, family};
 use motion::Series;
 

@@ -146,7 +146,11 @@ mod tests {
     fn table(file: &str, columns: Vec<(&str, Cells)>) -> Result<Table, RecordingError> {
         let uses = |header: &Header| {
             header.require(&["a"])?;
-            Ok(header.names.iter().map(|name| if name == "a" { Use::Needed } else { Use::Optional }).collect())
+            Ok(header
+                .names
+                .iter()
+                .map(|name| if name == "a" { Use::Needed } else { Use::Optional })
+                .collect())
         };
         let columns = columns.into_iter().map(|(name, cells)| (name.to_string(), cells)).collect();
         Table::of_columns(file, columns, &Naming::default(), &uses)
@@ -168,7 +172,9 @@ mod tests {
     fn rows_are_named_as_in_a_file_of_that_name() {
         let wrong = || vec![("a", numbers(&[0.0, f64::NAN]))];
         let message = |file| table(file, wrong()).unwrap_err().to_string();
-        assert!(message(IN_MEMORY).starts_with("table, row 2, column `a`: found `NaN`, expected a finite number"));
+        assert!(
+            message(IN_MEMORY).starts_with("table, row 2, column `a`: found `NaN`, expected a finite number")
+        );
         assert!(message("x.parquet").starts_with("x.parquet, row 2, column `a`"));
         assert!(message("x.csv").starts_with("x.csv, line 3, column `a`"));
     }
@@ -200,7 +206,10 @@ mod tests {
         let nested = refused(vec![("a", Cells::Nested { rows: 1, found: "a list" })]);
         assert!(nested.starts_with("table, column `a`: is nested (a list)"), "{nested}");
         let lengths = refused(vec![("a", numbers(&[1.0, 2.0])), ("b", numbers(&[1.0]))]);
-        assert!(lengths.starts_with("table, column `b`: found 1 values, expected 2 as in column `a`"), "{lengths}");
+        assert!(
+            lengths.starts_with("table, column `b`: found 1 values, expected 2 as in column `a`"),
+            "{lengths}"
+        );
         assert!(refused(vec![("A", numbers(&[1.0]))]).contains("column `a` is missing"));
         assert!(refused(vec![("a", numbers(&[]))]).contains("has a header but no reading"));
         assert!(refused(Vec::new()).contains("column `a` is missing"));

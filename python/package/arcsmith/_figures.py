@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import math
 import re
+from os import PathLike
 from pathlib import Path
 
 # A title, or a figure with what stands in it.
@@ -16,10 +17,8 @@ _SHOWN = 10
 _WIDTH, _HEIGHT, _MARGIN = 560, 330, 60
 
 
-class Figures(dict):
+class Figures(dict[str, str]):
     """Figures (SVG files as text) by their titles; a notebook shows them side by side."""
-
-    _page = ""
 
     @classmethod
     def of_page(cls, page: str) -> Figures:
@@ -43,13 +42,13 @@ class Figures(dict):
         (x_name, x), *others = columns.items()
         return cls({name: _line(x_name, x, name, y) for name, y in others})
 
-    def save(self, folder) -> list[Path]:
+    def save(self, folder: str | PathLike[str]) -> list[Path]:
         """Write each figure into a folder, as `<title>.svg`, and return the paths."""
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
+        into = Path(folder)
+        into.mkdir(parents=True, exist_ok=True)
         paths = []
         for name, svg in self.items():
-            path = folder / (re.sub(r"[^\w.-]+", "-", name).strip("-") + ".svg")
+            path = into / (re.sub(r"[^\w.-]+", "-", name).strip("-") + ".svg")
             path.write_text(svg, encoding="utf-8")
             paths.append(path)
         return paths
@@ -90,10 +89,17 @@ def _line(x_name: str, x: list[float], y_name: str, y: list[float]) -> str:
     # More points than pixels are not seen.
     points = points[:: max(1, len(points) // (4 * _WIDTH))]
     (left, right), (low, high) = (_ends(values) for values in zip(*points))
-    across = lambda value: _MARGIN + (value - left) / (right - left) * (_WIDTH - 2 * _MARGIN)
-    up = lambda value: _HEIGHT - _MARGIN - (value - low) / (high - low) * (_HEIGHT - 2 * _MARGIN)
+
+    def across(value: float) -> float:
+        return _MARGIN + (value - left) / (right - left) * (_WIDTH - 2 * _MARGIN)
+
+    def up(value: float) -> float:
+        return _HEIGHT - _MARGIN - (value - low) / (high - low) * (_HEIGHT - 2 * _MARGIN)
+
+    def text(x: float, y: float, anchor: str, what: str) -> str:
+        return f'<text x="{x}" y="{y}" text-anchor="{anchor}" fill="currentColor">{html.escape(what)}</text>'
+
     path = " ".join(f"{across(a):.1f},{up(b):.1f}" for a, b in points)
-    text = lambda a, b, anchor, what: f'<text x="{a}" y="{b}" text-anchor="{anchor}" fill="currentColor">{html.escape(what)}</text>'
     bottom = _HEIGHT - _MARGIN + 18
     return (
         f'<svg width="{_WIDTH}" height="{_HEIGHT}" viewBox="0 0 {_WIDTH} {_HEIGHT}" xmlns="http://www.w3.org/2000/svg" '
@@ -110,6 +116,6 @@ def _line(x_name: str, x: list[float], y_name: str, y: list[float]) -> str:
     )
 
 
-def _ends(values) -> tuple[float, float]:
+def _ends(values: tuple[float, ...]) -> tuple[float, float]:
     low, high = min(values), max(values)
     return (low, high) if high > low else (low - 1.0, high + 1.0)

@@ -1,7 +1,8 @@
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, final
+
+from ._figures import Figures
 
 class _ArrowStream(Protocol):
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
@@ -16,6 +17,21 @@ _Map = Mapping[str, str] | Sequence[str]
 _Model = Fit | Diagnosis | Coefficients | _Path | Mapping[str, Any]
 _Option = str | float | bool | Sequence[str | float] | None
 
+__all__ = [
+    "ArcsmithError",
+    "Coefficients",
+    "Columns",
+    "Diagnosis",
+    "Fit",
+    "Generated",
+    "__version__",
+    "apply",
+    "diagnose",
+    "fit",
+    "generate",
+    "main",
+    "simulate",
+]
 __version__: str
 
 class ArcsmithError(ValueError):
@@ -23,16 +39,7 @@ class ArcsmithError(ValueError):
 
     parts: dict[str, Any]
 
-class Figures(dict[str, str]):
-    """Figures (SVG files as text) by their titles; a notebook shows them side by side."""
-
-    @classmethod
-    def of_page(cls, page: str) -> Figures: ...
-    @classmethod
-    def of_columns(cls, columns: dict[str, list[float]]) -> Figures: ...
-    def save(self, folder: _Path) -> list[Path]: ...
-    def _repr_html_(self) -> str: ...
-
+@final
 class Coefficients:
     """The model of a sensor's error: what `apply` and `generate` take."""
 
@@ -42,6 +49,7 @@ class Coefficients:
     def to_json(self) -> str: ...
     def write(self, path: _Path) -> None: ...
 
+@final
 class Columns:
     """Columns of numbers, row for row of what was given."""
 
@@ -55,10 +63,11 @@ class Columns:
     def plot(self) -> Figures: ...
     def write(self, path: _Path) -> None: ...
     def _repr_html_(self) -> str: ...
-    def __getitem__(self, name: str) -> list[float]: ...
+    def __getitem__(self, key: str, /) -> list[float]: ...
     def __len__(self) -> int: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
+@final
 class Fit:
     """A fit: the order that was chosen, the coefficients, and what they leave."""
 
@@ -82,6 +91,7 @@ class Fit:
     def write(self, path: _Path) -> None: ...
     def _repr_html_(self) -> str: ...
 
+@final
 class Diagnosis:
     """What a recording says of its simulation: where it differs, what explains it, and whether the fit improves."""
 
@@ -101,6 +111,7 @@ class Diagnosis:
     def plot(self) -> Figures: ...
     def _repr_html_(self) -> str: ...
 
+@final
 class Generated:
     """Routines with their proven bounds: nothing is written before `write`."""
 
@@ -150,7 +161,7 @@ def diagnose(
     effects: _Path | None = None,
     held_out: _Recording | None = None,
     simulated: _Recording | None = None,
-    without: Sequence[str] = (),
+    without: Sequence[str] | None = None,
     harmonics: int | None = None,
     order: int | None = None,
     turn_harmonics: int | None = None,
@@ -169,3 +180,6 @@ def simulate(
     name: str | None = None,
 ) -> Columns:
     """Run a plant, with all that was found in it, on the drive of a recording."""
+
+def main(words: Sequence[str]) -> int:
+    """Run the program with these words, its own path first, and return its exit code."""
