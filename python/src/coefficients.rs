@@ -126,7 +126,8 @@ fn toml<T: Send, E: Into<Message>>(
     let json = python::to_json(object)?;
     detached(py, || {
         let value: serde_json::Value = serde_json::from_str(&json)?;
-        let text = toml::to_string(&value).map_err(|error| Message::of(error).at(usual))?;
+        let unstated = |_| Message::of("holds None, which says nothing").at(usual).mend("leave the key out");
+        let text = toml::to_string(&value).map_err(unstated)?;
         parse(usual, &text).map_err(E::into)
     })
     .map(|file| (file, usual.to_string()))

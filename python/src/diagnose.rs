@@ -178,8 +178,8 @@ pub fn diagnose(
     };
     let asked = Asked {
         given: Given::of(recording, name)?,
-        held_out: other(held_out, "held_out.parquet")?,
-        simulated: other(simulated, "simulated.parquet")?,
+        held_out: other(held_out, "held-out table")?,
+        simulated: other(simulated, "simulation table")?,
         mappings: mappings(map)?,
         effects,
         without: without.unwrap_or_default(),

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Parser;
+use codegen::certificate::RangeEntry;
 use codegen::cli::Arguments;
 use codegen::cli::terminal::called_with;
-use codegen::certificate::RangeEntry;
 use codegen::files;
 use codegen::text::rounded_up;
 use fitter::figures::plain;

@@ -97,6 +97,8 @@ def test_options(run, folder, columns):
     assert "no such solver" in message(columns, "mirror.toml", solver="magic")
     assert "order" in message(columns, "mirror.toml", order=40)
     assert "did you mean `geometry`?" in message(columns, {"geometri": {}})
+    none = {"geometry": {"probe_distance_mm": None}}
+    assert message(columns, none) == "mirror.toml: holds None, which says nothing; leave the key out"
     assert message("nowhere.csv", "mirror.toml") == told(run, "fit", "nowhere.csv", "--mirror", "mirror.toml")
     fit = arcsmith.fit(columns, "mirror.toml")
     for options, expected in [
@@ -109,6 +111,10 @@ def test_options(run, folder, columns):
             arcsmith.generate(fit, **options)
     with pytest.raises(arcsmith.ArcsmithError, match="one of the two"):
         arcsmith.diagnose(columns)
+    with pytest.raises(arcsmith.ArcsmithError, match="held-out table: columns `pass`, "):
+        arcsmith.diagnose(columns, "mirror.toml", held_out={"t_s": [1.0]})
+    with pytest.raises(arcsmith.ArcsmithError, match="simulation table"):
+        arcsmith.diagnose(columns, "mirror.toml", simulated={"t_s": [1.0], "reference_arcsec": [1.0]})
     with pytest.raises(arcsmith.ArcsmithError, match="no effect of the catalogue"):
         arcsmith.diagnose(columns, "mirror.toml", without=["gremlins"])
     with pytest.raises(arcsmith.ArcsmithError, match="is missing, which"):

@@ -175,6 +175,7 @@ mod tests {
         assert!(
             message(IN_MEMORY).starts_with("table, row 2, column `a`: found `NaN`, expected a finite number")
         );
+        assert!(message("held-out table").starts_with("held-out table, row 2, column `a`"));
         assert!(message("x.parquet").starts_with("x.parquet, row 2, column `a`"));
         assert!(message("x.csv").starts_with("x.csv, line 3, column `a`"));
     }
