@@ -52,8 +52,7 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let report = Report::of(recording, &fit, &verifications)?;
     let figures = report.figures();
-    let plain = anstream::adapter::strip_str(&summary::styled(&fit, false)).to_string();
-    let page = report.page(&figures, &screened.bad_rows, &plain);
+    let page = report.page(&figures, &screened.bad_rows, &summary::plain_text(&fit));
     let mut written = vec![args.out.display().to_string()];
     let mut set = FileSet::new();
     let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());

@@ -80,7 +80,7 @@ pub fn observe(
     let mut rows = Rows {
         unit: sensor.error_unit().to_string(),
         pair: matches!(sensor, Sensor::EddyCurrentPair { .. }),
-        t_s: recording.time_s.clone(),
+        t_s: recording.time_s.to_vec(),
         pass: recording.pass.iter().map(|p| i64::from(*p)).collect(),
         direction: recording.direction.iter().map(|d| f64::from(*d)).collect(),
         reading,
@@ -92,7 +92,9 @@ pub fn observe(
         cross_arcsec,
         temperature_c,
         coil_a,
-        command_deg: recording.command_deg.clone().filter(|c| c.iter().all(|v| v.is_finite())),
+        command_deg: (recording.command_deg.as_deref())
+            .filter(|c| c.iter().all(|v| v.is_finite()))
+            .map(<[f64]>::to_vec),
         extra,
         further_columns: 0,
         order: match (&turn, wanted) {
@@ -124,7 +126,7 @@ fn reference(
     if pair != (found == PAIR) {
         return Err(DiagnosisError::Kind { file, found, expected: if pair { PAIR } else { DIRECT } });
     }
-    let Some(truth) = reference.clone() else {
+    let Some(truth) = reference.as_deref().map(<[f64]>::to_vec) else {
         return Err(DiagnosisError::NoReference { file, expected });
     };
     if rows < FEWEST_ROWS {

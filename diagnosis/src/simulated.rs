@@ -5,7 +5,7 @@ use std::path::Path;
 use fitter::Recording;
 use fitter::limits::LARGEST;
 use fitter::recording::Readings;
-use fitter::table::{Header, Lines, Naming, Table, Use};
+use fitter::table::{Cells, Header, Lines, Naming, RecordingError, Table, Use, Uses};
 
 use crate::error::DiagnosisError;
 use crate::observe::Simulated;
@@ -28,19 +28,33 @@ const PREDICTED: [&str; 3] = ["reference_arcsec", "reference", "position"];
 /// # Errors
 /// See [`DiagnosisError`].
 pub fn read(path: &Path) -> Result<Simulation, DiagnosisError> {
+    table(|naming, uses| Table::read(path, naming, uses, &mut |_| {}))
+}
+
+/// Takes columns in memory for a simulation; `file` is as in [`Table::of_columns`].
+///
+/// # Errors
+/// See [`DiagnosisError`].
+pub fn of_columns(file: &str, columns: Vec<(String, Cells)>) -> Result<Simulation, DiagnosisError> {
+    table(|naming, uses| Table::of_columns(file, columns, naming, uses))
+}
+
+fn table(
+    read: impl FnOnce(&Naming, &Uses) -> Result<Table, RecordingError>,
+) -> Result<Simulation, DiagnosisError> {
     let predicted = |header: &Header| PREDICTED.into_iter().find(|name| header.has(name));
     let uses = |header: &Header| {
         header.require(&["t_s"])?;
         let used = |name: &String| name == "t_s" || predicted(header) == Some(name);
         Ok(header.names.iter().map(|name| if used(name) { Use::Needed } else { Use::Ignored }).collect())
     };
-    let mut table = Table::read(path, &Naming::default(), &uses, &mut |_| {})?;
+    let mut table = read(&Naming::default(), &uses)?;
     let Some(name) = predicted(&table.header) else {
         let column = PREDICTED.join("` or `");
         return Err(DiagnosisError::Column { found: table.header.listed(), at: table.header.at, column });
     };
     let mut column = |name: &str| -> Result<Vec<f64>, DiagnosisError> {
-        let values = table.take(name).unwrap_or_default();
+        let values = table.take(name).unwrap_or_default().into_vec();
         match values.iter().position(|value| value.abs() > LARGEST) {
             None => Ok(values),
             Some(row) => {

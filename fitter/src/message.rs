@@ -178,8 +178,7 @@ impl Message {
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Parts { file, line, column, what, found, quoted, expected, mend, .. } = &*self.0;
-        // A Parquet file has no lines: its rows are counted from 1.
-        let rows = file.as_ref().is_some_and(|file| file.ends_with(".parquet"));
+        let rows = file.as_ref().is_some_and(|file| crate::table::counts_rows(file));
         let line = line.map(|line| format!("{} {line}", if rows { "row" } else { "line" }));
         let column = column.as_ref().map(|column| format!("column `{column}`"));
         let quote = if *quoted { "`" } else { "" };

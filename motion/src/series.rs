@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fitter::RecordingError;
 use fitter::plant::PlantFile;
-use fitter::table::{Header, Lines, Naming, Table, Use, family};
+use fitter::table::{Cells, Header, Lines, Naming, Table, Use, Values, family};
 
 /// A dynamic recording.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -77,6 +77,20 @@ impl Series {
         Series::checked(Table::read(path, &Naming::default(), &uses, &mut |_| {})?)
     }
 
+    /// Takes columns in memory for a recording, whose drives may be missing unless they are `driven`; `file` is as in
+    /// [`Table::of_columns`].
+    ///
+    /// # Errors
+    /// [`SeriesError`].
+    pub fn of_columns(
+        file: &str,
+        columns: Vec<(String, Cells)>,
+        driven: bool,
+    ) -> Result<Series, SeriesError> {
+        let uses = |header: &Header| Series::uses(header, [driven, false], &[]);
+        Series::checked(Table::of_columns(file, columns, &Naming::default(), &uses)?)
+    }
+
     fn checked(mut table: Table) -> Result<Series, SeriesError> {
         let series = Series::of(&mut table);
         series.step_s(&table.header.file, &table.lines, table.rounding, 2)?;
@@ -115,12 +129,12 @@ impl Series {
         let (run, period) = (whole("run"), whole("period"));
         let [drives, positions] = ["drive", "position"].map(|stem| {
             let names = family(&table.header.names, stem);
-            names.iter().filter_map(|name| table.take(name)).collect()
+            names.iter().filter_map(|name| table.take(name).map(Values::into_vec)).collect()
         });
-        let t_s = table.take("t_s").unwrap_or_default();
+        let t_s = table.take("t_s").unwrap_or_default().into_vec();
         let further = table.columns.iter().filter(|column| is_further(&column.name));
         let complete = further.filter(|column| column.values.iter().all(|value| value.is_finite()));
-        let further = complete.map(|column| (column.name.clone(), column.values.clone())).collect();
+        let further = complete.map(|column| (column.name.clone(), column.values.to_vec())).collect();
         Series { t_s, run, period, drives, positions, further }
     }
 

@@ -1,19 +1,19 @@
 //! `diagnose`: reads, runs the recordings in parallel, writes.
 
-mod motion;
-mod summary;
+pub mod motion;
+pub mod summary;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use codegen::refused;
-use diagnosis::effects::declared;
+use diagnosis::effects::{Effect, declared};
 use diagnosis::observe::{Simulated, Wanted};
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
 use fitter::recording::{Purpose, Reading};
-use fitter::{Mirror, Recording, text_safety};
+use fitter::{Mirror, Recording, Sensor, text_safety};
 use rayon::prelude::*;
 
 use crate::fit::MapArgs;
@@ -90,15 +90,7 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
 fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     let mirror = Mirror::read(mirror)?;
     let stems = stems(&cli.recordings)?;
-    let declared = cli
-        .effects
-        .as_ref()
-        .map(|path| declared::read_file(path, &mirror.sensor))
-        .transpose()?
-        .unwrap_or_default();
-    let catalogued = effects::catalogue(&mirror.sensor);
-    let ids = catalogued.iter().chain(&declared).map(|effect| effect.id.as_str());
-    known(&cli.without, &ids.collect::<Vec<_>>())?;
+    let declared = declared(&mirror.sensor, cli.effects.as_deref(), &cli.without)?;
     one_simulation(cli)?;
     let reading = Reading { purpose: Purpose::Fit, mappings: &cli.map.map, sensor: Some(&mirror.sensor) };
     let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {});
@@ -130,6 +122,16 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     set.commit()?;
     tell(outcomes.iter().map(|outcome| &outcome.diagnosis), &cli.out, common);
     Ok(())
+}
+
+/// The effects that are declared in a file, which take part beside the catalogue; refuses `without` to name what is in
+/// neither.
+pub fn declared(sensor: &Sensor, effects: Option<&Path>, without: &[String]) -> Result<Vec<Effect>> {
+    let declared = effects.map(|path| declared::read_file(path, sensor)).transpose()?.unwrap_or_default();
+    let catalogued = effects::catalogue(sensor);
+    let ids = catalogued.iter().chain(&declared).map(|effect| effect.id.as_str());
+    known(without, &ids.collect::<Vec<_>>())?;
+    Ok(declared)
 }
 
 /// What is made of every recording, several at a time, in their order.

@@ -14,6 +14,7 @@ use diagnosis::dynamic::{self, Case, DynamicRecording, Options, OwnSimulation, R
 use diagnosis::simulated;
 use fitter::output::FileSet;
 use fitter::plant::{Kind, PlantFile};
+use fitter::recording::Mapping;
 use fitter::text_safety;
 use rayon::prelude::*;
 
@@ -23,35 +24,16 @@ use crate::terminal::{Common, Result};
 /// Diagnoses dynamic recordings against the plant file.
 pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let file = PlantFile::read(plant)?;
-    let given = given(plant, &file)?;
     let name = text_safety::path(plant);
-    let effects = own_effects(cli, &name, &file)?;
+    let options = options(plant, &file, cli.effects.as_deref(), &cli.without)?;
     let stems = stems(&cli.recordings)?;
-    let entries = dynamic::equations::entries();
-    let mut ids: Vec<&str> = vec![linear::file::ID];
-    ids.extend(dynamic::effects::CATALOGUE.iter().map(|e| e.id));
-    ids.extend(
-        entries
-            .iter()
-            .filter(|_| file.equations.is_some() || !effects.is_empty())
-            .map(|entry| entry.id.as_str()),
-    );
-    ids.extend(effects.iter().map(|effect| effect.text.id.as_str()));
-    known(&cli.without, &ids)?;
     one_simulation(cli)?;
-    let reading = Reading {
-        position_unit: &file.plant.position_unit,
-        drive_unit: &file.plant.drive_unit,
-        command: file.plant.feedback.as_deref(),
-        mappings: &cli.map.map,
-        in_equations: file.plant.kind == Kind::Equations,
-    };
+    let reading = reading(&file, &cli.map.map);
     let read = |path: &Path| -> Result<_> { Ok(DynamicRecording::read(path, &reading)?) };
     let recordings: Vec<DynamicRecording> =
         cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
-    let options = Options { skip: cli.without.clone(), given, own: effects };
     let (simulated, held_out) = (simulated.as_ref(), held_out.as_ref());
     let outcomes = all(cli, common, &recordings, |recording| {
         Ok(dynamic::diagnose(&Case {
@@ -82,6 +64,38 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     Ok(())
 }
 
+/// How a recording of a plant is read.
+pub fn reading<'a>(file: &'a PlantFile, mappings: &'a [Mapping]) -> Reading<'a> {
+    Reading {
+        position_unit: &file.plant.position_unit,
+        drive_unit: &file.plant.drive_unit,
+        command: file.plant.feedback.as_deref(),
+        mappings,
+        in_equations: file.plant.kind == Kind::Equations,
+    }
+}
+
+/// What is asked for: the effects that the plant gives, those that a file declares, and those that are left out; refuses
+/// `without` to name what is in no catalogue.
+pub fn options(
+    plant: &Path,
+    file: &PlantFile,
+    effects: Option<&Path>,
+    without: &[String],
+) -> Result<Options> {
+    let given = given(plant, file)?;
+    let own = own_effects(effects, &text_safety::path(plant), file)?;
+    let entries = dynamic::equations::entries();
+    let mut ids: Vec<&str> = vec![linear::file::ID];
+    ids.extend(dynamic::effects::CATALOGUE.iter().map(|e| e.id));
+    ids.extend(
+        entries.iter().filter(|_| file.equations.is_some() || !own.is_empty()).map(|entry| entry.id.as_str()),
+    );
+    ids.extend(own.iter().map(|effect| effect.text.id.as_str()));
+    known(without, &ids)?;
+    Ok(Options { skip: without.to_vec(), given, own })
+}
+
 /// The effects that the plant file gives; refuses ids that no effect has.
 fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
     let name = path.display().to_string();
@@ -104,14 +118,14 @@ fn given(path: &Path, file: &PlantFile) -> Result<Vec<Term>> {
 
 /// The user's own effects, which take part beside a second-order plant or one in equations; the expressions of a plant are
 /// read in any case.
-fn own_effects(cli: &Arguments, name: &str, file: &PlantFile) -> Result<Vec<Arc<MotionEffect>>> {
-    let (effects, texts) = match &cli.effects {
+fn own_effects(declared: Option<&Path>, name: &str, file: &PlantFile) -> Result<Vec<Arc<MotionEffect>>> {
+    let (effects, texts) = match declared {
         Some(path) => (text_safety::path(path), fitter::plant::equations::read_declared(path)?),
         None => Default::default(),
     };
     match dynamic::equations::own(&effects, &texts, name, file) {
         Some(own) => Ok(own?),
-        None if cli.effects.is_none() => Ok(Vec::new()),
+        None if declared.is_none() => Ok(Vec::new()),
         None => Err(refused!(
             "effects of your own in motion need a plant with equations of motion (kind = \"second-order\" or \"equations\"), \
              and the plant is `linear`; state it in equations"

@@ -75,6 +75,11 @@ pub fn styled(d: &Diagnosis, verbose: bool) -> String {
     text
 }
 
+/// The same without colours.
+pub fn plain_text(d: &Diagnosis) -> String {
+    anstream::adapter::strip_str(&styled(d, false)).to_string()
+}
+
 fn place(l: &Location) -> String {
     let times = l.times.as_ref().map_or(String::new(), |other| format!(" times {other}"));
     let share = 100.0 * l.share;

@@ -165,7 +165,7 @@ pub fn run(args: &FitArgs, common: Common) -> Result<()> {
 }
 
 /// The command as it was typed, or as the project has it, with the program's name alone in place of its path.
-fn command_line() -> String {
+pub fn command_line() -> String {
     let quoted = |argument: String| {
         let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
         if !argument.is_empty() && argument.chars().all(plain) {

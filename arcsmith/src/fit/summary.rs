@@ -26,6 +26,11 @@ pub fn styled(fit: &Fit, verbose: bool) -> String {
     text
 }
 
+/// The summary without colours.
+pub fn plain_text(fit: &Fit) -> String {
+    anstream::adapter::strip_str(&styled(fit, false)).to_string()
+}
+
 /// One line for each of the first cells that were left out, and how many more there are; then the findings that removed
 /// nothing.
 pub fn left_out(bad_rows: &[BadRow], notes: &[String], verbose: bool) -> String {

@@ -44,7 +44,7 @@ pub fn typed(project: &Project, words: &[String], common: Common) -> Result<Exit
 /// Runs a command line, whose words are those of a project.
 pub fn line(words: &[String], common: Common) -> Result<ExitCode> {
     terminal::running(words);
-    crate::run(parse(words, common).map_err(|error| Message::of(error.to_string().trim_end()))?)
+    crate::command(parse(words, common).map_err(|error| Message::of(error.to_string().trim_end()))?)
 }
 
 /// Parses a command line of a project.

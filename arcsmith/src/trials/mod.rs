@@ -14,7 +14,7 @@ use trials::report::Report;
 use trials::workspace::{Campaign, put};
 use trials::{beyond, dynamic, examples, real};
 
-use crate::terminal::{Common, Result, Watched};
+use crate::terminal::{Common, Result, Watched, called};
 use summary::Summary;
 
 /// Arguments of `trials`.
@@ -137,7 +137,7 @@ struct Static {
 pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
     let watch = Watched(common.progress(0, "{msg:17} {bar:40} {pos}/{len}, {eta} left"));
     let mut summary = Summary::new(common, watch.0.clone());
-    let programs = Programs { path: std::env::current_exe()?, watch: &watch };
+    let programs = Programs { path: own_path()?, watch: &watch };
     let reached = match &args.command {
         Command::Static(args) => run_static(args, &mut summary, &programs)?,
         Command::Dynamic(args) => run_dynamic(args, &mut summary, &programs)?,
@@ -146,6 +146,13 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
     watch.0.finish_and_clear();
     summary.end(reached);
     Ok(if reached { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// The file of this program: the path with which it was called, where it is a whole one. What runs may be another program
+/// that holds this one.
+fn own_path() -> std::io::Result<PathBuf> {
+    let called = called().into_iter().next().map(PathBuf::from);
+    called.filter(|path| path.is_absolute()).map_or_else(std::env::current_exe, Ok)
 }
 
 fn run_dynamic(args: &Dynamic, summary: &mut Summary, programs: &Programs) -> Result<bool> {

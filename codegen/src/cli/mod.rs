@@ -57,10 +57,18 @@ impl Arguments {
 
     /// Designs, bounds and renders; writes nothing.
     fn prepare(&self) -> Result<(Generated, Options)> {
-        let bar = self.progress();
         let (coefficients, sha256) = self.load()?;
+        self.of(&coefficients, &sha256)
+    }
+
+    /// The same for these coefficients, whose file has the hash `sha256`, whatever the arguments name.
+    ///
+    /// # Errors
+    /// No routine meets what is asked.
+    pub fn of(&self, coefficients: &Coefficients, sha256: &str) -> Result<(Generated, Options)> {
+        let bar = self.progress();
         if coefficients.whole_turn() {
-            return encoder::prepare(self, &coefficients, &sha256);
+            return encoder::prepare(self, coefficients, sha256);
         }
         options::no_encoder(self)?;
         let unit = Quantity::of(&coefficients.error_model()).bound_unit;
@@ -68,10 +76,10 @@ impl Arguments {
         if let Some(target) = self.target {
             let (formats, ends) = (&self.formats()[..], options::ends(self)?);
             let wanted = Wanted { core: target, formats, ends, flash_bytes: self.flash_bytes };
-            explore::choose(&coefficients, &mut options, &wanted, &designing(&bar))?;
+            explore::choose(coefficients, &mut options, &wanted, &designing(&bar))?;
         }
         bar.set_message("approximating and bounding");
-        let generated = generate(&coefficients, &sha256, &options)?;
+        let generated = generate(coefficients, sha256, &options)?;
         bar.finish_and_clear();
         Ok((generated, options))
     }

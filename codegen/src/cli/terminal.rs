@@ -1,5 +1,7 @@
 //! What every command shares: how much is said, in which colours, how far the work is, and how a run ends.
 
+use std::cell::RefCell;
+use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -135,20 +137,6 @@ pub fn gathered<T>(work: impl FnOnce() -> T) -> (T, Vec<serde_json::Value>) {
     (result, said.unwrap_or_default())
 }
 
-/// The words of the command that is run in place of the one that was typed.
-static RUNNING: Mutex<Option<Vec<String>>> = Mutex::new(None);
-
-/// From now on the command line counts as these words, the program's name left out.
-pub fn running(words: &[String]) {
-    *held(&RUNNING) = Some(words.to_vec());
-}
-
-/// The words of the command line, the program's name left out: what files say of how they were made.
-pub fn words() -> Vec<String> {
-    let typed = || std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
-    held(&RUNNING).clone().unwrap_or_else(typed)
-}
-
 /// What a lock holds, also where a thread ended badly while it had it: every value of these is whole.
 fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
@@ -221,6 +209,39 @@ pub fn summarise(common: Common, json: impl FnOnce() -> serde_json::Value, peopl
     }
 }
 
+thread_local! {
+    /// What the program was called with, where another program holds it.
+    static CALLED: RefCell<Option<Vec<OsString>>> = const { RefCell::new(None) };
+    /// The words of the command that is run in place of the one that was typed.
+    static RUNNING: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// Runs `body` as a program that was called with these words: its own name or path first. Another program, such as Python,
+/// holds this one so.
+pub fn called_with<T>(words: Vec<OsString>, body: impl FnOnce() -> T) -> T {
+    let before = (CALLED.replace(Some(words)), RUNNING.take());
+    let result = body();
+    CALLED.set(before.0);
+    RUNNING.set(before.1);
+    result
+}
+
+/// The words with which the program was called, its own name or path first.
+pub fn called() -> Vec<OsString> {
+    CALLED.with_borrow(Option::clone).unwrap_or_else(|| std::env::args_os().collect())
+}
+
+/// From now on the command line counts as these words, the program's name left out.
+pub fn running(words: &[String]) {
+    RUNNING.set(Some(words.to_vec()));
+}
+
+/// The words of the command line, the program's name left out: what files say of how they were made.
+pub fn words() -> Vec<String> {
+    let typed = || called().into_iter().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    RUNNING.with_borrow(Option::clone).unwrap_or_else(typed)
+}
+
 /// Runs a program: its body with the arguments, or the help that they ask for, and the message of what went wrong; 2 is
 /// the exit code of bad input, and of output that cannot be written.
 pub fn program<A>(parsed: Result<A, clap::Error>, run: impl FnOnce(A) -> Result<ExitCode>) -> ExitCode {
@@ -255,7 +276,7 @@ fn first_paragraph(text: &str) -> &str {
 
 /// Whether the output is for a machine, also where the arguments could not be read.
 fn machine() -> bool {
-    std::env::args_os().any(|word| word == "--json")
+    called().iter().any(|word| word == "--json")
 }
 
 /// The exit code, if all that was said was written.

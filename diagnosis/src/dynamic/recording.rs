@@ -7,8 +7,9 @@
 use std::ops::Range;
 use std::path::Path;
 
+use fitter::RecordingError;
 use fitter::faults::moving;
-use fitter::table::{Header, Lines, Mapping, Naming, Place, Table, family};
+use fitter::table::{Cells, Header, Lines, Mapping, Naming, Place, Table, Uses, Values, family};
 use motion::Series;
 
 use crate::DiagnosisError;
@@ -64,18 +65,37 @@ impl DynamicRecording {
     /// # Errors
     /// One of [`DiagnosisError`].
     pub fn read(path: &Path, reading: &Reading) -> Result<DynamicRecording, DiagnosisError> {
+        DynamicRecording::table(reading, |naming, uses| Table::read(path, naming, uses, &mut |_| {}))
+    }
+
+    /// Takes columns in memory for a recording; `file` is as in [`Table::of_columns`].
+    ///
+    /// # Errors
+    /// One of [`DiagnosisError`].
+    pub fn of_columns(
+        file: &str,
+        columns: Vec<(String, Cells)>,
+        reading: &Reading,
+    ) -> Result<DynamicRecording, DiagnosisError> {
+        DynamicRecording::table(reading, |naming, uses| Table::of_columns(file, columns, naming, uses))
+    }
+
+    fn table(
+        reading: &Reading,
+        read: impl FnOnce(&Naming, &Uses) -> Result<Table, RecordingError>,
+    ) -> Result<DynamicRecording, DiagnosisError> {
         let units = [("position", reading.position_unit), ("drive", reading.drive_unit)];
         let naming = Naming { mappings: reading.mappings, units: &units, revolution: None };
         let further: Vec<&str> = ["amplitude"].into_iter().chain(reading.command).collect();
         let uses = |header: &Header| Series::uses(header, [!reading.in_equations, true], &further);
-        DynamicRecording::of(Table::read(path, &naming, &uses, &mut |_| {})?, reading)
+        DynamicRecording::of(read(&naming, &uses)?, reading)
     }
 
     fn of(mut table: Table, reading: &Reading) -> Result<DynamicRecording, DiagnosisError> {
         let command = match reading.command {
             None => None,
             Some(name) => match table.columns.iter().find(|column| column.name == name) {
-                Some(column) => Some(column.values.clone()),
+                Some(column) => Some(column.values.to_vec()),
                 None => {
                     let (found, at) = (table.header.listed(), table.header.at);
                     let column = name.into();
@@ -113,7 +133,7 @@ impl DynamicRecording {
         if drives.is_empty() {
             drives.push(vec![0.0; t_s.len()]);
         }
-        let amplitude = table.take("amplitude");
+        let amplitude = table.take("amplitude").map(Values::into_vec);
         let Table { file, sha256, .. } = table;
         Ok(DynamicRecording {
             file,

@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 #[cfg(feature = "fit")]
 use crate::error_model::Sensor;
 use crate::table::Lines;
-pub use crate::table::{Column, Dialect};
+pub use crate::table::{Column, Dialect, Values};
 #[cfg(feature = "fit")]
 pub use crate::table::{Mapping, Place, RecordingError};
 pub use note::Note;
@@ -28,18 +28,18 @@ pub enum Readings {
     /// Two eddy-current probes and an autocollimator (Eq. 1–3).
     Pair {
         /// x₁ in millimetres.
-        x1_mm: Vec<f64>,
+        x1_mm: Values,
         /// x₂ in millimetres.
-        x2_mm: Vec<f64>,
+        x2_mm: Values,
         /// The autocollimator's reading in arcseconds; absent in a recording that is only to be corrected.
-        reference_arcsec: Option<Vec<f64>>,
+        reference_arcsec: Option<Values>,
     },
     /// A sensor that reports the angle or position itself, in its own unit.
     Direct {
         /// The sensor's reading.
-        measured: Vec<f64>,
+        measured: Values,
         /// The reference's reading; absent in a recording that is only to be corrected.
-        reference: Option<Vec<f64>>,
+        reference: Option<Values>,
     },
 }
 
@@ -52,13 +52,13 @@ pub struct Recording {
     /// SHA-256 of the bytes of the file as it lies on disk (of a `.gz`, the compressed bytes), hexadecimal.
     pub sha256: String,
     /// Seconds since the start.
-    pub time_s: Vec<f64>,
+    pub time_s: Values,
     /// Number of the pass (repeat).
     pub pass: Vec<i32>,
     /// +1 forward, −1 backward.
     pub direction: Vec<i8>,
     /// Commanded angle in degrees, NaN where blank.
-    pub command_deg: Option<Vec<f64>>,
+    pub command_deg: Option<Values>,
     /// Sensor and reference.
     pub readings: Readings,
     /// All further numeric columns, in the order of the header.
@@ -85,10 +85,10 @@ impl Recording {
     /// The recording that holds the given rows only, in the given order: held-out passes, for example. It
     /// keeps the name and the hash of the whole.
     pub fn select(&self, rows: &[usize]) -> Recording {
-        fn pick<T: Copy>(values: &[T], rows: &[usize]) -> Vec<T> {
+        fn pick<T: Copy, V: FromIterator<T>>(values: &[T], rows: &[usize]) -> V {
             rows.iter().map(|row| values[*row]).collect()
         }
-        let pick_some = |values: &Option<Vec<f64>>| values.as_ref().map(|values| pick(values, rows));
+        let pick_some = |values: &Option<Values>| values.as_ref().map(|values| pick(values, rows));
         let mut lines = Lines::default();
         for (index, row) in rows.iter().enumerate() {
             lines.push(index, self.line(*row));
@@ -137,8 +137,8 @@ impl Recording {
 
     /// All columns of numbers but pass and direction, by name.
     pub fn columns(&self) -> Vec<(&str, &[f64])> {
-        fn of<'a>(name: &'a str, values: Option<&'a Vec<f64>>) -> Option<(&'a str, &'a [f64])> {
-            values.map(|values| (name, values.as_slice()))
+        fn of<'a>(name: &'a str, values: Option<&'a Values>) -> Option<(&'a str, &'a [f64])> {
+            values.map(|values| (name, &values[..]))
         }
         let [first, second, third] = match &self.readings {
             Readings::Pair { x1_mm, x2_mm, reference_arcsec } => [
@@ -151,7 +151,7 @@ impl Recording {
             }
         };
         let known = [of("t_s", Some(&self.time_s)), of("command_deg", self.command_deg.as_ref())];
-        let further = self.further.iter().map(|column| (column.name.as_str(), column.values.as_slice()));
+        let further = self.further.iter().map(|column| (column.name.as_str(), &column.values[..]));
         known.into_iter().chain([first, second, third]).flatten().chain(further).collect()
     }
 
@@ -162,7 +162,7 @@ impl Recording {
 
     /// The further observable of that name.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
-        self.further.iter().find(|column| column.name == name).map(|column| column.values.as_slice())
+        self.further.iter().find(|column| column.name == name).map(|column| &column.values[..])
     }
 
     /// The reading of row `row` that the error model is a polynomial of: s = x₂ − x₁ in millimetres, or the

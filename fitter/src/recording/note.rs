@@ -16,8 +16,8 @@ pub enum Note {
     Mapped { columns: Vec<String> },
     /// No row has a pass number that lies between those of others.
     EmptyPass { pass: i64, first: i64, last: i64 },
-    /// The time is given as points in time or as a count since 1970, of which the first is `from`.
-    Timestamps { from: String },
+    /// Points in time, or a count since 1970, stand for seconds; `from` is the first as it stands in a file.
+    Timestamps { column: String, from: Option<String> },
     /// A column that a fit needs is not there and something else stands for it.
     Assumed { column: &'static str, taken: &'static str },
 }
@@ -37,8 +37,9 @@ impl std::fmt::Display for Note {
                 f,
                 "pass {pass} has no row, although passes {first} to {last} are there: the others are used as they are"
             ),
-            Note::Timestamps { from } => {
-                write!(f, "column `t_s` holds points in time: converted to seconds since the first, {from}")
+            Note::Timestamps { column, from } => {
+                write!(f, "column `{column}` holds timestamps: taken as seconds since its first row")?;
+                from.iter().try_for_each(|from| write!(f, ", {from}"))
             }
             Note::Assumed { column, taken } => write!(f, "column `{column}` is missing: {taken}"),
         }

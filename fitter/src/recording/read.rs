@@ -5,7 +5,7 @@ use std::path::Path;
 use super::direction::{self, WORDS};
 use super::{Mapping, Note, Readings, Recording, RecordingError};
 use crate::error_model::Sensor;
-use crate::table::{Dialect, Header, Naming, Table, Use};
+use crate::table::{Cells, Dialect, Header, Naming, Table, Use};
 
 /// What a recording is read for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,13 +90,13 @@ impl Reading<'_> {
         }
         let mut time_s = table.take("t_s").unwrap_or_default();
         let started = table.started.take().or_else(|| since_the_first(&mut time_s));
-        notes.extend(started.map(|from| Note::Timestamps { from }));
+        notes.extend(started.map(|from| Note::Timestamps { column: "t_s".into(), from: Some(from) }));
         if let Some(row) = (1..rows).find(|row| time_s[*row] < time_s[row - 1]) {
             let (from_s, to_s) = (time_s[row - 1], time_s[row]);
             notes.push(Note::TimeBackward { line: table.lines.of(row), from_s, to_s });
         }
         let pass = match table.take("pass") {
-            Some(pass) => pass.into_iter().map(|number| number as i32).collect(),
+            Some(pass) => pass.iter().map(|number| *number as i32).collect(),
             None => {
                 notes.push(Note::Assumed { column: "pass", taken: "all rows are taken as one pass" });
                 vec![0; rows]
@@ -198,6 +198,31 @@ impl Recording {
     /// As [`Recording::read`].
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Recording, RecordingError> {
         Reading::plain(Purpose::Fit).table(|naming, uses| Table::from_bytes(file, bytes, naming, uses))
+    }
+
+    /// Takes columns in memory for a recording, in a copy only where they are converted; `file` is as in
+    /// [`Table::of_columns`].
+    ///
+    /// ```
+    /// use fitter::Recording;
+    /// use fitter::recording::{Purpose, Reading};
+    /// use fitter::table::{Cells, IN_MEMORY};
+    ///
+    /// let column = |name: &str, values: [f64; 2]| (name.to_string(), Cells::Numbers(values.to_vec().into()));
+    /// let columns = vec![column("t_s", [0.0, 0.1]), column("measured", [10.0, 20.0])];
+    /// let recording = Recording::of_columns(IN_MEMORY, columns, &Reading::plain(Purpose::Apply))?;
+    /// assert_eq!(recording.reading(1), 20.0);
+    /// # Ok::<(), fitter::RecordingError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Recording::read_as`], and [`RecordingError::Lengths`].
+    pub fn of_columns(
+        file: &str,
+        columns: Vec<(String, Cells)>,
+        reading: &Reading,
+    ) -> Result<Recording, RecordingError> {
+        reading.table(|naming, uses| Table::of_columns(file, columns, naming, uses))
     }
 
     /// A pass number between the smallest and the largest that no row has. In a recording of one direction only the

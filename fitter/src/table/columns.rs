@@ -2,7 +2,7 @@
 
 use super::mapping::Conversion;
 use super::timestamp::Timestamp;
-use super::{Column, Dialect, Header, Lines, Naming, RecordingError, Table, Use};
+use super::{Column, Dialect, Header, Lines, Naming, RecordingError, Table, Use, Values};
 use crate::input;
 use crate::message::FileLine;
 use crate::text_safety;
@@ -27,6 +27,8 @@ struct Reading {
     used: Use,
     conversion: Option<Conversion>,
     values: Vec<f64>,
+    /// All of them, where they lie in memory.
+    lent: Option<Values>,
     /// What its first cell that is not blank says; a column of text holds no values.
     is_text: Option<bool>,
     /// Of points in time: the first, in whole seconds and as it stands there.
@@ -73,7 +75,7 @@ impl Columns {
         let uses = uses(&header)?;
         let printed = uses.iter().position(|used| *used == Use::Printed).and_then(|at| conversions[at]);
         let column =
-            |(used, conversion)| Reading { used, conversion, values: Vec::new(), is_text: None, start: None };
+            |(used, conversion)| Reading { used, conversion, values: Vec::new(), lent: None, is_text: None, start: None };
         let columns = uses.into_iter().zip(conversions).map(column).collect();
         let rounding_factor = printed.map_or(1.0, |conversion| conversion.factor.abs());
         Ok(Columns { header, columns, lines: Lines::default(), rows: 0, decimals: 0, rounding_factor })
@@ -98,19 +100,47 @@ impl Columns {
         cell: Cell,
         text: impl FnOnce() -> String,
     ) -> Result<(), RecordingError> {
+        if let Some(value) = self.checked(line, index, cell, text)? {
+            self.columns[index].values.push(value);
+        }
+        Ok(())
+    }
+
+    /// Takes a column of numbers that lie in memory, the first of which stands on line `first`. They are copied only where
+    /// they are converted.
+    pub fn numbers(&mut self, first: u64, index: usize, numbers: Values) -> Result<(), RecordingError> {
+        let blank = self.columns[index].used == Use::Optional;
+        let converted = self.columns[index].conversion.is_some();
+        for (line, value) in (first..).zip(&numbers) {
+            let cell = if blank && value.is_nan() { Cell::Blank } else { Cell::Number(*value) };
+            let value = self.checked(line, index, cell, || value.to_string())?;
+            self.columns[index].values.extend(value.filter(|_| converted));
+        }
+        self.columns[index].lent = Some(numbers).filter(|_| !converted);
+        Ok(())
+    }
+
+    /// The value of a cell in the unit that is expected; none in a column of text.
+    fn checked(
+        &mut self,
+        line: u64,
+        index: usize,
+        cell: Cell,
+        text: impl FnOnce() -> String,
+    ) -> Result<Option<f64>, RecordingError> {
         let column = &mut self.columns[index];
         if column.used == Use::Optional {
             if column.is_text.is_none() && !matches!(cell, Cell::Blank | Cell::Null) {
                 column.is_text = Some(matches!(cell, Cell::Text(_)));
             }
             if column.is_text == Some(true) {
-                return Ok(());
+                return Ok(None);
             }
         }
         if let (Use::Time, Cell::Text(text)) = (column.used, &cell)
             && column.take_time(text)
         {
-            return Ok(());
+            return Ok(None);
         }
         let (used, is_number) = (column.used, column.start.is_none());
         let place = || self.header.place(line, &self.header.names[index]);
@@ -136,12 +166,10 @@ impl Columns {
         if used == Use::Printed {
             self.decimals = self.decimals.max(printed_decimals(&text()));
         }
-        let column = &mut self.columns[index];
-        column.values.push(match column.conversion {
+        Ok(Some(match self.columns[index].conversion {
             Some(Conversion { factor, offset }) => factor * value + offset,
             None => value,
-        });
-        Ok(())
+        }))
     }
 
     /// A row ends, which stands on `line`.
@@ -168,7 +196,10 @@ impl Columns {
             match (column.used, column.is_text) {
                 (Use::Ignored, _) => {}
                 (Use::Optional, None | Some(true)) => without_numbers.push(name.clone()),
-                _ => kept.push(Column { name: name.clone(), values: column.values }),
+                _ => {
+                    let values = column.lent.unwrap_or_else(|| column.values.into());
+                    kept.push(Column { name: name.clone(), values });
+                }
             }
         }
         let rounding = rounding_factor * 10f64.powi(-decimals);

@@ -109,6 +109,9 @@ errors! {
         Nested { file: String, column: String, found: &'static str } =>
             at(file) column(column) says("is nested ({found})") expected("plain columns of numbers")
             mend("write each part as a column of its own");
+        Lengths { file: String, column: String, found: usize, first: String, expected: usize } =>
+            at(file) column(column) found("{found} values") expected("{expected} as in column `{first}`")
+            mend("give every column one value for each row");
         Null { place: Place } =>
             at(place) says("is null") expected("a number (only optional columns may have nulls)")
             mend("drop the row");

@@ -1,4 +1,5 @@
-//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or Parquet.
+//! A table of numbers as a file holds it: columns by name, out of CSV in its dialects, gzip or Parquet; or as another
+//! program holds it in memory.
 //!
 //! This is the one reader of recordings. What a column means is not known here: a kind of recording says of each column
 //! of a header how it is used ([`Use`]), and takes what was read.
@@ -13,6 +14,8 @@ mod header;
 mod lines;
 #[cfg(feature = "fit")]
 mod mapping;
+#[cfg(feature = "fit")]
+mod memory;
 #[cfg(feature = "parquet")]
 mod parquet;
 #[cfg(feature = "fit")]
@@ -21,6 +24,7 @@ mod source;
 mod text;
 #[cfg(feature = "fit")]
 mod timestamp;
+mod values;
 
 #[cfg(feature = "fit")]
 pub use columns::Uses;
@@ -29,9 +33,13 @@ pub use dialect::Dialect;
 pub use error::{Place, RecordingError};
 #[cfg(feature = "fit")]
 pub use header::{Header, family, nearest};
-pub use lines::Lines;
+pub(crate) use lines::counts_rows;
+pub use lines::{IN_MEMORY, Lines};
 #[cfg(feature = "fit")]
 pub use mapping::{Mapping, Naming};
+#[cfg(feature = "fit")]
+pub use memory::Cells;
+pub use values::Values;
 
 /// How a column is used.
 #[cfg(feature = "fit")]
@@ -59,7 +67,7 @@ pub struct Column {
     /// The name in the header, or that to which it is mapped; it ends in the unit (`temperature_c`, `coil_a`).
     pub name: String,
     /// One value per row, NaN where the cell is blank.
-    pub values: Vec<f64>,
+    pub values: Values,
 }
 
 /// The columns of a file that are used.
@@ -91,7 +99,7 @@ pub struct Table {
 #[cfg(feature = "fit")]
 impl Table {
     /// The values of a column, which is taken out of the table; none if it is not there.
-    pub fn take(&mut self, name: &str) -> Option<Vec<f64>> {
+    pub fn take(&mut self, name: &str) -> Option<Values> {
         let at = self.columns.iter().position(|column| column.name == name)?;
         Some(self.columns.remove(at).values)
     }

@@ -48,7 +48,7 @@ fn columns_are_recognised_and_units_guessed_and_marked() {
     assert!(run.status.success(), "{run:?}");
     let (said, warned) = (String::from_utf8(run.stdout).unwrap(), String::from_utf8(run.stderr).unwrap());
     assert!(warned.contains("columns.x1_mm, columns.x2_mm were guessed"), "{warned}");
-    assert!(said.contains("column `t_s` holds points in time: converted to seconds"), "{said}");
+    assert!(said.contains("column `t_s` holds timestamps: taken as seconds since its first row"), "{said}");
     let check = folder.run("check");
     let told = String::from_utf8(check.stdout).unwrap();
     assert!(
@@ -112,7 +112,7 @@ fn counts_of_milliseconds_since_1970_are_converted_and_that_is_said() {
     folder.ok("init --from calibration.csv");
     let fit = folder.json("fit");
     assert!(fit["notes"].to_string().contains("1795521602970 ms since 1970"), "{}", fit["notes"]);
-    assert!(folder.ok("apply").contains("points in time"));
+    assert!(folder.ok("apply").contains("timestamps"));
     assert!(folder.read("results/angles.csv").lines().nth(1).unwrap().starts_with("0,"));
 }
 
