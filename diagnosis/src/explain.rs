@@ -13,8 +13,8 @@ use crate::numerics::{dot, least_squares};
 use crate::rows::Rows;
 use crate::search::{self, Search, Term};
 use crate::thresholds::explain::{
-    ANY_WILL_DO, GROSS, LONGEST_MEMORY, MISFIT_OF_A_CURVE, MOSTLY, NEARLY, SAME_CORRELATION, STAGE_GAIN,
-    STAGES, UNMEASURED,
+    ANY_WILL_DO, CHARACTERISTIC, GROSS, LONGEST_MEMORY, MISFIT_OF_A_CURVE, MOSTLY, NEARLY, SAME_CORRELATION,
+    STAGE_GAIN, STAGES, UNMEASURED,
 };
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 
@@ -75,7 +75,9 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
     let slow = slow_structure(rows);
     let noise: Noise = estimate(&rows.error, &rows.t_s, &saturated(rows, &base), &base, &covariates, &slow);
     let floor = reading_noise(&noise, rows);
-    let gross = Some(floor).filter(|floor| left_by(&base, &rows.error, None) > GROSS * floor);
+    // What a curved characteristic leaves of a straight line is no mismatch.
+    let curved = base_columns(rows, order.max(CHARACTERISTIC.min(highest_order(rows))));
+    let gross = Some(floor).filter(|floor| left_by(&curved, &rows.error, None) > GROSS * floor);
     let search = Search::new(rows, catalogue, order, noise, skip);
     if !strongest(&search).is_some_and(|found| search.significant(&found)) {
         let explanation = Explanation { search, terms: Vec::new(), chosen: 0, floor, gross: false };

@@ -713,6 +713,9 @@ pub mod explain {
     /// Multiple of the noise floor from which on a mismatch is gross: on some hundred rows a signal to noise of ninety, far
     /// beyond what hides in noise.
     pub const GROSS: f64 = 6.0;
+    /// Order up to which a sensor's characteristic is followed before a mismatch is called gross: with a straight line, every
+    /// curved characteristic was one, and searched twice; with the highest order, the periodic error of a short scale was none.
+    pub const CHARACTERISTIC: usize = 3;
     /// Stages in which gross mismatches are explained, the part of what was left that each must leave at most, and the
     /// part of the whole that all of them may.
     pub const STAGES: usize = 6;

@@ -74,8 +74,14 @@ impl Columns {
         header.check()?;
         let uses = uses(&header)?;
         let printed = uses.iter().position(|used| *used == Use::Printed).and_then(|at| conversions[at]);
-        let column =
-            |(used, conversion)| Reading { used, conversion, values: Vec::new(), lent: None, is_text: None, start: None };
+        let column = |(used, conversion)| Reading {
+            used,
+            conversion,
+            values: Vec::new(),
+            lent: None,
+            is_text: None,
+            start: None,
+        };
         let columns = uses.into_iter().zip(conversions).map(column).collect();
         let rounding_factor = printed.map_or(1.0, |conversion| conversion.factor.abs());
         Ok(Columns { header, columns, lines: Lines::default(), rows: 0, decimals: 0, rounding_factor })
