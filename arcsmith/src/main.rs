@@ -11,6 +11,7 @@ mod explore;
 mod fit;
 mod init;
 mod man;
+mod next;
 mod project;
 mod record;
 mod report;

@@ -17,10 +17,20 @@ use crate::dynamic::{DynamicOutcome, DynamicRecording};
 use crate::thresholds::report::MOST_CHARTS;
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict, angle_name};
 
+/// What stands on a page beside what was found.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Beside {
+    /// What the next commands are for, and the commands.
+    pub next: Vec<(String, String)>,
+    /// The files that are written.
+    pub written: Vec<String>,
+}
+
 /// What a page shows beside the answer itself.
 #[derive(Serialize)]
 struct Page<'a> {
     answer: &'a Diagnosis,
+    beside: &'a Beside,
     /// Unit of the root mean squares, and what they are of.
     unit: &'a str,
     of: &'static str,
@@ -78,7 +88,7 @@ impl Page<'_> {
 }
 
 /// The page of a calibration.
-pub fn page(outcome: &Outcome) -> String {
+pub fn page(outcome: &Outcome, beside: &Beside) -> String {
     let d = &outcome.diagnosis;
     let (rows, passes) = (outcome.rows.len(), outcome.rows.passes().len());
     let (before, after) = (residual(outcome, false), residual(outcome, true));
@@ -104,6 +114,7 @@ pub fn page(outcome: &Outcome) -> String {
     };
     Page {
         answer: d,
+        beside,
         unit: &d.noise_floor.unit,
         of: "rms",
         recorded: format!("{rows} readings in {}", plural(passes, "pass", "passes")),
@@ -120,7 +131,7 @@ pub fn page(outcome: &Outcome) -> String {
 
 /// The page of a moving mechanism: spectra and traces are of `recording` itself, the figures of the held-out one
 /// where one was given.
-pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
+pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome, beside: &Beside) -> String {
     let d = &outcome.diagnosis;
     let plant = &outcome.plant.plant;
     let feedback = plant.feedback.is_some();
@@ -165,6 +176,7 @@ pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> Stri
     let runs = plural(recording.runs.len(), "run", "runs");
     Page {
         answer: d,
+        beside,
         unit,
         of: if feedback { "rms of the drive" } else { "rms of the position" },
         recorded: format!("{} rows in {runs} at {} Hz", recording.rows(), digits(1.0 / recording.step_s)),
