@@ -48,7 +48,9 @@ pub fn after_report(recording: &Path, mirror: &Path, map: &str, model: &str) -> 
 /// After a calibration was diagnosed: the firmware where there are coefficients, else the next recording.
 pub fn after_diagnosis(file: Option<&Coefficients>, coefficients: &Path, again: &str) -> Vec<Step> {
     match file {
-        Some(file) => vec![step("Generate the correction with its proven bound", generate(file, coefficients))],
+        Some(file) => {
+            vec![step("Generate the correction with its proven bound", generate(file, coefficients))]
+        }
         None => vec![step("Diagnose the next recording", again.to_string())],
     }
 }

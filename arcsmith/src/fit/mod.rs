@@ -197,7 +197,8 @@ pub fn run(args: &FitArgs, common: Common) -> Result<()> {
 
 /// The command as it was typed, or as the project has it, with the program's name alone in place of its path.
 fn command_line() -> String {
-    let words: Vec<String> =
-        std::iter::once("arcsmith".to_string()).chain(terminal::words().iter().map(|word| quoted(word))).collect();
+    let words: Vec<String> = std::iter::once("arcsmith".to_string())
+        .chain(terminal::words().iter().map(|word| quoted(word)))
+        .collect();
     text_safety::command(&words.join(" "))
 }

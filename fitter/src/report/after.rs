@@ -94,7 +94,12 @@ impl Corrected {
             .map(|v| (v.freedom > 0).then(|| v.value.sqrt()))
             .collect::<Vec<_>>();
         let points = (angles.into_iter().zip(moments.mean).zip(deviations).zip(&points.rows))
-            .map(|(((angle, mean), deviation), readings)| PointErrors { angle, mean, deviation, readings: *readings })
+            .map(|(((angle, mean), deviation), readings)| PointErrors {
+                angle,
+                mean,
+                deviation,
+                readings: *readings,
+            })
             .collect();
         let pass = recording.pass.iter().copied().zip(recording.direction.iter().copied()).collect();
         Corrected { name: recording.file.clone(), fitted, angle, error, pass, points }

@@ -9,7 +9,7 @@ use super::{marks, thin};
 /// Size of a chart in its own units; the page scales it to the column.
 pub(super) const SIZE: (u32, u32) = (560, 340);
 /// Size of the text: readable where a phone shows the chart at three fifths.
-pub(super) const TEXT: u32 = 18;
+const TEXT: u32 = 18;
 /// Width of a letter of the text, and what stands between an axis and its name: the name, and room around it.
 const LETTER: i32 = 10;
 const NAME: i32 = 34;
@@ -116,7 +116,9 @@ impl Series {
     fn ends(&self) -> Vec<(f64, f64)> {
         let half = if self.mark == Mark::Columns { self.half_width() } else { 0.0 };
         let bars = self.bars.iter().copied().chain(std::iter::repeat(0.0));
-        (self.points.iter().zip(bars)).flat_map(|((x, y), bar)| [(x - half, y - bar), (x + half, y + bar)]).collect()
+        (self.points.iter().zip(bars))
+            .flat_map(|((x, y), bar)| [(x - half, y - bar), (x + half, y + bar)])
+            .collect()
     }
 }
 
@@ -173,7 +175,8 @@ impl Chart<'_> {
         for (part, title) in parts.zip(titles) {
             let title = title.map(|(name, (x, y))| {
                 let name = if name.is_empty() { String::new() } else { format!("{name}: ") };
-                let values = format!("{name}{} {}, {} {}", self.x, super::digits(x), self.y, super::digits(y));
+                let values =
+                    format!("{name}{} {}, {} {}", self.x, super::digits(x), self.y, super::digits(y));
                 format!("><title>{}</title></circle>", escaped(&values))
             });
             text += "<circle ";
@@ -223,6 +226,8 @@ impl Chart<'_> {
             let colour = series.colour.of();
             if series.mark == Mark::Line {
                 root.draw(&PathElement::new([(x - 8, 16), (x + 6, 16)], colour.stroke_width(3)))?;
+            } else if series.mark == Mark::Ring {
+                root.draw(&Circle::new((x, 16), 5, colour.stroke_width(2)))?;
             } else {
                 root.draw(&Circle::new((x, 16), 5, colour.filled()))?;
             }

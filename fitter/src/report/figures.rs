@@ -49,7 +49,12 @@ pub(super) fn calibration(recording: &Recording, fit: &Fit) -> Vec<Figure> {
                 x: format!("calculated ({shown})"),
                 y: format!("calibrated ({shown})"),
                 series: vec![
-                    Series::new("ideal", Mark::Line, Colour::Soft, vec![(ends[0], ends[0]), (ends[1], ends[1])]),
+                    Series::new(
+                        "ideal",
+                        Mark::Line,
+                        Colour::Soft,
+                        vec![(ends[0], ends[0]), (ends[1], ends[1])],
+                    ),
                     Series::new("calibrated", Mark::Dots, Colour::First, calibrated),
                 ],
             },

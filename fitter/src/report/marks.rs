@@ -16,16 +16,15 @@ const RING: i32 = 8;
 const MANY: usize = 300;
 
 /// Draws a series; every circle that it draws stands for the point of that place in [`circled`].
-pub(super) fn draw<Y>(
-    chart: &mut Plane<'_, '_, Y>,
-    series: &Series,
-) -> Result<(), Box<dyn std::error::Error>>
+pub(super) fn draw<Y>(chart: &mut Plane<'_, '_, Y>, series: &Series) -> Result<(), Box<dyn std::error::Error>>
 where
     Y: Ranged<ValueType = f64>,
 {
     let colour = series.colour.of();
     let points = || series.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite());
-    for ((x, y), half) in series.points.iter().zip(&series.bars).filter(|((x, y), _)| x.is_finite() && y.is_finite()) {
+    for ((x, y), half) in
+        series.points.iter().zip(&series.bars).filter(|((x, y), _)| x.is_finite() && y.is_finite())
+    {
         chart.draw_series(LineSeries::new([(*x, y - half), (*x, y + half)], colour.stroke_width(1)))?;
     }
     match series.mark {
@@ -39,7 +38,9 @@ where
         }
         Mark::Columns => {
             let half = series.half_width();
-            let column = |(x, y): (f64, f64)| Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.55).filled());
+            let column = |(x, y): (f64, f64)| {
+                Rectangle::new([(x - half, 0.0), (x + half, y)], colour.mix(0.55).filled())
+            };
             chart.draw_series(points().map(column))?;
         }
         Mark::Ring => {

@@ -6,6 +6,7 @@
 
 mod after;
 mod chart;
+mod distribution;
 mod figures;
 mod interval;
 mod marks;
@@ -25,6 +26,7 @@ use crate::recording::Recording;
 
 pub use after::{Corrected, PointErrors};
 pub use chart::{Chart, Colour, Mark, Series};
+pub use distribution::distribution;
 
 /// One drawing.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,10 +54,15 @@ impl Figure {
 
     fn drawn(name: &str, title: &str, caption: String, mut chart: Chart, logarithmic: bool) -> Figure {
         let (drawn, of) = chart.thin();
-        let thinned = format!(" Drawn are {drawn} of {of} points; the others lie under them.");
+        let thinned = format!(" Drawn are {drawn} of {of} readings or means; the others lie under them.");
         let caption = if drawn < of { caption + &thinned } else { caption };
         let svg = if logarithmic { chart.draw_logarithmic() } else { chart.draw() };
         Figure { name: name.to_string(), title: title.to_string(), caption, svg }
+    }
+
+    /// The SVG for a page that has the CSS variables of the colours.
+    pub fn svg(&self) -> &str {
+        &self.svg
     }
 
     /// An SVG file of its own, in the colours of a light page.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::chart::{Colour, SIZE, TEXT, escaped};
+use super::chart::{Colour, SIZE, escaped};
 use super::digits;
 
 /// Centre of the plot, and the radius of the largest error, of none, and of the labels.
@@ -11,17 +11,24 @@ const CENTRE: (f64, f64) = (SIZE.0 as f64 / 2.0, SIZE.1 as f64 / 2.0);
 const OUTER: f64 = 130.0;
 const ZERO: f64 = 80.0;
 const LABELS: f64 = 140.0;
+/// Size of the text: that of the other charts.
+const TEXT: f64 = 14.5;
 /// Spokes of the turn.
 const SPOKES: usize = 8;
 
 /// What is drawn: angles in radians, errors in their unit.
 pub(super) struct Polar<'a> {
+    /// For those who do not see it.
     pub label: &'a str,
+    /// Unit of the errors.
     pub unit: &'a str,
     /// Reading at angle 0, and of a turn.
     pub revolution: (f64, f64),
+    /// Unit of the readings.
     pub reading_unit: &'a str,
+    /// Means over the readings of an angle.
     pub measured: Vec<(f64, f64)>,
+    /// The fitted curve.
     pub model: Vec<(f64, f64)>,
 }
 
@@ -64,9 +71,14 @@ impl Polar<'_> {
 
     fn grid(&self, svg: &mut String) -> std::fmt::Result {
         let (x, y) = CENTRE;
-        for (radius, colour) in [(OUTER, "var(--grid)"), (ZERO, "var(--soft)"), (2.0 * ZERO - OUTER, "var(--grid)")] {
+        for (radius, colour) in
+            [(OUTER, "var(--grid)"), (ZERO, "var(--soft)"), (2.0 * ZERO - OUTER, "var(--grid)")]
+        {
             let style = format!("fill:none;stroke:{colour}");
-            writeln!(svg, "<ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{radius}\" ry=\"{radius}\" style=\"{style}\"/>")?;
+            writeln!(
+                svg,
+                "<ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{radius}\" ry=\"{radius}\" style=\"{style}\"/>"
+            )?;
         }
         for spoke in 0..SPOKES {
             let part = spoke as f64 / SPOKES as f64;
@@ -113,7 +125,9 @@ impl Polar<'_> {
     }
 
     fn legend(&self, svg: &mut String) -> std::fmt::Result {
-        for (line, (name, colour)) in [("measured", Colour::First), ("model", Colour::Second)].into_iter().enumerate() {
+        for (line, (name, colour)) in
+            [("measured", Colour::First), ("model", Colour::Second)].into_iter().enumerate()
+        {
             let y = 20 + 26 * line;
             writeln!(svg, "<circle cx=\"20\" cy=\"{y}\" r=\"5\" style=\"fill:{}\"/>", colour.variable())?;
             writeln!(

@@ -1,17 +1,14 @@
-//! The figures of what the correction leaves: pass by pass, point by point, and its distribution.
-
-use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+//! The figures of what the correction leaves: pass by pass, point by point.
 
 use super::after::Corrected;
-use super::chart::{Chart, Colour, Mark, Series, range};
+use super::chart::{Chart, Colour, Mark, Series};
+use super::distribution::distribution;
 use super::interval::half_of;
 use super::{Figure, angle_unit, digits};
 use crate::coefficients::Coefficients;
 
 /// Readings of a pass, and of all, up to which those of a pass are joined by a line: beyond, lines hide each other.
 const JOINED: (usize, usize) = (120, 1500);
-/// Columns of the histogram, at most: what a chart has room for.
-const MOST_COLUMNS: f64 = 60.0;
 
 /// In the order of the page; `suffix` tells several recordings apart.
 pub(super) fn figures(corrected: &Corrected, file: &Coefficients, suffix: &str) -> Vec<Figure> {
@@ -52,7 +49,7 @@ pub(super) fn figures(corrected: &Corrected, file: &Coefficients, suffix: &str) 
             },
         ));
     }
-    figures.extend(distribution(corrected, &name, whose, unit));
+    figures.extend(distribution(&corrected.error, suffix, whose, unit));
     figures
 }
 
@@ -79,7 +76,8 @@ fn by_pass(corrected: &Corrected) -> Vec<Series> {
 
 fn mean(corrected: &Corrected, name: &str, whose: &str, x: &str, unit: &str) -> Figure {
     let freedom = |readings: usize| readings.saturating_sub(1);
-    let scatter = corrected.points.iter().filter_map(|point| Some((point.deviation?, freedom(point.readings))));
+    let scatter =
+        corrected.points.iter().filter_map(|point| Some((point.deviation?, freedom(point.readings))));
     let (squares, all) =
         scatter.fold((0.0, 0), |(squares, all), (d, f)| (squares + d * d * f as f64, all + f));
     let bars = half_of(squares, all, corrected.points.iter().map(|point| point.readings));
@@ -96,65 +94,4 @@ fn mean(corrected: &Corrected, name: &str, whose: &str, x: &str, unit: &str) -> 
             series: vec![Series::new("mean error", Mark::Dots, Colour::Second, means).with_bars(bars)],
         },
     )
-}
-
-/// Histogram and Q–Q plot of the errors; none where they do not scatter.
-fn distribution(corrected: &Corrected, name: &dyn Fn(&str) -> String, whose: &str, unit: &str) -> Vec<Figure> {
-    let mut errors = corrected.error.clone();
-    errors.sort_by(f64::total_cmp);
-    let count = errors.len() as f64;
-    let mean = errors.iter().sum::<f64>() / count;
-    let deviation = (errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / count).sqrt();
-    let (Ok(normal), Ok(standard)) = (Normal::new(mean, deviation), Normal::new(0.0, 1.0)) else {
-        return Vec::new();
-    };
-    let Some((low, high)) = range(errors.iter().copied()).filter(|(low, high)| high > low) else {
-        return Vec::new();
-    };
-    // Scott's rule (Biometrika 66 (1979) 605–610): the width that estimates a normal density best.
-    let columns = ((high - low) / (3.49 * deviation / count.cbrt())).ceil().clamp(1.0, MOST_COLUMNS);
-    let width = (high - low) / columns;
-    let mut heights = vec![0.0; columns as usize];
-    for error in &errors {
-        let column = (((error - low) / width) as usize).min(heights.len() - 1);
-        heights[column] += 1.0;
-    }
-    let middle = |column: usize| low + width * (column as f64 + 0.5);
-    let histogram = heights.iter().enumerate().map(|(column, height)| (middle(column), *height)).collect();
-    let curve = (0..=200).map(|i| low + (high - low) * f64::from(i) / 200.0);
-    let curve = curve.map(|error| (error, count * width * normal.pdf(error))).collect();
-    let expected = |rank: usize| standard.inverse_cdf((rank as f64 + 0.5) / count);
-    let quantiles: Vec<(f64, f64)> =
-        errors.iter().enumerate().map(|(rank, error)| (expected(rank), *error)).collect();
-    let ends = [expected(0), expected(errors.len() - 1)].map(|z| (z, mean + deviation * z));
-    vec![
-        Figure::of(
-            &name("histogram"),
-            "Distribution of the errors",
-            format!("Of {whose}: mean {} {unit}, standard deviation {} {unit}.", digits(mean), digits(deviation)),
-            Chart {
-                label: "Histogram of the errors after the correction",
-                x: format!("error ({unit})"),
-                y: "readings".to_string(),
-                series: vec![
-                    Series::new("readings", Mark::Columns, Colour::Second, histogram),
-                    Series::new("normal", Mark::Line, Colour::First, curve),
-                ],
-            },
-        ),
-        Figure::of(
-            &name("quantiles"),
-            "Quantiles against those of normal noise",
-            format!("Of {whose}: normal noise lies on the line; what bends away at the ends is rarer or more frequent."),
-            Chart {
-                label: "Quantiles of the errors against those of the normal distribution",
-                x: "normal quantile (σ)".to_string(),
-                y: format!("error ({unit})"),
-                series: vec![
-                    Series::new("normal", Mark::Line, Colour::Soft, ends.to_vec()),
-                    Series::new("readings", Mark::Dots, Colour::Second, quantiles),
-                ],
-            },
-        ),
-    ]
 }
