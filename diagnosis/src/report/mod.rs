@@ -121,14 +121,14 @@ pub fn page(outcome: &Outcome, beside: &Beside) -> String {
         unit: &d.noise_floor.unit,
         of: "rms",
         recorded: format!("{rows} readings in {}", plural(passes, "pass", "passes")),
-        model: format!("; base polynomial of order {}", outcome.after.order),
+        model: format!("; base: {}", base(outcome)),
         sentence: sentence(d, &d.noise_floor.unit),
         effects: d.effects.iter().map(catalogued).collect(),
         plant: Vec::new(),
         map: Some(map::mismatch(outcome, &before, &after)),
         growth: Vec::new(),
         sections: [residuals, scatter(&after, &format!("the residual {model}"), &d.noise_floor.unit)].into(),
-        formula: composed(d, outcome.after.order),
+        formula: composed(d, &base(outcome)),
     }
     .render()
 }
@@ -215,8 +215,16 @@ fn scatter(residual: &[f64], whose: &str, unit: &str) -> Section {
     }
 }
 
+/// What the effects are added to: a sine and a cosine are one harmonic.
+fn base(outcome: &Outcome) -> String {
+    match (outcome.rows.whole_turn(), outcome.after.order) {
+        (Some(_), order) => plural(order / 2, "harmonic of the turn", "harmonics of the turn"),
+        (None, order) => format!("polynomial of order {order}"),
+    }
+}
+
 /// The base and the formulas of all effects; none where an effect has no formula.
-fn composed(d: &Diagnosis, order: usize) -> Option<String> {
+fn composed(d: &Diagnosis, base: &str) -> Option<String> {
     if d.effects.iter().any(|effect| effect.formula.is_empty()) {
         return None;
     }
@@ -226,7 +234,7 @@ fn composed(d: &Diagnosis, order: usize) -> Option<String> {
         if alone { formula.clone() } else { format!("[{}: {formula}]", effect.id.replace('_', " ")) }
     });
     let terms: Vec<String> = terms.collect();
-    (!terms.is_empty()).then(|| format!("error = polynomial of order {order} + {}", terms.join(" + ")))
+    (!terms.is_empty()).then(|| format!("error = {base} + {}", terms.join(" + ")))
 }
 
 fn plural(count: usize, one: &str, several: &str) -> String {
