@@ -13,6 +13,7 @@ mod explore;
 mod fit;
 mod init;
 mod man;
+mod next;
 mod project;
 mod record;
 mod report;

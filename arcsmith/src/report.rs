@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 use codegen::refused;
 use fitter::output::{self, FileSet};
-use fitter::report::Report;
+use fitter::report::{Report, Text};
 use serde_json::json;
 
 use crate::fit::{ModelArgs, summary};
+use crate::next;
 use crate::terminal::{Common, Result, line, summarise};
 use codegen::cli::recording;
 
@@ -17,13 +18,13 @@ use codegen::cli::recording;
 #[command(after_help = "\
 Examples:
   arcsmith report calibration.csv --mirror mirror.toml --out report.html
-  arcsmith report calibration.csv verification.csv --mirror mirror.toml   figures 9 and 10 of the second
+  arcsmith report calibration.csv verification.csv --mirror mirror.toml   after the correction: of the second
   arcsmith report encoder.csv --mirror encoder.toml --no-svg")]
 pub struct ReportArgs {
     /// The calibration recording, then any that verify its correction
     #[arg(required = true, value_parser = recording())]
     recordings: Vec<PathBuf>,
-    /// Where to write the page; the SVG files stand beside it (report-figure-5a.svg …)
+    /// Where to write the page; the SVG files stand beside it (report-error.svg …)
     #[arg(long, default_value = "report.html")]
     out: PathBuf,
     /// Draw the error before and after the correction as one SVG; beside it, as FILE-dark.svg, for a dark page
@@ -52,12 +53,12 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     let report = Report::of(recording, &fit, &verifications)?;
     let figures = report.figures();
-    let page = report.page(&figures, &screened.bad_rows, &summary::plain_text(&fit));
+    let plain = summary::plain_text(&fit);
     let mut written = vec![args.out.display().to_string()];
     let mut set = FileSet::new();
     let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());
     for figure in figures.iter().filter(|_| !args.no_svg) {
-        let path = args.out.with_file_name(format!("{stem}-figure-{}.svg", figure.number));
+        let path = args.out.with_file_name(format!("{stem}-{}.svg", figure.name));
         set.put(&path, figure.file())?;
         written.push(path.display().to_string());
     }
@@ -69,15 +70,22 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
             written.push(path.display().to_string());
         }
     }
-    set.put(&args.out, page)?;
+    let model = &args.model;
+    let text = Text {
+        bad_rows: &screened.bad_rows,
+        summary: &plain,
+        next: &next::after_report(calibration, &model.mirror, &model.typed_map(), &model.typed()),
+        written: &written,
+    };
+    set.put(&args.out, report.page(&figures, &text))?;
     set.commit()?;
-    let numbers: Vec<&str> = figures.iter().map(|figure| figure.number.as_str()).collect();
+    let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     summarise(
         common,
         || {
             let mut value = summary::json(&fit);
             value["bad_rows"] = json!(screened.bad_rows);
-            value["figures"] = json!(numbers);
+            value["figures"] = json!(names);
             value["written"] = json!(written);
             value
         },
@@ -85,7 +93,7 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
             let svg = if args.no_svg { "" } else { ", and each as SVG beside it" };
             summary::styled(&fit, common.verbose)
                 + &summary::left_out(&screened.bad_rows, &screened.notes, common.verbose)
-                + &line("figures", &numbers.join(", "))
+                + &line("figures", &names.join(", "))
                 + &line("written", &format!("{}{svg}", args.out.display()))
         },
     );

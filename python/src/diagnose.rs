@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use arcsmith::shared::{declared, diagnosis_summary, motion};
 use diagnosis::dynamic::{self, Case, DynamicOutcome, DynamicRecording, OwnSimulation};
 use diagnosis::observe::Wanted;
+use diagnosis::report::Beside;
 use diagnosis::simulated::{self, Simulation};
 use diagnosis::{Options, Outcome, report};
 use fitter::message::Message;
@@ -104,8 +105,10 @@ impl Diagnosis {
     fn report(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || {
             Ok(match &self.0 {
-                Found::OfCalibration(outcome) => report::page(outcome),
-                Found::OfMotion(recording, outcome) => report::of_motion(recording, outcome),
+                Found::OfCalibration(outcome) => report::page(outcome, &Beside::default()),
+                Found::OfMotion(recording, outcome) => {
+                    report::of_motion(recording, outcome, &Beside::default())
+                }
             })
         })
     }

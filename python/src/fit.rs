@@ -9,7 +9,7 @@ use fitter::faults::{self, Screened};
 use fitter::message::Message;
 use fitter::order::Splits;
 use fitter::recording::{Purpose, Reading};
-use fitter::report::Report;
+use fitter::report::{Report, Text};
 use fitter::{Fitted, Options, Solver};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -85,8 +85,9 @@ impl Fit {
     fn report(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || {
             let report = Report::of(&self.screened.recording, &self.fit, &[])?;
-            let text = fit_summary::plain_text(&self.fit);
-            Ok(report.page(&report.figures(), &self.screened.bad_rows, &text))
+            let summary = &fit_summary::plain_text(&self.fit);
+            let text = Text { bad_rows: &self.screened.bad_rows, summary, next: &[], written: &[] };
+            Ok(report.page(&report.figures(), &text))
         })
     }
 

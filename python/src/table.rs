@@ -93,7 +93,10 @@ impl Given {
 
 impl Table {
     fn notes(&self) -> impl Iterator<Item = fitter::recording::Note> + '_ {
-        self.timestamps.iter().cloned().map(|column| fitter::recording::Note::Timestamps { column, from: None })
+        self.timestamps
+            .iter()
+            .cloned()
+            .map(|column| fitter::recording::Note::Timestamps { column, from: None })
     }
 }
 

@@ -1,6 +1,7 @@
 """What the module computes is what the program computes, to the bit."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -32,13 +33,21 @@ def test_fit_of_a_file_is_the_programs_file(run, folder):
     assert program == own + " --json"
 
 
+def found_on(page):
+    """What a page shows beside the program's files and next commands."""
+    next_command = r"<p>[^<]*:</p>\s*<pre>arcsmith [^<]*</pre>"
+    files = r"<h2>Files written</h2>\s*<p>.*?</p>"
+    heading = r"<h2>What to do next</h2>"
+    return re.sub(r"\s+", " ", re.sub(f"{next_command}|{files}|{heading}", "", page, flags=re.S))
+
+
 @pytest.mark.parametrize("recording", ["calibration.csv", "warm.csv"])
 def test_diagnosis(run, folder, recording):
     run("diagnose", recording, "--mirror", "mirror.toml", "--out", "diagnosis")
     diagnosis = arcsmith.diagnose(recording, "mirror.toml")
     stem = recording.removesuffix(".csv")
     assert diagnosis.to_json() == (folder / f"diagnosis/{stem}.json").read_text()
-    assert diagnosis.report() == (folder / f"diagnosis/{stem}.html").read_text()
+    assert found_on(diagnosis.report()) == found_on((folder / f"diagnosis/{stem}.html").read_text())
     assert diagnosis.coefficients.to_json() == (folder / f"diagnosis/{stem}.coefficients.json").read_text()
 
 
@@ -46,7 +55,7 @@ def test_diagnosis_of_a_table_under_the_files_name(run, folder, columns):
     run("diagnose", "calibration.csv", "--mirror", "mirror.toml", "--out", "diagnosis")
     diagnosis = arcsmith.diagnose(columns, "mirror.toml", name="calibration.csv")
     assert diagnosis.to_json() == (folder / "diagnosis/calibration.json").read_text()
-    assert diagnosis.report() == (folder / "diagnosis/calibration.html").read_text()
+    assert found_on(diagnosis.report()) == found_on((folder / "diagnosis/calibration.html").read_text())
 
 
 def test_what_was_found(folder):

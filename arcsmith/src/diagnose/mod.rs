@@ -10,6 +10,7 @@ use clap::Args;
 use codegen::refused;
 use diagnosis::effects::{Effect, declared};
 use diagnosis::observe::{Simulated, Wanted};
+use diagnosis::report::Beside;
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
 use fitter::recording::{Purpose, Reading};
@@ -17,6 +18,7 @@ use fitter::{Mirror, Recording, Sensor, text_safety};
 use rayon::prelude::*;
 
 use crate::fit::MapArgs;
+use crate::next;
 use crate::terminal::{Common, Result, line, summarise};
 use codegen::cli::recording;
 
@@ -117,7 +119,7 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     let mut set = FileSet::new();
     set.folder(&cli.out)?;
     for (stem, outcome) in stems.iter().zip(&outcomes) {
-        write(&mut set, &cli.out, stem, outcome, !cli.no_report)?;
+        write(&mut set, cli, stem, outcome)?;
     }
     set.commit()?;
     tell(outcomes.iter().map(|outcome| &outcome.diagnosis), &cli.out, common);
@@ -239,12 +241,21 @@ fn command(cli: &Arguments) -> String {
 }
 
 /// Adds the files of one recording, the answer last: it names the others.
-fn write(set: &mut FileSet, folder: &Path, stem: &str, outcome: &Outcome, with_report: bool) -> Result<()> {
-    let at = |end: &str| folder.join(format!("{stem}.{end}"));
-    if with_report {
-        set.put(&at("html"), report::page(outcome))?;
-    }
+fn write(set: &mut FileSet, cli: &Arguments, stem: &str, outcome: &Outcome) -> Result<()> {
+    let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
     let coefficients = at("coefficients.json");
+    if !cli.no_report {
+        let mirror = cli.mirror.as_deref().map(next::place).unwrap_or_default();
+        let out = next::place(&cli.out);
+        let again = format!("arcsmith diagnose NEXT.csv --mirror {mirror}{} --out {out}", cli.map.typed());
+        let mut written = vec![at("html"), at("json")];
+        written.extend(outcome.coefficients.as_ref().map(|_| coefficients.clone()));
+        let beside = Beside {
+            next: next::after_diagnosis(outcome.coefficients.as_ref(), &coefficients, &again),
+            written: written.iter().map(|path| path.display().to_string()).collect(),
+        };
+        set.put(&at("html"), report::page(outcome, &beside))?;
+    }
     match &outcome.coefficients {
         Some(file) => set.put(&coefficients, file.to_sealed_json())?,
         // A file of an earlier run would pass for this one's.

@@ -18,6 +18,9 @@ use fitter::recording::Mapping;
 use fitter::text_safety;
 use rayon::prelude::*;
 
+use crate::next;
+use diagnosis::report::Beside;
+
 use super::{Arguments, all, known, one_simulation, stems, tell};
 use crate::terminal::{Common, Result};
 
@@ -47,10 +50,17 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     })?;
     let mut set = FileSet::new();
     set.folder(&cli.out)?;
-    for ((stem, recording), outcome) in stems.iter().zip(&recordings).zip(&outcomes) {
+    for (((stem, path), recording), outcome) in
+        stems.iter().zip(&cli.recordings).zip(&recordings).zip(&outcomes)
+    {
         let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
         if !cli.no_report {
-            set.put(&at("html"), diagnosis::report::of_motion(recording, outcome))?;
+            let written = ["html", "json", "plant.toml", "simulated.csv"].map(at);
+            let beside = Beside {
+                next: next::after_motion(&at("plant.toml"), path),
+                written: written.iter().map(|path| path.display().to_string()).collect(),
+            };
+            set.put(&at("html"), diagnosis::report::of_motion(recording, outcome, &beside))?;
         }
         let rows = table(outcome.other.as_ref().unwrap_or(&outcome.own));
         set.put(&at("simulated.csv"), rows)?;

@@ -12,6 +12,7 @@ use fitter::recording::{Mapping, Purpose, Reading};
 use fitter::{Fit, Fitted, Mirror, Options, Recording, Sensor, Solver, order, output, text_safety};
 use serde_json::json;
 
+use crate::next::quoted;
 use crate::terminal::{self, Common, Result, line, summarise};
 use codegen::cli::recording;
 pub use progress::{read, waiting};
@@ -42,6 +43,13 @@ pub struct MapArgs {
     /// A column under another name, in another unit: `x1_mm=Probe1:um`, `measured=enc:14bit`
     #[arg(long = "map", value_name = "NAME=COLUMN[:UNIT]")]
     pub map: Vec<Mapping>,
+}
+
+impl MapArgs {
+    /// As they are typed.
+    pub fn typed(&self) -> String {
+        self.map.iter().map(|mapping| format!(" --map {}", quoted(&mapping.to_string()))).collect()
+    }
 }
 
 /// What a fit is told, for every command that fits.
@@ -132,6 +140,29 @@ impl ModelArgs {
         Ok((screened, fit))
     }
 
+    /// The options that depart from their defaults, as they are typed; `--mirror` and `--map` stand apart.
+    pub fn typed(&self) -> String {
+        let usual = Options::default().splits;
+        let percent = (100.0 * usual.held_out_share).round() as u8;
+        let given = [
+            self.order.map(|order| format!("--order {order}")),
+            self.harmonics.map(|count| format!("--harmonics {count}")),
+            (self.splits as usize != usual.count).then(|| format!("--splits {}", self.splits)),
+            (self.held_out_percent != percent)
+                .then(|| format!("--held-out-percent {}", self.held_out_percent)),
+            (self.seed != usual.seed).then(|| format!("--seed {}", self.seed)),
+            matches!(self.solver, SolverArg::TrustRegion).then(|| "--solver trust-region".to_string()),
+            self.average.then(|| "--average".to_string()),
+            self.probe_distance_error.map(|mm| format!("--probe-distance-error {mm}")),
+        ];
+        given.into_iter().flatten().map(|option| format!(" {option}")).collect()
+    }
+
+    /// The mapped columns, as they are typed.
+    pub fn typed_map(&self) -> String {
+        self.map.typed()
+    }
+
     /// As a further recording of the same sensor is read.
     pub fn read_other(&self, path: &std::path::Path, sensor: &Sensor, common: Common) -> Result<Recording> {
         let reading = Reading { purpose: Purpose::Fit, mappings: &self.map.map, sensor: Some(sensor) };
@@ -166,15 +197,8 @@ pub fn run(args: &FitArgs, common: Common) -> Result<()> {
 
 /// The command as it was typed, or as the project has it, with the program's name alone in place of its path.
 pub fn command_line() -> String {
-    let quoted = |argument: String| {
-        let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
-        if !argument.is_empty() && argument.chars().all(plain) {
-            argument
-        } else {
-            format!("'{}'", argument.replace('\'', "'\\''"))
-        }
-    };
-    let words: Vec<String> =
-        std::iter::once("arcsmith".to_string()).chain(terminal::words().into_iter().map(quoted)).collect();
+    let words: Vec<String> = std::iter::once("arcsmith".to_string())
+        .chain(terminal::words().iter().map(|word| quoted(word)))
+        .collect();
     text_safety::command(&words.join(" "))
 }

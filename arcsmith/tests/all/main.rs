@@ -11,6 +11,7 @@ mod front_door;
 #[cfg(unix)]
 mod hostile;
 mod limits;
+mod pages;
 mod project;
 mod sets;
 mod simulation;

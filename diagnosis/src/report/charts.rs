@@ -2,8 +2,8 @@
 
 use plotters::prelude::*;
 
-use super::draw::{AFTER, BEFORE, axes};
-use super::readable;
+use super::draw::{AFTER, BEFORE, axes, titled};
+use super::{digits, readable};
 use crate::diagnosis::Outcome;
 use crate::numerics::{mean, range};
 use crate::thresholds::report::charts::{BINS, MOST_POINTS};
@@ -36,7 +36,14 @@ pub(super) fn residuals(
     let (low, high) = range(&x);
     let margin = 0.03 * (high - low).max(1e-9);
     let (bottom, top) = limits(&before, &after);
-    let stride = x.len().div_ceil(MOST_POINTS);
+    let stride = stride(x.len());
+    let mut titles = Vec::new();
+    for (values, _) in both {
+        let shown = x.iter().zip(values).step_by(stride).filter(|(_, y)| **y >= bottom && **y <= top);
+        titles.extend(shown.map(|(x, y)| {
+            format!("{} {}, residual {} {}", readable(variable), digits(*x), digits(*y), rows.unit)
+        }));
+    }
     let drawn = axes((&readable(variable), &label), (low - margin, high + margin), (bottom, top), |chart| {
         for (values, colour) in both {
             let points = x.iter().zip(values).step_by(stride).filter(|(_, y)| **y >= bottom && **y <= top);
@@ -48,7 +55,20 @@ pub(super) fn residuals(
         }
         Ok(())
     });
-    drawn.unwrap_or_default()
+    drawn.map_or(String::new(), |svg| titled(&svg, &titles))
+}
+
+/// Every how many rows one is drawn.
+fn stride(rows: usize) -> usize {
+    rows.div_ceil(MOST_POINTS).max(1)
+}
+
+/// How many readings are drawn of how many; blank where it is all of them.
+pub(super) fn drawn_of(rows: usize) -> String {
+    match stride(rows) {
+        1 => String::new(),
+        stride => format!(" Drawn are {} of {rows} readings.", rows.div_ceil(stride)),
+    }
 }
 
 /// A column's name for a reader, without its unit.

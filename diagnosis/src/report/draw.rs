@@ -6,6 +6,13 @@ use plotters::prelude::*;
 /// Size of a chart in its own units; the page scales it to the column.
 pub const SIZE: (u32, u32) = (560, 330);
 
+/// Labels of the ordinate; width of a letter, and what its name and the room around it take.
+const TICKS: usize = 6;
+const LETTER: usize = 10;
+const NAME: usize = 32;
+/// Dots that show their values where the pointer rests on them, at most: more are too dense to point at.
+const MOST_TITLES: usize = 600;
+
 /// Stand-ins for the page's colours: what is drawn in them is given the CSS variable of that name.
 pub(super) const INK: RGBColor = RGBColor(1, 2, 3);
 pub(super) const GRID: RGBColor = RGBColor(1, 2, 4);
@@ -110,7 +117,7 @@ pub(super) fn axes(
         let mut chart = ChartBuilder::on(&root)
             .margin(10)
             .x_label_area_size(44)
-            .y_label_area_size(66)
+            .y_label_area_size((NAME + LETTER * longest_tick(y)) as u32)
             .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
         let text = ("sans-serif", 17).into_font().color(&INK);
         chart
@@ -118,7 +125,7 @@ pub(super) fn axes(
             .x_desc(x_label)
             .y_desc(y_label)
             .x_labels(6)
-            .y_labels(6)
+            .y_labels(TICKS)
             .x_label_formatter(&|v| if x_label == LOGARITHMIC { frequency(*v) } else { short(*v) })
             .y_label_formatter(&|v| short(*v))
             .label_style(text.clone())
@@ -134,6 +141,32 @@ pub(super) fn axes(
     // Drawing into a string fails only where a range is empty; then there is nothing to show.
     whole(&mut svg).ok()?;
     Some(themed(&svg))
+}
+
+/// Letters of the longest label at the ticks of an ordinate.
+fn longest_tick((low, high): (f64, f64)) -> usize {
+    let range: plotters::coord::types::RangedCoordf64 = (low..high).into();
+    let ticks = range.key_points(plotters::coord::ranged1d::BoldPoints(TICKS));
+    ticks.iter().map(|value| short(*value).chars().count()).max().unwrap_or(1)
+}
+
+/// Gives every dot its values, in the order in which the dots are drawn.
+pub(super) fn titled(svg: &str, titles: &[String]) -> String {
+    let mut parts = svg.split("<circle ");
+    let mut text = parts.next().unwrap_or_default().to_string();
+    for (index, part) in parts.enumerate() {
+        text += "<circle ";
+        text += &match titles.get(index).filter(|_| titles.len() <= MOST_TITLES) {
+            Some(title) => part.replacen("/>", &format!("><title>{}</title></circle>", escaped(title)), 1),
+            None => part.to_string(),
+        };
+    }
+    text
+}
+
+/// As text within SVG.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;")
 }
 
 /// A tick's label of a logarithmic frequency: two digits.

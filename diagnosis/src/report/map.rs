@@ -28,7 +28,7 @@ pub(super) fn mismatch(outcome: &Outcome, before: &[f64], after: &[f64]) -> (Str
     }
     let key = format!(
         "Each cell is the mean residual over one range of the observable, from its lowest value (left) to its highest, \
-         in units of its uncertainty; the colour is full from {FULL:.0} on, one for each sign. Upper row: simulation alone; lower \
+         in units of its uncertainty; the colour is full from {FULL:.0} on. Upper row: simulation alone; lower \
          row: with the named effects."
     );
     (themed(&svg), key)

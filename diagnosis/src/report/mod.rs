@@ -17,10 +17,20 @@ use crate::dynamic::{DynamicOutcome, DynamicRecording};
 use crate::thresholds::report::MOST_CHARTS;
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict, angle_name};
 
+/// What stands on a page beside what was found.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Beside {
+    /// What the next commands are for, and the commands.
+    pub next: Vec<(String, String)>,
+    /// The files that are written.
+    pub written: Vec<String>,
+}
+
 /// What a page shows beside the answer itself.
 #[derive(Serialize)]
 struct Page<'a> {
     answer: &'a Diagnosis,
+    beside: &'a Beside,
     /// Unit of the root mean squares, and what they are of.
     unit: &'a str,
     of: &'static str,
@@ -34,6 +44,8 @@ struct Page<'a> {
     map: Option<(String, String)>,
     /// Gain and resonances by amplitude.
     growth: Vec<Value>,
+    /// Everything that is modelled in one line.
+    formula: Option<String>,
     sections: Vec<Section>,
 }
 
@@ -42,8 +54,8 @@ struct Page<'a> {
 struct Section {
     title: &'static str,
     /// Colours and what they stand for.
-    legend: Vec<(&'static str, &'static str)>,
-    note: &'static str,
+    legend: Vec<(&'static str, String)>,
+    note: String,
     /// Titles and charts.
     charts: Vec<(String, String)>,
 }
@@ -78,7 +90,7 @@ impl Page<'_> {
 }
 
 /// The page of a calibration.
-pub fn page(outcome: &Outcome) -> String {
+pub fn page(outcome: &Outcome, beside: &Beside) -> String {
     let d = &outcome.diagnosis;
     let (rows, passes) = (outcome.rows.len(), outcome.rows.passes().len());
     let (before, after) = (residual(outcome, false), residual(outcome, true));
@@ -96,31 +108,34 @@ pub fn page(outcome: &Outcome) -> String {
         };
         (title, charts::residuals(outcome, variable, times.as_deref(), &before, &after))
     };
+    let model = if d.effects.is_empty() { LOCATED } else { NAMED };
     let residuals = Section {
         title: "Residual before and after",
-        legend: vec![("before", SIMULATION), ("after", if d.effects.is_empty() { LOCATED } else { NAMED })],
-        note: "; lines are running means.",
+        legend: vec![("before", SIMULATION.into()), ("after", model.into())],
+        note: format!("; lines are running means.{}", charts::drawn_of(rows)),
         charts: shown.iter().map(chart).collect(),
     };
     Page {
         answer: d,
+        beside,
         unit: &d.noise_floor.unit,
         of: "rms",
         recorded: format!("{rows} readings in {}", plural(passes, "pass", "passes")),
-        model: format!("; base polynomial of order {}", outcome.after.order),
+        model: format!("; base: {}", base(outcome)),
         sentence: sentence(d, &d.noise_floor.unit),
         effects: d.effects.iter().map(catalogued).collect(),
         plant: Vec::new(),
         map: Some(map::mismatch(outcome, &before, &after)),
         growth: Vec::new(),
-        sections: vec![residuals],
+        sections: [residuals, scatter(&after, &format!("the residual {model}"), &d.noise_floor.unit)].into(),
+        formula: composed(d, &base(outcome)),
     }
     .render()
 }
 
 /// The page of a moving mechanism: spectra and traces are of `recording` itself, the figures of the held-out one
 /// where one was given.
-pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> String {
+pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome, beside: &Beside) -> String {
     let d = &outcome.diagnosis;
     let plant = &outcome.plant.plant;
     let feedback = plant.feedback.is_some();
@@ -137,34 +152,39 @@ pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> Stri
         }
     });
     let periodic = recording.period.is_some();
-    let mut sections = vec![
-        Section {
-            title: "Spectra",
-            legend: vec![
-                ("ink", "recorded"),
-                ("before", "left by the simulation alone"),
-                ("after", "left with the named effects"),
-            ],
-            note: if periodic { "; thin line: noise from repeated periods." } else { "." },
-            charts: spectra,
-        },
+    let mut sections = vec![Section {
+        title: "Spectra",
+        legend: vec![
+            ("ink", "recorded".into()),
+            ("before", "left by the simulation alone".into()),
+            ("after", "left with the named effects".into()),
+        ],
+        note: if periodic { "; thin line: noise from repeated periods." } else { "." }.into(),
+        charts: spectra,
+    }];
+    if !feedback {
+        sections.extend(spectra::free(recording, unit));
+        sections.extend(spectra::shift(recording));
+    }
+    sections.extend([
         Section {
             title: "Restoring force",
-            legend: Vec::new(),
-            note: "The acceleration that the nominal plant alone does not account for.",
+            legend: vec![("before", "positive".into()), ("after", "negative".into()), ("ink", "mean".into())],
+            note: ". The acceleration that the nominal plant alone does not account for.".into(),
             charts: surface,
         },
         Section {
             title: "Simulated against recorded",
-            legend: vec![("ink", "recorded"), ("before", SIMULATION), ("after", NAMED)],
-            note: ".",
+            legend: vec![("ink", "recorded".into()), ("before", SIMULATION.into()), ("after", NAMED.into())],
+            note: ".".into(),
             charts: traces::charts(recording, &outcome.own, unit, feedback),
         },
-    ];
+    ]);
     sections.retain(|section| !section.charts.is_empty());
     let runs = plural(recording.runs.len(), "run", "runs");
     Page {
         answer: d,
+        beside,
         unit,
         of: if feedback { "rms of the drive" } else { "rms of the position" },
         recorded: format!("{} rows in {runs} at {} Hz", recording.rows(), digits(1.0 / recording.step_s)),
@@ -175,6 +195,7 @@ pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> Stri
         map: None,
         growth: growth.collect(),
         sections,
+        formula: None,
     }
     .render()
 }
@@ -182,6 +203,39 @@ pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome) -> Stri
 const SIMULATION: &str = "simulation alone";
 const NAMED: &str = "with the named effects";
 const LOCATED: &str = "with the named effects and what was located";
+
+/// How the residual is distributed.
+fn scatter(residual: &[f64], whose: &str, unit: &str) -> Section {
+    let figures = fitter::report::distribution(residual, "", whose, unit);
+    Section {
+        title: "Is the residual noise?",
+        legend: Vec::new(),
+        note: figures.first().map_or(String::new(), |figure| figure.caption.clone()),
+        charts: figures.iter().map(|figure| (figure.title.clone(), figure.svg().to_string())).collect(),
+    }
+}
+
+/// What the effects are added to: a sine and a cosine are one harmonic.
+fn base(outcome: &Outcome) -> String {
+    match (outcome.rows.whole_turn(), outcome.after.order) {
+        (Some(_), order) => plural(order / 2, "harmonic of the turn", "harmonics of the turn"),
+        (None, order) => format!("polynomial of order {order}"),
+    }
+}
+
+/// The base and the formulas of all effects; none where an effect has no formula.
+fn composed(d: &Diagnosis, base: &str) -> Option<String> {
+    if d.effects.iter().any(|effect| effect.formula.is_empty()) {
+        return None;
+    }
+    let alone = d.effects.len() < 2;
+    let terms = d.effects.iter().map(|effect| {
+        let formula = &effect.formula;
+        if alone { formula.clone() } else { format!("[{}: {formula}]", effect.id.replace('_', " ")) }
+    });
+    let terms: Vec<String> = terms.collect();
+    (!terms.is_empty()).then(|| format!("error = {base} + {}", terms.join(" + ")))
+}
 
 fn plural(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })

@@ -1,5 +1,6 @@
 //! Spectra: the recorded position, what both simulations leave of it, noise and distortion.
 
+use super::Section;
 use super::draw::{Curve, LOGARITHMIC, Role, curves};
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;
@@ -66,8 +67,6 @@ pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<
         charts.extend(curves((LOGARITHMIC, &label), &drawn).map(|svg| (title, svg)));
     }
     charts.truncate(4);
-    charts.extend(free(recording, &plan, unit));
-    charts.extend(shift(recording, &plan));
     charts
 }
 
@@ -86,8 +85,9 @@ fn levels(power: &[f64], unit_hz: f64) -> Vec<(f64, f64)> {
     sums.iter().filter(|s| s.2 > 0).map(|s| (s.0 / s.2 as f64, 10.0 * (s.1 / s.2 as f64).log10())).collect()
 }
 
-/// Distortion on the lines that the multisine leaves free: even in the colour of before, odd of after.
-fn free(recording: &DynamicRecording, plan: &Plan, unit: &str) -> Option<(String, String)> {
+/// Distortion on the lines that the multisine leaves free: even and odd.
+pub fn free(recording: &DynamicRecording, unit: &str) -> Option<Section> {
+    let plan = Plan::new(recording);
     let length = plan.period?;
     let (even, odd) =
         free_lines(&recording.drives, &recording.positions, &recording.runs, length, recording.step_s);
@@ -109,12 +109,17 @@ fn free(recording: &DynamicRecording, plan: &Plan, unit: &str) -> Option<(String
     ];
     let label = format!("level (dB re 1 {unit} rms per line)");
     let svg = curves((LOGARITHMIC, &label), &drawn)?;
-    Some(("Free lines: even distortion (first colour) and odd (second)".into(), svg))
+    Some(Section {
+        title: "Distortion on the free lines",
+        legend: vec![("before", "even".into()), ("after", "odd".into())],
+        note: ".".into(),
+        charts: vec![("Lines that the drive leaves free".into(), svg)],
+    })
 }
 
 /// The response around the strongest resonance, at the lowest and the highest amplitude.
-fn shift(recording: &DynamicRecording, plan: &Plan) -> Option<(String, String)> {
-    let all = responses(recording, plan);
+pub fn shift(recording: &DynamicRecording) -> Option<Section> {
+    let all = responses(recording, &Plan::new(recording));
     let [(low, first), .., (high, last)] = all.as_slice() else { return None };
     let (a, b) = (size(first), size(last));
     let top = (0..a.len()).max_by(|i, j| a[*i].total_cmp(&a[*j]))?;
@@ -125,13 +130,14 @@ fn shift(recording: &DynamicRecording, plan: &Plan) -> Option<(String, String)> 
     };
     let drawn =
         [Curve { role: Role::Before, points: points(&a) }, Curve { role: Role::After, points: points(&b) }];
-    let digits = super::digits;
-    let title = format!(
-        "Response at the strongest resonance: amplitude {} (first colour) and {} (second)",
-        digits(*low),
-        digits(*high)
-    );
-    curves(("frequency (Hz)", "gain (dB)"), &drawn).map(|svg| (title, svg))
+    let svg = curves(("frequency (Hz)", "gain (dB)"), &drawn)?;
+    let amplitude = |value: f64| format!("amplitude {}", super::digits(value));
+    Some(Section {
+        title: "Response at the strongest resonance",
+        legend: vec![("before", amplitude(*low)), ("after", amplitude(*high))],
+        note: ".".into(),
+        charts: vec![("At the lowest and the highest amplitude".into(), svg)],
+    })
 }
 
 /// Gain and resonances by amplitude, where there are several.

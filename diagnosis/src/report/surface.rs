@@ -117,7 +117,7 @@ pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<(String, Strin
     let full = super::digits(largest);
     [
         (
-            format!("Over position and velocity (full colour: {full} {unit}/s², a colour for each sign)"),
+            format!("Over position and velocity (full colour: {full} {unit}/s²)"),
             map((&position, &velocity), (-x_most, x_most), (-v_most, v_most), &cells),
         ),
         ("Mean over position".into(), curves((&position, &acceleration), &curve(section(0, x_most)))),

@@ -20,8 +20,20 @@ pub struct Corrected {
     pub error: Vec<f64>,
     /// Pass and direction of every row.
     pub pass: Vec<(i32, i8)>,
-    /// Mean angle, mean error and standard deviation (none of a single reading) of every point.
-    pub points: Vec<(f64, f64, Option<f64>)>,
+    /// What the readings of every point have in common.
+    pub points: Vec<PointErrors>,
+}
+
+/// Errors of the readings at one angle.
+pub struct PointErrors {
+    /// Mean angle.
+    pub angle: f64,
+    /// Mean error.
+    pub mean: f64,
+    /// Standard deviation; none of a single reading.
+    pub deviation: Option<f64>,
+    /// Number of readings.
+    pub readings: usize,
 }
 
 impl Corrected {
@@ -81,8 +93,14 @@ impl Corrected {
             .into_iter()
             .map(|v| (v.freedom > 0).then(|| v.value.sqrt()))
             .collect::<Vec<_>>();
-        let points =
-            angles.into_iter().zip(moments.mean).zip(deviations).map(|((a, e), d)| (a, e, d)).collect();
+        let points = (angles.into_iter().zip(moments.mean).zip(deviations).zip(&points.rows))
+            .map(|(((angle, mean), deviation), readings)| PointErrors {
+                angle,
+                mean,
+                deviation,
+                readings: *readings,
+            })
+            .collect();
         let pass = recording.pass.iter().copied().zip(recording.direction.iter().copied()).collect();
         Corrected { name: recording.file.clone(), fitted, angle, error, pass, points }
     }
@@ -99,12 +117,12 @@ impl Corrected {
 
     /// Largest mean error of a point.
     pub fn largest_mean(&self) -> f64 {
-        self.points.iter().fold(0.0, |max, (_, mean, _)| mean.abs().max(max))
+        self.points.iter().fold(0.0, |max, point| point.mean.abs().max(max))
     }
 
     /// Largest standard deviation of a point; none where no angle repeats.
     pub fn largest_deviation(&self) -> Option<f64> {
-        self.points.iter().filter_map(|(_, _, deviation)| *deviation).reduce(f64::max)
+        self.points.iter().filter_map(|point| point.deviation).reduce(f64::max)
     }
 }
 

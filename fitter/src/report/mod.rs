@@ -1,13 +1,19 @@
-//! The paper's Figures 5, 6, 7, 9 and 10 of one's own sensor: one self-contained page, and SVG files.
+//! What was calibrated and what the correction leaves, as one self-contained page and SVG files.
 //!
-//! Figure 5: calibrated against calculated angle, and the error before the correction. 6: the two curves of the
-//! cross-validation. 7: the error with the model's curve, and what the fit leaves of each point. 9: the errors after
-//! the correction, pass by pass and as means over passes. 10: their standard deviation at each point. 9 and 10
-//! are of a verification recording where one is given, else of the recording that was fitted.
+//! The figures of the calibration are the error before the correction, the order that was chosen, the model and
+//! what it leaves of each point; of a sensor that turns also its harmonics. Those of the correction are of a
+//! verification recording where one is given, else of the recording that was fitted.
 
 mod after;
 mod chart;
+mod distribution;
 mod figures;
+mod interval;
+mod marks;
+mod polar;
+mod thin;
+mod turning;
+mod verification;
 
 use minijinja::{Environment, context};
 
@@ -18,14 +24,15 @@ use crate::faults::BadRow;
 use crate::fit::Fit;
 use crate::recording::Recording;
 
-pub use after::Corrected;
+pub use after::{Corrected, PointErrors};
 pub use chart::{Chart, Colour, Mark, Series};
+pub use distribution::distribution;
 
 /// One drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// As in the paper: `5a`, `6` …; with more than one verification `9a-2` ….
-    pub number: String,
+    /// What it is called: `error`, `order` …; of a second verification `mean-2` ….
+    pub name: String,
     /// What it shows.
     pub title: String,
     /// What is to be seen in it, with its figures.
@@ -35,6 +42,29 @@ pub struct Figure {
 }
 
 impl Figure {
+    /// Draws a chart; says in the caption how many of its points are drawn where that is not all of them.
+    fn of(name: &str, title: &str, caption: String, chart: Chart) -> Figure {
+        Figure::drawn(name, title, caption, chart, false)
+    }
+
+    /// The same with a logarithmic ordinate.
+    fn logarithmic(name: &str, title: &str, caption: String, chart: Chart) -> Figure {
+        Figure::drawn(name, title, caption, chart, true)
+    }
+
+    fn drawn(name: &str, title: &str, caption: String, mut chart: Chart, logarithmic: bool) -> Figure {
+        let (drawn, of) = chart.thin();
+        let thinned = format!(" Drawn are {drawn} of {of} readings or means; the others lie under them.");
+        let caption = if drawn < of { caption + &thinned } else { caption };
+        let svg = if logarithmic { chart.draw_logarithmic() } else { chart.draw() };
+        Figure { name: name.to_string(), title: title.to_string(), caption, svg }
+    }
+
+    /// The SVG for a page that has the CSS variables of the colours.
+    pub fn svg(&self) -> &str {
+        &self.svg
+    }
+
     /// An SVG file of its own, in the colours of a light page.
     pub fn file(&self) -> String {
         chart::standing_alone(&self.svg, chart::Page::Light)
@@ -44,6 +74,18 @@ impl Figure {
     pub fn dark_file(&self) -> String {
         chart::standing_alone(&self.svg, chart::Page::Dark)
     }
+}
+
+/// What stands on the page beside the figures.
+pub struct Text<'a> {
+    /// The cells that were left out before the fit.
+    pub bad_rows: &'a [BadRow],
+    /// The summary of the fit as plain text.
+    pub summary: &'a str,
+    /// What the next commands are for, and the commands.
+    pub next: &'a [(String, String)],
+    /// The files that are written.
+    pub written: &'a [String],
 }
 
 /// A calibration with its fit, and the recordings that verify it.
@@ -78,7 +120,7 @@ impl<'a> Report<'a> {
         let mut figures = figures::calibration(self.recording, self.fit);
         for (index, corrected) in self.corrected.iter().enumerate() {
             let suffix = if index == 0 { String::new() } else { format!("-{}", index + 1) };
-            figures.extend(figures::verification(corrected, &self.fit.coefficients, &suffix));
+            figures.extend(verification::figures(corrected, &self.fit.coefficients, &suffix));
         }
         figures
     }
@@ -89,14 +131,14 @@ impl<'a> Report<'a> {
         self.corrected.first().map(|corrected| figures::overview(self.fit, corrected))
     }
 
-    /// The page, with the cells that were left out before the fit, and the `summary` of the fit as plain text.
-    pub fn page(&self, figures: &[Figure], bad_rows: &[BadRow], summary: &str) -> String {
+    /// The page.
+    pub fn page(&self, figures: &[Figure], text: &Text) -> String {
         let file = &self.fit.coefficients;
         let statistics = file.statistics.as_ref();
         let figures: Vec<_> = (figures.iter())
             .map(|figure| {
                 context! {
-                    number => figure.number.clone(),
+                    name => figure.name.clone(),
                     title => figure.title.clone(),
                     caption => figure.caption.clone(),
                     svg => figure.svg.clone(),
@@ -132,7 +174,7 @@ impl<'a> Report<'a> {
             before => statistics.map(|s| spread(&s.before)),
             after => statistics.map(|s| spread(&s.after)),
             verified => verified,
-            bad_rows => bad_rows
+            bad_rows => text.bad_rows
                 .iter()
                 .map(|bad| format!("line {}, {} {}: {}", bad.line, bad.column, bad.value, bad.reason))
                 .collect::<Vec<String>>(),
@@ -140,7 +182,9 @@ impl<'a> Report<'a> {
             depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
             slope => file.turn.as_ref().and_then(|turn| turn.slope.as_ref()).map(|s| capital(&s.statement)),
-            summary => summary,
+            summary => text.summary,
+            next => minijinja::value::Serde(text.next),
+            written => minijinja::value::Serde(text.written),
             figures => figures,
         };
         // The template is part of the program and rendered by a test: it cannot fail on other data.

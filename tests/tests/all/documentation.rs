@@ -225,9 +225,9 @@ fn the_pictures_in_the_tutorial_are_drawn_by_the_program() {
             "report calibration.csv verification.csv --mirror mirror.toml --out report.html",
         ],
         &[
-            ("report-figure-5b.svg", "tutorial-error.svg"),
-            ("report-figure-6.svg", "tutorial-order.svg"),
-            ("report-figure-9b.svg", "tutorial-verification.svg"),
+            ("report-error.svg", "tutorial-error.svg"),
+            ("report-order.svg", "tutorial-order.svg"),
+            ("report-mean.svg", "tutorial-verification.svg"),
         ],
     );
 }

@@ -11,7 +11,7 @@ const UP_TO: f64 = 10.0;
 /// Probability of detection against ρ: bins with their intervals, the fitted ogive, the isotonic steps, and
 /// the ideal detector.
 pub(super) fn detection(curve: &Curve) -> String {
-    let line = |name: &str, colour, points| Series { name: name.into(), points, mark: Mark::Line, colour };
+    let line = |name: &str, colour, points| Series::new(name, Mark::Line, colour, points);
     let along = |share: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         (0..=200).map(|i| UP_TO * f64::from(i) / 200.0).map(|rho| (rho, share(rho))).collect()
     };

@@ -1,19 +1,9 @@
-//! The report as a browser draws it. The browser is found through the environment variable CHROMIUM or on the
-//! path; without one the test says what it skipped.
+//! The report of a diagnosis as a browser draws it.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 use crate::diagnose::common::{recording, scene};
-
-fn browser() -> Option<PathBuf> {
-    if let Some(named) = std::env::var_os("CHROMIUM") {
-        return Some(PathBuf::from(named));
-    }
-    let path = std::env::var_os("PATH")?;
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    std::env::split_paths(&path).flat_map(|p| names.map(|n| p.join(n))).find(|p| p.is_file())
-}
+use crate::pages::browser;
 
 /// What a page that frames the report measures of it once it is drawn: overflow beyond the frame in pixels,
 /// charts, marks in them, smallest height of their text in pixels, headings and the verdict's sentence.
@@ -44,31 +34,12 @@ document.body.append(frame);
 fn drawn(browser: &Path, folder: &Path, width: u32) -> serde_json::Value {
     let probe = folder.join("probe.html");
     std::fs::write(&probe, PROBE.replace("WIDTH", &width.to_string())).expect("a file");
-    let output = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--allow-file-access-from-files"])
-        .args(["--virtual-time-budget=5000", "--window-size=1400,1000"])
-        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
-        .args(["--dump-dom", &format!("file://{}", probe.display())])
-        .output()
-        .expect("the browser runs");
-    let document = String::from_utf8_lossy(&output.stdout).into_owned();
-    let mark = "id=\"measured\">";
-    let start =
-        document.find(mark).unwrap_or_else(|| panic!("the probe did not run: {document}")) + mark.len();
-    let end = start + document[start..].find("</pre>").expect("its end");
-    let text = document[start..end].replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">");
-    serde_json::from_str(&text).expect("JSON")
+    browser::measured(browser, folder, "probe.html", &["--window-size=1400,1000"])
 }
 
 #[test]
 fn the_drawn_page_fits_a_desk_and_a_phone() {
-    let Some(browser) = browser() else {
-        assert!(std::env::var_os("CI").is_none(), "no browser to draw the report with: install chromium");
-        println!(
-            "skipped the drawn report: no browser on the path; install chromium, or set CHROMIUM to one"
-        );
-        return;
-    };
+    let Some(browser) = browser::found("the drawn page of a diagnosis") else { return };
     let scene = scene();
     let path = recording(scene.folder.path(), "step.csv", 6, |row, cells| {
         if row >= 100 {

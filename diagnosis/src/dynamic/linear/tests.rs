@@ -239,7 +239,7 @@ fn hysteresis_is_named_and_its_file_simulates_the_same() {
     let y = super::diagnose::free_run(&model, &recording, &recording.runs[0]).unwrap();
     let apart = (0..PERIOD).map(|n| (y[2 * n] - outcome.own.after[0][n]).abs()).fold(0.0, f64::max);
     assert!(apart < 1e-6, "{apart}");
-    let page = crate::report::of_motion(&recording, &outcome);
+    let page = crate::report::of_motion(&recording, &outcome, &Default::default());
     assert!(page.contains("Spectrum at amplitude") && page.contains("hysteresis of the actuator"));
 }
 

@@ -1,0 +1,102 @@
+//! The commands that a page proposes next, as they are typed.
+
+use std::path::Path;
+
+use fitter::coefficients::Coefficients;
+
+/// What a command is for, and the command.
+pub type Step = (String, String);
+
+fn step(purpose: &str, command: String) -> Step {
+    (purpose.to_string(), command)
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// A path as a shell takes it.
+pub fn place(path: &Path) -> String {
+    quoted(&path.display().to_string())
+}
+
+/// After the figures of a calibration; `model` are the options of its fit.
+pub fn after_report(recording: &Path, mirror: &Path, map: &str, model: &str) -> Vec<Step> {
+    let (recording, mirror) = (place(recording), place(mirror));
+    vec![
+        step(
+            "Write the coefficients",
+            format!("arcsmith fit {recording} --mirror {mirror}{map}{model} --out coefficients.json"),
+        ),
+        step(
+            "Generate the correction with its proven bound",
+            "arcsmith generate --coefficients coefficients.json --out firmware".to_string(),
+        ),
+        step(
+            "Find out what the model leaves out",
+            format!("arcsmith diagnose {recording} --mirror {mirror}{map} --out findings"),
+        ),
+    ]
+}
+
+/// After a calibration was diagnosed: the firmware where there are coefficients, else the next recording.
+pub fn after_diagnosis(file: Option<&Coefficients>, coefficients: &Path, again: &str) -> Vec<Step> {
+    match file {
+        Some(file) => {
+            vec![step("Generate the correction with its proven bound", generate(file, coefficients))]
+        }
+        None => vec![step("Diagnose the next recording", again.to_string())],
+    }
+}
+
+/// After a mechanism in motion was diagnosed.
+pub fn after_motion(plant: &Path, drive: &Path) -> Vec<Step> {
+    let (plant, drive) = (place(plant), place(drive));
+    vec![step(
+        "Run the augmented plant on a drive",
+        format!("arcsmith simulate --plant {plant} --drive {drive} --out simulated.csv"),
+    )]
+}
+
+/// With the inputs that the terms read, in the ranges that were recorded.
+fn generate(file: &Coefficients, path: &Path) -> String {
+    let read = |name: &str| file.terms.iter().any(|term| term.operator.observables().contains(&name));
+    let further: String = (file.observed.iter())
+        .filter(|(name, _)| read(name))
+        .map(|(name, range)| format!(" --further {}", quoted(&format!("{name}={}", inside(*range)))))
+        .collect();
+    format!("arcsmith generate --coefficients {}{further} --out firmware", place(path))
+}
+
+/// A range in few digits that does not reach beyond the recorded one.
+fn inside([from, to]: [f64; 2]) -> String {
+    // A thousandth of the width, as a power of ten.
+    let step = 10f64.powf(((to - from).abs().max(f64::MIN_POSITIVE) / 1000.0).log10().ceil());
+    let decimals = (-step.log10().round()).max(0.0) as usize;
+    let (from, to) = ((from / step).ceil() * step, (to / step).floor() * step);
+    format!("{from:.decimals$}..{to:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_needs_it() {
+        assert_eq!(quoted("a/b-1.csv"), "a/b-1.csv");
+        assert_eq!(quoted("my file's.csv"), "'my file'\\''s.csv'");
+    }
+
+    #[test]
+    fn a_range_stays_within_what_was_recorded() {
+        assert_eq!(inside([14.80716, 39.21684]), "14.9..39.2");
+        assert_eq!(inside([-0.012, 0.034_567]), "-0.0120..0.0345");
+        assert_eq!(inside([-12_345.6, 23_456.7]), "-12300..23400");
+    }
+}

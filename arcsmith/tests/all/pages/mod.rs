@@ -1,0 +1,112 @@
+//! One page of each kind as a browser draws it, the commands that it proposes, and its size.
+
+pub mod browser;
+
+use std::path::Path;
+use std::process::Command;
+
+/// What a page may weigh, whatever the recording.
+const MOST_BYTES: u64 = 2_000_000;
+
+fn arcsmith(folder: &Path, command: &str) {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let program = Command::new(env!("CARGO_BIN_EXE_arcsmith")).current_dir(folder).args(&words).output();
+    let output = program.unwrap();
+    assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// A folder with a page of each kind: a calibration with its verification, an encoder, a diagnosis that names the effect,
+/// one that describes it, one of an encoder, and one of a mechanism in motion.
+fn pages() -> (tempfile::TempDir, [&'static str; 6]) {
+    let folder = tempfile::tempdir().unwrap();
+    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
+    std::fs::write(folder.path().join("plant.toml"), plant).unwrap();
+    for command in [
+        "init --out mirror.toml",
+        "init --kind encoder --out encoder.toml",
+        "record --protocol calibration --seed 7 --out calibration.csv",
+        "record --protocol verification --device-seed 7 --seed 8 --out verification.csv",
+        "report calibration.csv verification.csv --mirror mirror.toml --out report.html",
+        "encode --seed 7 --out encoder.csv",
+        "report encoder.csv --mirror encoder.toml --out encoder.html --no-svg",
+        "record --protocol calibration --seed 7 --temperature levels \
+         --effect thermal_zero_drift:coefficient_arcsec_per_k=0.5 --out warm.csv",
+        "diagnose warm.csv --mirror mirror.toml --out named",
+        "diagnose warm.csv --mirror mirror.toml --without thermal_zero_drift --out described",
+        "diagnose encoder.csv --mirror encoder.toml --out turned",
+        "excite --seed 7 --effect cubic_stiffness:coefficient=3e-7 --out motion.csv",
+        "diagnose motion.csv --plant plant.toml --out moving",
+    ] {
+        arcsmith(folder.path(), command);
+    }
+    let names = [
+        "report.html",
+        "encoder.html",
+        "named/warm.html",
+        "described/warm.html",
+        "turned/encoder.html",
+        "moving/motion.html",
+    ];
+    (folder, names)
+}
+
+#[test]
+fn no_text_overlaps_or_leaves_the_page_in_two_widths_and_both_colour_schemes() {
+    let Some(browser) = browser::found("the look at one page of each kind") else { return };
+    let (folder, names) = pages();
+    let probe = include_str!("probe.html").replace("PAGES", &serde_json::to_string(&names).unwrap());
+    std::fs::write(folder.path().join("probe.html"), probe).unwrap();
+    for (scheme, dark) in [("0", true), ("1", false)] {
+        let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
+        let drawn = browser::measured(&browser, folder.path(), "probe.html", &[&scheme]);
+        let drawn = drawn.as_array().unwrap();
+        assert_eq!(drawn.len(), 2 * names.len());
+        for page in drawn {
+            let which = format!("{} at {}, dark: {dark}", page["name"], page["width"]);
+            assert_eq!(page["faults"], serde_json::json!([]), "{which}");
+            assert!(page["charts"].as_u64() >= Some(3), "{which}: {page}");
+            // What has more readings than can be pointed at shows no values.
+            let dense = page["name"] == "moving/motion.html" || page["name"] == "turned/encoder.html";
+            assert!(dense || page["hovers"].as_u64() >= Some(35), "{which}: {page}");
+            // A dark page is darker than a middle grey, a light one lighter.
+            assert_eq!(page["paper"].as_f64().unwrap() < 0.2, dark, "{which}");
+        }
+    }
+}
+
+#[test]
+fn the_commands_on_a_page_run_in_its_folder_and_its_files_are_there() {
+    let (folder, names) = pages();
+    for name in names {
+        let page = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let commands: Vec<&str> = page.split("<pre>arcsmith ").skip(1).collect();
+        let commands: Vec<&str> = commands.iter().filter_map(|rest| rest.split("</pre>").next()).collect();
+        assert!(!commands.is_empty(), "{name} proposes nothing");
+        for command in commands.into_iter().filter(|command| !command.contains("NEXT.csv")) {
+            arcsmith(folder.path(), &command.replace("&#x2f;", "/"));
+        }
+        let files = page.split("<h2>Files written</h2>").nth(1).unwrap().split("</p>").next().unwrap();
+        let files: Vec<&str> =
+            files.split("<code>").skip(1).filter_map(|rest| rest.split('<').next()).collect();
+        assert!(!files.is_empty(), "{name} names no file");
+        for file in files {
+            assert!(folder.path().join(file.replace("&#x2f;", "/")).is_file(), "{name}: {file}");
+        }
+    }
+}
+
+#[test]
+fn a_page_of_many_readings_is_small_and_says_what_it_draws() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in [
+        "init --kind encoder --out encoder.toml",
+        "encode --seed 7 --readings 1000 --passes 60 --out encoder.csv",
+        "report encoder.csv --mirror encoder.toml --out report.html --no-svg",
+    ] {
+        arcsmith(folder.path(), command);
+    }
+    let page = folder.path().join("report.html");
+    assert!(page.metadata().unwrap().len() <= MOST_BYTES);
+    let text = std::fs::read_to_string(page).unwrap();
+    assert!(text.contains(" of 72060 readings or means; the others lie under them."));
+}
