@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use codegen::cli::recording;
 use codegen::refused;
 use fitter::{mirror, output};
 use serde_json::json;
 
-use crate::project::{self, init};
+use crate::project;
+use crate::project::init::{self, Kind};
 use crate::terminal::{Common, Result, line, summarise};
 
 /// Arguments of `init`.
@@ -32,29 +33,6 @@ pub struct InitArgs {
     /// Write over a file that is there
     #[arg(long)]
     force: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Kind {
-    /// Two eddy-current probes on either side of the axis
-    Mirror,
-    /// A sensor that reports the angle or position itself
-    Direct,
-    /// A direct sensor that turns round and round
-    Encoder,
-    /// A mechanism in motion
-    Motion,
-}
-
-impl From<Kind> for init::Kind {
-    fn from(kind: Kind) -> init::Kind {
-        match kind {
-            Kind::Mirror => init::Kind::Mirror,
-            Kind::Direct => init::Kind::Direct,
-            Kind::Encoder => init::Kind::Encoder,
-            Kind::Motion => init::Kind::Motion,
-        }
-    }
 }
 
 pub fn run(args: &InitArgs, common: Common) -> Result<()> {
@@ -91,10 +69,9 @@ pub fn run(args: &InitArgs, common: Common) -> Result<()> {
 
 /// Writes a project file.
 fn of_project(args: &InitArgs, out: &str, common: Common) -> Result<()> {
-    let kind = args.kind.map(init::Kind::from);
     let new = match &args.from {
-        Some(path) => init::of_recording(path, kind)?,
-        None => init::without_recording(kind.unwrap_or(init::Kind::Mirror)),
+        Some(path) => init::of_recording(path, args.kind)?,
+        None => init::without_recording(args.kind.unwrap_or(Kind::Mirror)),
     };
     output::write_whole(&args.out, |file| file.write_all(new.text.as_bytes()))?;
     let seen = new.seen.as_ref();
@@ -130,7 +107,7 @@ fn said(out: &str, seen: Option<&init::Seen>) -> String {
         text += &line("read as", &seen.mapped.join(", "));
     }
     if let Some(from) = &seen.started {
-        text += &line("time", &format!("points in time, converted to seconds since the first, {from}"));
+        text += &line("time", &format!("timestamps, taken as seconds since the first row, {from}"));
     }
     if !seen.guessed.is_empty() {
         text += &line("guessed", &format!("{}: look at them in {out}", seen.guessed.join(", ")));

@@ -22,13 +22,13 @@ pub fn quoted(word: &str) -> String {
 }
 
 /// A path as a shell takes it.
-pub fn place(path: &Path) -> String {
+pub fn quoted_path(path: &Path) -> String {
     quoted(&path.display().to_string())
 }
 
 /// After the figures of a calibration; `model` are the options of its fit.
 pub fn after_report(recording: &Path, mirror: &Path, map: &str, model: &str) -> Vec<Step> {
-    let (recording, mirror) = (place(recording), place(mirror));
+    let (recording, mirror) = (quoted_path(recording), quoted_path(mirror));
     vec![
         step(
             "Write the coefficients",
@@ -57,7 +57,7 @@ pub fn after_diagnosis(file: Option<&Coefficients>, coefficients: &Path, again: 
 
 /// After a mechanism in motion was diagnosed.
 pub fn after_motion(plant: &Path, drive: &Path) -> Vec<Step> {
-    let (plant, drive) = (place(plant), place(drive));
+    let (plant, drive) = (quoted_path(plant), quoted_path(drive));
     vec![step(
         "Run the augmented plant on a drive",
         format!("arcsmith simulate --plant {plant} --drive {drive} --out simulated.csv"),
@@ -71,7 +71,7 @@ fn generate(file: &Coefficients, path: &Path) -> String {
         .filter(|(name, _)| read(name))
         .map(|(name, range)| format!(" --further {}", quoted(&format!("{name}={}", inside(*range)))))
         .collect();
-    format!("arcsmith generate --coefficients {}{further} --out firmware", place(path))
+    format!("arcsmith generate --coefficients {}{further} --out firmware", quoted_path(path))
 }
 
 /// A range in few digits that does not reach beyond the recorded one.

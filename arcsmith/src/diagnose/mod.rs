@@ -245,8 +245,8 @@ fn write(set: &mut FileSet, cli: &Arguments, stem: &str, outcome: &Outcome) -> R
     let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
     let coefficients = at("coefficients.json");
     if !cli.no_report {
-        let mirror = cli.mirror.as_deref().map(next::place).unwrap_or_default();
-        let out = next::place(&cli.out);
+        let mirror = cli.mirror.as_deref().map(next::quoted_path).unwrap_or_default();
+        let out = next::quoted_path(&cli.out);
         let again = format!("arcsmith diagnose NEXT.csv --mirror {mirror}{} --out {out}", cli.map.typed());
         let mut written = vec![at("html"), at("json")];
         written.extend(outcome.coefficients.as_ref().map(|_| coefficients.clone()));

@@ -5,6 +5,7 @@ mod size;
 
 use std::path::Path;
 
+use clap::ValueEnum;
 use codegen::refused;
 use fitter::mirror;
 use fitter::table::{Naming, Table, Use};
@@ -14,15 +15,15 @@ use crate::terminal::Result;
 use recognise::{Column, Role};
 
 /// What a project is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
-    /// Two probes on either side of an axis.
+    /// Two eddy-current probes on either side of the axis
     Mirror,
-    /// A sensor that reports the angle or position itself.
+    /// A sensor that reports the angle or position itself
     Direct,
-    /// One that turns round and round.
+    /// A direct sensor that turns round and round
     Encoder,
-    /// A mechanism in motion.
+    /// A mechanism in motion
     Motion,
 }
 

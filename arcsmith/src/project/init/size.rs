@@ -52,8 +52,8 @@ pub fn of_direct(table: &Table, columns: &[Column]) -> (Vec<Reading>, Vec<Own>) 
     let measured = values(table, columns, role).unwrap_or_default();
     let reference = values(table, columns, Role::Reference).unwrap_or_default();
     // Counts are converted into the unit of the reference, since what is corrected is an angle.
-    let bits = bits(measured)
-        .filter(|_| stated(role).is_none_or(|unit| unit == "counts") && bits_or_none(reference));
+    let bits =
+        bits(measured).filter(|_| stated(role).is_none_or(|unit| unit == "counts") && no_counts(reference));
     let (unit, guess) = match stated(Role::Reference).or_else(|| stated(role).filter(|_| bits.is_none())) {
         Some(unit) => (unit, None),
         None => guessed_unit(span(if bits.is_some() { reference } else { measured })),
@@ -144,7 +144,7 @@ fn common(table: &Table, columns: &[Column]) -> Vec<Reading> {
 
 /// Times beyond are counts since 1970, which the reader of recordings converts.
 const NO_SECONDS: f64 = 1e11;
-/// No calibration is made at so many degrees Celsius; in kelvin it is deep frost.
+/// No calibration is made at so many degrees Celsius: larger numbers are kelvin.
 const COLDEST_IN_KELVIN: f64 = 200.0;
 /// More than a small voice coil takes.
 const MOST_AMPERES: f64 = 20.0;
@@ -216,7 +216,7 @@ fn bits(values: &[f64]) -> Option<u32> {
 }
 
 /// Whether these are no counts themselves.
-fn bits_or_none(values: &[f64]) -> bool {
+fn no_counts(values: &[f64]) -> bool {
     bits(values).is_none()
 }
 
