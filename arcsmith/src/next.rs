@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use fitter::coefficients::Coefficients;
+use fitter::text_safety;
 
 /// What a command is for, and the command.
 pub type Step = (String, String);
@@ -11,13 +12,21 @@ fn step(purpose: &str, command: String) -> Step {
     (purpose.to_string(), command)
 }
 
-/// A word as a shell takes it.
+/// A word as a shell takes it; with characters that a terminal may obey, as `$'…'` (POSIX 2024) and their bytes in
+/// octal.
 pub fn quoted(word: &str) -> String {
     let plain = |sign: char| sign.is_alphanumeric() || "-_./=:+,".contains(sign);
     if !word.is_empty() && word.chars().all(plain) {
         word.to_string()
-    } else {
+    } else if text_safety::visible(word) == word {
         format!("'{}'", word.replace('\'', "'\\''"))
+    } else {
+        let byte = |byte: u8| match byte {
+            b'\'' | b'\\' => format!("\\{}", char::from(byte)),
+            b' '..=b'~' => char::from(byte).to_string(),
+            _ => format!("\\{byte:03o}"),
+        };
+        format!("$'{}'", word.bytes().map(byte).collect::<String>())
     }
 }
 
@@ -91,6 +100,7 @@ mod tests {
     fn words_are_quoted_where_a_shell_needs_it() {
         assert_eq!(quoted("a/b-1.csv"), "a/b-1.csv");
         assert_eq!(quoted("my file's.csv"), "'my file'\\''s.csv'");
+        assert_eq!(quoted("it's\n\u{202e}.csv"), "$'it\\'s\\012\\342\\200\\256.csv'");
     }
 
     #[test]

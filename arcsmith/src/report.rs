@@ -6,6 +6,7 @@ use clap::Args;
 use codegen::refused;
 use fitter::output::{self, FileSet};
 use fitter::report::{Report, Text};
+use fitter::text_safety;
 use serde_json::json;
 
 use crate::fit::{ModelArgs, summary};
@@ -54,20 +55,20 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
     let report = Report::of(recording, &fit, &verifications)?;
     let figures = report.figures();
     let plain = summary::plain_text(&fit);
-    let mut written = vec![args.out.display().to_string()];
+    let mut written = vec![text_safety::path(&args.out)];
     let mut set = FileSet::new();
     let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());
     for figure in figures.iter().filter(|_| !args.no_svg) {
         let path = args.out.with_file_name(format!("{stem}-{}.svg", figure.name));
         set.put(&path, figure.file())?;
-        written.push(path.display().to_string());
+        written.push(text_safety::path(&path));
     }
     if let (Some(light), Some(figure)) = (&args.overview, report.overview()) {
         let stem = light.file_stem().map_or_else(|| "overview".into(), |stem| stem.to_string_lossy());
         let dark = light.with_file_name(format!("{stem}-dark.svg"));
         for (path, text) in [(light, figure.file()), (&dark, figure.dark_file())] {
             set.put(path, text)?;
-            written.push(path.display().to_string());
+            written.push(text_safety::path(path));
         }
     }
     let model = &args.model;

@@ -252,7 +252,7 @@ fn write(set: &mut FileSet, cli: &Arguments, stem: &str, outcome: &Outcome) -> R
         written.extend(outcome.coefficients.as_ref().map(|_| coefficients.clone()));
         let beside = Beside {
             next: next::after_diagnosis(outcome.coefficients.as_ref(), &coefficients, &again),
-            written: written.iter().map(|path| path.display().to_string()).collect(),
+            written: written.iter().map(|path| text_safety::path(path)).collect(),
         };
         set.put(&at("html"), report::page(outcome, &beside))?;
     }

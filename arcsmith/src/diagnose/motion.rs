@@ -58,7 +58,7 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
             let written = ["html", "json", "plant.toml", "simulated.csv"].map(at);
             let beside = Beside {
                 next: next::after_motion(&at("plant.toml"), path),
-                written: written.iter().map(|path| path.display().to_string()).collect(),
+                written: written.iter().map(|path| text_safety::path(path)).collect(),
             };
             set.put(&at("html"), diagnosis::report::of_motion(recording, outcome, &beside))?;
         }

@@ -62,13 +62,13 @@ impl Scene {
         command
     }
 
-    /// The set of a command's old or new inputs, written into a folder of its own.
+    /// The set of a command's old or new inputs, written into an empty folder.
     fn set(&self, line: &str, inputs: &str) -> (Files, Duration) {
-        let out = self.path("of-its-own");
+        let out = self.path("OUT");
         let _ = fs::remove_dir_all(&out);
         fs::create_dir_all(out.join("over")).unwrap();
         let begun = Instant::now();
-        let output = self.command(&filled(line, inputs, "of-its-own")).output().unwrap();
+        let output = self.command(&filled(line, inputs, "OUT")).output().unwrap();
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
         let took = begun.elapsed();
         let files = visible(&out);

@@ -31,7 +31,7 @@ fn columns_are_recognised_and_units_guessed_and_marked() {
     let folder = Folder::empty();
     laboratory(&folder);
     let said = folder.ok("init --from lab.csv");
-    assert!(said.contains("converted to seconds since the first, 2026-11-24T09:00:02.970Z"), "{said}");
+    assert!(said.contains("taken as seconds since the first row, 2026-11-24T09:00:02.970Z"), "{said}");
     let text = folder.read("arcsmith.toml");
     for line in [
         "t_s = { column = \"Timestamp\" }",
