@@ -4,6 +4,7 @@
 //! [`run`] is the whole program. Where another program holds it, a Python module for example, it gives the words itself.
 
 mod apply;
+mod budget;
 mod completions;
 mod diagnose;
 mod effects;
@@ -88,6 +89,8 @@ enum Command {
     /// `status --strict`.
     #[command(after_help = cli::CHECK)]
     Check(Box<cli::Check>),
+    /// State the uncertainty of a corrected reading after the GUM: every contribution, combined and expanded, over the range
+    Budget(Box<budget::BudgetArgs>),
     /// List the Pareto-optimal routines (bound, instructions, flash) for every core
     Explore(Box<explore::ExploreArgs>),
     /// Check the generated files from outside
@@ -137,6 +140,7 @@ fn command(Cli { common, command }: Cli) -> Result<ExitCode> {
         Command::Diagnose(args) => diagnose::run(&args, common)?,
         Command::Generate(arguments) => return arguments.generate(),
         Command::Check(check) => return check.run(),
+        Command::Budget(args) => budget::run(&args)?,
         Command::Explore(args) => return explore::run(&args),
         Command::Verify(verify) => return verify.run(),
         Command::Record(args) => record::run(args, common)?,

@@ -9,6 +9,7 @@ use fitter::report::{Report, Text};
 use fitter::text_safety;
 use serde_json::json;
 
+use crate::budget;
 use crate::fit::{ModelArgs, summary};
 use crate::next;
 use crate::terminal::{Common, Result, line, summarise};
@@ -55,6 +56,7 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
     let report = Report::of(recording, &fit, &verifications)?;
     let figures = report.figures();
     let plain = summary::plain_text(&fit);
+    let budget = budget::of_usual(&fit.coefficients);
     let mut written = vec![text_safety::path(&args.out)];
     let mut set = FileSet::new();
     let stem = args.out.file_stem().map_or_else(|| "report".into(), |stem| stem.to_string_lossy());
@@ -74,6 +76,7 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
     let model = &args.model;
     let text = Text {
         bad_rows: &screened.bad_rows,
+        budget: budget.as_ref().map(|of| (of.routine.as_str(), &of.budget)),
         summary: &plain,
         next: &next::after_report(calibration, &model.mirror, &model.typed_map(), &model.typed()),
         written: &written,

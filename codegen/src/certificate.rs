@@ -1,5 +1,6 @@
 //! The certificate: what is proved about every generated routine, for machines to read.
 
+use fitter::budget::Budget;
 use serde::{Deserialize, Serialize};
 
 use crate::claim::Claim;
@@ -30,6 +31,18 @@ pub struct Certificate {
     pub reservation: Option<String>,
     /// One entry for each routine and language.
     pub routines: Vec<Entry>,
+    /// The uncertainty budget of each routine, whatever the language; of those whose file says what the recording showed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub budgets: Vec<OfRoutine>,
+}
+
+/// The uncertainty budget of a routine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OfRoutine {
+    /// Name of the function.
+    pub routine: String,
+    /// The budget.
+    pub budget: Budget,
 }
 
 /// One routine in one language.

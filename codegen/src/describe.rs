@@ -3,6 +3,7 @@
 use fitter::coefficients::Coefficients;
 use minijinja::context;
 
+use crate::budget;
 use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
 use crate::claim::Claim;
 use crate::emit::Described;
@@ -55,7 +56,8 @@ pub fn described<'a>(
         resolution_text => (entry.input_resolution > 0.0)
             .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
     };
-    Described { entry, program, counts: false, words }
+    let budget = budget::of_routine(routine, quantity, coefficients);
+    Described { entry, budget, program, counts: false, words }
 }
 
 /// What the certificate says.

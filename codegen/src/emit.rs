@@ -4,10 +4,12 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use fitter::budget::Budget;
 use minijinja::value::Serde;
 use minijinja::{Value, context};
 
-use crate::certificate::{Certificate, Entry};
+use crate::budget;
+use crate::certificate::{Certificate, Entry, OfRoutine};
 use crate::generate::{TOOL, sha256};
 use crate::language::{self, Body, Language};
 use crate::options::{CShift, Options};
@@ -23,6 +25,8 @@ pub const OF_SEGMENTS: &str = "Coefficients of the polynomials, constant first, 
 pub struct Described<'a> {
     /// What the certificate says, but for language and file.
     pub entry: Entry,
+    /// Its uncertainty budget; none where nothing is known of the recording.
+    pub budget: Option<Budget>,
     /// The routine.
     pub program: &'a Program,
     /// Whether it corrects the counts of a turn.
@@ -107,6 +111,7 @@ impl<'a> Printer<'a> {
     /// What is said of a routine in every language, its contract among it.
     fn said(&self, routine: &Described<'_>) -> Result<Value, RenderError> {
         let Described { entry, program, words, .. } = routine;
+        let budget = routine.budget.as_ref().map(budget::in_words);
         let name = &*entry.routine;
         let claim = entry.estimate.as_ref().map(|claim| claim.in_words(&entry.unit));
         let each = |name: &str, meaning: &str| format!("`{name}`: {meaning}");
@@ -126,6 +131,8 @@ impl<'a> Printer<'a> {
             left_out => entry.left_out.clone(),
             claim_text => claim.as_ref().map(|(figure, _)| figure.clone()),
             claim_parts => claim.map(|(_, parts)| parts).unwrap_or_default(),
+            budget_text => budget.as_ref().map(|(expanded, _)| expanded.clone()),
+            budget_lines => budget.map(|(_, lines)| lines).unwrap_or_default(),
             table_comment => OF_SEGMENTS,
         };
         // What only some routines have.
@@ -154,12 +161,16 @@ impl<'a> Printer<'a> {
                 Entry { language: language.name().into(), file, file_sha256, ..routine.entry.clone() }
             })
         });
+        let budgets = routines.iter().filter_map(|routine| {
+            Some(OfRoutine { routine: routine.entry.routine.clone(), budget: routine.budget.clone()? })
+        });
         Certificate {
             schema: "arcsmith-certificate".into(),
             version: 1,
             tool: TOOL.into(),
             command: self.options.command.clone(),
             routines: entries.collect(),
+            budgets: budgets.collect(),
             ..origin
         }
     }

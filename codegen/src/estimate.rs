@@ -3,7 +3,7 @@
 //! model, the band how near the model is to the device.
 //!
 //! The band at a reading is 1.96·√(vᵀCv), v being what the coefficients of polynomial and terms are multiplied by
-//! there and C their joint covariance. What is stated is its largest value over the range, the boxes of the further
+//! there and C their joint covariance. The bound's estimate states its largest value over the range, the boxes of the further
 //! inputs, and whatever a memory can hold.
 
 use fitter::coefficients::Coefficients;
@@ -28,6 +28,21 @@ pub fn band(
     quantity: &Quantity,
     range: (f64, f64),
 ) -> Option<f64> {
+    let at = |i: u32| range.0 + (range.1 - range.0) * f64::from(i) / f64::from(POINTS - 1);
+    let readings: Vec<f64> = (0..POINTS).map(at).collect();
+    let largest = deviations(coefficients, physics, quantity, range, &readings)?.into_iter().fold(0.0, f64::max);
+    Some(NORMAL_95 * largest)
+}
+
+/// The standard deviation of the model at readings, in the bound's unit: the largest over the boxes of the further inputs
+/// and what memories can hold; none where the covariance is not known.
+pub fn deviations(
+    coefficients: &Coefficients,
+    physics: &Physics,
+    quantity: &Quantity,
+    range: (f64, f64),
+    readings: &[f64],
+) -> Option<Vec<f64>> {
     let all = coefficients.covariance_of_all()?;
     let size = coefficients.base.coefficients.len();
     // What is left out of the routine is left out of its band.
@@ -43,13 +58,12 @@ pub fn band(
     }
     let covariance: Vec<Vec<f64>> = kept.iter().map(|i| kept.iter().map(|j| all[*i][*j]).collect()).collect();
     let model = Model { coefficients, physics, terms, per_unit: quantity.bound_units_per_unit, range };
-    let at = |i: u32| range.0 + (range.1 - range.0) * f64::from(i) / f64::from(POINTS - 1);
-    let points = model.inputs();
-    let largest = (0..POINTS)
-        .flat_map(|i| points.iter().map(move |inputs| (at(i), inputs)))
-        .map(|(reading, inputs)| worst(&covariance, &model.columns(reading, inputs)))
-        .fold(0.0, f64::max);
-    Some(NORMAL_95 * model.gain_of_harmonics() * largest)
+    let (points, gain) = (model.inputs(), model.gain_of_harmonics());
+    let at = |reading: &f64| {
+        let over = points.iter().map(|inputs| worst(&covariance, &model.columns(*reading, inputs)));
+        gain * over.fold(0.0, f64::max)
+    };
+    Some(readings.iter().map(at).collect())
 }
 
 /// What a coefficient is multiplied by: a number that reading and inputs give, twice, or anything between two ends, by

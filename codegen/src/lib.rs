@@ -9,6 +9,7 @@ pub mod accepted;
 pub mod afford;
 mod approximate;
 mod bound;
+pub mod budget;
 pub mod builder;
 pub mod certificate;
 pub mod claim;

@@ -1,6 +1,6 @@
 //! One recording from rows to everything that is said of it.
 
-use fitter::coefficients::Diagnosed;
+use fitter::coefficients::{Diagnosed, Recorded};
 use fitter::faults::{BadRow, left};
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
@@ -169,7 +169,7 @@ fn of_readings(
         command: &options.command,
         simulated: simulated.is_some(),
     };
-    let accuracy = mirror.reference_accuracy_arcsec.filter(|_| rows.pair);
+    let accuracy = mirror.reference.accuracy.filter(|_| rows.pair);
     let mut named =
         attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let wider = compose::with_forms(&effects, &named, &mirror.sensor);
@@ -201,7 +201,10 @@ fn of_readings(
     let mut file = file;
     compose::number(&mut said, &mut settled.judged, file.as_mut().ok());
     let (coefficients, withheld) = match file {
-        Ok(file) => (Some(with_diagnosis(file, &said, &fit, &noise_floor)), None),
+        Ok(mut file) => {
+            file.set_recorded(Recorded::of(recording, mirror.reference, &[]));
+            (Some(with_diagnosis(file, &said, &fit, &noise_floor)), None)
+        }
         Err(reason) => (None, Some(reason)),
     };
     let diagnosis = Diagnosis {

@@ -16,6 +16,7 @@ pub mod acceptance;
 #[cfg(feature = "fit")]
 pub mod apply;
 mod basis;
+pub mod budget;
 pub mod coefficients;
 #[cfg(feature = "fit")]
 pub mod dependence;

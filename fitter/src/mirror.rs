@@ -4,10 +4,12 @@ use std::path::Path;
 
 use toml::{Table, Value};
 
+use crate::coefficients::Reference;
 use crate::error_model::Sensor;
 use crate::input;
 use crate::keys::{self, KeyError, quoted};
 use crate::text_safety::is_identifier;
+use crate::units::Unit;
 
 /// What `init` writes for two eddy-current probes.
 pub const PAIR_FILE: &str = include_str!("../data/mirror-pair.toml");
@@ -23,13 +25,16 @@ pub const SCHEMA: &str = include_str!("../data/mirror.schema.json");
 pub struct Mirror {
     /// The sensor and its geometry.
     pub sensor: Sensor,
-    /// Accuracy of the reference in arcseconds, where the file states it.
-    pub reference_accuracy_arcsec: Option<f64>,
+    /// What the file states of the reference, in [`Sensor::error_unit`].
+    pub reference: Reference,
 }
 
 const KEYS: [(&str, &[&str]); 3] = [
     ("geometry", &["probe_distance_mm", "initial_gap_mm"]),
-    ("reference", &["accuracy_arcsec"]),
+    (
+        "reference",
+        &["accuracy_arcsec", "accuracy", "coverage_factor", "repeatability_arcsec", "repeatability"],
+    ),
     ("sensor", &["kind", "unit", "revolution"]),
 ];
 
@@ -41,7 +46,7 @@ impl Mirror {
     pub fn paper() -> Mirror {
         Mirror {
             sensor: Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 },
-            reference_accuracy_arcsec: Some(1.0),
+            reference: Reference { accuracy: Some(1.0), ..Reference::default() },
         }
     }
 
@@ -79,19 +84,23 @@ impl Mirror {
             },
             "direct" => Sensor::Direct {
                 unit: reader.unit()?,
-                revolution: match reader.get("sensor.revolution") {
-                    Some(_) => Some(reader.positive("sensor.revolution", "one turn")?),
-                    None => None,
-                },
+                revolution: reader.optional("sensor.revolution", "one turn")?,
             },
             _ => return Err(reader.wrong("sensor.kind", &Value::String(kind.to_string()), KINDS)),
         };
-        let reference_accuracy_arcsec = match reader.get("reference.accuracy_arcsec") {
-            Some(_) => Some(reader.positive("reference.accuracy_arcsec", "the accuracy in arcsec")?),
-            None => None,
-        };
-        Ok(Mirror { sensor, reference_accuracy_arcsec })
+        let reference = reader.reference(&sensor)?;
+        Ok(Mirror { sensor, reference })
     }
+}
+
+/// Arcseconds in the unit of the sensor's errors; none where they are no angle.
+fn of_arcsec(arcsec: f64, sensor: &Sensor) -> Option<f64> {
+    let unit = match sensor {
+        Sensor::EddyCurrentPair { .. } => return Some(arcsec),
+        Sensor::Direct { revolution: Some(turn), .. } => Unit::part_of_turn(*turn),
+        Sensor::Direct { unit, .. } => Unit::named(unit)?,
+    };
+    Unit::named("arcsec")?.into(unit).map(|(factor, _)| factor * arcsec)
 }
 
 const KINDS: &str = "\"direct\" or \"eddy-current-pair\"";
@@ -154,6 +163,34 @@ impl Reader<'_> {
         } else {
             Ok(value)
         }
+    }
+
+    fn optional(&self, key: &'static str, meaning: &'static str) -> Result<Option<f64>, KeyError> {
+        self.get(key).map(|_| self.positive(key, meaning)).transpose()
+    }
+
+    /// What is stated of the reference: in arcseconds, or of a direct sensor in its own unit.
+    fn reference(&self, sensor: &Sensor) -> Result<Reference, KeyError> {
+        let stated = |in_arcsec, in_unit| -> Result<Option<f64>, KeyError> {
+            let arcsec = self.optional(in_arcsec, "a number of arcsec")?;
+            match (self.get(in_unit), sensor) {
+                (None, _) => Ok(arcsec.and_then(|arcsec| of_arcsec(arcsec, sensor))),
+                (Some(_), Sensor::Direct { .. }) if arcsec.is_none() => {
+                    self.optional(in_unit, "a number in the sensor's unit")
+                }
+                (Some(found), Sensor::Direct { .. }) => {
+                    Err(self.wrong(in_unit, found, "this key or the one that ends in `_arcsec`, not both"))
+                }
+                (Some(found), Sensor::EddyCurrentPair { .. }) => {
+                    Err(self.wrong(in_unit, found, "the key that ends in `_arcsec` for a pair of probes"))
+                }
+            }
+        };
+        Ok(Reference {
+            accuracy: stated("reference.accuracy_arcsec", "reference.accuracy")?,
+            coverage_factor: self.optional("reference.coverage_factor", "the factor k of a certificate")?,
+            repeatability: stated("reference.repeatability_arcsec", "reference.repeatability")?,
+        })
     }
 
     /// The unit reaches column names and generated identifiers, so that it has to be one itself.

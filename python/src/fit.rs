@@ -86,7 +86,8 @@ impl Fit {
         detached(py, || {
             let report = Report::of(&self.screened.recording, &self.fit, &[])?;
             let summary = &fit_summary::plain_text(&self.fit);
-            let text = Text { bad_rows: &self.screened.bad_rows, summary, next: &[], written: &[] };
+            let bad_rows = &self.screened.bad_rows;
+            let text = Text { bad_rows, budget: None, summary, next: &[], written: &[] };
             Ok(report.page(&report.figures(), &text))
         })
     }

@@ -36,7 +36,8 @@ struct Line {
 }
 
 /// The commands that a project completes.
-const COMPLETED: [&str; 8] = ["fit", "diagnose", "apply", "report", "explore", "generate", "check", "verify"];
+const COMPLETED: [&str; 9] =
+    ["fit", "diagnose", "apply", "report", "explore", "budget", "generate", "check", "verify"];
 /// Sources of another kind: where one is named, the command is about no project.
 const OTHER_SOURCES: [&str; 3] = ["demo", "devices", "recording"];
 /// Words that say how much is told.
@@ -72,7 +73,7 @@ pub fn asked(typed: impl Iterator<Item = OsString>) -> Result<Option<Asked>> {
     let Some(definition) = program.find_subcommand(name) else { return Ok(None) };
     let typed =
         Typed { name, words: &typed, definition, given, ids: ids(given, definition), common: common(given) };
-    let of_generation = ["generate", "check", "verify", "explore"].contains(&name);
+    let of_generation = ["generate", "check", "verify", "explore", "budget"].contains(&name);
     if of_generation && typed.ids.iter().any(|id| OTHER_SOURCES.contains(&id.as_str())) {
         return Ok(None);
     }

@@ -223,6 +223,10 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
             all.push(Given::places("recording", &corrected));
         }
         "explore" => all.push(coefficients()),
+        "budget" => {
+            all.push(coefficients());
+            all.extend(target.iter().flat_map(|target| target.options.iter().cloned()));
+        }
         "generate" | "check" | "verify" => {
             all.push(coefficients());
             if let Some(target) = target {

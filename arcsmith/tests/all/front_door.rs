@@ -21,7 +21,7 @@ fn text(output: &Output) -> String {
 }
 
 /// What there has to be.
-const COMMANDS: [&str; 21] = [
+const COMMANDS: [&str; 22] = [
     "init",
     "run",
     "status",
@@ -34,6 +34,7 @@ const COMMANDS: [&str; 21] = [
     "check",
     "verify",
     "explore",
+    "budget",
     "record",
     "encode",
     "excite",

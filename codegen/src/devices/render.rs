@@ -208,7 +208,7 @@ fn described<'a>(design: &'a Design, name: &str, devices: Vec<Value>) -> Describ
         bound_text => bound_text(design, design.total),
         float_input => false,
     };
-    Described { entry, program, counts: false, words }
+    Described { entry, budget: None, program, counts: false, words }
 }
 
 /// What the certificate says of the routine: the bound of the device that is furthest, and the margin of later ones.

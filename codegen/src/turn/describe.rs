@@ -8,6 +8,7 @@ use super::TurnError;
 use super::choose::TurnRoutine;
 use super::shape::{Arithmetic, Shape};
 use super::wraps::Wraps;
+use crate::budget;
 use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
 use crate::claim::Claim;
 use crate::emit::{Described, OF_SEGMENTS};
@@ -67,7 +68,8 @@ pub fn described<'a>(
             Shape::Segments { .. } => OF_SEGMENTS,
         },
     };
-    Ok(Described { entry, program: &routine.program, counts: true, words })
+    let budget = budget::of_turn(routine, coefficients, &wraps);
+    Ok(Described { entry, budget, program: &routine.program, counts: true, words })
 }
 
 /// What the certificate says.
@@ -111,22 +113,38 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients, wraps: 
 /// How far the corrected position may be from the device's.
 fn claim(coefficients: &Coefficients, wraps: &Wraps) -> Option<Claim> {
     let mut left_out: Vec<f64> = wraps.left_out.iter().filter_map(|out| out.size).collect();
-    let directions = coefficients.turn.as_ref().and_then(|turn| turn.directions.half_distance.as_ref());
-    let has_play = coefficients.terms.iter().any(|term| matches!(term.operator, Operator::Play(_)));
     // What the directions differ by stays uncorrected, too.
-    left_out.extend(directions.filter(|_| !has_play).map(|half| half.value.abs()));
+    left_out.extend(uncorrected_direction(coefficients));
     Claim::of(coefficients, band(coefficients, wraps), &left_out)
+}
+
+/// Half of what the directions differ by, where no term has it.
+pub(crate) fn uncorrected_direction(coefficients: &Coefficients) -> Option<f64> {
+    let has_play = coefficients.terms.iter().any(|term| matches!(term.operator, Operator::Play(_)));
+    let half = coefficients.turn.as_ref()?.directions.half_distance.as_ref();
+    half.filter(|_| !has_play).map(|half| half.value.abs())
 }
 
 /// The largest half-width of the 95 % band of constant and harmonics over the turn, in the sensor's unit; none where
 /// some covariance is not known.
 fn band(coefficients: &Coefficients, wraps: &Wraps) -> Option<f64> {
     const PLACES: u32 = 360;
-    let all = coefficients.covariance_of_all()?;
     let revolution = coefficients.turn.as_ref()?.revolution;
-    let mut largest = 0.0f64;
-    for place in 0..PLACES {
-        let position = revolution * f64::from(place) / f64::from(PLACES);
+    let positions: Vec<f64> =
+        (0..PLACES).map(|place| revolution * f64::from(place) / f64::from(PLACES)).collect();
+    let largest = deviations(coefficients, wraps, &positions)?.into_iter().fold(0.0, f64::max);
+    Some(NORMAL_95 * largest)
+}
+
+/// The standard deviation of constant and harmonics at positions, in the sensor's unit; none where some covariance is not
+/// known.
+pub(crate) fn deviations(
+    coefficients: &Coefficients,
+    wraps: &Wraps,
+    positions: &[f64],
+) -> Option<Vec<f64>> {
+    let all = coefficients.covariance_of_all()?;
+    let at = |position: &f64| {
         // What is left out of the routine is left out of its band.
         let mut columns = vec![0.0; coefficients.base.coefficients.len()];
         if let Some(constant) = columns.first_mut() {
@@ -135,14 +153,14 @@ fn band(coefficients: &Coefficients, wraps: &Wraps) -> Option<f64> {
         for (index, term) in coefficients.terms.iter().enumerate() {
             match &term.operator {
                 Operator::Periodic(p) if wraps.terms.contains(&index) => {
-                    columns.extend(p.columns_at(position))
+                    columns.extend(p.columns_at(*position))
                 }
                 _ => columns.extend(std::iter::repeat_n(0.0, term.coefficients.len())),
             }
         }
-        largest = largest.max(quadratic(&all, &columns));
-    }
-    Some(NORMAL_95 * largest.sqrt())
+        quadratic(&all, &columns).sqrt()
+    };
+    Some(positions.iter().map(at).collect())
 }
 
 /// The form in words.

@@ -16,7 +16,7 @@ mod proof;
 pub mod shape;
 mod truth;
 pub mod verify;
-mod wraps;
+pub(crate) mod wraps;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use super::{Coefficients, Diagnosed, SCHEMA, VERSION_EXPRESSION as NEWEST};
+use super::{Coefficients, Diagnosed, Recorded, SCHEMA, VERSION_RECORDED as NEWEST};
 use crate::basis::MAX_ORDER;
 use crate::error_model::Sensor;
 use crate::input::{self, FileError};
@@ -177,6 +177,9 @@ fn contradiction(file: &Coefficients) -> Option<String> {
         ));
     }
     if let Some(reason) = file.turn.as_ref().and_then(Turn::contradiction) {
+        return Some(reason);
+    }
+    if let Some(reason) = file.recorded.as_ref().and_then(Recorded::contradiction) {
         return Some(reason);
     }
     if let Some(reason) = file.diagnosis.as_ref().and_then(Diagnosed::contradiction) {

@@ -5,6 +5,7 @@
 mod diagnosed;
 mod file;
 mod joint;
+mod recorded;
 mod selection;
 mod statistics;
 
@@ -19,6 +20,7 @@ use crate::terms::Term;
 use crate::turn::Turn;
 
 pub use file::{CoefficientsError, parse, read, read_with_text};
+pub use recorded::{PassOffset, Recorded, Reference};
 pub use selection::{OrderScore, OrderSelection};
 pub use statistics::{PointStatistics, Scatter, Spread, Statistics};
 
@@ -28,7 +30,7 @@ pub use statistics::{PointStatistics, Scatter, Spread, Statistics};
 pub struct Coefficients {
     /// Always [`SCHEMA`].
     pub schema: String,
-    /// Version of the schema, [`VERSION`], [`VERSION_TURN`] or [`VERSION_EXPRESSION`] when written by this program.
+    /// Version of the schema, from [`VERSION`] to [`VERSION_RECORDED`] when written by this program.
     pub version: u32,
     /// Program and version that wrote the file.
     pub tool: String,
@@ -67,6 +69,9 @@ pub struct Coefficients {
     /// Of a sensor that turns round and round: the turn, its harmonics, the directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn: Option<Turn>,
+    /// What an uncertainty budget needs of the recording and its reference; none in files of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<Recorded>,
     /// What the diagnosis that wrote the file said; none in a file of `fit`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub diagnosis: Option<Diagnosed>,
@@ -100,8 +105,11 @@ pub const VERSION: u32 = 1;
 /// Version of the schema of a file with it.
 pub const VERSION_TURN: u32 = 2;
 
-/// Version of the schema of a file with a term that is an expression, and the newest that this program reads.
+/// Version of the schema of a file with a term that is an expression.
 pub const VERSION_EXPRESSION: u32 = 3;
+
+/// Version of the schema of a file with [`Coefficients::recorded`], and the newest that this program reads.
+pub const VERSION_RECORDED: u32 = 4;
 
 /// Where the coefficients come from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -325,9 +333,16 @@ impl Coefficients {
             joint_covariance: Vec::new(),
             observed: BTreeMap::new(),
             turn: None,
+            recorded: None,
             diagnosis: None,
             sha256: None,
         }
+    }
+
+    /// Puts what a budget needs into the file, which is of the version that has it from then on.
+    pub fn set_recorded(&mut self, recorded: Recorded) {
+        self.version = VERSION_RECORDED;
+        self.recorded = Some(recorded);
     }
 
     /// Whether the file is of a sensor that turns and holds on the whole turn.

@@ -18,6 +18,8 @@ mod repeated;
 mod scale;
 mod trend;
 
+pub(crate) use scale::resolution;
+
 use std::borrow::Cow;
 
 use serde::Serialize;

@@ -9,7 +9,7 @@ use std::borrow::Cow;
 
 use crate::acceptance;
 use crate::basis::{Basis, MAX_ORDER};
-use crate::coefficients::{Coefficients, VERSION_TURN, Zero};
+use crate::coefficients::{Coefficients, Zero};
 use crate::dependence::{self, Dependence};
 use crate::double_double::Double;
 use crate::error_model::Sensor;
@@ -158,7 +158,6 @@ fn polynomial(recording: &Recording, mirror: &Mirror, options: &Options) -> Resu
     let mut coefficients = result::coefficients(&parts, &c, &residual)?;
     if let Some(unwound) = unwound(recording, &mirror.sensor)? {
         coefficients.turn = Some(turn::part(recording, turn_of(&mirror.sensor), &unwound));
-        coefficients.version = VERSION_TURN;
         let share = (prepared.calibrated.to - prepared.calibrated.from) / turn_of(&mirror.sensor);
         notes.push(FitNote::PartOfTurn { share });
     }

@@ -3,7 +3,9 @@
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Calibrated, Data, FitError, Fitted, Options, Prepared, Solver};
-use crate::coefficients::{Coefficients, Identification, Movement, Parameter, Provenance, Unidentifiable};
+use crate::coefficients::{
+    Coefficients, Identification, Movement, Parameter, Provenance, Recorded, Unidentifiable,
+};
 use crate::double_double::Double;
 use crate::error_model::{ErrorModel, Sensor};
 use crate::identify::null_direction;
@@ -74,6 +76,8 @@ pub(super) fn coefficients(parts: &Parts, c: &[Double], residual: &[f64]) -> Res
         parts.selection.map(|scores| order_selection(scores, order, given, options, points, sensor));
     let unit = sensor.error_unit();
     file.statistics = Some(statistics(points, &calibrated.error, residual, scale, unit, scatter.clone()));
+    let left: Vec<f64> = residual.iter().map(|residual| scale * residual).collect();
+    file.set_recorded(Recorded::of(recording, mirror.reference, &left));
     Ok(file)
 }
 

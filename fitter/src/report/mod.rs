@@ -5,6 +5,7 @@
 //! verification recording where one is given, else of the recording that was fitted.
 
 mod after;
+pub mod budget;
 mod chart;
 mod distribution;
 mod figures;
@@ -82,6 +83,8 @@ pub struct Text<'a> {
     pub bad_rows: &'a [BadRow],
     /// The summary of the fit as plain text.
     pub summary: &'a str,
+    /// The uncertainty budget of the correction, with the name of the routine; none where there is none.
+    pub budget: Option<(&'a str, &'a crate::budget::Budget)>,
     /// What the next commands are for, and the commands.
     pub next: &'a [(String, String)],
     /// The files that are written.
@@ -182,20 +185,24 @@ impl<'a> Report<'a> {
             depends => crate::dependence::pointer(&self.fit.dependences, &file.recording.file),
             directions => file.turn.as_ref().map(|turn| turn.directions.statement.clone()),
             slope => file.turn.as_ref().and_then(|turn| turn.slope.as_ref()).map(|s| capital(&s.statement)),
+            budget => text.budget.map(|(name, of)| context! { name, ..budget::shown(of) }),
             summary => text.summary,
             next => minijinja::value::Serde(text.next),
             written => minijinja::value::Serde(text.written),
             figures => figures,
         };
-        // The template is part of the program and rendered by a test: it cannot fail on other data.
-        Environment::new().render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(
-            |error| {
-                format!(
-                    "<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>"
-                )
-            },
-        )
+        rendered(include_str!("page.html"), values)
     }
+}
+
+/// A page of values. The templates are part of the program and rendered by tests: they cannot fail on other data.
+fn rendered(page: &str, values: minijinja::Value) -> String {
+    let mut environment = Environment::new();
+    let parts = [("style.html", include_str!("style.html")), ("budget.html", include_str!("budget.html"))];
+    let added = parts.into_iter().try_for_each(|(name, part)| environment.add_template(name, part));
+    added.and_then(|()| environment.render_named_str("page.html", page, values)).unwrap_or_else(|error| {
+        format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
+    })
 }
 
 /// A sentence begins with a capital.

@@ -11,7 +11,7 @@ use super::direction::variation;
 use super::harmonics::Harmonics;
 use super::solve::Solution;
 use super::{Amplitude, Turn};
-use crate::coefficients::{Coefficients, Identification, Parameter, Provenance, VERSION_TURN};
+use crate::coefficients::{Coefficients, Identification, Parameter, Provenance, Recorded};
 use crate::error_model::ErrorModel;
 use crate::order::OrderSelection;
 use crate::statistics::{PointMoments, Statistics, readable, statistics};
@@ -182,7 +182,6 @@ impl Found {
         let (sensor, from) = (mirror.sensor.clone(), unwound.from);
         let model = ErrorModel { sensor, centre: from + 0.5 * turn, coefficients: vec![self.constant] };
         let mut file = Coefficients::of_model(&model, from, from + turn, &options.command);
-        file.version = VERSION_TURN;
         file.recording = Provenance::of(recording);
         let error = self.errors[0];
         file.identification = Some(Identification {
@@ -204,6 +203,7 @@ impl Found {
             probe_distance_error_mm: None,
             unidentifiable: Vec::new(),
         });
+        file.set_recorded(Recorded::of(recording, mirror.reference, &solution.residual));
         file.terms = self.terms(problem);
         file.turn = Some(Turn {
             from,

@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use fitter::coefficients::Reference;
 use fitter::{Mirror, Recording, Sensor};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -116,5 +117,5 @@ impl Encoder {
 
 pub fn turning(unit: &str, revolution: f64) -> Mirror {
     let sensor = Sensor::Direct { unit: unit.to_string(), revolution: Some(revolution) };
-    Mirror { sensor, reference_accuracy_arcsec: None }
+    Mirror { sensor, reference: Reference::default() }
 }

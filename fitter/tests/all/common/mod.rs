@@ -6,6 +6,7 @@ pub mod encoder;
 
 use std::fmt::Write;
 
+use fitter::coefficients::Reference;
 use fitter::{Mirror, Recording, Sensor};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -87,7 +88,7 @@ pub fn mirror() -> Mirror {
 
 pub fn direct(unit: &str) -> Mirror {
     let sensor = Sensor::Direct { unit: unit.to_string(), revolution: None };
-    Mirror { sensor, reference_accuracy_arcsec: None }
+    Mirror { sensor, reference: Reference::default() }
 }
 
 /// Standard normal (Box & Muller).

@@ -1,0 +1,184 @@
+//! The uncertainty budget of a routine after the GUM: what the recording showed and what was stated of the reference
+//! ([`fitter::budget`]), with what is proved of the arithmetic and what input and output round.
+
+mod polynomial;
+mod turn;
+mod words;
+
+use fitter::budget::{At, Budget, COVERAGE, Component, Distribution, reference, type_a};
+use fitter::coefficients::Coefficients;
+use fitter::error_model::Sensor;
+
+use crate::extent::LeftOut;
+
+pub use polynomial::of_routine;
+pub(crate) use turn::of_turn;
+pub use words::in_words;
+
+/// The table has a place at every tenth of the range.
+const TENTHS: u32 = 10;
+
+const FORMULA: &str = "y − Y = Σ cᵢ·δᵢ; u_c² = Σ cᵢ²·u²(xᵢ); ν_eff = u_c⁴ / Σ (cᵢ⁴·u⁴(xᵢ)/νᵢ); U = k·u_c, k being the \
+                       95 % reach of the distribution that the components have together";
+
+/// The ends of the tenths of a range.
+fn tenths(from: f64, to: f64) -> Vec<f64> {
+    (0..=TENTHS).map(|i| from + (to - from) * f64::from(i) / f64::from(TENTHS)).collect()
+}
+
+/// What of a budget depends on the routine. Lengths without a unit are in the budget's.
+struct Parts<'a> {
+    /// Unit of the budget.
+    unit: String,
+    /// What a place is, with its unit.
+    place: String,
+    /// Place, corrected reading, and its slope by the reading.
+    places: Vec<(f64, f64, f64)>,
+    /// Standard deviation of the model at the places, and at the points of the file's statistics; none where the file does
+    /// not tell it.
+    deviations: Option<[Vec<f64>; 2]>,
+    /// What is proved of everything but the rounding of the result.
+    arithmetic: f64,
+    /// What the rounding of the result takes at most.
+    output: f64,
+    /// The step of the input.
+    step: Step,
+    /// What the routine leaves out.
+    left_out: &'a [LeftOut],
+    /// Half of what the directions differ by, uncorrected.
+    direction: f64,
+}
+
+/// The step of a routine's input.
+struct Step {
+    /// In the unit of the reading; 0 of a float.
+    size: f64,
+    /// Unit of the reading.
+    unit: String,
+    /// Whether two inputs of this step are subtracted.
+    difference: bool,
+}
+
+impl Parts<'_> {
+    /// The budget; none where the file does not say what the recording showed.
+    fn budget(self, file: &Coefficients) -> Option<Budget> {
+        file.noise()?;
+        let places = (self.places.iter().enumerate())
+            .map(|(index, at)| self.at(file, index, *at))
+            .collect::<Option<Vec<_>>>()?;
+        let mut missing: Vec<String> = reference::missing(file).into_iter().collect();
+        missing.extend(type_a::missing(file));
+        let budget = Budget {
+            measurand: measurand(file),
+            coverage: COVERAGE,
+            formula: FORMULA.into(),
+            not_included: self.not_included(file),
+            missing,
+            unit: self.unit,
+            place: self.place,
+            at: 0.0,
+            components: Vec::new(),
+            range: Vec::new(),
+        };
+        budget.over(places)
+    }
+
+    /// All components at a place, those that are nothing there among them.
+    fn at(
+        &self,
+        file: &Coefficients,
+        index: usize,
+        (place, result, slope): (f64, f64, f64),
+    ) -> Option<At> {
+        let unit = &self.unit;
+        let nothing = |source| Component::within(source, "", unit, 0.0);
+        let [of_places, of_points] = self.deviations.as_ref().map_or([&[][..], &[]], |[a, b]| [a, b]);
+        let model = of_places.get(index).map(|deviation| {
+            let what = "model: interval of the fitted coefficients";
+            Component::observed("model", what, unit, *deviation, freedom_of_fit(file))
+        });
+        let direction = "direction of approach, which the routine does not know";
+        let within = |source, what, half| Component::within(source, what, unit, half);
+        let components = vec![
+            reference::reference(file).unwrap_or_else(|| nothing("reference")),
+            type_a::repeatability(file, place)?,
+            model.unwrap_or_else(|| nothing("model")),
+            type_a::lack_of_fit(file, place, of_points).unwrap_or_else(|| nothing("lack_of_fit")),
+            type_a::pass_offset(file).unwrap_or_else(|| nothing("pass_offset")),
+            Component::of("direction", direction, unit, self.direction, Distribution::TwoValued, 1.0),
+            within("left_out", "terms that the routine leaves out", self.left_out.iter().filter_map(|out| out.size).sum()),
+            within("arithmetic", "proven bound of the arithmetic", self.arithmetic),
+            within("output", "rounding of the result", self.output),
+            self.step.component(file).times(slope),
+        ];
+        Some(At { place, result, components })
+    }
+
+    fn not_included(&self, file: &Coefficients) -> Vec<String> {
+        let mut list = vec![
+            "other conditions than those of the recording: temperatures, speeds, mounting, ageing".to_string(),
+            "readings outside the range".to_string(),
+        ];
+        let without_size = self.left_out.iter().filter(|out| out.size.is_none());
+        list.extend(without_size.map(|out| format!("left out of the routine: {out}")));
+        let zero = file.identification.as_ref().and_then(|i| i.zero.as_ref());
+        if let Some(error) = zero.and_then(|zero| zero.standard_error_arcsec) {
+            list.push(format!(
+                "the standard error of α₀, {error:.2e} arcsec: it counts where angles are compared with those from another zero"
+            ));
+        }
+        let recorded = file.recorded.as_ref();
+        if recorded.is_some_and(|recorded| recorded.reference.repeatability.is_none()) {
+            list.push(
+                "a deduction for the noise of the reference, which is in the repeatability: its repeatability is not \
+                 stated"
+                    .to_string(),
+            );
+        }
+        if self.step.size == 0.0 {
+            list.push("the rounding of the reading before the routine is given it, as a float".to_string());
+        } else if recorded.is_some_and(|recorded| recorded.reading_step > 0.0) {
+            list.push(
+                "the step of the readings as they were recorded a second time: it is in their scatter".to_string(),
+            );
+        }
+        list
+    }
+}
+
+impl Step {
+    /// What one reading is rounded by, beyond what the recorded readings were: that is in their scatter, or in what the
+    /// fit leaves of their means.
+    fn component(&self, file: &Coefficients) -> Component {
+        let recorded = file.recorded.as_ref().map_or(0.0, |recorded| recorded.reading_step);
+        let beyond = (self.size * self.size - recorded * recorded).max(0.0).sqrt();
+        let unit = &self.unit;
+        if self.difference {
+            let what = "step of the input, of both probes";
+            Component::of("input", what, unit, beyond, Distribution::Triangular, 6f64.sqrt())
+        } else {
+            Component::within("input", "step of the input", unit, 0.5 * beyond)
+        }
+    }
+}
+
+/// Degrees of freedom of the fit: of a diagnosed file the readings less the coefficients.
+fn freedom_of_fit(file: &Coefficients) -> f64 {
+    let of_fit = file.identification.as_ref().map(|i| i.degrees_of_freedom);
+    of_fit.unwrap_or_else(|| file.recording.rows.saturating_sub(file.count_of_all())).max(1) as f64
+}
+
+fn measurand(file: &Coefficients) -> String {
+    let zero = file.identification.as_ref().and_then(|i| i.zero.as_ref());
+    let (what, from) = match (&file.sensor, zero) {
+        (Sensor::EddyCurrentPair { .. }, Some(zero)) => {
+            ("angle", format!("the true angle, counted from α₀ = {} arcsec on", zero.alpha0_arcsec))
+        }
+        (Sensor::EddyCurrentPair { .. }, None) => ("angle", "the true angle on".to_string()),
+        (Sensor::Direct { .. }, _) => ("reading", "the true value on".to_string()),
+    };
+    format!(
+        "the error of one corrected {what} of this device, from a single reading, against {from} the reference's scale, \
+         in the conditions of the recording"
+    )
+}
