@@ -107,11 +107,13 @@ fn styled(routine: &str, budget: &Budget) -> String {
     let mut text = format!("{routine}: U = {FIGURE}{low} … {high} {unit}{FIGURE:#} for {percent} %\n");
     text += &line("measurand", &budget.measurand);
     text += &line("formula", &budget.formula);
-    text += &line("largest at", &format!("{} = {}", budget.place, number(budget.at)));
+    text += &line("largest at", &format!("{} = {} {}", budget.place, number(budget.at), budget.place_unit));
     let head = ["quantity", "type", "value", "distribution", "divisor", "c", &format!("|c|·u/{unit}"), "ν"];
     let rows = budget.components.iter().map(row).collect();
     text += &columns(head.map(str::to_string).to_vec(), rows);
-    let head = [&*budget.place, &format!("result/{unit}"), &format!("u_c/{unit}"), "ν_eff", "k", &format!("U/{unit}")];
+    let place = format!("{}/{}", budget.place, budget.place_unit);
+    let head =
+        [&*place, &format!("result/{unit}"), &format!("u_c/{unit}"), "ν_eff", "k", &format!("U/{unit}")];
     let rows = budget.range.iter().map(|place| {
         let Combined { standard_uncertainty, degrees_of_freedom, coverage_factor, expanded } = place.combined;
         let freedom = freedom(degrees_of_freedom);
@@ -147,7 +149,8 @@ fn columns(head: Vec<String>, rows: Vec<Vec<String>>) -> String {
     let width = |k: usize| all.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..head.len()).map(width).collect();
     let one = |row: &[String]| {
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        let cells: Vec<String> =
+            row.iter().zip(&widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
         cells.join("  ").trim_end().to_string()
     };
     let below: String = rows.iter().map(|row| format!("  {}\n", one(row))).collect();

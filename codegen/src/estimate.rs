@@ -30,7 +30,8 @@ pub fn band(
 ) -> Option<f64> {
     let at = |i: u32| range.0 + (range.1 - range.0) * f64::from(i) / f64::from(POINTS - 1);
     let readings: Vec<f64> = (0..POINTS).map(at).collect();
-    let largest = deviations(coefficients, physics, quantity, range, &readings)?.into_iter().fold(0.0, f64::max);
+    let largest =
+        deviations(coefficients, physics, quantity, range, &readings)?.into_iter().fold(0.0, f64::max);
     Some(NORMAL_95 * largest)
 }
 

@@ -21,6 +21,7 @@ use crate::quantity::Quantity;
 use crate::render::{HEAD_COLUMNS, RenderError};
 use crate::routine::{self, Routine, RoutineError};
 use crate::text;
+use crate::turn::choose::TurnRoutine;
 use crate::turn::{self, TurnError};
 
 /// Program and version, as the heads of the files name it.
@@ -39,6 +40,8 @@ pub struct Generated {
     pub certificate: Certificate,
     /// The routines as designed.
     pub routines: Vec<Routine>,
+    /// That of an encoder.
+    pub turn: Option<TurnRoutine>,
     /// Why the routines of usual formats are missing that no degree brings within the bound.
     pub unreachable: Vec<RoutineError>,
 }
@@ -115,8 +118,8 @@ pub fn generate_in(
         let mut files = printer.sources((&name, title), &provenance()?, &described)?;
         let certificate = printer.certificate(&name, origin, &described, &files);
         files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
-        let (routines, unreachable) = (Vec::new(), Vec::new());
-        return Ok(Generated { name, quantity, files, certificate, routines, unreachable });
+        let (routines, unreachable, turn) = (Vec::new(), Vec::new(), Some(routine));
+        return Ok(Generated { name, quantity, files, certificate, routines, turn, unreachable });
     }
     let name = base_name(options, &quantity)?;
     let (routines, unreachable) = designed(coefficients, options)?;
@@ -135,7 +138,7 @@ pub fn generate_in(
         }
     }
     files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
-    Ok(Generated { name, quantity, files, certificate, routines, unreachable })
+    Ok(Generated { name, quantity, files, certificate, routines, turn: None, unreachable })
 }
 
 /// The base name, where unit, formats and tables can stand in generated source.

@@ -210,3 +210,43 @@ impl Reader<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stated(sensor: &str, reference: &str) -> Result<Reference, String> {
+        let text = format!("{sensor}\n[reference]\n{reference}\n");
+        Mirror::parse("mirror.toml", &text).map(|mirror| mirror.reference).map_err(|e| e.to_string())
+    }
+
+    const ENCODER: &str = "[sensor]\nkind = \"direct\"\nunit = \"counts\"\nrevolution = 3600.0";
+    const PAIR: &str = "[geometry]\nprobe_distance_mm = 12.0\ninitial_gap_mm = 0.3";
+
+    #[test]
+    fn the_reference_is_stated_in_the_unit_of_the_errors() {
+        let accuracy = |sensor, reference| stated(sensor, reference).unwrap().accuracy;
+        assert_eq!(accuracy(PAIR, "accuracy_arcsec = 1.5"), Some(1.5));
+        assert_eq!(accuracy(ENCODER, "accuracy = 0.25"), Some(0.25));
+        // 36″ are a hundredth of a degree, a tenth of these counts.
+        approx::assert_relative_eq!(accuracy(ENCODER, "accuracy_arcsec = 36").unwrap(), 0.1);
+        let degrees = "[sensor]\nkind = \"direct\"\nunit = \"deg\"";
+        approx::assert_relative_eq!(accuracy(degrees, "accuracy_arcsec = 36").unwrap(), 0.01);
+        let length = "[sensor]\nkind = \"direct\"\nunit = \"mm\"";
+        assert_eq!(accuracy(length, "accuracy_arcsec = 36"), None);
+        let certificate =
+            stated(length, "accuracy = 2e-4\ncoverage_factor = 2\nrepeatability = 5e-5").unwrap();
+        assert_eq!((certificate.coverage_factor, certificate.repeatability), (Some(2.0), Some(5e-5)));
+    }
+
+    #[test]
+    fn a_reference_that_is_stated_twice_or_in_no_unit_is_refused() {
+        let twice = stated(ENCODER, "accuracy = 0.1\naccuracy_arcsec = 36").unwrap_err();
+        assert!(twice.contains("not both"), "{twice}");
+        let pair = stated(PAIR, "accuracy = 0.1").unwrap_err();
+        assert!(pair.contains("`_arcsec`"), "{pair}");
+        assert!(stated(PAIR, "repeatability_arcsec = -1").is_err());
+        let unknown = stated(PAIR, "accuracy_arcsecs = 1").unwrap_err();
+        assert!(unknown.contains("did you mean `accuracy_arcsec`?"), "{unknown}");
+    }
+}

@@ -1,12 +1,15 @@
 //! The proof on concealed effects: recordings are drawn with effects hidden in them by `twin`, `diagnose` is
 //! run on the recordings alone, and its answers are scored against a truth that was sealed before.
 //!
+//! Beside it, [`budget`] holds the stated uncertainty of corrected readings against simulated devices.
+//!
 //! What counts as right is in [`score`], what strength means in `matched.rs`, and which trials there are in
 //! [`plan`].
 
 mod answer;
 mod benchmark;
 pub mod beyond;
+pub mod budget;
 pub mod campaign;
 mod curve;
 pub mod draw;

@@ -8,11 +8,12 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use codegen::refused;
 use serde::Serialize;
+use serde_json::json;
 use trials::plan::{Counts, cells};
 use trials::programs::Programs;
 use trials::report::Report;
 use trials::workspace::{Campaign, put};
-use trials::{beyond, dynamic, examples, real};
+use trials::{beyond, budget, dynamic, examples, real};
 
 use crate::terminal::{Common, Result, Watched, called};
 use summary::Summary;
@@ -26,7 +27,8 @@ Examples:
   arcsmith trials static --trials 0 --nulls 0 --coverage 400 --only local_defect --only sensor_clipping
   arcsmith trials static --trials 0 --nulls 0 --twice 1000            some minutes
   arcsmith trials dynamic --trials 50 --seed 2 --json
-  arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two")]
+  arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
+  arcsmith trials budget --devices 100                                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
     command: Command,
@@ -40,6 +42,8 @@ enum Command {
     Dynamic(Dynamic),
     /// Calibrations with physics that the catalogue lacks: what is handed on is tried on a fresh recording
     Beyond(Beyond),
+    /// Uncertainty budgets: whether the stated 95 % hold what corrected readings of simulated devices err by
+    Budget(OfBudgets),
 }
 
 /// What all trials take.
@@ -85,6 +89,18 @@ struct Beyond {
     running: Running,
     /// The folder for recordings, answers and the report (report.json, report.md)
     #[arg(long, default_value = "target/trials-beyond")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
+struct OfBudgets {
+    /// Devices of each kind: mirrors, encoders, linear sensors
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
+    devices: u32,
+    #[command(flatten)]
+    running: Running,
+    /// The folder for the report (budget.json)
+    #[arg(long, default_value = "target/trials-budget")]
     out: PathBuf,
 }
 
@@ -142,6 +158,7 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
         Command::Static(args) => run_static(args, &mut summary, &programs)?,
         Command::Dynamic(args) => run_dynamic(args, &mut summary, &programs)?,
         Command::Beyond(args) => run_beyond(args, &mut summary, &programs)?,
+        Command::Budget(args) => run_budgets(args, &mut summary, &watch)?,
     };
     watch.0.finish_and_clear();
     summary.end(reached);
@@ -202,6 +219,23 @@ fn run_beyond(args: &Beyond, summary: &mut Summary, programs: &Programs) -> Resu
     let report = Report::of_beyond(&campaign, &outcome);
     report.write(&args.out)?;
     Ok(summary.campaign(&report.score.figures, report.score.missed(), &args.out))
+}
+
+fn run_budgets(args: &OfBudgets, summary: &mut Summary, watch: &Watched) -> Result<bool> {
+    let campaign = args.running.campaign(args.devices as usize, &args.out)?;
+    let (mut reached, mut kinds) = (true, Vec::new());
+    for kind in budget::Kind::ALL {
+        let covered = budget::run(kind, campaign.counts, campaign.seed, campaign.jobs, watch)?;
+        reached &= summary.set(kind.name(), &covered.figures(), &[]);
+        kinds.push(covered);
+    }
+    std::fs::create_dir_all(&args.out)?;
+    write(
+        &args.out,
+        "budget.json",
+        &json!({"devices": args.devices, "seed": campaign.seed, "kinds": kinds}),
+    )?;
+    Ok(reached)
 }
 
 const OPENED: &str = "Opened examples of an independent laboratory";

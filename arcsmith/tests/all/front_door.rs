@@ -92,7 +92,7 @@ fn what_is_generated_is_what_codegen_committed() {
 }
 
 /// A user's path; every step once for people, once as JSON, once in silence.
-const PATH: [&str; 11] = [
+const PATH: [&str; 12] = [
     "record --protocol calibration --schedule coarse --seed 7 --out c.csv",
     "encode --seed 7 --out e.csv",
     "excite --seed 7 --samples 512 --out m.csv",
@@ -103,6 +103,7 @@ const PATH: [&str; 11] = [
     "report c.csv --mirror mirror.toml --out report.html --overview o.svg",
     "generate --coefficients c.json --out g --format q31",
     "check --coefficients c.json --out g --format q31",
+    "budget --coefficients c.json --format q31 --out b.html",
     "explore --coefficients c.json --target cortex-m4f --format f32",
 ];
 

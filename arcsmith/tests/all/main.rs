@@ -4,6 +4,7 @@
 
 mod bad_cell;
 mod beyond;
+mod budget;
 mod contradictions;
 mod diagnose;
 mod fitting;

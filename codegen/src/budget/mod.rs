@@ -5,7 +5,7 @@ mod polynomial;
 mod turn;
 mod words;
 
-use fitter::budget::{At, Budget, COVERAGE, Component, Distribution, reference, type_a};
+use fitter::budget::{At, Budget, COVERAGE, Component, Distribution, Evaluation, reference, type_a};
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
 
@@ -27,11 +27,11 @@ fn tenths(from: f64, to: f64) -> Vec<f64> {
 }
 
 /// What of a budget depends on the routine. Lengths without a unit are in the budget's.
-struct Parts<'a> {
+struct Parts {
     /// Unit of the budget.
     unit: String,
-    /// What a place is, with its unit.
-    place: String,
+    /// What a place is, and its unit.
+    place: (String, String),
     /// Place, corrected reading, and its slope by the reading.
     places: Vec<(f64, f64, f64)>,
     /// Standard deviation of the model at the places, and at the points of the file's statistics; none where the file does
@@ -44,7 +44,7 @@ struct Parts<'a> {
     /// The step of the input.
     step: Step,
     /// What the routine leaves out.
-    left_out: &'a [LeftOut],
+    left_out: Vec<LeftOut>,
     /// Half of what the directions differ by, uncorrected.
     direction: f64,
 }
@@ -59,7 +59,7 @@ struct Step {
     difference: bool,
 }
 
-impl Parts<'_> {
+impl Parts {
     /// The budget; none where the file does not say what the recording showed.
     fn budget(self, file: &Coefficients) -> Option<Budget> {
         file.noise()?;
@@ -75,7 +75,8 @@ impl Parts<'_> {
             not_included: self.not_included(file),
             missing,
             unit: self.unit,
-            place: self.place,
+            place: self.place.0,
+            place_unit: self.place.1,
             at: 0.0,
             components: Vec::new(),
             range: Vec::new(),
@@ -84,12 +85,7 @@ impl Parts<'_> {
     }
 
     /// All components at a place, those that are nothing there among them.
-    fn at(
-        &self,
-        file: &Coefficients,
-        index: usize,
-        (place, result, slope): (f64, f64, f64),
-    ) -> Option<At> {
+    fn at(&self, file: &Coefficients, index: usize, (place, result, slope): (f64, f64, f64)) -> Option<At> {
         let unit = &self.unit;
         let nothing = |source| Component::within(source, "", unit, 0.0);
         let [of_places, of_points] = self.deviations.as_ref().map_or([&[][..], &[]], |[a, b]| [a, b]);
@@ -97,7 +93,6 @@ impl Parts<'_> {
             let what = "model: interval of the fitted coefficients";
             Component::observed("model", what, unit, *deviation, freedom_of_fit(file))
         });
-        let direction = "direction of approach, which the routine does not know";
         let within = |source, what, half| Component::within(source, what, unit, half);
         let components = vec![
             reference::reference(file).unwrap_or_else(|| nothing("reference")),
@@ -105,18 +100,30 @@ impl Parts<'_> {
             model.unwrap_or_else(|| nothing("model")),
             type_a::lack_of_fit(file, place, of_points).unwrap_or_else(|| nothing("lack_of_fit")),
             type_a::pass_offset(file).unwrap_or_else(|| nothing("pass_offset")),
-            Component::of("direction", direction, unit, self.direction, Distribution::TwoValued, 1.0),
-            within("left_out", "terms that the routine leaves out", self.left_out.iter().filter_map(|out| out.size).sum()),
-            within("arithmetic", "proven bound of the arithmetic", self.arithmetic),
-            within("output", "rounding of the result", self.output),
+            self.of_direction(),
+            within(
+                "left_out",
+                "terms: largest value of those that the routine leaves out",
+                self.left_out.iter().filter_map(|out| out.size).sum(),
+            ),
+            within("arithmetic", "arithmetic: proven bound", self.arithmetic),
+            within("output", "output: rounding of the result", self.output),
             self.step.component(file).times(slope),
         ];
         Some(At { place, result, components })
     }
 
+    /// A count alone does not tell from where it was approached.
+    fn of_direction(&self) -> Component {
+        let what = "direction: half of what forward and backward differ by";
+        let half = Component::of("direction", what, &self.unit, self.direction, Distribution::TwoValued, 1.0);
+        Component { evaluation: Evaluation::A, ..half }
+    }
+
     fn not_included(&self, file: &Coefficients) -> Vec<String> {
         let mut list = vec![
-            "other conditions than those of the recording: temperatures, speeds, mounting, ageing".to_string(),
+            "other conditions than those of the recording: temperatures, speeds, mounting, ageing"
+                .to_string(),
             "readings outside the range".to_string(),
         ];
         let without_size = self.left_out.iter().filter(|out| out.size.is_none());
@@ -139,7 +146,8 @@ impl Parts<'_> {
             list.push("the rounding of the reading before the routine is given it, as a float".to_string());
         } else if recorded.is_some_and(|recorded| recorded.reading_step > 0.0) {
             list.push(
-                "the step of the readings as they were recorded a second time: it is in their scatter".to_string(),
+                "the step of the readings as they were recorded a second time: it is in their scatter"
+                    .to_string(),
             );
         }
         list
@@ -154,10 +162,10 @@ impl Step {
         let beyond = (self.size * self.size - recorded * recorded).max(0.0).sqrt();
         let unit = &self.unit;
         if self.difference {
-            let what = "step of the input, of both probes";
+            let what = "input: step of the readings of both probes";
             Component::of("input", what, unit, beyond, Distribution::Triangular, 6f64.sqrt())
         } else {
-            Component::within("input", "step of the input", unit, 0.5 * beyond)
+            Component::within("input", "input: step of the reading", unit, 0.5 * beyond)
         }
     }
 }

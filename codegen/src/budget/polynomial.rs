@@ -23,13 +23,14 @@ pub fn of_routine(routine: &Routine, quantity: &Quantity, file: &Coefficients) -
     let step = SLOPE_OVER * (to - from);
     let slope = |reading: f64| (corrected(reading + step) - corrected(reading - step)) / (2.0 * step);
     let readings = tenths(from, to);
-    let points: Vec<f64> = file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading).collect();
+    let points: Vec<f64> =
+        file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading).collect();
     let deviations = |at: &[f64]| estimate::deviations(file, &routine.physics, quantity, routine.range, at);
     let bound = &routine.design.bound;
     let output = quantity.in_bound_unit(bound.output);
     let parts = Parts {
         unit: quantity.bound_unit.clone(),
-        place: format!("{} in {}", quantity.reading, quantity.reading_unit),
+        place: (quantity.reading.clone(), quantity.reading_unit.clone()),
         places: readings.iter().map(|at| (*at, corrected(*at), slope(*at))).collect(),
         deviations: deviations(&readings).zip(deviations(&points)).map(|(a, b)| [a, b]),
         arithmetic: quantity.in_bound_unit(bound.total) - output,
@@ -39,7 +40,7 @@ pub fn of_routine(routine: &Routine, quantity: &Quantity, file: &Coefficients) -
             unit: quantity.reading_unit.clone(),
             difference: routine.options.input.arity == Arity::Probes,
         },
-        left_out: &routine.physics.left_out,
+        left_out: routine.physics.left_out.clone(),
         direction: 0.0,
     };
     parts.budget(file)

@@ -2,6 +2,7 @@
 
 use fitter::budget::Budget;
 use fitter::coefficients::Coefficients;
+use fitter::terms::Operator;
 
 use super::{Parts, Step, tenths};
 use crate::turn::choose::TurnRoutine;
@@ -12,14 +13,18 @@ use crate::turn::wraps::Wraps;
 pub(crate) fn of_turn(routine: &TurnRoutine, file: &Coefficients, wraps: &Wraps) -> Option<Budget> {
     let unit = file.sensor.error_unit().to_string();
     let turn = file.turn.as_ref()?;
+    let (direction, lags) = direction(file);
     let positions = tenths(0.0, turn.revolution);
-    let points: Vec<f64> = file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading).collect();
+    let points: Vec<f64> =
+        file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading).collect();
     let bound = routine.bound();
     let output = bound.min(0.5 * routine.unit_per_count);
     let parts = Parts {
-        place: format!("corrected position in {unit}"),
+        place: ("corrected position".into(), unit.clone()),
         places: positions.iter().map(|at| (*at, *at, 1.0)).collect(),
-        deviations: deviations(file, wraps, &positions).zip(deviations(file, wraps, &points)).map(|(a, b)| [a, b]),
+        deviations: deviations(file, wraps, &positions)
+            .zip(deviations(file, wraps, &points))
+            .map(|(a, b)| [a, b]),
         arithmetic: bound - output,
         output,
         step: Step {
@@ -27,9 +32,25 @@ pub(crate) fn of_turn(routine: &TurnRoutine, file: &Coefficients, wraps: &Wraps)
             unit: unit.clone(),
             difference: false,
         },
-        left_out: &wraps.left_out,
-        direction: uncorrected_direction(file).unwrap_or(0.0),
+        left_out: wraps.left_out.iter().filter(|out| !lags.contains(&&*out.effect)).cloned().collect(),
+        direction,
         unit,
     };
     parts.budget(file)
+}
+
+/// Half of what forward and backward differ by, at the recorded speed where it is most, and the effects that it holds: a
+/// lag changes its sign with the direction, as play does, so that the two add up.
+fn direction(file: &Coefficients) -> (f64, Vec<&str>) {
+    let half = uncorrected_direction(file).unwrap_or(0.0);
+    let speeds = file.turn.as_ref().and_then(|turn| turn.directions.speed_per_s);
+    let Some(speeds) = speeds else { return (half.abs(), Vec::new()) };
+    let lags = || {
+        let first = |term: &'_ fitter::terms::Term| term.coefficients.first().copied().unwrap_or(0.0);
+        let is_lag = |operator: &Operator| matches!(operator, Operator::Rate(_));
+        file.terms.iter().filter(move |t| is_lag(&t.operator)).map(move |t| (t.effect.as_str(), first(t)))
+    };
+    let lag: f64 = lags().map(|(_, lag)| lag).sum();
+    let largest = speeds.map(|speed| (half + lag * speed).abs()).into_iter().fold(0.0, f64::max);
+    (largest, lags().map(|(effect, _)| effect).collect())
 }

@@ -12,7 +12,7 @@ pub fn in_words(budget: &Budget) -> (String, Vec<String>) {
     let mut lines: Vec<String> = (budget.components.iter())
         .map(|component| {
             let u = text::rounded_up(component.contribution);
-            format!("{u} {unit}  {} ({})", component.what, component.distribution.name())
+            format!("{u} {unit}  {}, {}", component.what, component.distribution.name())
         })
         .collect();
     lines.extend(budget.missing.iter().map(|missing| format!("MISSING: {missing}")));

@@ -114,15 +114,15 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients, wraps: 
 fn claim(coefficients: &Coefficients, wraps: &Wraps) -> Option<Claim> {
     let mut left_out: Vec<f64> = wraps.left_out.iter().filter_map(|out| out.size).collect();
     // What the directions differ by stays uncorrected, too.
-    left_out.extend(uncorrected_direction(coefficients));
+    left_out.extend(uncorrected_direction(coefficients).map(f64::abs));
     Claim::of(coefficients, band(coefficients, wraps), &left_out)
 }
 
-/// Half of what the directions differ by, where no term has it.
+/// Half of the distance from backward to forward errors, where no term has it.
 pub(crate) fn uncorrected_direction(coefficients: &Coefficients) -> Option<f64> {
     let has_play = coefficients.terms.iter().any(|term| matches!(term.operator, Operator::Play(_)));
     let half = coefficients.turn.as_ref()?.directions.half_distance.as_ref();
-    half.filter(|_| !has_play).map(|half| half.value.abs())
+    half.filter(|_| !has_play).map(|half| half.value)
 }
 
 /// The largest half-width of the 95 % band of constant and harmonics over the turn, in the sensor's unit; none where
@@ -138,11 +138,7 @@ fn band(coefficients: &Coefficients, wraps: &Wraps) -> Option<f64> {
 
 /// The standard deviation of constant and harmonics at positions, in the sensor's unit; none where some covariance is not
 /// known.
-pub(crate) fn deviations(
-    coefficients: &Coefficients,
-    wraps: &Wraps,
-    positions: &[f64],
-) -> Option<Vec<f64>> {
+pub(crate) fn deviations(coefficients: &Coefficients, wraps: &Wraps, positions: &[f64]) -> Option<Vec<f64>> {
     let all = coefficients.covariance_of_all()?;
     let at = |position: &f64| {
         // What is left out of the routine is left out of its band.

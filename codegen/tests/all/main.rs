@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)] // how a test fails
 
+mod budget;
 mod cost;
 mod devices;
 mod direct;

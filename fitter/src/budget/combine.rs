@@ -201,8 +201,7 @@ mod tests {
             const CELLS: u32 = 20_000;
             let within = |centre: f64| t.cdf(found.expanded - centre) - t.cdf(-found.expanded - centre);
             let cell = |i: u32| half * (2.0 * (f64::from(i) + 0.5) / f64::from(CELLS) - 1.0);
-            let sum: f64 =
-                (0..CELLS).map(|i| 0.5 * (within(cell(i) - step) + within(cell(i) + step))).sum();
+            let sum: f64 = (0..CELLS).map(|i| 0.5 * (within(cell(i) - step) + within(cell(i) + step))).sum();
             assert!((sum / f64::from(CELLS) - COVERAGE).abs() < 1e-5, "{half} {deviation}: {found:?}");
         }
         assert_eq!(combine(&[flat(0.0)]).expanded, 0.0);

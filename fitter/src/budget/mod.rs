@@ -26,8 +26,10 @@ pub struct Budget {
     pub formula: String,
     /// Unit of contributions and of the combined and expanded uncertainties.
     pub unit: String,
-    /// What `at` is, with its unit.
+    /// What `at` is.
     pub place: String,
+    /// Unit of `at`.
+    pub place_unit: String,
     /// The place of `components`: where the expanded uncertainty is largest.
     pub at: f64,
     /// Every contribution there.

@@ -10,10 +10,10 @@ pub fn reference(file: &Coefficients) -> Option<Component> {
     let (accuracy, unit) = (stated.accuracy?, &file.units.statistics);
     Some(match stated.coverage_factor {
         Some(factor) => {
-            let what = "stated uncertainty of the reference";
+            let what = "reference: stated expanded uncertainty";
             Component::of("reference", what, unit, accuracy, Distribution::Normal, factor)
         }
-        None => Component::within("reference", "stated accuracy of the reference", unit, accuracy),
+        None => Component::within("reference", "reference: stated accuracy", unit, accuracy),
     })
 }
 

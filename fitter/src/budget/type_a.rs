@@ -43,7 +43,8 @@ pub fn repeatability(file: &Coefficients, at: f64) -> Option<Component> {
     let own = (deviation * deviation - of_reference * of_reference).max(0.0);
     // The variance of a difference is that of what was estimated: u⁴/ν stays.
     let freedom = freedom * (own / (deviation * deviation)).powi(2);
-    let what = if of_reference > 0.0 { format!("{what}, less that of the reference") } else { what.into() };
+    let less = if of_reference > 0.0 { ", less that of the reference" } else { "" };
+    let what = format!("repeatability: {what}{less}");
     Some(Component::observed("repeatability", &what, unit, own.sqrt(), freedom.max(1.0)))
 }
 
@@ -52,10 +53,10 @@ pub fn repeatability(file: &Coefficients, at: f64) -> Option<Component> {
 /// of a mean by as much. Of a diagnosed file it is what the diagnosis left beyond the noise. None where no angle repeats.
 pub fn lack_of_fit(file: &Coefficients, at: f64, interval: &[f64]) -> Option<Component> {
     let unit = &file.units.statistics;
-    let what = "what the fit leaves of means near the place, beyond their noise";
+    let what = "lack of fit: means near the place, beyond their noise";
     if let Some(diagnosed) = &file.diagnosis {
         let rows = file.recording.rows.saturating_sub(file.count_of_all()).max(1) as f64;
-        let what = "what the model leaves beyond the noise, by the diagnosis";
+        let what = "lack of fit: what the diagnosis left beyond the noise";
         return Some(Component::observed("lack_of_fit", what, unit, diagnosed.left(), rows));
     }
     scatter(file)?;
@@ -81,7 +82,7 @@ pub fn lack_of_fit(file: &Coefficients, at: f64, interval: &[f64]) -> Option<Com
 pub fn pass_offset(file: &Coefficients) -> Option<Component> {
     let offset = file.recorded.as_ref()?.pass_offset?;
     let passes = offset.passes as f64;
-    let what = "what all readings of a pass share, in the mean over the passes";
+    let what = "passes: what all readings of one share, in their mean";
     let deviation = offset.standard_deviation / passes.sqrt();
     Some(Component::observed("pass_offset", what, &file.units.statistics, deviation, passes - 1.0))
 }
@@ -103,9 +104,8 @@ pub fn missing(file: &Coefficients) -> Vec<String> {
         );
     }
     if file.covariance_of_all().is_none() {
-        missing.push(
-            "the interval of what was fitted: the file has no covariance of it; fit again".to_string(),
-        );
+        missing
+            .push("the interval of what was fitted: the file has no covariance of it; fit again".to_string());
     }
     missing
 }
@@ -140,4 +140,54 @@ fn pooled(points: &[(usize, &PointStatistics)]) -> (f64, f64) {
         freedom += own;
     }
     (squares / f64::max(freedom, 1.0), freedom)
+}
+
+#[cfg(all(test, feature = "fit"))]
+mod tests {
+    use super::*;
+    use crate::{Options, default_recording, fit};
+
+    fn file() -> Coefficients {
+        let (recording, mirror) = default_recording().unwrap();
+        fit(&recording, &mirror, &Options::default()).unwrap().coefficients
+    }
+
+    /// A constant error of all means is found as such, whatever noise made the means scatter before.
+    #[test]
+    fn what_is_left_of_the_means_is_lack_of_fit() {
+        let mut file = file();
+        let points = file.statistics.as_mut().unwrap().points.iter_mut();
+        points.for_each(|point| point.mean_after = 3.0);
+        let exact = vec![0.0; file.statistics.as_ref().unwrap().points.len()];
+        let found = lack_of_fit(&file, 0.0, &exact).unwrap();
+        // 0.5″ in six passes: 0.2″ of a mean are noise.
+        assert!((found.value - (9.0f64 - 0.04).sqrt()).abs() < 0.01, "{found:?}");
+        // Means of no error at all are below the noise, not of a negative lack.
+        file.statistics.as_mut().unwrap().points.iter_mut().for_each(|point| point.mean_after = 0.0);
+        assert_eq!(lack_of_fit(&file, 0.0, &exact).unwrap().value, 0.0);
+        assert_eq!(lack_of_fit(&file, 0.0, &[]), None);
+    }
+
+    #[test]
+    fn uneven_noise_is_that_of_the_place() {
+        let mut file = file();
+        let statistics = file.statistics.as_mut().unwrap();
+        statistics.between_passes.as_mut().unwrap().weighted = true;
+        for point in &mut statistics.points {
+            point.standard_deviation = Some(if point.reading < 0.0 { 0.2 } else { 0.8 });
+        }
+        let at = |place| repeatability(&file, place).unwrap();
+        assert_eq!((at(-0.3).value, at(0.3).value), (0.2, 0.8));
+        // Five degrees of freedom of each point within a tenth of the range on either side.
+        assert!((25.0..45.0).contains(&at(-0.3).degrees_of_freedom.unwrap()), "{:?}", at(-0.3));
+    }
+
+    #[test]
+    fn an_offset_of_the_passes_is_less_in_their_mean() {
+        let mut file = file();
+        let offset = crate::coefficients::PassOffset { standard_deviation: 0.6, passes: 9 };
+        file.recorded.as_mut().unwrap().pass_offset = Some(offset);
+        let found = pass_offset(&file).unwrap();
+        assert_eq!((found.value, found.degrees_of_freedom), (0.2, Some(8.0)));
+    }
 }

@@ -31,7 +31,7 @@ pub(super) fn shown(budget: &Budget) -> Value {
     context! {
         measurand => &*budget.measurand, missing => &budget.missing, formula => &*budget.formula,
         not_included => &budget.not_included, unit => &*budget.unit, place => &*budget.place,
-        at => digits(budget.at), percent => digits(100.0 * budget.coverage),
+        place_unit => &*budget.place_unit, at => digits(budget.at), percent => digits(100.0 * budget.coverage),
         expanded => if low == high { high } else { format!("{low} to {high}") },
         components, range,
     }

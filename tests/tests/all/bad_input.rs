@@ -476,7 +476,7 @@ fn prepare(folder: &Path) {
     }
     let good = fs::read_to_string(folder.join("good.json")).unwrap();
     put("cut.json", &good[..good.len() / 2]);
-    put("newer.json", &good.replacen("\"version\": 1", "\"version\": 99", 1));
+    put("newer.json", &good.replacen("\"version\": 4", "\"version\": 99", 1));
     put("other.json", "{\"schema\": \"something else\"}");
     let order = good.find("\"order\":").unwrap();
     let digit = order + good[order..].find(|c: char| c.is_ascii_digit()).unwrap();

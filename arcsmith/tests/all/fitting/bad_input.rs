@@ -444,8 +444,8 @@ fn damaged_coefficients() {
         ("no schema", "{}".to_string(), &["`schema` is missing"]),
         (
             "newer",
-            good.replace("\"version\": 1", "\"version\": 7"),
-            &["version 7", "reads up to 3", "newer program"],
+            good.replace("\"version\": 4", "\"version\": 7"),
+            &["version 7", "reads up to 4", "newer program"],
         ),
         (
             "coefficient lost",

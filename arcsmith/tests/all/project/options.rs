@@ -92,7 +92,7 @@ fn coefficients_of_another_recording_are_not_generated_from_unawares() {
     assert!(folder.refused("generate").contains("`fit` was not run yet"));
     folder.ok("run --quiet");
     folder.ok("record --protocol calibration --seed 8 --out calibration.csv --quiet");
-    for command in ["generate", "apply", "verify", "explore"] {
+    for command in ["generate", "apply", "verify", "explore", "budget"] {
         let said = folder.refused(command);
         for part in [
             "calibration.csv: changed since `fit`",

@@ -47,6 +47,7 @@ fn from_a_recording_to_firmware_without_a_flag() {
     folder.ok("apply");
     folder.ok("report");
     folder.ok("explore");
+    folder.ok("budget");
     assert!(folder.read("results/angles.csv").starts_with("t_s,"));
     assert!(folder.path().join("results/report.html").is_file());
     // The same commands give the same files, and the state says so.

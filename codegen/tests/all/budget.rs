@@ -1,0 +1,203 @@
+//! The budget of a generated correction: complete where the file says all, and naming what it lacks elsewhere.
+
+use codegen::format::Format;
+use codegen::generate::{Generated, generate};
+use codegen::input::{Arity, Encoding, Input};
+use codegen::options::{Method, Options, RoutineOptions};
+use codegen::output::Output;
+use codegen::turn::Encoder;
+use fitter::budget::{Budget, Component, Distribution, Evaluation, combine};
+use fitter::coefficients::{Coefficients, Diagnosed};
+use fitter::{Mirror, Recording};
+
+fn calibration() -> &'static str {
+    include_str!("../../../fitter/data/calibration.csv")
+}
+
+fn fitted(csv: &str) -> Coefficients {
+    let recording = Recording::from_bytes("calibration.csv", csv.as_bytes()).unwrap();
+    fitter::fit(&recording, &Mirror::paper(), &fitter::Options::default()).unwrap().coefficients
+}
+
+fn generated(file: &Coefficients, arity: Arity, encoding: Encoding) -> Generated {
+    let (method, format, output) = (Method::Fused, Format::Q31, Output::PowerOfTwo);
+    let routine = RoutineOptions { method, format, input: Input { arity, encoding }, output };
+    generate(file, "", &Options { routines: vec![routine], ..Options::default() }).unwrap()
+}
+
+fn budget(file: &Coefficients) -> Budget {
+    let word = Encoding::Q31 { full_scale: None };
+    generated(file, Arity::Reading, word).certificate.budgets[0].budget.clone()
+}
+
+fn component<'a>(budget: &'a Budget, source: &str) -> Option<&'a Component> {
+    budget.components.iter().find(|component| component.source == source)
+}
+
+#[test]
+fn every_part_stands_in_it_and_they_combine_to_what_it_states() {
+    let file = fitted(calibration());
+    let budget = budget(&file);
+    assert_eq!(budget.missing, Vec::<String>::new());
+    let sources: Vec<&str> = budget.components.iter().map(|c| c.source.as_str()).collect();
+    for source in ["reference", "repeatability", "model", "lack_of_fit", "arithmetic", "output"] {
+        assert!(sources.contains(&source), "{source}: {sources:?}");
+    }
+    let reference = component(&budget, "reference").unwrap();
+    assert_eq!((reference.value, reference.distribution), (1.0, Distribution::Rectangular));
+    assert_eq!((reference.evaluation, reference.degrees_of_freedom), (Evaluation::B, None));
+    let scatter = file.statistics.as_ref().unwrap().between_passes.as_ref().unwrap();
+    let repeatability = component(&budget, "repeatability").unwrap();
+    assert!((repeatability.value - scatter.standard_deviation).abs() < 1e-5);
+    assert_eq!(repeatability.degrees_of_freedom, Some(scatter.degrees_of_freedom as f64));
+    assert_eq!(budget.range.len(), 11);
+    for place in &budget.range {
+        let squares: f64 = place.contributions.iter().map(|u| u * u).sum();
+        assert!((place.combined.standard_uncertainty / squares.sqrt() - 1.0).abs() < 1e-4);
+        assert!(place.combined.expanded > place.combined.standard_uncertainty);
+    }
+    let there = budget.range.iter().find(|place| place.at == budget.at).unwrap();
+    assert_eq!(combine(&budget.components), there.combined);
+    assert_eq!(budget.expanded()[1], there.combined.expanded);
+    // Half way between two places lies half way between their uncertainties.
+    let [a, b] = [&budget.range[3], &budget.range[4]];
+    let between = budget.expanded_at(0.5 * (a.at + b.at));
+    assert!((between - 0.5 * (a.combined.expanded + b.combined.expanded)).abs() < 1e-9);
+}
+
+#[test]
+fn it_stands_in_certificate_and_head() {
+    let file = fitted(calibration());
+    let generated = generated(&file, Arity::Reading, Encoding::Q31 { full_scale: None });
+    let budget = &generated.certificate.budgets[0].budget;
+    let text = &generated.files[std::path::Path::new("certificate.json")];
+    let read: codegen::certificate::Certificate = serde_json::from_str(text).unwrap();
+    assert_eq!(read.budgets[0].budget, *budget);
+    let [low, high] = budget.expanded().map(codegen::text::rounded_up);
+    for path in ["c/corrected_angle.h", "src/corrected_angle_q31.rs"] {
+        let head = &generated.files[std::path::Path::new(path)];
+        assert!(head.contains(&format!("U = {low} … {high} arcsec for 95 %")), "{path}: {head}");
+        assert!(head.contains("reference: stated accuracy, rectangular"), "{head}");
+    }
+}
+
+#[test]
+fn what_the_file_does_not_say_is_named() {
+    let mut file = fitted(calibration());
+    let whole = budget(&file);
+    file.recorded.as_mut().unwrap().reference.accuracy = None;
+    let without = budget(&file);
+    assert!(component(&without, "reference").is_none());
+    assert!(without.missing[0].starts_with("the accuracy of the reference: state `accuracy_arcsec`"));
+    assert!(without.expanded()[1] < whole.expanded()[1]);
+    let word = Encoding::Q31 { full_scale: None };
+    let head = &generated(&file, Arity::Reading, word).files[std::path::Path::new("c/corrected_angle.h")];
+    assert!(head.contains("MISSING: the accuracy of the reference"), "{head}");
+    // A file of an earlier version.
+    file.recorded = None;
+    assert!(budget(&file).missing[0].contains("of an earlier version"));
+    // Of a model that nobody recorded there is no budget.
+    let model = file.error_model();
+    let by_hand = Coefficients::of_model(&model, file.valid_range.from, file.valid_range.to, "by hand");
+    assert!(generated(&by_hand, Arity::Reading, word).certificate.budgets.is_empty());
+}
+
+#[test]
+fn one_pass_tells_no_repeatability_apart() {
+    let mut lines = calibration().lines();
+    let header = lines.next().unwrap();
+    let pass = header.split(',').position(|name| name == "pass").unwrap();
+    let first: Vec<&str> = lines.filter(|line| line.split(',').nth(pass) == Some("1")).collect();
+    let file = fitted(&format!("{header}\n{}\n", first.join("\n")));
+    let budget = budget(&file);
+    assert!(
+        budget.missing[0].contains("they need two passes or more, the recording has 1"),
+        "{:?}",
+        budget.missing
+    );
+    let repeatability = component(&budget, "repeatability").unwrap();
+    assert!(repeatability.what.contains("lack of fit included"), "{repeatability:?}");
+    assert!(component(&budget, "lack_of_fit").is_none() && component(&budget, "pass_offset").is_none());
+}
+
+#[test]
+fn a_stated_noise_of_the_reference_is_taken_off() {
+    let mut file = fitted(calibration());
+    let scatter = component(&budget(&file), "repeatability").unwrap().clone();
+    let noise = 0.6 * scatter.value;
+    file.recorded.as_mut().unwrap().reference.repeatability = Some(noise);
+    let own = component(&budget(&file), "repeatability").unwrap().clone();
+    assert!((own.value - 0.8 * scatter.value).abs() < 1e-5, "{own:?}");
+    let freedom = scatter.degrees_of_freedom.unwrap() * 0.8f64.powi(4);
+    assert!((own.degrees_of_freedom.unwrap() / freedom - 1.0).abs() < 1e-4, "{own:?}");
+}
+
+/// A count of a converter, and what of it the recorded readings had already.
+#[test]
+fn the_step_of_the_input_counts_once() {
+    let mut file = fitted(calibration());
+    let gain = 1.2e-5;
+    let of = |file: &Coefficients, arity| {
+        let encoding = Encoding::Counts { bits: 16, gain, offset: 32768.0 };
+        let generated = generated(file, arity, encoding);
+        component(&generated.certificate.budgets[0].budget, "input").cloned()
+    };
+    let one = of(&file, Arity::Reading).unwrap();
+    // 0.86/12 rad/mm: about 15″ per µm.
+    assert!((one.sensitivity / 14_900.0 - 1.0).abs() < 0.05, "{one:?}");
+    let step = gain.hypot(1e-7) * one.sensitivity / 12f64.sqrt();
+    assert!((one.contribution / step - 1.0).abs() < 1e-3, "{one:?} {step}");
+    let both = of(&file, Arity::Probes).unwrap();
+    assert_eq!(both.distribution, Distribution::Triangular);
+    assert!((both.standard_uncertainty / one.standard_uncertainty - 2f64.sqrt()).abs() < 1e-4);
+    file.recorded.as_mut().unwrap().reading_step = gain;
+    assert_eq!(of(&file, Arity::Reading), None);
+}
+
+/// Terms of a diagnosis: their intervals enter with their covariance, what the diagnosis left as lack of fit.
+#[test]
+fn a_diagnosed_file_has_its_figures_in_the_budget() {
+    let mut file = fitted(calibration());
+    let before = component(&budget(&file), "model").unwrap().contribution;
+    let verdict = "explained".to_string();
+    file.diagnosis = Some(Diagnosed { verdict, before_rms: 5.0, after_rms: 0.5, noise_floor: 0.4 });
+    let diagnosed = budget(&file);
+    assert_eq!(component(&diagnosed, "repeatability").unwrap().value, 0.4);
+    assert!((component(&diagnosed, "lack_of_fit").unwrap().value - 0.3).abs() < 1e-6);
+    let mut joint = file.identification.as_ref().unwrap().covariance.clone();
+    joint.iter_mut().flatten().for_each(|value| *value *= 4.0);
+    file.joint_covariance = joint;
+    let wider = component(&budget(&file), "model").unwrap().contribution;
+    assert!((wider / before - 2.0).abs() < 1e-4, "{wider} {before}");
+}
+
+#[test]
+fn an_encoder_has_its_directions_and_its_rounding_in_the_budget() {
+    let mut csv = String::from("t_s,pass,direction,measured,reference\n");
+    let counts = 16_384.0;
+    for row in 0..720u32 {
+        let (pass, place) = (row / 120, f64::from(row % 120));
+        let (direction, reference) = match pass % 2 {
+            0 => (1.0, 3.0 * place),
+            _ => (-1.0, 357.0 - 3.0 * place),
+        };
+        // Scatter that nothing explains, of some hundredths of a degree.
+        let scatter = 0.02 * (f64::from(row * row % 997) / 997.0 - 0.5);
+        let error = 0.3 * reference.to_radians().sin() - 0.02 * direction + scatter;
+        let measured = ((reference + error) / 360.0 * counts).round() * 360.0 / counts;
+        csv += &format!("{row},{pass},{direction},{:.5},{reference}\n", measured.rem_euclid(360.0));
+    }
+    let toml = "[sensor]\nkind = \"direct\"\nunit = \"deg\"\nrevolution = 360.0\n[reference]\naccuracy_arcsec = 36.0\n";
+    let mirror = Mirror::parse("encoder.toml", toml).unwrap();
+    let recording = Recording::from_bytes("encoder.csv", csv.as_bytes()).unwrap();
+    let file = fitter::fit(&recording, &mirror, &fitter::Options::default()).unwrap().coefficients;
+    let options = Options { encoder: Encoder { bits: Some(14), ..Encoder::default() }, ..Options::default() };
+    let budget = generate(&file, "", &options).unwrap().certificate.budgets[0].budget.clone();
+    assert_eq!(budget.missing, Vec::<String>::new());
+    assert!((component(&budget, "reference").unwrap().value - 0.01).abs() < 1e-9);
+    let half = file.turn.as_ref().unwrap().directions.half_distance.as_ref().unwrap().value.abs();
+    let direction = component(&budget, "direction").unwrap();
+    assert!((direction.value / half - 1.0).abs() < 1e-4 && direction.divisor == 1.0, "{direction:?}");
+    let output = component(&budget, "output").unwrap();
+    assert!((output.value / (180.0 / 16384.0) - 1.0).abs() < 1e-4, "{output:?}");
+}
