@@ -32,8 +32,8 @@ struct Parts {
     unit: String,
     /// What a place is, and its unit.
     place: (String, String),
-    /// Place, corrected reading, and its slope by the reading.
-    places: Vec<(f64, f64, f64)>,
+    /// Where the table has its lines.
+    places: Vec<Line>,
     /// Standard deviation of the model at the places, and at the points of the file's statistics; none where the file does
     /// not tell it.
     deviations: Option<[Vec<f64>; 2]>,
@@ -47,6 +47,18 @@ struct Parts {
     left_out: Vec<LeftOut>,
     /// Half of what the directions differ by, uncorrected.
     direction: f64,
+}
+
+/// A line of the table.
+#[derive(Clone, Copy)]
+struct Line {
+    place: f64,
+    /// The reading there, in its own unit.
+    reading: f64,
+    /// The corrected reading, in the budget's unit.
+    result: f64,
+    /// Its slope by the reading.
+    slope: f64,
 }
 
 /// The step of a routine's input.
@@ -85,7 +97,8 @@ impl Parts {
     }
 
     /// All components at a place, those that are nothing there among them.
-    fn at(&self, file: &Coefficients, index: usize, (place, result, slope): (f64, f64, f64)) -> Option<At> {
+    fn at(&self, file: &Coefficients, index: usize, line: Line) -> Option<At> {
+        let Line { place, reading, result, slope } = line;
         let unit = &self.unit;
         let nothing = |source| Component::within(source, "", unit, 0.0);
         let [of_places, of_points] = self.deviations.as_ref().map_or([&[][..], &[]], |[a, b]| [a, b]);
@@ -96,9 +109,9 @@ impl Parts {
         let within = |source, what, half| Component::within(source, what, unit, half);
         let components = vec![
             reference::reference(file).unwrap_or_else(|| nothing("reference")),
-            type_a::repeatability(file, place)?,
+            type_a::repeatability(file, reading)?,
             model.unwrap_or_else(|| nothing("model")),
-            type_a::lack_of_fit(file, place, of_points).unwrap_or_else(|| nothing("lack_of_fit")),
+            type_a::lack_of_fit(file, reading, of_points).unwrap_or_else(|| nothing("lack_of_fit")),
             type_a::pass_offset(file).unwrap_or_else(|| nothing("pass_offset")),
             self.of_direction(),
             within(

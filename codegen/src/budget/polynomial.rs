@@ -3,7 +3,7 @@
 use fitter::budget::Budget;
 use fitter::coefficients::Coefficients;
 
-use super::{Parts, Step, tenths};
+use super::{Line, Parts, Step, tenths};
 use crate::estimate;
 use crate::input::Arity;
 use crate::quantity::Quantity;
@@ -22,6 +22,7 @@ pub fn of_routine(routine: &Routine, quantity: &Quantity, file: &Coefficients) -
     let corrected = |reading: f64| model.corrected(reading) * quantity.bound_units_per_unit;
     let step = SLOPE_OVER * (to - from);
     let slope = |reading: f64| (corrected(reading + step) - corrected(reading - step)) / (2.0 * step);
+    let line = |at: &f64| Line { place: *at, reading: *at, result: corrected(*at), slope: slope(*at) };
     let readings = tenths(from, to);
     let points: Vec<f64> =
         file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading).collect();
@@ -31,7 +32,7 @@ pub fn of_routine(routine: &Routine, quantity: &Quantity, file: &Coefficients) -
     let parts = Parts {
         unit: quantity.bound_unit.clone(),
         place: (quantity.reading.clone(), quantity.reading_unit.clone()),
-        places: readings.iter().map(|at| (*at, corrected(*at), slope(*at))).collect(),
+        places: readings.iter().map(line).collect(),
         deviations: deviations(&readings).zip(deviations(&points)).map(|(a, b)| [a, b]),
         arithmetic: quantity.in_bound_unit(bound.total) - output,
         output,

@@ -4,7 +4,7 @@ use fitter::budget::Budget;
 use fitter::coefficients::Coefficients;
 use fitter::terms::Operator;
 
-use super::{Parts, Step, tenths};
+use super::{Line, Parts, Step, tenths};
 use crate::turn::choose::TurnRoutine;
 use crate::turn::describe::{deviations, uncorrected_direction};
 use crate::turn::wraps::Wraps;
@@ -14,14 +14,16 @@ pub(crate) fn of_turn(routine: &TurnRoutine, file: &Coefficients, wraps: &Wraps)
     let unit = file.sensor.error_unit().to_string();
     let turn = file.turn.as_ref()?;
     let (direction, lags) = direction(file);
+    // The harmonics are small beside the zero between the scales of sensor and reference.
+    let line = |at: &f64| Line { place: *at, reading: at + wraps.zero, result: *at, slope: 1.0 };
     let positions = tenths(0.0, turn.revolution);
     let points: Vec<f64> =
-        file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading).collect();
+        file.statistics.iter().flat_map(|s| &s.points).map(|point| point.reading - wraps.zero).collect();
     let bound = routine.bound();
     let output = bound.min(0.5 * routine.unit_per_count);
     let parts = Parts {
         place: ("corrected position".into(), unit.clone()),
-        places: positions.iter().map(|at| (*at, *at, 1.0)).collect(),
+        places: positions.iter().map(line).collect(),
         deviations: deviations(file, wraps, &positions)
             .zip(deviations(file, wraps, &points))
             .map(|(a, b)| [a, b]),
