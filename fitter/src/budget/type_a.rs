@@ -142,7 +142,7 @@ fn pooled(points: &[(usize, &PointStatistics)]) -> (f64, f64) {
     (squares / f64::max(freedom, 1.0), freedom)
 }
 
-#[cfg(all(test, feature = "fit"))]
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::{Options, default_recording, fit};

@@ -108,7 +108,7 @@ impl PassOffset {
     }
 }
 
-#[cfg(all(test, feature = "fit"))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
