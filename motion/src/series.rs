@@ -131,7 +131,7 @@ impl Series {
             let names = family(&table.header.names, stem);
             names.iter().filter_map(|name| table.take(name).map(Values::into_vec)).collect()
         });
-        let t_s = table.take("t_s").unwrap_or_default().into_vec();
+        let t_s = table.take_time().into_vec();
         let further = table.columns.iter().filter(|column| is_further(&column.name));
         let complete = further.filter(|column| column.values.iter().all(|value| value.is_finite()));
         let further = complete.map(|column| (column.name.clone(), column.values.to_vec())).collect();
