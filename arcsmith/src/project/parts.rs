@@ -131,6 +131,14 @@ pub fn targets(root: &Table) -> Result<Vec<Target>> {
                 .mend("give one of them another `out`"));
         }
         let devices = table.get("devices").map_or(Ok(Vec::new()), devices)?;
+        let of_devices = options.iter().find(|one| ["margin", "page_address"].contains(&one.id.as_str()));
+        if let Some(one) = of_devices.filter(|_| devices.is_empty()) {
+            return Err(tree::refuse(
+                one.line,
+                format!("`generate.{}` belongs to a target with `devices`", one.id),
+            )
+            .mend("name the devices' recordings, or remove it"));
+        }
         targets.push((Target { out, options, devices }, line));
     }
     Ok(targets.into_iter().map(|(target, _)| target).collect())

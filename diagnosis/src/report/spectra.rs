@@ -158,7 +158,7 @@ pub fn resonance(recording: &DynamicRecording) -> Option<Section> {
     Some(Section {
         title: "Response at the strongest resonance",
         note: String::new(),
-        figures: vec![Figure::scaled("resonance", title, caption.to_string(), chart, Scale::Even)],
+        figures: vec![Figure::of("resonance", title, caption.to_string(), chart)],
     })
 }
 

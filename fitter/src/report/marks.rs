@@ -12,8 +12,9 @@ const RING: i32 = 8;
 const TARGET: i32 = 5;
 /// Dots from which on they are small.
 const MANY: usize = 300;
-/// Strength of dots that are seen through.
+/// Strength of dots that are seen through, and of those that are not seen: of none, `plotters` draws nothing.
 const HAZE: f64 = 0.45;
+const UNSEEN: f64 = 0.004;
 /// Points of a curve that show their values, at most: as many as can be pointed at.
 const MOST_TARGETS: usize = 120;
 
@@ -54,7 +55,7 @@ where
     let dot = match series.mark {
         Mark::Dots | Mark::Both | Mark::Stems => Some((size, colour.filled())),
         Mark::Haze => Some((size, colour.mix(HAZE).filled())),
-        Mark::Curve => Some((TARGET, colour.mix(0.0).filled())),
+        Mark::Curve => Some((TARGET, colour.mix(UNSEEN).filled())),
         Mark::Line | Mark::Columns | Mark::Ring => None,
     };
     if let Some((size, style)) = dot {
