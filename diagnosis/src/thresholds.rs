@@ -1,8 +1,8 @@
 //! Every number that was chosen: its value, what it means, and the trial, false-alarm rate or judgement that set it. Those
 //! of one module stand under its name, those of several at the beginning.
 
-/// Standard deviations on either side of a normal estimate within which it lies with 95 %.
-pub const NORMAL_95: f64 = 1.959_963_985;
+pub use fitter::figures::NORMAL_95;
+
 /// How many times what the base alone leaves a model with effects may leave, on fitted and on held-out rows: the spread of
 /// an rms over a thousand readings, and what parameters without use cost.
 pub const NO_WORSE: f64 = 1.02;
@@ -872,8 +872,6 @@ pub mod report {
     pub const MOST_CHARTS: usize = 4;
     /// See [`crate::report::charts`].
     pub mod charts {
-        /// Most points that are drawn; of a longer recording evenly chosen rows.
-        pub const MOST_POINTS: usize = 1500;
         /// Bins of the running mean.
         pub const BINS: usize = 24;
     }
@@ -884,16 +882,22 @@ pub mod report {
         /// Deviation in units of its uncertainty at which a cell has its full colour.
         pub const FULL: f64 = 8.0;
         /// Height of an observable in pixels, by judgement: two rows of cells, 17 each, and the gap to the next.
-        pub const LINE: i32 = 46;
+        pub const LINE: usize = 46;
         /// Width of the names in pixels, by judgement.
-        pub const LEFT: i32 = 178;
+        pub const LEFT: usize = 178;
         /// Width of a cell in pixels, its gap included, by judgement.
-        pub const CELL: i32 = 38;
+        pub const CELL: usize = 38;
     }
     /// See [`crate::report::spectra`].
     pub mod spectra {
         /// Points of a curve.
         pub const POINTS: usize = 300;
+        /// Amplitudes that get a spectrum of their own, at most.
+        pub const MOST_AMPLITUDES: usize = 4;
+        /// Lines on either side of a resonance, at least.
+        pub const LEAST_LINES: usize = 6;
+        /// Points of the response at a resonance, about: error bars are told apart.
+        pub const RESONANCE: usize = 60;
     }
     /// See [`crate::report::surface`].
     pub mod surface {

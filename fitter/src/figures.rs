@@ -1,6 +1,8 @@
 //! Figures for people: as many digits as their uncertainty supports, in a unit that shows them. Files for programs keep
 //! every digit.
 
+/// Standard deviations on either side of a normal estimate within which it lies with 95 %.
+pub const NORMAL_95: f64 = 1.959_963_985;
 /// Significant digits of a half-width of an interval (Guide to the Expression of Uncertainty in Measurement, 7.2.6).
 const OF_UNCERTAINTY: i32 = 2;
 /// Significant digits of a root mean square and of every figure without an uncertainty: of a hundred readings it is known

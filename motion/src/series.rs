@@ -131,7 +131,7 @@ impl Series {
             let names = family(&table.header.names, stem);
             names.iter().filter_map(|name| table.take(name).map(Values::into_vec)).collect()
         });
-        let t_s = table.take("t_s").unwrap_or_default().into_vec();
+        let t_s = table.take_time().into_vec();
         let further = table.columns.iter().filter(|column| is_further(&column.name));
         let complete = further.filter(|column| column.values.iter().all(|value| value.is_finite()));
         let further = complete.map(|column| (column.name.clone(), column.values.to_vec())).collect();
@@ -263,6 +263,31 @@ mod tests {
         let mut written = Vec::new();
         series.write_csv(None, &mut written).unwrap();
         assert_eq!(parse("again", &written).unwrap(), series);
+    }
+
+    #[test]
+    fn timestamps_and_counts_are_seconds_since_the_first_rounded_as_they_are_printed() {
+        let head = "t_s,drive\n";
+        for rows in [
+            "2026-11-24T12:00:59.90Z,1\n2026-11-24T12:01:00.00Z,1\n2026-11-24T12:01:00.11Z,1\n",
+            "1795521659900,1\n1795521660000,1\n1795521660109,1\n",
+        ] {
+            // The steps differ by some ten milliseconds: no more than the rounding of hundredths, but more than that of
+            // thousandths.
+            let hundredths = rows.contains('Z');
+            let read = parse("r.csv", format!("{head}{rows}").as_bytes());
+            assert_eq!(read.is_ok(), hundredths, "{read:?}");
+            let Ok(read) = read else { continue };
+            // Since the whole second of the first.
+            let wanted = [0.9, 1.0, 1.11];
+            assert!(
+                read.t_s.iter().zip(wanted).all(|(t, wanted)| (t - wanted).abs() < 1e-9),
+                "{:?}",
+                read.t_s
+            );
+        }
+        let mixed = parse("r.csv", b"t_s,drive\n2026-11-24T12:00:59Z,1\n60,1\n").unwrap_err().to_string();
+        assert!(mixed.contains("line 3, column `t_s`: found 60"), "{mixed}");
     }
 
     #[test]

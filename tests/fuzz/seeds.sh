@@ -51,3 +51,35 @@ arcsmith apply cal.csv --coefficients coef.json --out applied.csv
 sed 1s/angle_arcsec/reference_arcsec/ applied.csv >sim.csv
 arcsmith generate --coefficients coef.json --format f32 --degree 3 --bound 100arcsec --out firmware
 arcsmith generate --devices coef.json two.json --format q31 --degree 3 --bound 100arcsec --out units
+
+# Last: beside it every command above would be that of a project.
+cat >arcsmith.toml <<'END'
+recordings = ["cal.csv"]
+verifications = ["warm.csv"]
+mirror = "mirror.toml"
+out = "results"
+
+[columns]
+x1_mm = { column = "x1_mm", unit = "mm" }
+
+[fit]
+order = 3
+
+[diagnose]
+order = 3
+jobs = 1
+
+[[generate]]
+out = "angle"
+format = ["f32"]
+degree = 3
+bound = "100arcsec"
+
+[[generate]]
+out = "pages"
+devices = ["cal.csv", "warm.csv"]
+page_address = "0x0801f800"
+format = "q31"
+degree = 3
+bound = "100arcsec"
+END

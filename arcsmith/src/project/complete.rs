@@ -31,8 +31,8 @@ struct Line {
     common: Common,
     /// The step that it is, where nothing in it differs from what the project does by itself.
     step: Option<Step>,
-    /// Whether its coefficients are those of the project.
-    takes_coefficients: bool,
+    /// The steps of the project that write the coefficients which it takes.
+    origins: Vec<String>,
 }
 
 /// The commands that a project completes.
@@ -85,7 +85,7 @@ pub fn asked(typed: impl Iterator<Item = OsString>) -> Result<Option<Asked>> {
 /// `arcsmith` alone: what is to be done.
 fn asked_for_the_state(matches: &ArgMatches) -> Result<Asked> {
     let common = common(matches);
-    let line = Line { words: vec!["status".into()], common, step: None, takes_coefficients: false };
+    let line = Line { words: vec!["status".into()], common, step: None, origins: Vec::new() };
     Ok(Asked { project: Project::read()?, common, lines: vec![line] })
 }
 
@@ -117,7 +117,7 @@ impl Typed<'_> {
     fn lines(&self, project: &Project) -> Result<Vec<Line>> {
         if self.name == "check" && self.is_bare() {
             let words = vec!["status".to_string(), "--strict".into()];
-            return Ok(vec![Line { words, common: self.common, step: None, takes_coefficients: false }]);
+            return Ok(vec![Line { words, common: self.common, step: None, origins: Vec::new() }]);
         }
         if matches!(project.nominal, Nominal::Plant(_)) && self.name != "diagnose" {
             return Err(refused!("`{}` needs a sensor, and the project has a plant", self.name)
@@ -162,11 +162,12 @@ impl Typed<'_> {
     fn line(&self, project: &Project, target: Option<&Target>) -> Line {
         let offered = offered(project, self.name, target);
         let missing: Vec<&Given> = offered.iter().filter(|one| !self.excludes(one)).collect();
-        let takes_coefficients = missing.iter().any(|one| one.id == "coefficients");
+        let takes = missing.iter().any(|one| ["coefficients", "devices"].contains(&one.id.as_str()));
+        let origins = if takes { project.origins(target) } else { Vec::new() };
         if self.is_bare() {
             let words = words(project, self.name, target);
             let step = project.steps().into_iter().find(|step| step.words == words);
-            return Line { words, common: self.common, step, takes_coefficients };
+            return Line { words, common: self.common, step, origins };
         }
         let (places, options): (Vec<&Given>, Vec<&Given>) =
             missing.into_iter().partition(|one| one.positional);
@@ -175,7 +176,7 @@ impl Typed<'_> {
         let at = words.iter().position(|word| word == self.name).map_or(0, |at| at + 1);
         words.splice(at..at, options.into_iter().flat_map(|one| one.words.clone()));
         words.extend(places.into_iter().flat_map(|one| one.words.clone()));
-        Line { words, common: Common::default(), step: None, takes_coefficients }
+        Line { words, common: Common::default(), step: None, origins }
     }
 
     /// Whether nothing was typed but the command, and what all commands are told. A word that no command knows counts.
@@ -228,8 +229,8 @@ impl Asked {
     fn each(&self) -> Result<ExitCode> {
         let mut ended = ExitCode::SUCCESS;
         for line in &self.lines {
-            if line.takes_coefficients {
-                perform::coefficients_are_new(&self.project)?;
+            for origin in &line.origins {
+                perform::coefficients_are_new(&self.project, origin)?;
             }
             let code = match &line.step {
                 Some(step) => perform::step(&self.project, step, self.common)?,

@@ -51,6 +51,8 @@ pub struct Target {
     pub out: String,
     /// The options.
     pub options: Vec<Given>,
+    /// The recordings of the devices that get a page of coefficients each; blank where there is one routine alone.
+    pub devices: Vec<String>,
 }
 
 const KEYS: [&str; 20] = [

@@ -42,7 +42,7 @@ fn with_value(name: &str, value: &str) -> Vec<String> {
 }
 
 /// What a project says elsewhere, or what does not belong in it: no keys of a table.
-const ELSEWHERE: [&str; 18] = [
+const ELSEWHERE: [&str; 15] = [
     "mirror",
     "plant",
     "map",
@@ -55,13 +55,13 @@ const ELSEWHERE: [&str; 18] = [
     "max_bytes",
     "max_columns",
     "demo",
-    "devices",
-    "margin",
-    "page_address",
     "pages_for",
     "check",
     "sweep",
 ];
+
+/// What only the table of a target says.
+const OF_A_TARGET: [&str; 3] = ["devices", "margin", "page_address"];
 
 /// The options of the table of a command; `out_too` where it may say where that writes.
 pub fn read(table: &Table, command: &str, out_too: bool) -> Result<Vec<Given>> {
@@ -70,6 +70,7 @@ pub fn read(table: &Table, command: &str, out_too: bool) -> Result<Vec<Given>> {
     let known: Vec<&str> = (definition.get_opts())
         .map(|arg| arg.get_id().as_str())
         .filter(|id| !ELSEWHERE.contains(id) && (out_too || *id != "out"))
+        .filter(|id| command == "generate" || !OF_A_TARGET.contains(id))
         .collect();
     tree::check_keys(table, command, &known)?;
     let mut options = Vec::new();

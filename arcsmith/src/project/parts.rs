@@ -8,6 +8,7 @@ use fitter::table::{Mapping, nearest};
 use super::FILE;
 use super::file::{COMMANDS, Nominal, Target, normal};
 use super::options::{self, Given};
+use super::steps::stem;
 use super::tree::{self, Entry, Item, Table};
 use crate::terminal::Result;
 
@@ -121,7 +122,7 @@ pub fn targets(root: &Table) -> Result<Vec<Target>> {
         let table = entry.table("generate")?;
         let mut options = options::read(table, "generate", true)?;
         let out = table.get("out").map_or(Ok(GENERATED.to_string()), |entry| entry.text("generate.out"))?;
-        options.retain(|one| one.id != "out");
+        options.retain(|one| !["out", "devices"].contains(&one.id.as_str()));
         let line = table.get("out").map_or(entry.line, |entry| entry.line);
         if let Some((_, first)) = targets.iter().find(|(other, _)| normal(&other.out) == normal(&out)) {
             return Err(tree::refuse(line, format!("`generate.out`: two targets write to {out}"))
@@ -129,7 +130,37 @@ pub fn targets(root: &Table) -> Result<Vec<Target>> {
                 .expected("a folder of its own for each")
                 .mend("give one of them another `out`"));
         }
-        targets.push((Target { out, options }, line));
+        let devices = table.get("devices").map_or(Ok(Vec::new()), devices)?;
+        let of_devices = options.iter().find(|one| ["margin", "page_address"].contains(&one.id.as_str()));
+        if let Some(one) = of_devices.filter(|_| devices.is_empty()) {
+            return Err(tree::refuse(
+                one.line,
+                format!("`generate.{}` belongs to a target with `devices`", one.id),
+            )
+            .mend("name the devices' recordings, or remove it"));
+        }
+        targets.push((Target { out, options, devices }, line));
     }
     Ok(targets.into_iter().map(|(target, _)| target).collect())
+}
+
+/// The recordings of the devices of a target: paths, or patterns such as `units/*.csv`.
+fn devices(entry: &Entry) -> Result<Vec<String>> {
+    let refuse = |what: String| tree::refuse(entry.line, format!("`generate.devices`: {what}"));
+    let patterns = entry.texts("generate.devices")?;
+    let files = codegen::devices::expand(&patterns).map_err(|_| {
+        refuse(format!("no file matches {}", patterns.join(", ")))
+            .expected("recordings, one of each device")
+            .mend("correct the path")
+    })?;
+    let files: Vec<String> =
+        files.iter().map(|path| normal(&path.to_string_lossy()).display().to_string()).collect();
+    for (index, file) in files.iter().enumerate() {
+        if let Some(other) = files[..index].iter().find(|other| stem(other) == stem(file)) {
+            return Err(refuse(format!("{other} and {file} would be one device"))
+                .expected("files of different names: a device is named after its recording")
+                .mend("rename one of the two"));
+        }
+    }
+    Ok(files)
 }

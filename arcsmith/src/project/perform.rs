@@ -23,6 +23,10 @@ pub fn step(project: &Project, step: &Step, common: Common) -> Result<ExitCode> 
     let inputs = state::of_inputs(step)?;
     let mut set = FileSet::new();
     set.folder(Path::new(&project.out))?;
+    // `fit` makes no folder; the other commands make their own.
+    if let ("fit", Some(folder)) = (step.command, step.outputs.first().and_then(|file| file.parent())) {
+        set.folder(folder)?;
+    }
     let code = line(&step.words, common)?;
     let (words, outputs) = (step.words.clone(), state::of_outputs(step)?);
     state.steps.insert(step.name.clone(), Done { version: state::version(), words, inputs, outputs });
@@ -65,7 +69,7 @@ fn said(common: Common) -> Vec<String> {
 /// Refuses a project of which a recording is missing, or another file that is no result of its own.
 pub fn all_is_there(project: &Project) -> Result<()> {
     let state = State::read(project)?;
-    let first = project.steps().into_iter().filter(|step| step.after.is_none());
+    let first = project.steps().into_iter().filter(|step| step.after.is_empty());
     first.into_iter().try_for_each(|step| readable(project, &step, &state))
 }
 
@@ -74,8 +78,8 @@ fn readable(project: &Project, step: &Step, state: &State) -> Result<()> {
     let Some(missing) = step.inputs.iter().find(|input| !Path::new(&input.path).is_file()) else {
         return Ok(());
     };
-    if let Some(after) = step.after {
-        let made = state.steps.contains_key(after);
+    if !step.after.is_empty() {
+        let made = step.after.iter().all(|after| state.steps.contains_key(after));
         let why = if made {
             "`diagnose` wrote no such file: it withheld its coefficients"
         } else {
@@ -100,15 +104,19 @@ fn readable(project: &Project, step: &Step, state: &State) -> Result<()> {
         .mend("put it there, or name another in arcsmith.toml"))
 }
 
-/// Refuses coefficients that are not those of what the project now holds.
-pub fn coefficients_are_new(project: &Project) -> Result<()> {
+/// Refuses coefficients that are not those of what the project now holds; `origin` is the step that writes them.
+pub fn coefficients_are_new(project: &Project, origin: &str) -> Result<()> {
     let state = State::read(project)?;
-    let origin = project.origin();
     let steps = project.steps();
     let Some(step) = steps.iter().find(|step| step.name == origin) else { return Ok(()) };
     let Some(reason) = stale::reasons(step, &state)?.into_iter().next() else { return Ok(()) };
     let file = project.coefficients();
-    let mend = format!("type `arcsmith run`, or give --coefficients {file} to take them as they are");
+    let mend = match origin {
+        "fit" | "diagnose" => {
+            format!("type `arcsmith run`, or give --coefficients {file} to take them as they are")
+        }
+        _ => "type `arcsmith run`".to_string(),
+    };
     let done = format!("of what `{origin}` has read");
     Err(match reason {
         Reason::New => refused!("`{origin}` was not run yet in this project").at(&file),

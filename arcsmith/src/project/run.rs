@@ -126,6 +126,7 @@ fn files(project: &Project) -> Vec<(String, String)> {
     let mut files = Vec::new();
     for step in project.steps() {
         match step.command {
+            "fit" if step.name != "fit" => {}
             "fit" => files
                 .extend(step.outputs.first().map(|file| ("model".to_string(), file.display().to_string()))),
             "diagnose" => files.push(("diagnosis".into(), project.diagnosed())),

@@ -164,8 +164,7 @@ impl Status {
     pub fn text(&self) -> String {
         let mut all = String::new();
         for (step, reasons) in &self.steps {
-            let place =
-                step.name.strip_prefix("generate ").map_or(String::new(), |folder| format!("{folder}: "));
+            let place = step.name.split_once(' ').map_or(String::new(), |(_, place)| format!("{place}: "));
             all += &line(step.command, &format!("{place}{}", self.of_step(step, reasons)));
         }
         for what in &self.exceeded {

@@ -1,5 +1,6 @@
 //! The commands of a project: what each is given, what it reads and what it writes.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use fitter::mirror::Mirror;
@@ -21,8 +22,8 @@ pub struct Step {
     pub inputs: Vec<Input>,
     /// What it writes: all that it may, of which some need not be there.
     pub outputs: Vec<PathBuf>,
-    /// The step whose result it reads.
-    pub after: Option<&'static str>,
+    /// The steps whose results it reads.
+    pub after: Vec<String>,
     /// The largest bound that is accepted, as an option's value: arcseconds, or a number with a unit.
     pub bound: Option<String>,
 }
@@ -67,7 +68,10 @@ impl Project {
     pub fn steps(&self) -> Vec<Step> {
         let mut steps = vec![self.diagnosis()];
         if matches!(self.nominal, Nominal::Mirror(_)) {
-            steps.insert(0, self.fit());
+            steps.insert(0, self.fit(self.first_recording(), "fit".into(), self.fitted()));
+            steps.extend(self.devices().map(|recording| {
+                self.fit(recording, fit_of_device(recording), self.coefficients_of(recording))
+            }));
             steps.extend(self.targets.iter().map(|target| self.generation(target)));
         }
         steps
@@ -76,14 +80,35 @@ impl Project {
     /// The coefficients that `apply` and `generate` take.
     pub fn coefficients(&self) -> String {
         match self.of_diagnosis {
-            false => format!("{}/coefficients.json", self.out),
+            false => self.fitted(),
             true => format!("{}/{}.coefficients.json", self.diagnosed(), stem(self.first_recording())),
         }
     }
 
-    /// The step that writes them.
-    pub fn origin(&self) -> &'static str {
-        if self.of_diagnosis { "diagnose" } else { "fit" }
+    /// The coefficients of the fit.
+    fn fitted(&self) -> String {
+        format!("{}/coefficients.json", self.out)
+    }
+
+    /// Those of a device.
+    fn coefficients_of(&self, recording: &str) -> String {
+        format!("{}/devices/{}.json", self.out, stem(recording))
+    }
+
+    /// The recordings of the devices of all targets, each once.
+    fn devices(&self) -> impl Iterator<Item = &str> {
+        let all: BTreeSet<&str> =
+            self.targets.iter().flat_map(|target| &target.devices).map(String::as_str).collect();
+        all.into_iter()
+    }
+
+    /// The steps that write what a target is made of; of no target what the other commands take.
+    pub fn origins(&self, target: Option<&Target>) -> Vec<String> {
+        match target.map_or(&[][..], |target| &target.devices) {
+            [] if self.of_diagnosis => vec!["diagnose".into()],
+            [] => vec!["fit".into()],
+            devices => devices.iter().map(|recording| fit_of_device(recording)).collect(),
+        }
     }
 
     /// The folder of the diagnosis.
@@ -97,16 +122,20 @@ impl Project {
         self.recordings.iter().map(file).collect()
     }
 
-    fn fit(&self) -> Step {
-        let mut inputs = vec![Input::file(self.first_recording())];
+    fn fit(&self, recording: &str, name: String, out: String) -> Step {
+        let mut inputs = vec![Input::file(recording)];
         inputs.extend(self.nominal_input());
+        let mut given = offered(self, "fit", None);
+        given.retain(|one| one.id != "out" && !one.positional);
+        given.push(Given::option("out", &out));
+        given.push(Given::places("recording", &[recording.to_string()]));
         Step {
             command: "fit",
-            name: "fit".into(),
-            words: words(self, "fit", None),
+            name,
+            words: in_order("fit", given),
             inputs,
-            outputs: vec![format!("{}/coefficients.json", self.out).into()],
-            after: None,
+            outputs: vec![out.into()],
+            after: Vec::new(),
             bound: None,
         }
     }
@@ -127,7 +156,7 @@ impl Project {
             words: words(self, "diagnose", None),
             inputs,
             outputs: self.recordings.iter().flat_map(of).collect(),
-            after: None,
+            after: Vec::new(),
             bound: None,
         }
     }
@@ -138,10 +167,18 @@ impl Project {
             command: "generate",
             name: format!("generate {}", target.out),
             words: words(self, "generate", Some(target)),
-            inputs: vec![Input::file(&self.coefficients())],
+            inputs: self.sources(target).iter().map(|path| Input::file(path)).collect(),
             outputs: vec![Path::new(&target.out).join(CERTIFICATE)],
-            after: Some(self.origin()),
+            after: self.origins(Some(target)),
             bound: bound.and_then(|one| one.words.last().cloned()),
+        }
+    }
+
+    /// The coefficients that a target is made of.
+    fn sources(&self, target: &Target) -> Vec<String> {
+        match &target.devices[..] {
+            [] => vec![self.coefficients()],
+            devices => devices.iter().map(|recording| self.coefficients_of(recording)).collect(),
         }
     }
 
@@ -157,14 +194,23 @@ impl Project {
 pub const CERTIFICATE: &str = "certificate.json";
 
 /// The name of a recording's results.
-fn stem(recording: &str) -> String {
+pub fn stem(recording: &str) -> String {
     diagnose::stem(Path::new(recording))
+}
+
+/// The name of the step that fits a device.
+fn fit_of_device(recording: &str) -> String {
+    format!("fit {recording}")
 }
 
 /// The words of the command line with which a project runs a command.
 pub fn words(project: &Project, command: &str, target: Option<&Target>) -> Vec<String> {
-    let offered = offered(project, command, target);
-    let (places, options): (Vec<_>, Vec<_>) = offered.into_iter().partition(|one| one.positional);
+    in_order(command, offered(project, command, target))
+}
+
+/// A command line: options stand before what is known by its place.
+fn in_order(command: &str, given: Vec<Given>) -> Vec<String> {
+    let (places, options): (Vec<_>, Vec<_>) = given.into_iter().partition(|one| one.positional);
     let given = options.into_iter().chain(places).flat_map(|one| one.words);
     std::iter::once(command.to_string()).chain(given).collect()
 }
@@ -228,8 +274,14 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
             all.extend(target.iter().flat_map(|target| target.options.iter().cloned()));
         }
         "generate" | "check" | "verify" => {
-            all.push(coefficients());
+            let devices = target.is_some_and(|target| !target.devices.is_empty());
+            if !devices {
+                all.push(coefficients());
+            }
             if let Some(target) = target {
+                let sources = project.sources(target);
+                let sources = sources.iter().filter(|_| devices);
+                all.extend(sources.map(|path| Given::option("devices", path)));
                 all.extend(target.options.iter().cloned());
                 all.push(Given::option("out", &target.out));
             }

@@ -9,6 +9,7 @@ use std::path::Path;
 
 use fitter::RecordingError;
 use fitter::faults::moving;
+use fitter::recording::Note;
 use fitter::table::{Cells, Header, Lines, Mapping, Naming, Place, Table, Uses, Values, family};
 use motion::Series;
 
@@ -57,6 +58,8 @@ pub struct DynamicRecording {
     pub command: Option<Vec<f64>>,
     /// Samples that cannot be readings; what the samples before and after say stands in their place.
     pub bad_rows: Vec<fitter::faults::BadRow>,
+    /// What was noticed while reading.
+    pub notes: Vec<Note>,
 }
 
 impl DynamicRecording {
@@ -134,7 +137,8 @@ impl DynamicRecording {
             drives.push(vec![0.0; t_s.len()]);
         }
         let amplitude = table.take("amplitude").map(Values::into_vec);
-        let Table { file, sha256, .. } = table;
+        let Table { file, sha256, started, .. } = table;
+        let timestamps = started.map(|from| Note::Timestamps { column: "t_s".into(), from: Some(from) });
         Ok(DynamicRecording {
             file,
             sha256,
@@ -148,6 +152,7 @@ impl DynamicRecording {
             amplitude,
             command,
             bad_rows,
+            notes: timestamps.into_iter().collect(),
         })
     }
 

@@ -94,6 +94,7 @@ mod tests {
             amplitude: None,
             command: None,
             bad_rows: Vec::new(),
+            notes: Vec::new(),
         }
     }
 

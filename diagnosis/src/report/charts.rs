@@ -1,12 +1,11 @@
 //! Charts of the residual before and after.
 
-use plotters::prelude::*;
+use fitter::report::{Chart, Colour, Figure, Mark, Series};
 
-use super::draw::{AFTER, BEFORE, axes, titled};
-use super::{digits, readable};
+use super::readable;
 use crate::diagnosis::Outcome;
 use crate::numerics::{mean, range};
-use crate::thresholds::report::charts::{BINS, MOST_POINTS};
+use crate::thresholds::report::charts::BINS;
 use crate::verdict::values_of;
 
 /// Residual against one observable, before and after, with running means. Of a product the residual is turned
@@ -17,7 +16,7 @@ pub(super) fn residuals(
     times: Option<&str>,
     before: &[f64],
     after: &[f64],
-) -> String {
+) -> Figure {
     let rows = &outcome.rows;
     let x = values_of(rows, variable);
     let turned = |residual: &[f64]| -> Vec<f64> {
@@ -32,43 +31,33 @@ pub(super) fn residuals(
         None => format!("residual ({})", rows.unit),
     };
     let (before, after) = (turned(before), turned(after));
-    let both = [(&before, BEFORE), (&after, AFTER)];
-    let (low, high) = range(&x);
-    let margin = 0.03 * (high - low).max(1e-9);
     let (bottom, top) = limits(&before, &after);
-    let stride = stride(x.len());
-    let mut titles = Vec::new();
-    for (values, _) in both {
-        let shown = x.iter().zip(values).step_by(stride).filter(|(_, y)| **y >= bottom && **y <= top);
-        titles.extend(shown.map(|(x, y)| {
-            format!("{} {}, residual {} {}", readable(variable), digits(*x), digits(*y), rows.unit)
-        }));
-    }
-    let drawn = axes((&readable(variable), &label), (low - margin, high + margin), (bottom, top), |chart| {
-        for (values, colour) in both {
-            let points = x.iter().zip(values).step_by(stride).filter(|(_, y)| **y >= bottom && **y <= top);
-            let dot = |(x, y): (&f64, &f64)| Circle::new((*x, *y), 2, colour.mix(0.45).filled());
-            chart.draw_series(points.map(dot))?;
-        }
-        for (values, colour) in both {
-            chart.draw_series(LineSeries::new(running(&x, values), colour.stroke_width(3)))?;
-        }
-        Ok(())
-    });
-    drawn.map_or(String::new(), |svg| titled(&svg, &titles))
-}
-
-/// Every how many rows one is drawn.
-fn stride(rows: usize) -> usize {
-    rows.div_ceil(MOST_POINTS).max(1)
-}
-
-/// How many readings are drawn of how many; blank where it is all of them.
-pub(super) fn drawn_of(rows: usize) -> String {
-    match stride(rows) {
-        1 => String::new(),
-        stride => format!(" Drawn are {} of {rows} readings.", rows.div_ceil(stride)),
-    }
+    let dots = |name: &str, colour, values: &[f64]| {
+        let shown = x.iter().copied().zip(values.iter().copied()).filter(|(_, y)| *y >= bottom && *y <= top);
+        Series::new(name, Mark::Haze, colour, shown.collect())
+    };
+    let means = |colour, values: &[f64]| Series::new("", Mark::Curve, colour, running(&x, values));
+    let title = match times {
+        Some(times) => format!("{} (times {})", readable(variable), readable(times)),
+        None => readable(variable),
+    };
+    let chart = Chart {
+        label: &format!("Residual against {}", readable(variable)),
+        x: readable(variable),
+        y: label,
+        series: vec![
+            dots("before", Colour::First, &before),
+            dots("after", Colour::Second, &after),
+            means(Colour::First, &before),
+            means(Colour::Second, &after),
+        ],
+    };
+    let outside = before.iter().chain(&after).filter(|y| **y < bottom || **y > top).count();
+    let caption = match outside {
+        0 => String::new(),
+        outside => format!("{outside} of {} residuals lie outside the chart.", 2 * rows.len()),
+    };
+    Figure::of(&format!("residual-{variable}"), &title, caption, chart)
 }
 
 /// A column's name for a reader, without its unit.

@@ -1,7 +1,7 @@
 //! The report: one self-contained HTML page per recording, for light and dark, desk and phone.
 
 mod charts;
-mod draw;
+mod formula;
 mod map;
 mod spectra;
 mod surface;
@@ -9,6 +9,7 @@ mod traces;
 
 use fitter::figures;
 use fitter::plant::Kind;
+use fitter::report::{Figure, STYLE};
 use minijinja::{Environment, Value, context};
 use serde::Serialize;
 
@@ -53,11 +54,9 @@ struct Page<'a> {
 #[derive(Serialize)]
 struct Section {
     title: &'static str,
-    /// Colours and what they stand for.
-    legend: Vec<(&'static str, String)>,
+    /// How its figures are read; blank where they say it.
     note: String,
-    /// Titles and charts.
-    charts: Vec<(String, String)>,
+    figures: Vec<Figure>,
 }
 
 impl Page<'_> {
@@ -77,7 +76,7 @@ impl Page<'_> {
         environment.add_filter("probability", probability);
         environment.add_filter("readable", |variable: &str| readable(variable));
         // The templates are part of the program and rendered by a test: they cannot fail on other data.
-        let _ = environment.add_template("style.css", include_str!("style.css"));
+        let _ = environment.add_template("style.css", STYLE);
         let page = environment.render_named_str(
             "page.html",
             include_str!("page.html"),
@@ -102,33 +101,29 @@ pub fn page(outcome: &Outcome, beside: &Beside) -> String {
         }
     }
     let chart = |(variable, times): &(String, Option<String>)| {
-        let title = match times {
-            Some(times) => format!("{} (times {})", readable(variable), readable(times)),
-            None => readable(variable),
-        };
-        (title, charts::residuals(outcome, variable, times.as_deref(), &before, &after))
+        charts::residuals(outcome, variable, times.as_deref(), &before, &after)
     };
     let model = if d.effects.is_empty() { LOCATED } else { NAMED };
     let residuals = Section {
         title: "Residual before and after",
-        legend: vec![("before", SIMULATION.into()), ("after", model.into())],
-        note: format!("; lines are running means.{}", charts::drawn_of(rows)),
-        charts: shown.iter().map(chart).collect(),
+        note: format!("Before: {SIMULATION}; after: {model}. Lines are running means."),
+        figures: shown.iter().map(chart).collect(),
     };
+    let base = formula::base(outcome);
     Page {
         answer: d,
         beside,
         unit: &d.noise_floor.unit,
         of: "rms",
         recorded: format!("{rows} readings in {}", plural(passes, "pass", "passes")),
-        model: format!("; base: {}", base(outcome)),
+        model: format!("; base: {base}"),
         sentence: sentence(d, &d.noise_floor.unit),
         effects: d.effects.iter().map(catalogued).collect(),
         plant: Vec::new(),
         map: Some(map::mismatch(outcome, &before, &after)),
         growth: Vec::new(),
         sections: [residuals, scatter(&after, &format!("the residual {model}"), &d.noise_floor.unit)].into(),
-        formula: composed(d, &base(outcome)),
+        formula: formula::of_calibration(d, &base),
     }
     .render()
 }
@@ -151,36 +146,32 @@ pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome, beside:
             resonances => g.resonances_hz.iter().map(|f| digits(*f)).collect::<Vec<_>>().join(", "),
         }
     });
-    let periodic = recording.period.is_some();
+    let periods = if recording.period.is_some() { " Noise is from repeated periods." } else { "" };
     let mut sections = vec![Section {
         title: "Spectra",
-        legend: vec![
-            ("ink", "recorded".into()),
-            ("before", "left by the simulation alone".into()),
-            ("after", "left with the named effects".into()),
-        ],
-        note: if periodic { "; thin line: noise from repeated periods." } else { "." }.into(),
-        charts: spectra,
+        note: format!("What is left before: by the {SIMULATION}; after: {NAMED}.{periods}"),
+        figures: spectra,
     }];
     if !feedback {
         sections.extend(spectra::free(recording, unit));
-        sections.extend(spectra::shift(recording));
+        sections.extend(spectra::resonance(recording));
     }
+    let left = traces::left(recording, &outcome.own, feedback);
     sections.extend([
         Section {
             title: "Restoring force",
-            legend: vec![("before", "positive".into()), ("after", "negative".into()), ("ink", "mean".into())],
-            note: ". The acceleration that the nominal plant alone does not account for.".into(),
-            charts: surface,
+            note: "The acceleration that the nominal plant alone does not account for; orange: positive, blue: negative."
+                .into(),
+            figures: surface,
         },
         Section {
             title: "Simulated against recorded",
-            legend: vec![("ink", "recorded".into()), ("before", SIMULATION.into()), ("after", NAMED.into())],
-            note: ".".into(),
-            charts: traces::charts(recording, &outcome.own, unit, feedback),
+            note: format!("Before: {SIMULATION}; after: {NAMED}."),
+            figures: traces::charts(recording, &outcome.own, unit, feedback),
         },
+        scatter(&left, &format!("what is left {NAMED}"), unit),
     ]);
-    sections.retain(|section| !section.charts.is_empty());
+    sections.retain(|section| !section.figures.is_empty());
     let runs = plural(recording.runs.len(), "run", "runs");
     Page {
         answer: d,
@@ -195,7 +186,7 @@ pub fn of_motion(recording: &DynamicRecording, outcome: &DynamicOutcome, beside:
         map: None,
         growth: growth.collect(),
         sections,
-        formula: None,
+        formula: formula::of_motion(d, &outcome.plant),
     }
     .render()
 }
@@ -207,34 +198,7 @@ const LOCATED: &str = "with the named effects and what was located";
 /// How the residual is distributed.
 fn scatter(residual: &[f64], whose: &str, unit: &str) -> Section {
     let figures = fitter::report::distribution(residual, "", whose, unit);
-    Section {
-        title: "Is the residual noise?",
-        legend: Vec::new(),
-        note: figures.first().map_or(String::new(), |figure| figure.caption.clone()),
-        charts: figures.iter().map(|figure| (figure.title.clone(), figure.svg().to_string())).collect(),
-    }
-}
-
-/// What the effects are added to: a sine and a cosine are one harmonic.
-fn base(outcome: &Outcome) -> String {
-    match (outcome.rows.whole_turn(), outcome.after.order) {
-        (Some(_), order) => plural(order / 2, "harmonic of the turn", "harmonics of the turn"),
-        (None, order) => format!("polynomial of order {order}"),
-    }
-}
-
-/// The base and the formulas of all effects; none where an effect has no formula.
-fn composed(d: &Diagnosis, base: &str) -> Option<String> {
-    if d.effects.iter().any(|effect| effect.formula.is_empty()) {
-        return None;
-    }
-    let alone = d.effects.len() < 2;
-    let terms = d.effects.iter().map(|effect| {
-        let formula = &effect.formula;
-        if alone { formula.clone() } else { format!("[{}: {formula}]", effect.id.replace('_', " ")) }
-    });
-    let terms: Vec<String> = terms.collect();
-    (!terms.is_empty()).then(|| format!("error = {base} + {}", terms.join(" + ")))
+    Section { title: "Is the residual noise?", note: String::new(), figures }
 }
 
 fn plural(count: usize, one: &str, several: &str) -> String {
@@ -301,7 +265,7 @@ fn effect(e: &NamedEffect) -> Value {
     context! {
         id => &e.id,
         title => &e.title,
-        formula => &e.formula,
+        formula => formula::of_effect(e),
         correctable => e.runtime_correctable,
         share => e.share,
         p_value => e.p_value,

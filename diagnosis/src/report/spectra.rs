@@ -1,73 +1,85 @@
 //! Spectra: the recorded position, what both simulations leave of it, noise and distortion.
 
+use fitter::report::{Chart, Colour, Figure, Mark, Scale, Series};
+
 use super::Section;
-use super::draw::{Curve, LOGARITHMIC, Role, curves};
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;
-use crate::dynamic::linear::plan::Plan;
+use crate::dynamic::linear::plan::{Group, Plan};
 use crate::dynamic::linear::verdict::responses;
+use crate::dynamic::spectrum::Response;
 use crate::dynamic::spectrum::band::power_spectrum;
 use crate::dynamic::spectrum::distortion::free_lines;
 use crate::dynamic::spectrum::experiments::segment_length;
-use crate::dynamic::spectrum::growth::{Growth, growth, size};
-use crate::thresholds::report::spectra::POINTS;
+use crate::dynamic::spectrum::growth::{Growth, growth};
+use crate::thresholds::report::spectra::{LEAST_LINES, MOST_AMPLITUDES, POINTS, RESONANCE};
 
-/// Titles and charts.
-pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<(String, String)> {
+/// A spectrum over the frequency in decades.
+fn spectrum(name: &str, title: &str, unit: &str, series: Vec<Series>) -> Figure {
+    let chart = Chart {
+        label: "Level of each line against the frequency",
+        x: "frequency (Hz, logarithmic)".to_string(),
+        y: format!("level (dB re 1 {unit} rms per line)"),
+        series,
+    };
+    Figure::scaled(name, title, String::new(), chart, Scale::Decades)
+}
+
+/// A spectrum at every amplitude.
+pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<Figure> {
     let plan = Plan::new(recording);
-    let mut charts = Vec::new();
-    for group in &plan.groups {
-        let rows: Vec<_> = group.fitted.iter().chain(&group.held).cloned().collect();
-        let Some(first) = rows.first() else { continue };
-        let length = plan.period.unwrap_or_else(|| segment_length(first.len()));
-        let sum = |of: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
-            let mut total = vec![0.0; length / 2 + 1];
-            for run in &rows {
-                for output in 0..recording.positions.len() {
-                    let record: Vec<f64> = run.clone().map(|row| of(output, row)).collect();
-                    for (t, p) in total.iter_mut().zip(power_spectrum(&record, length)) {
-                        *t += p / rows.len() as f64;
-                    }
+    let groups = plan.groups.iter().take(MOST_AMPLITUDES).enumerate();
+    let figures = groups.map(|(index, group)| {
+        let title = match plan.groups.len() {
+            1 => "Spectrum".to_string(),
+            _ => format!("Spectrum at amplitude {}", super::digits(group.amplitude)),
+        };
+        spectrum(&format!("spectrum-{}", index + 1), &title, unit, levels_of(recording, own, &plan, group))
+    });
+    figures.collect()
+}
+
+/// Levels of the position that was recorded, of what both simulations leave, and of the noise where periods tell it.
+fn levels_of(recording: &DynamicRecording, own: &Predicted, plan: &Plan, group: &Group) -> Vec<Series> {
+    let rows = group.rows();
+    let Some(first) = rows.first() else { return Vec::new() };
+    let length = plan.period.unwrap_or_else(|| segment_length(first.len()));
+    let unit_hz = 1.0 / (length as f64 * recording.step_s);
+    let of = |name: &str, colour, value: &dyn Fn(usize, usize) -> f64| {
+        let mut total = vec![0.0; length / 2 + 1];
+        for run in &rows {
+            for output in 0..recording.positions.len() {
+                let record: Vec<f64> = run.clone().map(|row| value(output, row)).collect();
+                for (t, p) in total.iter_mut().zip(power_spectrum(&record, length)) {
+                    *t += p / rows.len() as f64;
                 }
             }
-            total
-        };
-        let predicted = |columns: &[Vec<f64>], output: usize, row: usize| {
-            columns.get(output).map_or(f64::NAN, |c| c[row])
-        };
-        let recorded = sum(&|o, r| recording.positions[o][r]);
-        let before = sum(&|o, r| recording.positions[o][r] - predicted(&own.before, o, r));
-        let after = sum(&|o, r| recording.positions[o][r] - predicted(&own.after, o, r));
-        let unit_hz = 1.0 / (length as f64 * recording.step_s);
-        let mut drawn = vec![
-            Curve { role: Role::Recorded, points: levels(&recorded, unit_hz) },
-            Curve { role: Role::Before, points: levels(&before, unit_hz) },
-            Curve { role: Role::After, points: levels(&after, unit_hz) },
-        ];
-        let data = plan.experiments(recording, &rows);
-        let noise = data.each.iter().map(|e| e.noise.as_ref()).collect::<Option<Vec<_>>>();
-        if let Some(noise) = noise.filter(|n| !n.is_empty()) {
-            let mut total = vec![0.0; length / 2 + 1];
-            for one in &noise {
-                for (line, &k) in data.lines.iter().enumerate() {
-                    let own = &one[line * data.outputs..(line + 1) * data.outputs];
-                    // Variance of the mean over periods, one line: two sides, and as of single periods.
-                    let periods = (rows[0].len() / length).max(1) as f64;
-                    total[k] += 2.0 * periods * own.iter().sum::<f64>() / noise.len() as f64;
-                }
-            }
-            drawn.push(Curve { role: Role::Noise, points: levels(&total, unit_hz) });
         }
-        let title = if plan.groups.len() > 1 {
-            format!("Spectrum at amplitude {}", super::digits(group.amplitude))
-        } else {
-            "Spectrum".to_string()
-        };
-        let label = format!("level (dB re 1 {unit} rms per line)");
-        charts.extend(curves((LOGARITHMIC, &label), &drawn).map(|svg| (title, svg)));
+        Series::new(name, Mark::Curve, colour, levels(&total, unit_hz))
+    };
+    let left = |columns: &[Vec<f64>], output: usize, row: usize| {
+        recording.positions[output][row] - columns.get(output).map_or(f64::NAN, |c| c[row])
+    };
+    let mut drawn = vec![
+        of("recorded", Colour::Ink, &|o, r| recording.positions[o][r]),
+        of("left before", Colour::First, &|o, r| left(&own.before, o, r)),
+        of("left after", Colour::Second, &|o, r| left(&own.after, o, r)),
+    ];
+    let data = plan.experiments(recording, &rows);
+    let noise = data.each.iter().map(|e| e.noise.as_ref()).collect::<Option<Vec<_>>>();
+    if let Some(noise) = noise.filter(|n| !n.is_empty()) {
+        let mut total = vec![0.0; length / 2 + 1];
+        for one in &noise {
+            for (line, &k) in data.lines.iter().enumerate() {
+                let own = &one[line * data.outputs..(line + 1) * data.outputs];
+                // Variance of the mean over periods, one line: two sides, and as of single periods.
+                let periods = (first.len() / length).max(1) as f64;
+                total[k] += 2.0 * periods * own.iter().sum::<f64>() / noise.len() as f64;
+            }
+        }
+        drawn.push(Series::new("noise", Mark::Curve, Colour::Soft, levels(&total, unit_hz)));
     }
-    charts.truncate(4);
-    charts
+    drawn
 }
 
 /// Mean levels in dB over bins of equal ratio.
@@ -103,41 +115,64 @@ pub fn free(recording: &DynamicRecording, unit: &str) -> Option<Section> {
         };
         lines.chunks(every).map(group).collect()
     };
-    let drawn = [
-        Curve { role: Role::Before, points: levels(&even) },
-        Curve { role: Role::After, points: levels(&odd) },
+    let drawn = vec![
+        Series::new("even", Mark::Curve, Colour::First, levels(&even)),
+        Series::new("odd", Mark::Curve, Colour::Second, levels(&odd)),
     ];
-    let label = format!("level (dB re 1 {unit} rms per line)");
-    let svg = curves((LOGARITHMIC, &label), &drawn)?;
     Some(Section {
         title: "Distortion on the free lines",
-        legend: vec![("before", "even".into()), ("after", "odd".into())],
-        note: ".".into(),
-        charts: vec![("Lines that the drive leaves free".into(), svg)],
+        note: String::new(),
+        figures: vec![spectrum("free-lines", "Lines that the drive leaves free", unit, drawn)],
     })
 }
 
-/// The response around the strongest resonance, at the lowest and the highest amplitude.
-pub fn shift(recording: &DynamicRecording) -> Option<Section> {
+/// The measured response around the strongest resonance, at the lowest and the highest amplitude, with its intervals where
+/// there are more experiments than drives.
+pub fn resonance(recording: &DynamicRecording) -> Option<Section> {
     let all = responses(recording, &Plan::new(recording));
-    let [(low, first), .., (high, last)] = all.as_slice() else { return None };
-    let (a, b) = (size(first), size(last));
-    let top = (0..a.len()).max_by(|i, j| a[*i].total_cmp(&a[*j]))?;
-    let range = top - top / 4..(top + top / 4).min(a.len());
-    let every = (range.len() / POINTS).max(1);
-    let points = |g: &[f64]| -> Vec<(f64, f64)> {
-        range.clone().step_by(every).map(|k| (first.frequency_hz[k], 10.0 * g[k].log10())).collect()
+    let (_, first) = all.first()?;
+    let lowest = first.size();
+    // Where the drive has no power, noise is divided by nothing.
+    let known =
+        |line: &usize| first.half_interval.as_ref().is_none_or(|half| half[*line] < 0.5 * lowest[*line]);
+    let lines = (0..lowest.len()).filter(known);
+    let top = lines.max_by(|i, j| lowest[*i].total_cmp(&lowest[*j]))?;
+    let reach = (top / 4).max(LEAST_LINES);
+    let range = top.saturating_sub(reach)..(top + reach).min(lowest.len());
+    let ends = if all.len() > 1 { vec![&all[0], &all[all.len() - 1]] } else { vec![&all[0]] };
+    let series = ends.iter().zip([Colour::First, Colour::Second]).map(|((amplitude, response), colour)| {
+        let name = format!("amplitude {}", super::digits(*amplitude));
+        gain(&name, colour, response, range.clone())
+    });
+    let series: Vec<Series> = series.collect();
+    let bars = series.iter().any(|series| !series.bars.is_empty());
+    let chart = Chart {
+        label: "Gain against the frequency around the strongest resonance",
+        x: "frequency (Hz)".to_string(),
+        y: "gain (dB)".to_string(),
+        series,
     };
-    let drawn =
-        [Curve { role: Role::Before, points: points(&a) }, Curve { role: Role::After, points: points(&b) }];
-    let svg = curves(("frequency (Hz)", "gain (dB)"), &drawn)?;
-    let amplitude = |value: f64| format!("amplitude {}", super::digits(value));
+    let caption =
+        if bars { "The bars are 95 % intervals, from the scatter over runs or segments." } else { "" };
+    let title = "Measured frequency response";
     Some(Section {
         title: "Response at the strongest resonance",
-        legend: vec![("before", amplitude(*low)), ("after", amplitude(*high))],
-        note: ".".into(),
-        charts: vec![("At the lowest and the highest amplitude".into(), svg)],
+        note: String::new(),
+        figures: vec![Figure::of("resonance", title, caption.to_string(), chart)],
     })
+}
+
+/// The gain in dB on some lines, thinned.
+fn gain(name: &str, colour: Colour, response: &Response, lines: std::ops::Range<usize>) -> Series {
+    let size = response.size();
+    let every = (lines.len() / RESONANCE).max(1);
+    let lines = || lines.clone().step_by(every).filter(|line| size[*line] > 0.0);
+    let points = lines().map(|line| (response.frequency_hz[line], 10.0 * size[line].log10())).collect();
+    // A small part of a power is as many nepers, 10/ln 10 dB each.
+    let half = |line: usize, half: &[f64]| 10.0 / std::f64::consts::LN_10 * half[line] / size[line];
+    let bars = response.half_interval.as_ref();
+    let bars = bars.map_or(Vec::new(), |known| lines().map(|line| half(line, known)).collect());
+    Series::new(name, Mark::Both, colour, points).with_bars(bars)
 }
 
 /// Gain and resonances by amplitude, where there are several.

@@ -5,8 +5,8 @@
 //! polynomial of order three (A. Savitzky, M. Golay, Anal. Chem. 36 (1964) 1627–1639).
 
 use fitter::plant::Plant;
+use fitter::report::{Cell, Chart, Colour, Figure, Map, Mark, Series};
 
-use super::draw::{Cell, Curve, Role, curves, map};
 use crate::dynamic::DynamicRecording;
 use crate::thresholds::report::surface::{LEAST, REACH};
 
@@ -62,8 +62,8 @@ fn smoothing(reach: usize) -> impl Iterator<Item = f64> {
     (0..=2 * reach).map(move |i| (s4 - s2 * k(i).powi(2)) / (s0 * s4 - s2 * s2))
 }
 
-/// Titles and charts; none for a plant without numbers.
-pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<(String, String)> {
+/// None for a plant without numbers.
+pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<Figure> {
     let Some(rows) = force(recording, plant) else { return Vec::new() };
     let limit = |i: usize| -> f64 {
         let mut all: Vec<f64> = rows.iter().map(|r| r[i].abs()).collect();
@@ -95,7 +95,7 @@ pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<(String, Strin
             Some(Cell {
                 from: (edge(i, x_most, columns), edge(j, v_most, lines)),
                 to: (edge(i + 1, x_most, columns), edge(j + 1, v_most, lines)),
-                value: mean(cell)? / largest,
+                value: mean(cell)?,
             })
         })
         .collect();
@@ -113,19 +113,25 @@ pub fn charts(recording: &DynamicRecording, plant: &Plant) -> Vec<(String, Strin
         let middle = |k: usize| 0.5 * (edge(k, most, 32) + edge(k + 1, most, 32));
         sums.iter().enumerate().filter_map(|(k, s)| Some((middle(k), mean(s)?))).collect()
     };
-    let curve = |points| [Curve { role: Role::Recorded, points }];
-    let full = super::digits(largest);
-    [
-        (
-            format!("Over position and velocity (full colour: {full} {unit}/s²)"),
-            map((&position, &velocity), (-x_most, x_most), (-v_most, v_most), &cells),
-        ),
-        ("Mean over position".into(), curves((&position, &acceleration), &curve(section(0, x_most)))),
-        ("Mean over velocity".into(), curves((&velocity, &acceleration), &curve(section(1, v_most)))),
+    let curve = |name: &str, over: &str, x: &str, points| {
+        let series = vec![Series::new("", Mark::Curve, Colour::Ink, points)];
+        let chart =
+            Chart { label: "Missing acceleration", x: x.to_string(), y: acceleration.clone(), series };
+        Figure::of(name, &format!("Mean over {over}"), String::new(), chart)
+    };
+    let surface = Map {
+        label: "Missing acceleration over position and velocity",
+        names: [&position, &velocity, &acceleration],
+        ranges: [(-x_most, x_most), (-v_most, v_most)],
+        full: largest,
+        cells,
+    };
+    let caption = format!("Full colour from {} {unit}/s² on.", super::digits(largest));
+    vec![
+        Figure::map("surface", "Over position and velocity", caption, &surface),
+        curve("over-position", "position", &position, section(0, x_most)),
+        curve("over-velocity", "velocity", &velocity, section(1, v_most)),
     ]
-    .into_iter()
-    .filter_map(|(title, svg)| Some((title, svg?)))
-    .collect()
 }
 
 #[cfg(test)]

@@ -1,17 +1,23 @@
 //! Simulated against recorded, where the simulation alone errs most; and what is left over all rows.
 
-use super::draw::{Curve, Role, curves};
+use fitter::report::{Chart, Colour, Figure, Mark, Series};
+
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::diagnose::Predicted;
 use crate::thresholds::report::traces::{CLOSE, ENVELOPE};
 
-/// Titles and charts. Under feedback the drive is what is predicted.
-pub fn charts(
-    recording: &DynamicRecording,
-    own: &Predicted,
-    unit: &str,
-    feedback: bool,
-) -> Vec<(String, String)> {
+/// What the model after leaves of every row that is scored, of all columns that are predicted.
+pub fn left(recording: &DynamicRecording, own: &Predicted, feedback: bool) -> Vec<f64> {
+    let columns = if feedback { &recording.drives } else { &recording.positions };
+    let rows = || recording.runs.iter().flat_map(|run| run.start + recording.unscored()..run.end);
+    let apart = columns.iter().zip(&own.after).flat_map(|(recorded, after)| {
+        rows().filter_map(move |row| Some(recorded.get(row)? - after.get(row)?))
+    });
+    apart.filter(|left| left.is_finite()).collect()
+}
+
+/// Under feedback the drive is what is predicted.
+pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str, feedback: bool) -> Vec<Figure> {
     let columns = if feedback { &recording.drives } else { &recording.positions };
     let size = |k: usize| -> f64 {
         own.before[k].iter().zip(&columns[k]).map(|(a, b)| (a - b).powi(2)).filter(|e| e.is_finite()).sum()
@@ -28,39 +34,46 @@ pub fn charts(
     });
     let Some(start) = starts.max_by(|a, b| block(*a).total_cmp(&block(*b))) else { return Vec::new() };
     let t = |row: usize| recording.t_s[row];
-    let close = |role: Role, values: &[f64]| Curve {
-        role,
-        points: (start..start + CLOSE).map(|row| (t(row), values[row])).collect(),
+    let close = |name: &str, colour, values: &[f64]| {
+        let points = (start..start + CLOSE).map(|row| (t(row), values[row])).collect();
+        Series::new(name, Mark::Curve, colour, points)
     };
     let what = if feedback { "drive" } else { "position" };
     let name = if count > 1 { format!("{what} {}", worst + 1) } else { what.to_string() };
-    let label = format!("{name} ({unit})");
-    let near = curves(
-        ("time (s)", &label),
-        &[close(Role::Recorded, recorded), close(Role::Before, before), close(Role::After, after)],
-    );
+    let near = Chart {
+        label: "Recorded and simulated over time",
+        x: "time (s)".to_string(),
+        y: format!("{name} ({unit})"),
+        series: vec![
+            close("recorded", Colour::Ink, recorded),
+            close("before", Colour::First, before),
+            close("after", Colour::Second, after),
+        ],
+    };
     // Rms of the residual block by block; rows, since time may start again with every run.
     let width = rows.div_ceil(ENVELOPE).max(1);
-    let envelope = |role: Role, values: &[f64]| Curve {
-        role,
-        points: (0..rows)
-            .step_by(width)
-            .map(|from| {
-                let to = (from + width).min(rows);
-                let sum: f64 = (from..to).map(|row| (recorded[row] - values[row]).powi(2)).sum();
-                (from as f64, (sum / (to - from) as f64).sqrt())
-            })
-            .collect(),
+    let envelope = |name: &str, colour, values: &[f64]| {
+        let block = |from: usize| {
+            let to = (from + width).min(rows);
+            let sum: f64 = (from..to).map(|row| (recorded[row] - values[row]).powi(2)).sum();
+            (from as f64, (sum / (to - from) as f64).sqrt())
+        };
+        Series::new(name, Mark::Curve, colour, (0..rows).step_by(width).map(block).collect())
     };
-    let left = curves(
-        ("row", &format!("rms of the residual ({unit})")),
-        &[envelope(Role::Before, before), envelope(Role::After, after)],
-    );
-    [
-        (format!("Recorded and simulated {name}, where the simulation errs most"), near),
-        (format!("What is left of {name} over the recording"), left),
+    let left = Chart {
+        label: "Root mean square of the residual over the rows",
+        x: "row".to_string(),
+        y: format!("rms of the residual ({unit})"),
+        series: vec![envelope("before", Colour::First, before), envelope("after", Colour::Second, after)],
+    };
+    let blank = String::new;
+    vec![
+        Figure::of(
+            "trace",
+            &format!("Recorded and simulated {name}, where the simulation errs most"),
+            blank(),
+            near,
+        ),
+        Figure::of("residual", &format!("What is left of {name} over the recording"), blank(), left),
     ]
-    .into_iter()
-    .filter_map(|(title, svg)| Some((title, svg?)))
-    .collect()
 }

@@ -88,8 +88,8 @@ impl Reading<'_> {
         if !self.mappings.is_empty() {
             notes.push(Note::Mapped { columns: self.mappings.iter().map(Mapping::to_string).collect() });
         }
-        let mut time_s = table.take("t_s").unwrap_or_default();
-        let started = table.started.take().or_else(|| since_the_first(&mut time_s));
+        let time_s = table.take_time();
+        let started = table.started.take();
         notes.extend(started.map(|from| Note::Timestamps { column: "t_s".into(), from: Some(from) }));
         if let Some(row) = (1..rows).find(|row| time_s[*row] < time_s[row - 1]) {
             let (from_s, to_s) = (time_s[row - 1], time_s[row]);
@@ -142,23 +142,6 @@ impl Reading<'_> {
         }
         Ok(recording)
     }
-}
-
-/// From so many seconds on, three thousand years, a time is none: it is a count since 1970 in a smaller unit.
-const NO_SECONDS: f64 = 1e11;
-
-/// Converts counts of milliseconds, microseconds or nanoseconds since 1970 to seconds since the first, which is given
-/// back; other times stay as they are.
-fn since_the_first(time: &mut [f64]) -> Option<String> {
-    let first = *time.first()?;
-    let (unit, name) = match first {
-        _ if first < NO_SECONDS => return None,
-        _ if first < 1e3 * NO_SECONDS => (1e-3, "ms"),
-        _ if first < 1e6 * NO_SECONDS => (1e-6, "us"),
-        _ => (1e-9, "ns"),
-    };
-    time.iter_mut().for_each(|value| *value = (*value - first) * unit);
-    Some(format!("{first} {name} since 1970"))
 }
 
 impl Recording {

@@ -2,7 +2,8 @@
 
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
-use super::chart::{Chart, Colour, Mark, Series, range};
+use super::chart::{Chart, Mark, Series, range};
+use super::colour::Colour;
 use super::{Figure, digits};
 
 /// Columns of the histogram, at most: what a chart has room for.

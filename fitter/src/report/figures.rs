@@ -1,7 +1,8 @@
 //! The figures of the calibration: the error, the order that was chosen, the model and what it leaves.
 
 use super::after::Corrected;
-use super::chart::{Chart, Colour, Mark, Series};
+use super::chart::{Chart, Mark, Scale, Series};
+use super::colour::Colour;
 use super::interval::half_intervals;
 use super::{Figure, angle, angle_unit, digits, turning};
 use crate::coefficients::Coefficients;
@@ -137,7 +138,7 @@ pub(super) fn overview(fit: &Fit, corrected: &Corrected) -> Figure {
         .collect();
     let shown = |points: Vec<(f64, f64)>| points.into_iter().filter(|p| p.1 > 0.0).collect();
     let largest = before.iter().fold(0.0f64, |max, point| max.max(point.1));
-    Figure::logarithmic(
+    Figure::scaled(
         "overview",
         "Error before and after the correction",
         format!("Up to {} {unit} before, {} {unit} rms after.", digits(largest), digits(corrected.rms())),
@@ -150,6 +151,7 @@ pub(super) fn overview(fit: &Fit, corrected: &Corrected) -> Figure {
                 Series::new("after", Mark::Both, Colour::Second, shown(after)),
             ],
         },
+        Scale::Logarithmic,
     )
 }
 
@@ -176,7 +178,7 @@ fn selection(file: &Coefficients) -> Option<Figure> {
     let chosen = selection.chosen;
     let word = if selection.rule == "given" { "given" } else { "chosen" };
     let ringed = of(|score| score.testing).into_iter().filter(|p| p.0 == chosen as f64).collect();
-    Some(Figure::logarithmic(
+    Some(Figure::scaled(
         "order",
         "Training and testing error",
         format!(
@@ -197,5 +199,6 @@ fn selection(file: &Coefficients) -> Option<Figure> {
                 Series::new(word, Mark::Ring, Colour::Ink, ringed),
             ],
         },
+        Scale::Logarithmic,
     ))
 }

@@ -1,22 +1,25 @@
 //! The marks of a series: dots, lines, stems, columns and error bars.
 
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
+use super::axes::{Drawn, Plane};
 use super::chart::{Mark, Series};
 
-/// The coordinates that a series is drawn in.
-pub(super) type Plane<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, Y>>;
-
-/// Radius of a dot, of one among many, and of the ring around a chosen one.
+/// Radius of a dot, of one among many, of the ring around a chosen one, and of what shows the value of a curve.
 const DOT: i32 = 3;
 const SMALL_DOT: i32 = 2;
 const RING: i32 = 8;
+const TARGET: i32 = 5;
 /// Dots from which on they are small.
 const MANY: usize = 300;
+/// Strength of dots that are seen through, and of those that are not seen: of none, `plotters` draws nothing.
+const HAZE: f64 = 0.45;
+const UNSEEN: f64 = 0.004;
+/// Points of a curve that show their values, at most: as many as can be pointed at.
+const MOST_TARGETS: usize = 120;
 
 /// Draws a series; every circle that it draws stands for the point of that place in [`circled`].
-pub(super) fn draw<Y>(chart: &mut Plane<'_, '_, Y>, series: &Series) -> Result<(), Box<dyn std::error::Error>>
+pub(super) fn draw<Y>(chart: &mut Plane<'_, '_, Y>, series: &Series) -> Drawn
 where
     Y: Ranged<ValueType = f64>,
 {
@@ -33,7 +36,7 @@ where
                 chart.draw_series(LineSeries::new([(x, 0.0), (x, y)], colour.stroke_width(2)))?;
             }
         }
-        Mark::Line | Mark::Both => {
+        Mark::Line | Mark::Curve | Mark::Both => {
             chart.draw_series(LineSeries::new(points(), colour.stroke_width(2)))?;
         }
         Mark::Columns => {
@@ -46,19 +49,27 @@ where
         Mark::Ring => {
             chart.draw_series(points().map(|p| Circle::new(p, RING, colour.stroke_width(2))))?;
         }
-        Mark::Dots => {}
+        Mark::Dots | Mark::Haze => {}
     }
-    if matches!(series.mark, Mark::Dots | Mark::Both | Mark::Stems) {
-        let size = if series.points.len() > MANY { SMALL_DOT } else { DOT };
-        chart.draw_series(points().map(|p| Circle::new(p, size, colour.filled())))?;
+    let size = if series.points.len() > MANY { SMALL_DOT } else { DOT };
+    let dot = match series.mark {
+        Mark::Dots | Mark::Both | Mark::Stems => Some((size, colour.filled())),
+        Mark::Haze => Some((size, colour.mix(HAZE).filled())),
+        Mark::Curve => Some((TARGET, colour.mix(UNSEEN).filled())),
+        Mark::Line | Mark::Columns | Mark::Ring => None,
+    };
+    if let Some((size, style)) = dot {
+        chart.draw_series(circled(series).into_iter().map(|p| Circle::new(p, size, style)))?;
     }
     Ok(())
 }
 
-/// The points that are drawn as circles, in the order in which they are drawn.
+/// The points that are drawn as circles, in the order in which they are drawn; of a curve they are not seen.
 pub(super) fn circled(series: &Series) -> Vec<(f64, f64)> {
-    match series.mark {
-        Mark::Line | Mark::Columns => Vec::new(),
-        _ => series.points.iter().copied().filter(|p| p.0.is_finite() && p.1.is_finite()).collect(),
-    }
+    let every = match series.mark {
+        Mark::Line | Mark::Columns => return Vec::new(),
+        Mark::Curve => series.points.len().div_ceil(MOST_TARGETS).max(1),
+        _ => 1,
+    };
+    series.points.iter().copied().step_by(every).filter(|p| p.0.is_finite() && p.1.is_finite()).collect()
 }

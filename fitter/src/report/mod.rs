@@ -5,10 +5,14 @@
 //! verification recording where one is given, else of the recording that was fitted.
 
 mod after;
+mod axes;
 pub mod budget;
+mod cells;
 mod chart;
+mod colour;
 mod distribution;
 mod figures;
+mod hover;
 mod interval;
 mod marks;
 mod polar;
@@ -17,6 +21,7 @@ mod turning;
 mod verification;
 
 use minijinja::{Environment, context};
+use serde::Serialize;
 
 use crate::apply::ApplyError;
 use crate::coefficients::Coefficients;
@@ -26,11 +31,16 @@ use crate::fit::Fit;
 use crate::recording::Recording;
 
 pub use after::{Corrected, PointErrors};
-pub use chart::{Chart, Colour, Mark, Series};
+pub use cells::{Cell, Map};
+pub use chart::{Chart, Mark, Scale, Series};
+pub use colour::Colour;
 pub use distribution::distribution;
 
+/// The rules that all pages of the program share, in CSS.
+pub const STYLE: &str = include_str!("style.css");
+
 /// One drawing.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
     /// What it is called: `error`, `order` …; of a second verification `mean-2` ….
     pub name: String,
@@ -44,21 +54,21 @@ pub struct Figure {
 
 impl Figure {
     /// Draws a chart; says in the caption how many of its points are drawn where that is not all of them.
-    fn of(name: &str, title: &str, caption: String, chart: Chart) -> Figure {
-        Figure::drawn(name, title, caption, chart, false)
+    pub fn of(name: &str, title: &str, caption: String, chart: Chart) -> Figure {
+        Figure::scaled(name, title, caption, chart, Scale::Even)
     }
 
-    /// The same with a logarithmic ordinate.
-    fn logarithmic(name: &str, title: &str, caption: String, chart: Chart) -> Figure {
-        Figure::drawn(name, title, caption, chart, true)
-    }
-
-    fn drawn(name: &str, title: &str, caption: String, mut chart: Chart, logarithmic: bool) -> Figure {
+    /// The same over axes that are divided otherwise.
+    pub fn scaled(name: &str, title: &str, caption: String, mut chart: Chart, scale: Scale) -> Figure {
         let (drawn, of) = chart.thin();
         let thinned = format!(" Drawn are {drawn} of {of} readings or means; the others lie under them.");
         let caption = if drawn < of { caption + &thinned } else { caption };
-        let svg = if logarithmic { chart.draw_logarithmic() } else { chart.draw() };
-        Figure { name: name.to_string(), title: title.to_string(), caption, svg }
+        Figure { svg: chart.draw(scale), name: name.to_string(), title: title.to_string(), caption }
+    }
+
+    /// Draws a map.
+    pub fn map(name: &str, title: &str, caption: String, map: &Map) -> Figure {
+        Figure { svg: map.draw(), name: name.to_string(), title: title.to_string(), caption }
     }
 
     /// The SVG for a page that has the CSS variables of the colours.
@@ -68,12 +78,12 @@ impl Figure {
 
     /// An SVG file of its own, in the colours of a light page.
     pub fn file(&self) -> String {
-        chart::standing_alone(&self.svg, chart::Page::Light)
+        colour::standing_alone(&self.svg, colour::Page::Light)
     }
 
     /// The same in the colours of a dark page.
     pub fn dark_file(&self) -> String {
-        chart::standing_alone(&self.svg, chart::Page::Dark)
+        colour::standing_alone(&self.svg, colour::Page::Dark)
     }
 }
 
@@ -138,16 +148,6 @@ impl<'a> Report<'a> {
     pub fn page(&self, figures: &[Figure], text: &Text) -> String {
         let file = &self.fit.coefficients;
         let statistics = file.statistics.as_ref();
-        let figures: Vec<_> = (figures.iter())
-            .map(|figure| {
-                context! {
-                    name => figure.name.clone(),
-                    title => figure.title.clone(),
-                    caption => figure.caption.clone(),
-                    svg => figure.svg.clone(),
-                }
-            })
-            .collect();
         let spread = |spread: &crate::statistics::Spread| {
             context! {
                 rms => digits(spread.rms),
@@ -189,7 +189,7 @@ impl<'a> Report<'a> {
             summary => text.summary,
             next => minijinja::value::Serde(text.next),
             written => minijinja::value::Serde(text.written),
-            figures => figures,
+            figures => minijinja::value::Serde(figures),
         };
         rendered(include_str!("page.html"), values)
     }
@@ -198,7 +198,7 @@ impl<'a> Report<'a> {
 /// A page of values. The templates are part of the program and rendered by tests: they cannot fail on other data.
 fn rendered(page: &str, values: minijinja::Value) -> String {
     let mut environment = Environment::new();
-    let parts = [("style.html", include_str!("style.html")), ("budget.html", include_str!("budget.html"))];
+    let parts = [("style.css", STYLE), ("budget.html", include_str!("budget.html"))];
     let added = parts.into_iter().try_for_each(|(name, part)| environment.add_template(name, part));
     added.and_then(|()| environment.render_named_str("page.html", page, values)).unwrap_or_else(|error| {
         format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")

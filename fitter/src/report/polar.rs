@@ -3,8 +3,10 @@
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-use super::chart::{Colour, SIZE, escaped};
+use super::chart::SIZE;
+use super::colour::Colour;
 use super::digits;
+use super::hover::escaped;
 
 /// Centre of the plot, and the radius of the largest error, of none, and of the labels.
 const CENTRE: (f64, f64) = (SIZE.0 as f64 / 2.0, SIZE.1 as f64 / 2.0);

@@ -12,13 +12,13 @@ const CELLS: (f64, f64) = (235.0, 130.0);
 /// Leaves out what lies under other marks of its colour; how many points are left, of how many.
 pub(super) fn to_pixels(series: &mut [Series]) -> (usize, usize) {
     // Lines are models and what they are compared with.
-    let counted: Vec<bool> = series.iter().map(|one| one.mark != Mark::Line).collect();
+    let counted: Vec<bool> = series.iter().map(|one| !one.mark.is_line()).collect();
     let count = |series: &[Series]| -> usize {
         series.iter().zip(&counted).filter(|(_, counted)| **counted).map(|(one, _)| one.points.len()).sum()
     };
     let all = count(series);
     let Some(span) = Span::of(series) else { return (0, all) };
-    for one in series.iter_mut().filter(|one| one.mark != Mark::Dots) {
+    for one in series.iter_mut().filter(|one| !one.mark.is_dot()) {
         if one.points.len() as f64 > 2.0 * COLUMNS {
             let kept = extremes(&one.points, &span);
             one.keep(&kept);
@@ -34,7 +34,7 @@ pub(super) fn to_pixels(series: &mut [Series]) -> (usize, usize) {
 }
 
 fn count_dots(series: &[Series]) -> usize {
-    series.iter().filter(|one| one.mark == Mark::Dots).map(|one| one.points.len()).sum()
+    series.iter().filter(|one| one.mark.is_dot()).map(|one| one.points.len()).sum()
 }
 
 /// Where all points lie.
@@ -80,7 +80,7 @@ fn extremes(points: &[(f64, f64)], span: &Span) -> Vec<usize> {
 /// The first dot of each colour in each cell.
 fn one_in_each_cell(series: &mut [Series], span: &Span, cells: (f64, f64)) {
     let mut taken = std::collections::HashSet::new();
-    for one in series.iter_mut().filter(|one| one.mark == Mark::Dots) {
+    for one in series.iter_mut().filter(|one| one.mark.is_dot()) {
         let colour = one.colour;
         let kept: Vec<usize> = (0..one.points.len())
             .filter(|index| taken.insert((colour, span.cell(one.points[*index], cells))))
@@ -92,7 +92,7 @@ fn one_in_each_cell(series: &mut [Series], span: &Span, cells: (f64, f64)) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::chart::Colour;
+    use crate::report::Colour;
 
     fn many(mark: Mark) -> Vec<Series> {
         let points = (0..100_000).map(|i| (f64::from(i), f64::from(i * 7919 % 10_007))).collect();

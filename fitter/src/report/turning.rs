@@ -2,14 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::chart::{Chart, Colour, Mark, Series};
+use super::chart::{Chart, Mark, Series};
+use super::colour::Colour;
 use super::{Figure, digits, figures, polar};
+use crate::figures::NORMAL_95;
 use crate::fit::Fit;
 
 /// Points of the model's curve around the turn.
 const AROUND: usize = 360;
-/// Standard errors in half a 95 % interval.
-const NORMAL_95: f64 = 1.96;
 
 /// None of a sensor that does not turn.
 pub(super) fn figures(fit: &Fit, offset: f64, means: &[f64]) -> Vec<Figure> {

@@ -1,7 +1,8 @@
 //! The figures of what the correction leaves: pass by pass, point by point.
 
 use super::after::Corrected;
-use super::chart::{Chart, Colour, Mark, Series};
+use super::chart::{Chart, Mark, Series};
+use super::colour::Colour;
 use super::distribution::distribution;
 use super::interval::half_of;
 use super::{Figure, angle_unit, digits};

@@ -36,15 +36,16 @@ struct Reading {
 }
 
 impl Reading {
-    /// Takes a point in time as seconds since the first; false where the column holds numbers, or the text is none.
-    fn take_time(&mut self, text: &[u8]) -> bool {
-        let Some(time) = Timestamp::parse(text) else { return false };
+    /// Takes a point in time as seconds since the first, and gives back the decimals of its seconds; none where the column
+    /// holds numbers, or the text is none.
+    fn take_time(&mut self, text: &[u8]) -> Option<i32> {
+        let time = Timestamp::parse(text)?;
         if self.start.is_none() && self.values.is_empty() {
             self.start = Some((time.seconds, text_safety::cell(text)));
         }
-        let Some((start, _)) = self.start else { return false };
+        let Some((start, _)) = self.start else { return None };
         self.values.push(time.since(start));
-        true
+        Some(time.decimals)
     }
 }
 
@@ -143,9 +144,10 @@ impl Columns {
                 return Ok(None);
             }
         }
-        if let (Use::Time, Cell::Text(text)) = (column.used, &cell)
-            && column.take_time(text)
+        if let (Use::Time | Use::Printed, Cell::Text(text)) = (column.used, &cell)
+            && let Some(decimals) = column.take_time(text)
         {
+            self.decimals = self.decimals.max(decimals);
             return Ok(None);
         }
         let (used, is_number) = (column.used, column.start.is_none());

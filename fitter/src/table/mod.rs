@@ -51,7 +51,7 @@ pub enum Use {
     Optional,
     /// Every cell is a finite number.
     Needed,
-    /// As needed, and how finely the numbers are printed matters.
+    /// As [`Use::Time`], and how finely the times are printed matters.
     Printed,
     /// Every cell is a number of seconds, or every cell a point in time; those become seconds since the first.
     Time,
@@ -88,7 +88,7 @@ pub struct Table {
     pub without_numbers: Vec<String>,
     /// How far the numbers of the column of [`Use::Printed`] may be rounded: a unit of the last printed digit.
     pub rounding: f64,
-    /// The first point in time, as it stands in the file, where the column of [`Use::Time`] holds such.
+    /// The first point in time, as it stands in the file, where the column of times holds such.
     pub started: Option<String>,
     /// How the file separates columns and writes numbers.
     pub dialect: Dialect,
@@ -102,5 +102,19 @@ impl Table {
     pub fn take(&mut self, name: &str) -> Option<Values> {
         let at = self.columns.iter().position(|column| column.name == name)?;
         Some(self.columns.remove(at).values)
+    }
+
+    /// The column `t_s`, which is taken out of the table. A count of milliseconds, microseconds or nanoseconds since 1970
+    /// becomes seconds since the first, which is in `started` then.
+    pub fn take_time(&mut self) -> Values {
+        let mut time_s = self.take("t_s").unwrap_or_default();
+        let Some(first) = time_s.first().copied() else { return time_s };
+        if let Some((unit, name)) = timestamp::counted_unit(first) {
+            // Neither is a double finer here.
+            self.rounding = unit * self.rounding.max(f64::EPSILON * first);
+            time_s.iter_mut().for_each(|value| *value = (*value - first) * unit);
+            self.started = Some(format!("{first} {name} since 1970"));
+        }
+        time_s
     }
 }

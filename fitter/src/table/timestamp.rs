@@ -1,5 +1,18 @@
 //! Points in time as loggers write them: `2026-11-24T12:00:01.250Z`, `2026-11-24 12:00:01`, `2026/11/24 12:00:01+01:00`.
 
+/// From so many seconds on, three thousand years, a time is none: it is a count since 1970 in a smaller unit.
+const NO_SECONDS: f64 = 1e11;
+
+/// What a count since 1970 that begins with `first` counts, in seconds, and its name; none of times in seconds.
+pub(super) fn counted_unit(first: f64) -> Option<(f64, &'static str)> {
+    match first {
+        _ if first < NO_SECONDS => None,
+        _ if first < 1e3 * NO_SECONDS => Some((1e-3, "ms")),
+        _ if first < 1e6 * NO_SECONDS => Some((1e-6, "us")),
+        _ => Some((1e-9, "ns")),
+    }
+}
+
 /// A point in time, since 1970 in UTC. Without a zone it is taken as UTC: only differences matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Timestamp {
@@ -7,6 +20,8 @@ pub(super) struct Timestamp {
     pub seconds: i64,
     /// What is beyond them, 0 to 1.
     pub fraction: f64,
+    /// Digits of that.
+    pub decimals: i32,
 }
 
 impl Timestamp {
@@ -22,15 +37,15 @@ impl Timestamp {
         let (time, zone_s) = zone(time.trim())?;
         let mut time = time.splitn(3, ':');
         let (hour, minute) = (whole(time.next()?)?, whole(time.next()?)?);
-        let (second, fraction) = match time.next() {
-            None => (0, 0.0),
+        let (second, fraction, decimals) = match time.next() {
+            None => (0, 0.0, 0),
             Some(text) => seconds(text)?,
         };
         if hour > 23 || minute > 59 || second > 60 {
             return None;
         }
         let seconds = ((days(year, month, day) * 24 + hour) * 60 + minute) * 60 + second - zone_s;
-        Some(Timestamp { seconds, fraction })
+        Some(Timestamp { seconds, fraction, decimals })
     }
 
     /// Seconds since a whole second.
@@ -45,11 +60,11 @@ fn whole(text: &str) -> Option<i64> {
 }
 
 /// Seconds with or without a fraction, behind a point or a comma.
-fn seconds(text: &str) -> Option<(i64, f64)> {
+fn seconds(text: &str) -> Option<(i64, f64, i32)> {
     match text.split_once(['.', ',']) {
-        None => Some((whole(text)?, 0.0)),
+        None => Some((whole(text)?, 0.0, 0)),
         Some((seconds, digits)) if digits.bytes().all(|sign| sign.is_ascii_digit()) => {
-            Some((whole(seconds)?, format!("0.{digits}").parse().ok()?))
+            Some((whole(seconds)?, format!("0.{digits}").parse().ok()?, digits.len() as i32))
         }
         Some(_) => None,
     }

@@ -144,12 +144,16 @@ fn check_jumps(
         let mut steps: Vec<f64> = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
         steps.sort_by(f64::total_cmp);
         let typical = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let (smallest, largest) = ends(values.iter().copied());
         for row in 1..values.len() {
             let step = values[row] - values[row - 1];
             let jump = step.abs();
             // The counter goes on after the wrap as it came: the jump misses its turn by a step or so.
             let near = |known: f64| (jump + typical - known).abs() <= 2.0 * typical + 1e-9 * known;
-            if recording.pass[row] != recording.pass[row - 1] || jump < 20.0 * typical {
+            if recording.pass[row] != recording.pass[row - 1]
+                || jump < 20.0 * typical
+                || jump < 0.9 * (largest - smallest)
+            {
                 continue;
             }
             let multiple = (jump / turn).round();
@@ -159,10 +163,8 @@ fn check_jumps(
             // A jump that the other column makes too is a move, unless it is as long as only a counter's is.
             let apart = wrapped(step - (other[row] - other[row - 1]), turn).abs();
             let moved = apart <= 2.0 * typical + 0.02 * turn;
-            let (smallest, largest) = ends(values.iter().copied());
             if let Some((_, looks)) =
                 known_turns().into_iter().find(|(known, _)| near(*known) && (!moved || *known >= 1000.0))
-                && jump >= 0.9 * (largest - smallest)
             {
                 return Err(FitError::TurnJump {
                     file: recording.file.clone(),

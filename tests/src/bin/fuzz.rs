@@ -73,11 +73,11 @@ fn fuzz(words: &[&str]) -> Result<usize, String> {
 
 /// Every command on undamaged files must do its work: else the fuzzer tries nothing with it.
 fn undamaged(seeds: &Seeds, program: &Path) -> Result<(), String> {
-    for (_, line) in commands() {
-        let (outcome, wrong) = Case::plain(seeds, line.split(' ').map(Into::into).collect()).run(program)?;
+    for line in commands() {
+        let (outcome, wrong) = Case::of(seeds, line).run(program)?;
         if outcome.code != Some(0) || !wrong.is_empty() {
             let said = String::from_utf8_lossy(&outcome.stderr).into_owned();
-            return Err(format!("undamaged: arcsmith {line}: {said}{}", wrong.join("\n")));
+            return Err(format!("undamaged: arcsmith {}: {said}{}", line.words, wrong.join("\n")));
         }
     }
     Ok(())

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::draw::Draw;
 use super::process::{Limits, Outcome, run};
-use super::seeds::{Seeds, commands};
+use super::seeds::{Line, Seeds, commands};
 use super::table::Table;
 use super::{bytes, document, judge, kept, written};
 
@@ -43,12 +43,19 @@ impl Case {
         }
     }
 
+    /// A line of [`commands`] with the undamaged files that it reads.
+    pub fn of(seeds: &Seeds, line: Line) -> Case {
+        let mut case = Case::plain(seeds, line.words.split(' ').map(Into::into).collect());
+        let beside = line.beside.split(' ').flat_map(|name| seeds.named(name));
+        case.files.extend(beside.map(|(name, bytes)| (name.clone(), bytes.clone())));
+        case
+    }
+
     /// Case `number` of `seed`.
     pub fn draw(seeds: &Seeds, seed: u64, number: u64) -> Case {
         let mut draw = Draw::new(seed, number);
-        let weighted: Vec<&str> = commands().flat_map(|(weight, line)| vec![line; weight]).collect();
-        let line = draw.pick(&weighted).split(' ').map(Into::into).collect();
-        let mut case = Case::plain(seeds, line);
+        let weighted: Vec<Line> = commands().flat_map(|line| vec![line; line.weight]).collect();
+        let mut case = Case::of(seeds, *draw.pick(&weighted));
         let names: Vec<String> = case.files.keys().cloned().collect();
         let in_options = names.is_empty() || draw.one_in(3);
         if !names.is_empty() && (!in_options || draw.one_in(3)) {

@@ -18,6 +18,7 @@ const TEMPORARY: [&str; 3] = [".writing-", ".codegen-", ".arcsmith-"];
 pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, after: &Files) -> Vec<String> {
     let mut wrong = Vec::from_iter(ended(case, outcome));
     let stderr = String::from_utf8_lossy(&outcome.stderr);
+    let runs = case.arguments.first().is_some_and(|word| word == "run");
     wrong.extend(stderr.lines().filter(|line| line.contains("panicked at")).map(str::to_string));
     for (name, printed) in [("standard output", &outcome.stdout), ("standard error", &outcome.stderr)] {
         let what = written::unsafe_to_show(printed);
@@ -34,8 +35,9 @@ pub fn wrong(case: &Case, folder: &Path, outcome: &Outcome, before: &Files, afte
             _ if TEMPORARY.iter().any(|start| name.starts_with(start)) => Some("is left over".into()),
             // Its files are whole; what could not be said is the summary.
             (Some(2), _) if case.full => None,
-            (Some(2), _) => Some("was written, and the command refused".into()),
-            (Some(0), Kind::File(bytes)) => {
+            // What a step of a project has done stays where a later one is refused.
+            (Some(2), _) if !runs => Some("was written, and the command refused".into()),
+            (Some(0 | 2), Kind::File(bytes)) => {
                 written::wrong(path, bytes).or_else(|| compiled(&folder.join(path)))
             }
             _ => None,

@@ -20,14 +20,28 @@ pub struct Seeds {
 /// A script that writes the files with `arcsmith`.
 const SCRIPT: &str = include_str!("../../fuzz/seeds.sh");
 
-/// What is run on them: a weight, how often it is drawn, and the command line. Words that name seeds stand for their
-/// files. `verify` and `trials` are left out: they take minutes by design, and read nothing that the others do not.
+/// What is run on them: a weight, how often it is drawn, and the command line; before a colon the files that it reads and
+/// does not name, those of a project. Words that name seeds stand for their files. `verify` and `trials` are left out: they take minutes by design, and read nothing that the others do not.
 const COMMANDS: &str = include_str!("../../fuzz/commands.txt");
 
-/// The command lines with their weights.
-pub fn commands() -> impl Iterator<Item = (usize, &'static str)> {
+/// A line of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// How often it is drawn.
+    pub weight: usize,
+    /// The files that it reads and does not name.
+    pub beside: &'static str,
+    /// The command line.
+    pub words: &'static str,
+}
+
+/// The command lines.
+pub fn commands() -> impl Iterator<Item = Line> {
     let lines = COMMANDS.lines().filter_map(|line| line.split_once(' '));
-    lines.map(|(weight, line)| (weight.parse().unwrap_or(1), line))
+    lines.map(|(weight, line)| {
+        let (beside, words) = line.split_once(": ").unwrap_or(("", line));
+        Line { weight: weight.parse().unwrap_or(1), beside, words }
+    })
 }
 
 impl Seeds {
@@ -46,8 +60,8 @@ impl Seeds {
         let parquet = recording.and_then(|recording| recording.parquet()).ok_or("cal.csv: no Parquet")?;
         files.insert("cal.parquet".into(), parquet);
         let mut options = Options::default();
-        for (_, line) in commands() {
-            let command = line.split(' ').next().unwrap_or_default();
+        for line in commands() {
+            let command = line.words.split(' ').next().unwrap_or_default();
             let help = bash(folder.path(), &format!("{program} {command} -h"))?;
             options.learn(command, &String::from_utf8_lossy(&help));
         }

@@ -1,6 +1,6 @@
 //! The detection curve.
 
-use fitter::report::{Chart, Colour, Mark, Series};
+use fitter::report::{Chart, Colour, Mark, Scale, Series};
 
 use crate::curve::Curve;
 use crate::statistics::{ideal_detection, phi};
@@ -34,5 +34,5 @@ pub(super) fn detection(curve: &Curve) -> String {
         series.push(Series { mark: Mark::Dots, ..line("", Colour::Second, share) });
     }
     let label = "share detected against strength";
-    Chart { label, x: "strength ρ".into(), y: "share detected".into(), series }.draw()
+    Chart { label, x: "strength ρ".into(), y: "share detected".into(), series }.draw(Scale::Even)
 }

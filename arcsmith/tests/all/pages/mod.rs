@@ -51,7 +51,7 @@ fn pages() -> (tempfile::TempDir, [&'static str; 6]) {
 }
 
 #[test]
-fn no_text_overlaps_or_leaves_the_page_in_two_widths_and_both_colour_schemes() {
+fn no_text_overlaps_or_leaves_the_page_in_two_widths_both_colour_schemes_and_in_print() {
     let Some(browser) = browser::found("the look at one page of each kind") else { return };
     let (folder, names) = pages();
     let probe = include_str!("probe.html").replace("PAGES", &serde_json::to_string(&names).unwrap());
@@ -60,17 +60,35 @@ fn no_text_overlaps_or_leaves_the_page_in_two_widths_and_both_colour_schemes() {
         let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
         let drawn = browser::measured(&browser, folder.path(), "probe.html", &[&scheme]);
         let drawn = drawn.as_array().unwrap();
-        assert_eq!(drawn.len(), 2 * names.len());
+        assert_eq!(drawn.len(), 3 * names.len());
         for page in drawn {
-            let which = format!("{} at {}, dark: {dark}", page["name"], page["width"]);
+            let printed = page["print"] == true;
+            let which = format!("{} at {}, dark: {dark}, printed: {printed}", page["name"], page["width"]);
             assert_eq!(page["faults"], serde_json::json!([]), "{which}");
             assert!(page["charts"].as_u64() >= Some(3), "{which}: {page}");
-            // What has more readings than can be pointed at shows no values.
-            let dense = page["name"] == "moving/motion.html" || page["name"] == "turned/encoder.html";
-            assert!(dense || page["hovers"].as_u64() >= Some(35), "{which}: {page}");
-            // A dark page is darker than a middle grey, a light one lighter.
-            assert_eq!(page["paper"].as_f64().unwrap() < 0.2, dark, "{which}");
+            assert!(page["hovers"].as_u64() >= Some(35), "{which}: {page}");
+            // Of what was measured several times.
+            let several = ["report.html", "encoder.html", "moving/motion.html"];
+            let has_bars = several.iter().any(|name| page["name"] == *name);
+            assert!(!has_bars || page["bars"].as_u64() >= Some(4), "{which}: {page}");
+            // A dark page is darker than a middle grey, a light one and paper are lighter.
+            assert_eq!(page["paper"].as_f64().unwrap() < 0.2, dark && !printed, "{which}");
         }
+    }
+}
+
+#[test]
+fn the_page_of_a_motion_has_its_equations_and_how_the_residual_is_distributed() {
+    let (folder, _) = pages();
+    let page = std::fs::read_to_string(folder.path().join("moving/motion.html")).unwrap();
+    let formula = page.split("<p>Altogether:</p>\n<pre>").nth(1).and_then(|rest| rest.split("</pre>").next());
+    assert_eq!(formula, Some("x″ = gain w − damping v − stiffness x\nx″ −= c x³"));
+    for figure in ["spectrum-1", "resonance", "surface", "trace", "histogram", "quantiles"] {
+        let drawn = page.split(&format!("<figure id=\"{figure}\">")).nth(1);
+        let drawn = drawn.and_then(|rest| rest.split("</figure>").next());
+        let drawn = drawn.unwrap_or_else(|| panic!("no figure {figure}"));
+        // Columns of a histogram are read off their axis.
+        assert!(figure == "histogram" || drawn.contains("<title>"), "{figure} shows no values");
     }
 }
 

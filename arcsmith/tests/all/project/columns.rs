@@ -135,3 +135,27 @@ fn a_project_file_is_never_written_over_and_one_without_a_recording_is_to_be_fil
     assert!(said.contains("no columns of a sensor are recognised, found `a`, `b`"), "{said}");
     assert!(!folder.path().join("arcsmith.toml").exists());
 }
+
+#[test]
+fn timestamps_of_a_motion_become_seconds_and_that_is_said() {
+    let folder = Folder::empty();
+    folder.ok("excite --seed 7 --out motion.csv --quiet");
+    let mut text = "t_s,drive,position\n".to_string();
+    for line in folder.read("motion.csv").lines().skip(1) {
+        let (time, rest) = line.split_once(',').unwrap();
+        text += &format!("2026-11-24T12:00:{:09.6}Z,{rest}\n", time.parse::<f64>().unwrap());
+    }
+    let answer = |recording: &str, text: String| {
+        folder.write(recording, text);
+        folder.ok(&format!("init --from {recording} --force --quiet"));
+        let run = folder.run("run");
+        assert!(run.status.success(), "{run:?}");
+        let answer = folder.read(&format!("results/diagnosis/{}", recording.replace(".csv", ".json")));
+        (answer.replace(recording, "it"), String::from_utf8(run.stderr).unwrap())
+    };
+    let (seconds, _) = answer("motion.csv", folder.read("motion.csv"));
+    let (stamped, said) = answer("stamped.csv", text);
+    assert_eq!(stamped, seconds);
+    let wanted = "stamped.csv: column `t_s` holds timestamps: taken as seconds since its first row, 2026-11-24T12:00:00.000000Z";
+    assert!(said.contains(wanted), "{said}");
+}

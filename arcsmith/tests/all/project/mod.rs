@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod columns;
+mod devices;
 mod options;
 mod path;
 

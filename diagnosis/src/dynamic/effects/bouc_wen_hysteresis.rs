@@ -3,12 +3,11 @@
 use super::{COULOMB_FRICTION, DynamicEffect, Law, SLOW_TRIANGLES, amount, plain_readings, shape};
 use crate::thresholds::dynamic::effects::bouc_wen_hysteresis::USUAL;
 
-/// x″ −= k z, z′ = v − ½(|v| z + v |z|)/Y; k in 1/s², Y in p
-///
 /// Source: R. Bouc (1967); Y. K. Wen, J. Eng. Mech. Div. 102 (1976); Ismail, Ikhouane & Rodellar (2009).
 pub static BOUC_WEN_HYSTERESIS: DynamicEffect = DynamicEffect {
     id: "bouc_wen_hysteresis",
     title: "Bouc–Wen hysteresis",
+    formula: "x″ −= k z, z′ = v − ½(|v| z + v |z|)/Y",
     variable: "history",
     confused_with: &[COULOMB_FRICTION, "stribeck_friction"],
     law: Law::BoucWen,

@@ -4,12 +4,11 @@ use std::f64::consts::TAU;
 
 use super::{DynamicEffect, FASTER, Law, amount, shape};
 
-/// x″ −= μ h, q″ = h, h = Ω²(x − q) + 2ζΩ(v − q′), Ω = 2πf; f in Hz, μ and ζ without unit
-///
 /// Source: Den Hartog, Mechanical Vibrations (1956), section 3.2.
 pub static FLEXIBLE_MODE: DynamicEffect = DynamicEffect {
     id: "flexible_mode",
     title: "Flexible mode",
+    formula: "x″ −= μ h, q″ = h, h = Ω²(x − q) + 2ζΩ(v − q′), Ω = 2πf",
     variable: "frequency_hz",
     confused_with: &["drive_lag", "sensor_lag"],
     law: Law::FlexibleMode,

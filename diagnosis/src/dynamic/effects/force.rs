@@ -4,12 +4,11 @@ use super::{DynamicEffect, Law, MEAN_POSITIONS, Reading, amount, shape};
 
 /// Cubic stiffness: a flexure or spring that hardens (or softens) with the cube of the deflection (Duffing).
 ///
-/// x″ −= c x³; c in 1/(p² s²)
-///
 /// Source: G. Duffing (1918); Kovacic & Brennan, The Duffing Equation (2011).
 pub static CUBIC_STIFFNESS: DynamicEffect = DynamicEffect {
     id: super::CUBIC_STIFFNESS,
     title: "Cubic stiffness",
+    formula: "x″ −= c x³",
     variable: "position",
     confused_with: &["torque_constant_droop", "quadratic_stiffness"],
     parameters: &[amount("coefficient", "1/(p²s²)")],
@@ -19,12 +18,11 @@ pub static CUBIC_STIFFNESS: DynamicEffect = DynamicEffect {
 
 /// Quadratic stiffness: a spring that is stiffer on one side.
 ///
-/// x″ −= c x²; c in 1/(p s²)
-///
 /// Source: Nayfeh & Mook, Nonlinear Oscillations (1979), section 4.1.
 pub static QUADRATIC_STIFFNESS: DynamicEffect = DynamicEffect {
     id: "quadratic_stiffness",
     title: "Quadratic stiffness",
+    formula: "x″ −= c x²",
     variable: "position",
     confused_with: &["sensor_offset", "drive_offset", "cubic_stiffness"],
     parameters: &[amount("coefficient", "1/(p·s²)")],
@@ -35,12 +33,11 @@ pub static QUADRATIC_STIFFNESS: DynamicEffect = DynamicEffect {
 
 /// Quadratic damping: drag of a turbulent fluid, with the square of the speed.
 ///
-/// x″ −= c v |v|; c in 1/p
-///
 /// Source: Morison et al. (1950); Nayfeh & Mook, Nonlinear Oscillations (1979), section 3.3.
 pub static QUADRATIC_DAMPING: DynamicEffect = DynamicEffect {
     id: "quadratic_damping",
     title: "Quadratic damping",
+    formula: "x″ −= c v |v|",
     variable: "velocity",
     confused_with: &["coulomb_friction", "nonlinear_damping"],
     parameters: &[amount("coefficient", "1/p")],
@@ -51,12 +48,11 @@ pub static QUADRATIC_DAMPING: DynamicEffect = DynamicEffect {
 
 /// Damping that grows with the deflection: damping that depends on the square of the deflection (van der Pol; squeeze film, eddy currents).
 ///
-/// x″ −= c x² v; c in 1/(p² s)
-///
 /// Source: B. van der Pol (1926); Lifshitz & Cross, Nonlinear Dynamics of Nanomechanical Resonators (2008).
 pub static NONLINEAR_DAMPING: DynamicEffect = DynamicEffect {
     id: "nonlinear_damping",
     title: "Damping that grows with the deflection",
+    formula: "x″ −= c x² v",
     variable: "velocity",
     confused_with: &["quadratic_damping"],
     parameters: &[amount("coefficient", "1/(p²s)")],
@@ -66,12 +62,11 @@ pub static NONLINEAR_DAMPING: DynamicEffect = DynamicEffect {
 
 /// Droop of the torque constant: a motor whose force per current falls where its coil leaves the magnet.
 ///
-/// gain (1 − δ x²); δ in 1/p²
-///
 /// Source: Clarke, Mirror-scanner actuators, in Handbook of Optical and Laser Scanning (2004).
 pub static TORQUE_CONSTANT_DROOP: DynamicEffect = DynamicEffect {
     id: "torque_constant_droop",
     title: "Droop of the torque constant",
+    formula: "gain (1 − δ x²)",
     variable: "drive",
     confused_with: &["cubic_stiffness"],
     parameters: &[amount("droop", "1/p²")],
@@ -82,12 +77,11 @@ pub static TORQUE_CONSTANT_DROOP: DynamicEffect = DynamicEffect {
 
 /// Cogging: a force that repeats with the position: the teeth of a motor, the balls of a bearing.
 ///
-/// x″ −= A sin(2πx/p + φ); A in p/s², p in p
-///
 /// Source: Hanselman, Brushless Permanent Magnet Motor Design (2003), chapter 6.
 pub static COGGING: DynamicEffect = DynamicEffect {
     id: "cogging",
     title: "Cogging",
+    formula: "x″ −= A sin(2πx/p + φ)",
     variable: "position",
     confused_with: &["cubic_stiffness", "quadratic_stiffness"],
     law: Law::Cogging,

@@ -5,12 +5,11 @@ use crate::thresholds::dynamic::effects::HARD;
 
 /// Coulomb friction: of constant magnitude.
 ///
-/// x″ −= F sign v; stuck where |force| ≤ F; F in p/s²
-///
 /// Source: C. A. Coulomb (1785); Olsson et al., Friction models and friction compensation, Eur. J. Control 4 (1998).
 pub static COULOMB: DynamicEffect = DynamicEffect {
     id: COULOMB_FRICTION,
     title: "Coulomb friction",
+    formula: "x″ −= F sign v; stuck where |force| ≤ F",
     confused_with: &["stribeck_friction", "bouc_wen_hysteresis", "quadratic_damping"],
     law: Law::Coulomb,
     parameters: &[amount("force_per_inertia", "p/s²"), CREEP],
@@ -22,12 +21,11 @@ pub static COULOMB: DynamicEffect = DynamicEffect {
 
 /// Stribeck friction: larger at rest, and falls with speed.
 ///
-/// x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E; F, E in p/s², v_s in p/s
-///
 /// Source: R. Stribeck (1902); Armstrong-Hélouvry et al., Automatica 30 (1994), Eq. 3.
 pub static STRIBECK: DynamicEffect = DynamicEffect {
     id: "stribeck_friction",
     title: "Stribeck friction",
+    formula: "x″ −= (F + E exp(−(v/v_s)²)) sign v; stuck where |force| ≤ F + E",
     confused_with: &[COULOMB_FRICTION, "bouc_wen_hysteresis"],
     law: Law::Stribeck,
     parameters: &[

@@ -102,6 +102,9 @@ pub struct DynamicEffect {
     pub id: &'static str,
     /// Name for a reader.
     pub title: &'static str,
+    /// What it adds, for a reader: x is the position, v the velocity, u the drive, w the drive as it reaches the mechanism,
+    /// y the reading; the parameters in their order.
+    pub formula: &'static str,
     /// Ids of the effects that it is most easily taken for.
     pub confused_with: &'static [&'static str],
     /// The observable that it depends on, as in `locations`.
@@ -151,6 +154,7 @@ impl DynamicEffect {
     pub const USUAL: DynamicEffect = DynamicEffect {
         id: "",
         title: "",
+        formula: "",
         confused_with: &[],
         variable: "",
         part: Part::Force,

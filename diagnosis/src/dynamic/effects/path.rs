@@ -5,12 +5,11 @@ use super::{DynamicEffect, FASTER, Law, MEAN_POSITIONS, Part, Scale, amount, sha
 
 /// Offset of the drive: an offset of the amplifier, or a constant force.
 ///
-/// w = u + o; o in u
-///
 /// Source: Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998).
 pub static DRIVE_OFFSET: DynamicEffect = DynamicEffect {
     id: super::DRIVE_OFFSET,
     title: "Offset of the drive",
+    formula: "w = u + o",
     variable: "drive",
     confused_with: &["sensor_offset", "quadratic_stiffness"],
     part: Part::Drive,
@@ -22,12 +21,11 @@ pub static DRIVE_OFFSET: DynamicEffect = DynamicEffect {
 
 /// Saturation of the drive: an amplifier at its limit.
 ///
-/// w = u within ±limit; limit in u
-///
 /// Source: Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998).
 pub static DRIVE_SATURATION: DynamicEffect = DynamicEffect {
     id: "drive_saturation",
     title: "Saturation of the drive",
+    formula: "w = u within ±limit",
     variable: "drive",
     confused_with: &["torque_constant_droop"],
     part: Part::Drive,
@@ -40,12 +38,11 @@ pub static DRIVE_SATURATION: DynamicEffect = DynamicEffect {
 
 /// Offset of the read-out: an offset of the sensor.
 ///
-/// y = x + o; o in p
-///
 /// Source: Fraden, Handbook of Modern Sensors (2016).
 pub static SENSOR_OFFSET: DynamicEffect = DynamicEffect {
     id: super::SENSOR_OFFSET,
     title: "Offset of the read-out",
+    formula: "y = x + o",
     variable: "position",
     confused_with: &["drive_offset", "quadratic_stiffness"],
     part: Part::SensorOffset,
@@ -56,12 +53,11 @@ pub static SENSOR_OFFSET: DynamicEffect = DynamicEffect {
 
 /// Hysteresis after Rayleigh: domains of a piezo, or of iron at low fields, switch at thresholds of equal density, so that gain and loss grow with the amplitude of the drive.
 ///
-/// w = u + c R(u), R = R_r + ½(u − u_r)|u − u_r| from every reversal, u|u| from rest; c in 1/u
-///
 /// Source: Lord Rayleigh, Phil. Mag. 23 (1887) 225; Damjanovic, J. Appl. Phys. 82 (1997) 1788 (piezo).
 pub static RAYLEIGH_HYSTERESIS: DynamicEffect = DynamicEffect {
     id: super::RAYLEIGH_HYSTERESIS,
     title: "Hysteresis of the actuator (Rayleigh)",
+    formula: "w = u + c R(u), R = R_r + ½(u − u_r)|u − u_r| from every reversal, u|u| from rest",
     variable: "history",
     confused_with: &["drive_saturation", "bouc_wen_hysteresis", "coulomb_friction"],
     part: Part::DriveMemory,
@@ -71,12 +67,11 @@ pub static RAYLEIGH_HYSTERESIS: DynamicEffect = DynamicEffect {
 
 /// Transport delay of the drive: a pure delay between the recorded drive and the force: a bus, a sampled controller.
 ///
-/// w(t) = u(t − T); T in s
-///
 /// Source: Åström & Wittenmark, Computer-Controlled Systems (1997), section 2.3.
 pub static TRANSPORT_DELAY: DynamicEffect = DynamicEffect {
     id: super::TRANSPORT_DELAY,
     title: "Transport delay of the drive",
+    formula: "w(t) = u(t − T)",
     variable: "frequency_hz",
     confused_with: &["drive_lag", "sensor_lag"],
     part: Part::Delay,
@@ -88,12 +83,11 @@ pub static TRANSPORT_DELAY: DynamicEffect = DynamicEffect {
 
 /// Lag of the drive: an amplifier or a coil of finite bandwidth: first-order lag of the force.
 ///
-/// τ w′ = u − w; τ in s
-///
 /// Source: Franklin, Powell & Workman, Digital Control of Dynamic Systems (1998).
 pub static DRIVE_LAG: DynamicEffect = DynamicEffect {
     id: super::DRIVE_LAG,
     title: "Lag of the drive",
+    formula: "τ w′ = u − w",
     variable: "frequency_hz",
     confused_with: &["transport_delay", "sensor_lag"],
     part: Part::DriveLag,
@@ -106,12 +100,11 @@ pub static DRIVE_LAG: DynamicEffect = DynamicEffect {
 
 /// Lag of the read-out: a sensor or filter of finite bandwidth: first-order lag of the reading.
 ///
-/// τ y′ = x − y; τ in s
-///
 /// Source: Fraden, Handbook of Modern Sensors (2016).
 pub static SENSOR_LAG: DynamicEffect = DynamicEffect {
     id: "sensor_lag",
     title: "Lag of the read-out",
+    formula: "τ y′ = x − y",
     variable: "frequency_hz",
     confused_with: &["drive_lag", "transport_delay"],
     part: Part::SensorLag,

@@ -262,6 +262,7 @@ mod tests {
             amplitude: None,
             command: None,
             bad_rows: Vec::new(),
+            notes: Vec::new(),
         };
         let found = nominal(&plant, &Data::new(&recording)).unwrap().unwrap();
         let windows = found.windows.runs.len();

@@ -94,6 +94,7 @@ fn record(model: &Looped, amplitudes: &[f64], noise: f64) -> DynamicRecording {
         amplitude: Some(amplitude),
         command: None,
         bad_rows: Vec::new(),
+        notes: Vec::new(),
     }
 }
 

@@ -3,6 +3,8 @@
 
 use super::{Complex, Experiments};
 use crate::numerics::hermitian::{cholesky, divide};
+use crate::numerics::widening;
+use crate::thresholds::NORMAL_95;
 
 /// A frequency response on the lines of its experiments.
 #[derive(Debug, Clone)]
@@ -16,6 +18,16 @@ pub struct Response {
     /// Power of what G leaves by line and output, corrected for the degrees of freedom; `None` where there
     /// are no more experiments than inputs.
     pub residual: Option<Vec<f64>>,
+    /// Half the 95 % interval of Σ|G|² over outputs and inputs by line; `None` like `residual`.
+    pub half_interval: Option<Vec<f64>>,
+}
+
+impl Response {
+    /// Σ|G|² over outputs and inputs by line.
+    pub fn size(&self) -> Vec<f64> {
+        let per = self.gain.len() / self.frequency_hz.len().max(1);
+        self.gain.chunks_exact(per.max(1)).map(|g| g.iter().map(|g| g.norm_sqr()).sum()).collect()
+    }
 }
 
 /// G = S_yu S_uu⁻¹ over all experiments, weighted by their `weight` squared (Pintelon & Schoukens, Eq. 2-54
@@ -23,10 +35,14 @@ pub struct Response {
 pub fn response(data: &Experiments) -> Response {
     let (m, p, count) = (data.inputs, data.outputs, data.each.len());
     let mut gain = Vec::with_capacity(data.lines.len() * p * m);
-    let (mut power, mut residual) = (Vec::new(), Vec::new());
+    let (mut power, mut residual, mut half_interval) = (Vec::new(), Vec::new(), Vec::new());
     let freedom = count.saturating_sub(m) as f64;
+    // Real and imaginary part count each.
+    let quantile = NORMAL_95 * widening(2.0 * freedom);
     for line in 0..data.lines.len() {
-        let g = Line::of(data, line).map_or_else(|| vec![Complex::ZERO; p * m], |line| line.gain);
+        let found = Line::of(data, line);
+        let g = found.as_ref().map_or_else(|| vec![Complex::ZERO; p * m], |line| line.gain.clone());
+        let mut variance = 0.0;
         for i in 0..p {
             let (mut all, mut left, mut weights) = (0.0, 0.0, 0.0);
             for e in &data.each {
@@ -39,11 +55,20 @@ pub fn response(data: &Experiments) -> Response {
             }
             power.push(all / weights.max(f64::MIN_POSITIVE));
             residual.push(left / weights.max(f64::MIN_POSITIVE) * count as f64 / freedom.max(1.0));
+            let own = found.as_ref().map_or(0.0, |line| line.variance_of_size(i, m));
+            variance += own * left / freedom.max(1.0);
         }
+        half_interval.push(quantile * variance.sqrt());
         gain.extend(g);
     }
-    let residual = (freedom > 0.0).then_some(residual);
-    Response { frequency_hz: data.frequencies(), gain, power, residual }
+    let known = freedom > 0.0;
+    Response {
+        frequency_hz: data.frequencies(),
+        gain,
+        power,
+        residual: known.then_some(residual),
+        half_interval: known.then_some(half_interval),
+    }
 }
 
 /// What the experiments say on one line: weighted sums over them, and what follows.
@@ -74,6 +99,14 @@ impl Line {
         let factor = cholesky(&uu, m)?;
         let gain = divide(&yu, p, &factor, m);
         Some(Line { uu, yu, factor, gain })
+    }
+
+    /// Variance of Σ|G|² over the `inputs` of an output, for noise of variance 1: G is off by ε with E(εᴴε) = S_uu⁻¹, so
+    /// that 2 Re(G εᴴ) has the variance 2 G S_uu⁻¹ Gᴴ.
+    fn variance_of_size(&self, output: usize, inputs: usize) -> f64 {
+        let gain = &self.gain[output * inputs..(output + 1) * inputs];
+        let over = divide(gain, 1, &self.factor, inputs);
+        2.0 * over.iter().zip(gain).map(|(x, g)| (x * g.conj()).re).sum::<f64>()
     }
 }
 

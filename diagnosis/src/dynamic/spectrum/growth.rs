@@ -19,16 +19,10 @@ pub struct Growth {
     pub resonances_hz: Vec<f64>,
 }
 
-/// Sum over all entries of |G|² on every line.
-pub fn size(response: &Response) -> Vec<f64> {
-    let per = response.gain.len() / response.frequency_hz.len().max(1);
-    response.gain.chunks_exact(per.max(1)).map(|g| g.iter().map(|g| g.norm_sqr()).sum()).collect()
-}
-
 /// Follows gain and resonances over the responses at increasing amplitudes, all on the same lines.
 pub fn growth(responses: &[(f64, Response)]) -> Vec<Growth> {
     let Some((_, first)) = responses.first() else { return Vec::new() };
-    let reference = size(first);
+    let reference = first.size();
     let peaks = strongest(&peaks(&reference), &reference);
     // Quasi-static: below a tenth of the lowest of the strongest resonances, where stiffness alone acts.
     let lowest = peaks.iter().copied().min().unwrap_or(reference.len());
@@ -54,7 +48,7 @@ pub fn growth(responses: &[(f64, Response)]) -> Vec<Growth> {
                 quiet.chunks(quiet.len().div_ceil(12).max(1)).map(|c| ratio(c).re).collect();
             let count = parts.len().max(2) as f64;
             let variance = parts.iter().map(|r| (r - whole.re).powi(2)).sum::<f64>() / (count - 1.0);
-            let now = size(g);
+            let now = g.size();
             let resonances_hz = peaks
                 .iter()
                 .map(|&k| {
@@ -119,6 +113,7 @@ mod tests {
                 gain: lines.iter().map(g).collect(),
                 power: vec![],
                 residual: None,
+                half_interval: None,
             }
         };
         let found = growth(&[(0.1, resonator(1.0, 200.3)), (0.3, resonator(1.1, 196.6))]);
