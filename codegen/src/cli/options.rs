@@ -83,6 +83,14 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
 
 /// What the arguments ask for of the routine of an encoder.
 pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
+    if let Some(option) = of_other_sensors(arguments) {
+        return Err(not_of_encoders(option));
+    }
+    options(arguments, unit, false)
+}
+
+/// The first option that is given and that a correction of counts does not have.
+pub fn of_other_sensors(arguments: &Arguments) -> Option<&'static str> {
     let a = arguments;
     let beside = [
         ("--degree", a.degree.is_some()),
@@ -101,10 +109,7 @@ pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
         ("--without", !a.without.is_empty()),
         ("--keep", !a.keep.is_empty()),
     ];
-    if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
-        return Err(not_of_encoders(option));
-    }
-    options(arguments, unit, false)
+    beside.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
 }
 
 /// The refusal of an option of other sensors.

@@ -14,9 +14,9 @@ pub(crate) mod fixtures;
 mod phase;
 mod proof;
 pub mod shape;
-mod truth;
+pub(crate) mod truth;
 pub mod verify;
-mod wraps;
+pub(crate) mod wraps;
 
 use fitter::coefficients::Coefficients;
 use fitter::error_model::Sensor;
