@@ -56,7 +56,8 @@ pub struct Arguments {
     /// Number of the encoder among the sources of the firmware (moteus) [default: 0].
     #[arg(long, requires = "firmware")]
     pub source: Option<u32>,
-    /// Entries of the table, where the firmware takes any number [default: of SimpleFOC 200].
+    /// Entries of the table, where the firmware takes any number; of Klipper full steps of a turn [default: SimpleFOC 200,
+    /// LinuxCNC 256, Klipper 200].
     #[arg(long, requires = "firmware")]
     pub entries: Option<usize>,
     /// Electrical turns in one of the encoder (VESC: foc_encoder_ratio), below zero where the encoder is inverted.

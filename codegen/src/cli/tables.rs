@@ -17,15 +17,21 @@ pub(super) fn prepare(
     sha256: &str,
 ) -> Result<(Generated, Options)> {
     let a = arguments;
-    let of_routines = [
+    let mut given = options::of_other_sensors(a);
+    given.extend(options::given(&[
         ("--target", a.target.is_some()),
         ("--flash-bytes", a.flash_bytes.is_some()),
         ("--output-bits", a.output_bits.is_some()),
         ("--name", a.name.is_some()),
-    ];
-    let of_routines = of_routines.into_iter().find(|(_, given)| *given).map(|(option, _)| option);
-    if let Some(option) = options::of_other_sensors(a).or(of_routines) {
-        return Err(refused!("{option} belongs to a routine, and --for makes a table").mend("leave it out"));
+        ("--bits", a.bits.is_some()),
+        ("--counts", a.counts.is_some()),
+        ("--source", a.source.is_some()),
+        ("--entries", a.entries.is_some()),
+        ("--ratio", a.ratio.is_some()),
+    ]));
+    let (name, takes) = (firmware.firmware().name(), firmware.firmware().takes());
+    if let Some(option) = given.into_iter().find(|option| !takes.contains(option)) {
+        return Err(refused!("{option} does not apply to a table of {name}").mend("leave it out"));
     }
     let unit = Quantity::of(&coefficients.error_model()).bound_unit;
     let options = options::options(a, &unit, false)?;

@@ -15,7 +15,6 @@ use crate::options::Options;
 use crate::quantity::Quantity;
 use crate::render::HEAD_COLUMNS;
 use crate::text;
-use crate::turn;
 
 /// The parts of a bound: the best of the interpolation, what the entries as they are written make of it, both in exact
 /// arithmetic, and the rest.
@@ -25,7 +24,7 @@ pub fn parts([best, written]: [f64; 2], bound: f64, lsb: f64) -> Vec<Part> {
     vec![
         part("interpolation between the entries, were they of unlimited precision", best.min(written)),
         part("rounding of the entries to the format", (written - best).max(0.0)),
-        part("the firmware's own operations, in any order of rounding", bound - written),
+        part("rounding of the firmware's operations, and of the proof", bound - written),
     ]
 }
 
@@ -41,7 +40,7 @@ pub fn files(
     reservation: Option<String>,
     options: &Options,
 ) -> Result<Generated, TableError> {
-    let entry = entry(firmware, table, coefficients)?;
+    let entry = entry(firmware, table, coefficients);
     let printer = Printer::new(&[], options)?;
     let recording = &coefficients.recording;
     let open =
@@ -50,7 +49,11 @@ pub fn files(
         context! { sha256 => coefficients_sha256, recording => Value::from(Serde(recording)), open },
     )?;
     let head = head(firmware, table, &entry, &provenance);
-    let contents = format!("{}\n{}", text::comment(&head, table.comment), table.text);
+    let head = text::comment(&head, table.comment);
+    let contents = match table.head_last {
+        true => format!("{}{head}\n", table.text),
+        false => format!("{head}\n{}", table.text),
+    };
     let entry = Entry { file: table.file.into(), file_sha256: sha256(&contents), ..entry };
     let certificate = Certificate {
         schema: "arcsmith-certificate".into(),
@@ -76,13 +79,9 @@ pub fn files(
 }
 
 /// What the certificate says.
-fn entry(
-    firmware: &dyn TableFirmware,
-    table: &Table,
-    coefficients: &Coefficients,
-) -> Result<Entry, TableError> {
+fn entry(firmware: &dyn TableFirmware, table: &Table, coefficients: &Coefficients) -> Entry {
     let unit = coefficients.sensor.error_unit().to_string();
-    let (mut left_out, estimate) = turn::describe::beside(coefficients)?;
+    let mut left_out = table.left_out.clone();
     left_out.insert(
         0,
         format!(
@@ -92,7 +91,7 @@ fn entry(
     );
     let (ty, lsb) = table.output;
     let (from, to, of) = &table.range;
-    Ok(Entry {
+    Entry {
         routine: firmware.name().into(),
         language: firmware.source().into(),
         format: table.format.into(),
@@ -102,15 +101,15 @@ fn entry(
         input: vec![InputEntry { name: of.clone(), ty: ty.into(), meaning: table.input.clone() }],
         output: OutputEntry { ty: ty.into(), lsb, fraction_bits: None, unit },
         range: RangeEntry { variable: of.clone(), unit: of.clone(), from: *from, to: *to, recorded: None },
-        out_of_range: "modulo".into(),
+        out_of_range: if coefficients.whole_turn() { "modulo" } else { "clamp" }.into(),
         bound: table.bound,
         parts: table.parts.clone(),
         minimax: table.minimax,
         input_resolution: coefficients.turn.as_ref().map_or(0.0, |turn| turn.revolution / (to - from + 1.0)),
-        estimate,
+        estimate: table.estimate.clone(),
         left_out,
         ..Entry::default()
-    })
+    }
 }
 
 /// The head of the file.

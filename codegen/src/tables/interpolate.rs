@@ -1,5 +1,5 @@
-//! Straight lines between entries at equal distances round the turn: how far they are from what is wanted, and the
-//! entries for which that is least.
+//! Straight lines between entries at equal distances: how far they are from what is wanted, and the entries for which that
+//! is least.
 
 use super::chain;
 use super::ring::Ring;
@@ -12,20 +12,33 @@ const STEPS: usize = 3;
 
 /// The places between entries, with what is wanted there.
 pub struct Lines {
-    /// Of every stretch: the part of it that lies before the place, and what is wanted, in turns.
+    /// Of every stretch: the part of it that lies before the place, and what is wanted. The last entry's has no places
+    /// where the entries do not go round.
     stretches: Vec<Vec<(f64, f64)>>,
 }
 
 impl Lines {
-    /// With so many entries.
+    /// With so many entries round the turn; what is wanted is in turns.
     pub fn new(ring: &Ring, entries: usize) -> Lines {
+        Lines::of(entries, entries, |turns| ring.at(turns - turns.floor()))
+    }
+
+    /// With so many entries, the first at the beginning and the last at the end of a range; what is wanted is a function of
+    /// the part of the range.
+    pub fn along(entries: usize, wanted: impl Fn(f64) -> f64) -> Lines {
+        let mut lines = Lines::of(entries - 1, entries, wanted);
+        let end = lines.stretches[entries - 2][PLACES].1;
+        lines.stretches[entries - 1] = vec![(0.0, end)];
+        lines
+    }
+
+    fn of(stretches: usize, entries: usize, wanted: impl Fn(f64) -> f64) -> Lines {
         let stretch = |node: usize| {
             let place = |k: usize| {
                 let part = k as f64 / PLACES as f64;
-                let turns = (node as f64 + part) / entries as f64;
-                (part, ring.at(turns - turns.floor()))
+                (part, wanted((node as f64 + part) / stretches as f64))
             };
-            (0..=PLACES).map(place).collect()
+            if node < stretches { (0..=PLACES).map(place).collect() } else { Vec::new() }
         };
         Lines { stretches: (0..entries).map(stretch).collect() }
     }

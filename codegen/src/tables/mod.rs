@@ -8,6 +8,8 @@
 mod chain;
 mod describe;
 mod interpolate;
+pub mod klipper;
+pub mod linuxcnc;
 pub mod moteus;
 mod ring;
 pub mod simplefoc;
@@ -18,6 +20,7 @@ use fitter::coefficients::Coefficients;
 
 use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::Part;
+use crate::claim::Claim;
 use crate::generate::Generated;
 use crate::options::Options;
 use crate::render::RenderError;
@@ -29,6 +32,8 @@ pub trait TableFirmware: Sync {
     fn name(&self) -> &'static str;
     /// The file of its source in which the table is applied, and the version that was read.
     fn source(&self) -> &'static str;
+    /// The options that its table has beside the bound.
+    fn takes(&self) -> &'static [&'static str];
     /// The best table that it can hold.
     ///
     /// # Errors
@@ -46,6 +51,10 @@ pub enum Firmware {
     Vesc,
     /// The table of SimpleFOC's `CalibratedSensor`.
     Simplefoc,
+    /// `calibrate` of an angle sensor of Klipper.
+    Klipper,
+    /// `COMP_FILE` of a joint of LinuxCNC.
+    Linuxcnc,
 }
 
 impl Firmware {
@@ -55,6 +64,8 @@ impl Firmware {
             Firmware::Moteus => &moteus::Moteus,
             Firmware::Vesc => &vesc::Vesc,
             Firmware::Simplefoc => &simplefoc::SimpleFoc,
+            Firmware::Klipper => &klipper::Klipper,
+            Firmware::Linuxcnc => &linuxcnc::LinuxCnc,
         }
     }
 }
@@ -86,6 +97,8 @@ pub struct Table {
     pub file: &'static str,
     /// How a line of its comments begins.
     pub comment: &'static str,
+    /// Whether the head stands below the table: what reads it stops at the first line that is no entry.
+    pub head_last: bool,
     /// The file below its head.
     pub text: String,
     /// Number of entries.
@@ -109,6 +122,10 @@ pub struct Table {
     /// By how much what the firmware computes is above the reference everywhere: the zero of the mount, which the
     /// firmware sets elsewhere.
     pub zero: f64,
+    /// What the table leaves out of the model, with its size.
+    pub left_out: Vec<String>,
+    /// How far the model may be from the device; none where the file does not say what the recording showed.
+    pub estimate: Option<Claim>,
     /// How it is loaded, a line each.
     pub load: Vec<String>,
 }
@@ -125,9 +142,28 @@ fitter::errors! {
             mend("ask for no less than that, or generate a routine instead") by(bound);
         Source { source: u32, most: u32 } =>
             says("there is no source {source}") mend("give 0 to {most}") by(source);
-        Entries { entries: usize, fewest: usize, most: usize, harmonics: u32 } =>
-            says("{entries} entries for an error of {harmonics} periods in a turn")
+        Entries { entries: usize, fewest: usize, most: usize, periods: u32 } =>
+            says("{entries} entries for an error of {periods} periods")
             mend("give {fewest} to {most}, four for each period at least") by(entries);
+        Steps { steps: usize, fewest: usize, most: usize } =>
+            says("{steps} full steps for the 64 entries that Klipper fits to them")
+            mend("give full_steps_per_rotation, a multiple of four from {fewest} to {most}") by(entries);
+        Falls =>
+            says("the corrected angle does not rise by enough from step to step for Klipper to fit a table to it")
+            mend("mount the magnet nearer to the axis, or generate a routine instead");
+        Wraps =>
+            says("linuxcnc corrects a joint between two ends, and its table does not start again at the end of a turn")
+            mend("generate a routine for a sensor that turns, or leave the revolution out and fit the axis between its ends");
+        NotDirect =>
+            says("linuxcnc corrects a position, and these coefficients are of a pair of probes")
+            mend("record the axis as a sensor that reports its position");
+        Range { range: (f64, f64), covered: (f64, f64) } =>
+            says("a table from {} to {}, and the recording covers {} to {}", range.0, range.1, covered.0, covered.1)
+            mend("give ends within it, or let the table exceed it") by(range) by(extrapolate);
+        Steep { steepest: f64 } =>
+            says("the error may change by {steepest:.2} for a change of 1 in position: it cannot be turned round to a \
+                correction")
+            mend("fit again with a lower order, or over a shorter range");
         NoRatio =>
             says("the table is in electrical degrees, and how many electrical turns the encoder's turn has is not known")
             mend("give foc_encoder_ratio, below zero where foc_encoder_inverted is set") by(ratio = 7);

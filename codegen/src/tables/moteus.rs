@@ -68,12 +68,16 @@ impl TableFirmware for Moteus {
         "fw/motor_position.h of github.com/mjbots/moteus, commit db1a7623"
     }
 
+    fn takes(&self) -> &'static [&'static str] {
+        &["--bits", "--counts", "--source"]
+    }
+
     fn design(&self, coefficients: &Coefficients, asked: &Asked<'_>) -> Result<Table, TableError> {
         let source = asked.wanted.source.unwrap_or(0);
         if source > LAST_SOURCE {
             return Err(TableError::Source { source, most: LAST_SOURCE });
         }
-        let ring = Ring::of(self.name(), coefficients, asked)?;
+        let ring = Ring::of(self.name(), coefficients, asked, None)?;
         let lines = Lines::new(&ring, ENTRIES);
         let (chosen, constant) = choose(&ring, &lines);
         let cpr = ring.counts;
@@ -88,6 +92,7 @@ impl TableFirmware for Moteus {
         Ok(Table {
             file: FILE,
             comment: "#",
+            head_last: false,
             text: lines_of(&chosen, source),
             entries: ENTRIES,
             format: "int8 with one scale",
@@ -102,6 +107,8 @@ impl TableFirmware for Moteus {
             parts,
             minimax,
             zero: (ring.zero + constant) * ring.revolution,
+            left_out: ring.left_out.clone(),
+            estimate: ring.estimate.clone(),
             load: vec![
                 format!("moteus_tool --target 1 --restore-config {FILE}"),
                 "If this source is used for commutation, calibrate the motor again afterwards: moteus_tool \

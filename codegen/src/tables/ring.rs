@@ -5,10 +5,11 @@ use rayon::prelude::*;
 
 use super::single::Fused;
 use super::{Asked, TableError};
-use crate::turn::TurnError;
+use crate::claim::Claim;
 use crate::turn::shape::Words;
 use crate::turn::truth::Truth;
 use crate::turn::wraps::Wraps;
+use crate::turn::{self, TurnError};
 
 /// 2⁻⁶⁴: a word of the turn in turns.
 const WORD: f64 = 1.0 / 18_446_744_073_709_551_616.0;
@@ -28,10 +29,14 @@ pub struct Ring {
     pub zero: f64,
     /// The highest harmonic, at least 1.
     pub harmonics: u32,
+    /// What a correction of the position alone leaves out, with its size.
+    pub left_out: Vec<String>,
+    /// How far the model may be from the device.
+    pub estimate: Option<Claim>,
 }
 
 impl Ring {
-    /// Of coefficients of a whole turn.
+    /// Of coefficients of a whole turn, read in as many counts as are asked for, or in as many as the firmware always has.
     ///
     /// # Errors
     /// [`TableError`] where they are not, or the turn has no known number of counts.
@@ -39,21 +44,26 @@ impl Ring {
         firmware: &'static str,
         coefficients: &Coefficients,
         asked: &Asked<'_>,
+        always: Option<u32>,
     ) -> Result<Ring, TableError> {
         if !coefficients.whole_turn() {
             return Err(TableError::NotATurn { firmware });
         }
-        // The bound holds for all counts: they are not guessed from the noise.
-        if asked.options.encoder.assumes(coefficients) {
-            let unit = coefficients.sensor.error_unit().to_string();
-            return Err(TurnError::UnknownBits { unit }.into());
-        }
-        let words = asked.options.encoder.words(coefficients)?;
+        let words = match always {
+            Some(counts) => Words { counts, finer: 0 },
+            // The bound holds for all counts: they are not guessed from the noise.
+            None if asked.options.encoder.assumes(coefficients) => {
+                let unit = coefficients.sensor.error_unit().to_string();
+                return Err(TurnError::UnknownBits { unit }.into());
+            }
+            None => asked.options.encoder.words(coefficients)?,
+        };
         let truth = Truth::new(coefficients)?;
         let revolution = coefficients.turn.as_ref().map_or(1.0, |turn| turn.revolution);
         let wraps = Wraps::of(coefficients)?;
         let zero = wraps.zero / revolution;
         let harmonics = wraps.waves.iter().map(|wave| wave.0).max().unwrap_or(1);
+        let (left_out, estimate) = turn::describe::beside(coefficients)?;
         let mut ring = Ring {
             truth,
             counts: words.counts,
@@ -62,6 +72,8 @@ impl Ring {
             revolution,
             zero,
             harmonics,
+            left_out,
+            estimate,
         };
         (ring.wanted, ring.radius) = ring.all(words);
         Ok(ring)

@@ -54,17 +54,16 @@ impl TableFirmware for SimpleFoc {
         "src/encoders/calibrated/CalibratedSensor.cpp of github.com/simplefoc/Arduino-FOC-drivers 1.1.0, commit 011c6123"
     }
 
+    fn takes(&self) -> &'static [&'static str] {
+        &["--bits", "--counts", "--entries"]
+    }
+
     fn design(&self, coefficients: &Coefficients, asked: &Asked<'_>) -> Result<Table, TableError> {
-        let ring = Ring::of(self.name(), coefficients, asked)?;
+        let ring = Ring::of(self.name(), coefficients, asked, None)?;
         let entries = asked.wanted.entries.unwrap_or(USUAL_ENTRIES);
         let fewest = 4 * ring.harmonics as usize;
         if !(fewest..=MOST_ENTRIES).contains(&entries) {
-            return Err(TableError::Entries {
-                entries,
-                fewest,
-                most: MOST_ENTRIES,
-                harmonics: ring.harmonics,
-            });
+            return Err(TableError::Entries { entries, fewest, most: MOST_ENTRIES, periods: ring.harmonics });
         }
         let lines = Lines::new(&ring, entries);
         let (values, minimax) = lines.best();
@@ -79,6 +78,7 @@ impl TableFirmware for SimpleFoc {
         Ok(Table {
             file: FILE,
             comment: "//",
+            head_last: false,
             text: source_of(&lut),
             entries,
             format: "float in radians",
@@ -97,6 +97,8 @@ impl TableFirmware for SimpleFoc {
             ),
             minimax,
             zero: ring.zero * ring.revolution,
+            left_out: ring.left_out.clone(),
+            estimate: ring.estimate.clone(),
             load: vec![
                 format!(
                     "#include \"{FILE}\", and construct: CalibratedSensor calibrated(sensor, {entries}, calibration_lut);"

@@ -42,8 +42,12 @@ impl TableFirmware for Vesc {
         "motor/mcpwm_foc.c of github.com/vedderb/bldc, commit b9d287b3 (firmware 7.01)"
     }
 
+    fn takes(&self) -> &'static [&'static str] {
+        &["--bits", "--counts", "--ratio"]
+    }
+
     fn design(&self, coefficients: &Coefficients, asked: &Asked<'_>) -> Result<Table, TableError> {
-        let ring = Ring::of(self.name(), coefficients, asked)?;
+        let ring = Ring::of(self.name(), coefficients, asked, None)?;
         let ratio = asked.wanted.ratio.ok_or(TableError::NoRatio)?;
         if !(ratio.is_finite() && ratio.abs() >= 1.0) {
             return Err(TableError::Ratio { ratio });
@@ -67,6 +71,7 @@ impl TableFirmware for Vesc {
         Ok(Table {
             file: FILE,
             comment: ";",
+            head_last: false,
             text: script(&table),
             entries: ENTRIES,
             format: "whole electrical degrees, int8",
@@ -87,6 +92,8 @@ impl TableFirmware for Vesc {
             ),
             minimax,
             zero: (ring.zero + constant) * ring.revolution,
+            left_out: ring.left_out.clone(),
+            estimate: ring.estimate.clone(),
             load: vec![
                 format!("VESC Tool, VESC Dev Tools, Lisp: open {FILE}, and run it once"),
                 "Detect the encoder's offset again afterwards, with the correction enabled".into(),

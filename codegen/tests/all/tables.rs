@@ -2,12 +2,13 @@
 
 mod compiled;
 mod device;
-#[path = "turn/encoder.rs"]
-mod fixtures;
+mod klipper;
+mod linuxcnc;
 mod moteus;
 mod simplefoc;
 mod vesc;
 
+use crate::turn::fixtures;
 use codegen::certificate::Entry;
 use codegen::generate::Generated;
 use codegen::options::Options;
@@ -109,9 +110,7 @@ impl Compared {
             format!("{:.4} | {:.4}", values[count / 2], values[count - 1])
         };
         let row = format!("| {firmware} | {} | {} |", figures(&mut self.ours), figures(&mut self.theirs));
-        println!(
-            "{row}  ({count} encoders; median and largest in degrees, arcsmith and its own calibration)"
-        );
+        println!("{row}  ({count} encoders; median and largest, arcsmith and its own calibration)");
         if count == 200 {
             let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/firmware-tables.md");
             assert!(

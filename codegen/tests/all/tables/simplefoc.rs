@@ -134,7 +134,7 @@ fn what_it_cannot_hold_is_refused_in_one_message() {
     let said = refused(&usual, Some(11), None);
     assert_eq!(
         said,
-        "11 entries for an error of 3 periods in a turn; give 12 to 4096, four for each period at least"
+        "11 entries for an error of 3 periods; give 12 to 4096, four for each period at least"
     );
     let said = refused(&usual, Some(5000), None);
     assert!(said.starts_with("5000 entries for an error"), "{said}");
