@@ -51,3 +51,53 @@ pub(super) fn not_compiled(arguments: &Arguments) -> Result<()> {
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::turn::fixtures::encoder;
+
+    #[derive(Debug, Parser)]
+    struct Generate {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn message(words: &str) -> String {
+        // The file is named for the head alone.
+        let words = words.split(' ').chain(["--coefficients", "encoder.json"]);
+        let arguments = Generate::parse_from(words).arguments;
+        let firmware = arguments.firmware.unwrap();
+        prepare(&arguments, firmware, &encoder(360.0, 0.0, &[0.5, 0.0]), "").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn options_that_the_firmware_has_not_are_refused() {
+        let usual = "generate --for moteus --counts 4096";
+        for option in ["--entries 20", "--ratio 7", "--format q31", "--target cortex-m0", "--from 0 --to 90"]
+        {
+            let said = message(&format!("{usual} {option}"));
+            let name = option.split(' ').next().unwrap();
+            assert!(
+                said.starts_with(name) && said.ends_with("does not apply to a table of moteus; leave it out"),
+                "{said}"
+            );
+        }
+        // What is allowed does not hide what is not.
+        let said = message("generate --for linuxcnc --from 0 --to 90 --counts 4096");
+        assert_eq!(said, "--counts does not apply to a table of linuxcnc; leave it out");
+        let said = message("generate --for klipper --bound 0.001mm");
+        assert!(said.contains("this sensor's is \"deg\""), "{said}");
+    }
+
+    #[test]
+    fn the_counts_are_not_guessed() {
+        let said = message("generate --for simplefoc");
+        assert!(
+            said.starts_with("the sensor's unit is deg; say how many bits the encoder's word has"),
+            "{said}"
+        );
+    }
+}

@@ -19,7 +19,9 @@ use fitter::terms::{Operator, Periodic, Product, Scope, Term};
 
 use super::interpolate::Lines;
 use super::{Asked, Table, TableError, TableFirmware, describe};
+use crate::approximate::to_chebyshev;
 use crate::claim::Claim;
+use crate::exact::Interval;
 use crate::extent::LeftOut;
 
 /// `EMCMOT_COMP_SIZE`.
@@ -253,7 +255,7 @@ impl Axis {
         self.polynomial[0] -= self.zero;
     }
 
-    /// The largest distance of a command from the centre: r + Σ|cₖ|Rᵏ + … = R, so that all commands lie within R.
+    /// The largest distance of a command from the centre: R = r + the largest trim within R, so that all commands lie within.
     fn set_reach(&mut self) -> Result<(), TableError> {
         let positions = (self.range.0 - self.centre).abs().max((self.range.1 - self.centre).abs());
         let waves: f64 = self.waves.iter().map(|(_, a, b)| a.hypot(*b)).sum();
@@ -296,13 +298,30 @@ impl Axis {
         trim
     }
 
-    /// Upper bound of the polynomial's derivative of this order at all commands.
+    /// Upper bound of the polynomial's derivative of this order at all commands: the sum of the magnitudes of its Chebyshev
+    /// coefficients there.
     fn slopes(&self, order: usize) -> f64 {
-        let of = |(k, c): (usize, &f64)| {
-            let factor: f64 = (0..order).map(|j| k as f64 - j as f64).product();
-            c.abs() * factor * self.reach.powi(k as i32 - order as i32)
-        };
-        self.polynomial.iter().enumerate().skip(order).map(of).sum()
+        let reach = Interval::from_f64(self.reach);
+        let mut power = Interval::from_int(1);
+        let scaled = self.polynomial.iter().map(|c| {
+            let scaled = &Interval::from_f64(*c) * &power;
+            power = &power * &reach;
+            scaled
+        });
+        let scaled: Vec<Interval> = scaled.collect();
+        let mut series: Vec<f64> = to_chebyshev(&scaled).iter().map(Interval::to_f64).collect();
+        for _ in 0..order {
+            // c′ₖ₋₁ = c′ₖ₊₁ + 2k cₖ, and half of the first.
+            let mut derivative = vec![0.0; series.len() + 1];
+            for k in (1..series.len()).rev() {
+                derivative[k - 1] = derivative[k + 1] + 2.0 * k as f64 * series[k];
+            }
+            derivative[0] *= 0.5;
+            derivative.truncate(series.len() - 1);
+            series = derivative;
+        }
+        let sum: f64 = series.iter().map(|c| c.abs()).sum();
+        sum / self.reach.powi(order as i32) * (1.0 + 1e-9)
     }
 
     /// The largest distance of the stored table from the trims over all positions of the range and both

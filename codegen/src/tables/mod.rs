@@ -24,6 +24,7 @@ use crate::claim::Claim;
 use crate::generate::Generated;
 use crate::options::Options;
 use crate::render::RenderError;
+use crate::text;
 use crate::turn::TurnError;
 
 /// Firmware that has a place for a table of corrections.
@@ -138,7 +139,7 @@ fitter::errors! {
             says("{firmware} corrects an encoder over its turn, and these coefficients are not of a whole turn")
             mend("record a whole turn of a sensor with a revolution, or generate a routine instead");
         Bound { wanted: f64, reached: f64, unit: String, what: String } =>
-            says("the bound is {wanted:.3e} {unit}, and {what} can reach {reached:.3e} {unit} with this correction")
+            says("the bound is {wanted:.3e} {unit}, and {what} can reach {} {unit} with this correction", text::rounded_up(*reached))
             mend("ask for no less than that, or generate a routine instead") by(bound);
         Source { source: u32, most: u32 } =>
             says("there is no source {source}") mend("give 0 to {most}") by(source);

@@ -76,8 +76,9 @@ fn zero(generated: &Generated) -> f64 {
 fn left(device: &Device, results: &[f64]) -> f64 {
     let counts = results.len() as f64;
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    let from = results[0] - device.position(0.0);
     for (count, result) in results.iter().enumerate() {
-        let off = result - device.position(count as f64 / counts);
+        let off = result - device.position(count as f64 / counts) - from;
         let off = off - off.round();
         (least, most) = (least.min(off), most.max(off));
     }

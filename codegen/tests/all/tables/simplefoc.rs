@@ -132,10 +132,7 @@ fn what_it_cannot_hold_is_refused_in_one_message() {
         table(Firmware::Simplefoc, file, COUNTS, wanted, bound).unwrap_err().to_string()
     };
     let said = refused(&usual, Some(11), None);
-    assert_eq!(
-        said,
-        "11 entries for an error of 3 periods; give 12 to 4096, four for each period at least"
-    );
+    assert_eq!(said, "11 entries for an error of 3 periods; give 12 to 4096, four for each period at least");
     let said = refused(&usual, Some(5000), None);
     assert!(said.starts_with("5000 entries for an error"), "{said}");
     let said = refused(&usual, Some(16), Some(1e-4));
