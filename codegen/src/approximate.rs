@@ -47,7 +47,7 @@ pub fn minimax(function: &Polynomial, degree: usize, from: &Interval, to: &Inter
 }
 
 /// Chebyshev coefficients of Σcₖuᵏ, by Horner with u·Tₖ = (Tₖ₊₁ + T|ₖ₋₁|)/2.
-fn to_chebyshev(monomial: &[Interval]) -> Vec<Interval> {
+pub(crate) fn to_chebyshev(monomial: &[Interval]) -> Vec<Interval> {
     let mut series: Vec<Interval> = Vec::with_capacity(monomial.len());
     for c in monomial.iter().rev() {
         let mut next = vec![Interval::zero(); series.len() + 1];

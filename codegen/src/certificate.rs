@@ -50,7 +50,7 @@ pub struct OfRoutine {
 pub struct Entry {
     /// Name of the function.
     pub routine: String,
-    /// The language, as [`crate::language::Language::name`] has it.
+    /// The language, as [`crate::language::Language::name`] has it; of a table, file and version of the firmware's source.
     pub language: String,
     /// Number format of the evaluation.
     pub format: String,

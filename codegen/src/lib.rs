@@ -46,6 +46,7 @@ mod reference;
 pub mod render;
 pub mod routine;
 pub mod source;
+pub mod tables;
 pub mod text;
 pub mod turn;
 pub mod verify;

@@ -32,6 +32,9 @@ pub struct ExploreArgs {
 pub fn run(arguments: &ExploreArgs) -> Result<ExitCode> {
     let common = &arguments.arguments;
     let bar = common.progress();
+    if common.firmware.is_some() {
+        return Err(refused!("explore lists routines, and --for makes a table").mend("leave it out"));
+    }
     if !common.devices.is_empty() {
         return Err(refused!("explore does not go with --devices").mend("leave it out"));
     }

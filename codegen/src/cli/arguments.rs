@@ -8,6 +8,7 @@ use crate::cost::Core;
 use crate::format::Format;
 use crate::options::{CShift, OutOfRange};
 use crate::output::Output;
+use crate::tables::Firmware;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 
@@ -49,6 +50,19 @@ pub struct Arguments {
     /// Pages for a routine that is there already: the units.json beside it, and the options that it was made with.
     #[arg(long, requires = "devices", conflicts_with = "margin")]
     pub pages_for: Option<PathBuf>,
+    /// A table for firmware that exists, in its own format, in place of a routine.
+    #[arg(long = "for", value_enum, conflicts_with = "devices")]
+    pub firmware: Option<Firmware>,
+    /// Number of the encoder among the sources of the firmware (moteus) [default: 0].
+    #[arg(long, requires = "firmware")]
+    pub source: Option<u32>,
+    /// Entries of the table, where the firmware takes any number; of Klipper full steps of a turn [default: SimpleFOC 200,
+    /// LinuxCNC 256, Klipper 200].
+    #[arg(long, requires = "firmware")]
+    pub entries: Option<usize>,
+    /// Electrical turns in one of the encoder (VESC: foc_encoder_ratio), below zero where the encoder is inverted.
+    #[arg(long, requires = "firmware", allow_negative_numbers = true)]
+    pub ratio: Option<f64>,
     /// Output folder.
     #[arg(long, default_value = "generated")]
     pub out: PathBuf,

@@ -50,20 +50,20 @@ pub(super) fn verify(
     conclude(arguments, &report, report.holds(), &report.text())
 }
 
-/// What was chosen, in a line; nothing for other sensors.
-pub(super) fn summary(generated: &Generated) -> String {
+/// What was chosen, in a line; nothing for other sensors. `table` where it is one of firmware that exists.
+pub(super) fn summary(generated: &Generated, table: bool) -> String {
     let entry = generated.certificate.routines.first().filter(|_| generated.routines.is_empty());
     entry.map_or_else(String::new, |entry| {
         let form = match entry.degree {
+            _ if table => format!("{} entries, {}", entry.segments, entry.format),
             0 => format!("table of every count, {}", entry.format),
             degree => format!("{} of degree {degree}, {}", entry.segments, entry.format),
         };
-        format!(
-            "{:<24} {form}   proven within {} {} ({:.3} counts)\n",
-            entry.routine,
-            text::rounded_up(entry.bound),
-            entry.unit,
-            entry.bound / entry.output.lsb,
-        )
+        let bound = text::rounded_up(entry.bound);
+        let counts = match table {
+            true => String::new(),
+            false => format!(" ({:.3} counts)", entry.bound / entry.output.lsb),
+        };
+        format!("{:<24} {form}   proven within {bound} {}{counts}\n", entry.routine, entry.unit)
     })
 }

@@ -16,6 +16,7 @@ Examples:
   arcsmith generate --demo --out firmware/demo
   arcsmith generate --coefficients coefficients.json --out firmware/angle --format q31 --input x1x2-counts \\
       --bits 16 --gain 1.2207e-5 --output nano
+  arcsmith generate --for moteus --coefficients encoder.json --out firmware/moteus
   arcsmith generate --recording slit.csv.gz --mirror slit.toml --bound 0.0001mm --out slit
   arcsmith check --coefficients coefficients.json --out firmware/angle";
 
@@ -58,7 +59,7 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
         },
         || {
             summary(&generated, arguments.common.verbose)
-                + &encoder::summary(&generated)
+                + &encoder::summary(&generated, arguments.firmware.is_some())
                 + &estimated(&generated)
                 + &line("written", &format!("{out}: {count} files, {changed} changed"))
         },

@@ -8,6 +8,7 @@ mod encoder;
 mod generate;
 pub mod options;
 pub mod source;
+mod tables;
 pub mod terminal;
 mod verify;
 
@@ -66,6 +67,9 @@ impl Arguments {
     /// # Errors
     /// No routine meets what is asked.
     pub fn of(&self, coefficients: &Coefficients, sha256: &str) -> Result<(Generated, Options)> {
+        if let Some(firmware) = self.firmware {
+            return tables::prepare(self, firmware, coefficients, sha256);
+        }
         let bar = self.progress();
         if coefficients.whole_turn() {
             return encoder::prepare(self, coefficients, sha256);

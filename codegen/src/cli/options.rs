@@ -83,6 +83,14 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
 
 /// What the arguments ask for of the routine of an encoder.
 pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
+    if let Some(option) = of_other_sensors(arguments).first() {
+        return Err(not_of_encoders(option));
+    }
+    options(arguments, unit, false)
+}
+
+/// The options that are given and that a correction of counts does not have.
+pub fn of_other_sensors(arguments: &Arguments) -> Vec<&'static str> {
     let a = arguments;
     let beside = [
         ("--degree", a.degree.is_some()),
@@ -101,10 +109,12 @@ pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
         ("--without", !a.without.is_empty()),
         ("--keep", !a.keep.is_empty()),
     ];
-    if let Some((option, _)) = beside.into_iter().find(|(_, given)| *given) {
-        return Err(not_of_encoders(option));
-    }
-    options(arguments, unit, false)
+    given(&beside)
+}
+
+/// The options that are given, of these.
+pub fn given(options: &[(&'static str, bool)]) -> Vec<&'static str> {
+    options.iter().filter(|(_, given)| *given).map(|(option, _)| *option).collect()
 }
 
 /// The refusal of an option of other sensors.

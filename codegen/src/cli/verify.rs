@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::terminal::{Watched, say, say_json};
-use super::{Arguments, Result, devices, encoder, source};
+use super::{Arguments, Result, devices, encoder, source, tables};
 use crate::verify::{Checks, verify};
 
 /// Examples for the help.
@@ -58,6 +58,7 @@ impl Verify {
         if !arguments.devices.is_empty() {
             return devices::verify(arguments, checks);
         }
+        tables::not_compiled(arguments)?;
         source::tell(arguments)?;
         let (coefficients, sha256) = arguments.load()?;
         if coefficients.whole_turn() {

@@ -110,6 +110,26 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients, wraps: 
     }
 }
 
+/// What a correction of the position alone leaves out, in words, and how far the corrected position may be from the
+/// device's.
+///
+/// # Errors
+/// [`TurnError`] where the coefficients are of no whole turn.
+pub(crate) fn beside(coefficients: &Coefficients) -> Result<(Vec<String>, Option<Claim>), TurnError> {
+    let wraps = Wraps::of(coefficients)?;
+    let mut left_out: Vec<String> = wraps.left_out.iter().map(ToString::to_string).collect();
+    let directions = coefficients.turn.as_ref().map(|turn| &turn.directions);
+    let apart = directions.and_then(|directions| directions.half_distance.as_ref());
+    if let Some(half) = apart.filter(|half| half.ci95[0] * half.ci95[1] > 0.0) {
+        let unit = coefficients.sensor.error_unit();
+        let value = half.value.abs();
+        left_out.push(format!(
+            "direction: a position alone does not tell from which side it was reached; it is {value:.2e} {unit} either way"
+        ));
+    }
+    Ok((left_out, claim(coefficients, &wraps)))
+}
+
 /// How far the corrected position may be from the device's.
 fn claim(coefficients: &Coefficients, wraps: &Wraps) -> Option<Claim> {
     let mut left_out: Vec<f64> = wraps.left_out.iter().filter_map(|out| out.size).collect();

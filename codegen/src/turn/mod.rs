@@ -14,7 +14,7 @@ pub(crate) mod fixtures;
 mod phase;
 mod proof;
 pub mod shape;
-mod truth;
+pub(crate) mod truth;
 pub mod verify;
 pub(crate) mod wraps;
 

@@ -8,4 +8,5 @@ mod devices;
 mod direct;
 mod language;
 mod physics;
+mod tables;
 mod turn;

@@ -15,7 +15,7 @@ use fitter::terms::{Operator, Periodic, Play, Product, Rate, Scope, Term};
 use proptest::prelude::*;
 
 #[path = "turn/encoder.rs"]
-mod fixtures;
+pub mod fixtures;
 use fixtures::encoder;
 
 /// Eccentric by 0.4°, with smaller harmonics.
