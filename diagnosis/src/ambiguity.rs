@@ -5,10 +5,10 @@ use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::generic::beside_the_angle;
 use crate::model::predictive;
-use crate::numerics::{add_scaled, centred, rms};
+use crate::numerics::{add_scaled, centred, dot, least_squares, rms};
 use crate::rows::Rows;
 use crate::search::{Found, Term};
-use crate::thresholds::ambiguity::{DISAGREES, SHIFTS};
+use crate::thresholds::ambiguity::{CONTAINED, DISAGREES, SHIFTS};
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 
@@ -34,6 +34,8 @@ pub fn conflicting_rival<'c>(
     let plain = |e: usize| !catalogue[e].of_one_time && search.free_shapes(e) == 0;
     let of_device = |f: usize| search.effect(f).is_some_and(|e| e != own && plain(e));
     let as_good = |found: &&Found| found.explained - cost(&found.term) > least;
+    // A richer form of the term is no other effect: what it adds was not needed here.
+    let holds = |found: &&Found| term.columns.iter().all(|column| contained(column, &found.term.columns));
     let shifted = SHIFTS.map(|part| shifted_columns(rows, part));
     // For every shift what base and terms say where the last term sees the shifted columns, and that term's part of it.
     let predicted = |added: &Term| -> Option<Vec<[Vec<f64>; 2]>> {
@@ -60,8 +62,13 @@ pub fn conflicting_rival<'c>(
         })
     };
     let found = search.contenders(others, of_device);
-    let rival = found.iter().filter(as_good).find(disagrees)?;
+    let rival = found.iter().filter(as_good).filter(|found| !holds(found)).find(disagrees)?;
     Some(&catalogue[search.effect(rival.term.family)?])
+}
+
+/// Whether a column is a sum of others.
+fn contained(column: &[f64], others: &[Vec<f64>]) -> bool {
+    least_squares(others, column).rss < CONTAINED * dot(column, column)
 }
 
 /// The rows with what was recorded beside the angle that part of the recording later. What goes with the angle does so in any

@@ -12,6 +12,7 @@ use crate::explain::{Explanation, Found, explain, explain_gross};
 use crate::hand_on::HandOn;
 use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
+use crate::lasting::in_likeliest_noise;
 use crate::model::{self, Model};
 use crate::numerics::rms;
 use crate::reach::{reach, withhold_ambiguous};
@@ -135,6 +136,7 @@ fn attempt<'a>(
     accuracy: Option<f64>,
 ) -> Result<Attempt<'a>, String> {
     let rows = hand_on.rows;
+    let explanation = in_likeliest_noise(explanation);
     let before = model::expected(&explanation, hand_on.catalogue, hand_on.order_of_fit());
     let before_refitted = hand_on.refitted(&before, None);
     let before_file = hand_on.file(&before_refitted, &before)?;
@@ -152,8 +154,6 @@ fn attempt<'a>(
         before_left: &before_left,
         proof: proof.as_ref(),
         blocks: OnceLock::new(),
-        halves: OnceLock::new(),
-        level,
     };
     let mut settled = judge.settle();
     let kept: Vec<Term> = settled.handed.terms.iter().map(|t| t.term.clone()).collect();

@@ -89,8 +89,6 @@ pub enum Groups {
     Passes,
     /// Blocks of rows: of what happened at one time in the recording only (a step, a warm-up) other passes say nothing.
     Blocks,
-    /// The two halves of the recording, in time.
-    Halves,
 }
 
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
@@ -107,9 +105,6 @@ fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     if several && wanted == Groups::Passes {
         let of = |p: &i64| passes.iter().position(|q| q == p).unwrap_or(0);
         return (rows.pass.iter().map(of).collect(), passes.len(), "pass");
-    }
-    if wanted == Groups::Halves {
-        return ((0..rows.len()).map(|i| 2 * i / rows.len()).collect(), 2, "half");
     }
     let blocks = if several { (rows.len() / ROWS_OF_A_BLOCK).max(1) } else { (rows.len() / 20).clamp(1, 12) };
     ((0..rows.len()).map(|i| i * blocks / rows.len()).collect(), blocks, "block")
@@ -204,9 +199,6 @@ pub fn prove<'a>(
     let interleaved = by == "pass" && number(&of_apart) > number(&of_neighbours);
     let judged = if interleaved { of_apart } else { of_neighbours };
     let out_of = |g: usize| if interleaved { apart(g) } else { neighbours(g) };
-    if wanted == Groups::Halves && number(&judged) < rows.len() {
-        return None;
-    }
     if by == "pass" && (number(&judged) as f64) < JUDGED * rows.len() as f64 {
         return prove(explanation, hand_on, before, Groups::Blocks);
     }

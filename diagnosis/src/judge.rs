@@ -11,7 +11,7 @@ use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
 use crate::hand_on::HandOn;
 use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
-use crate::lasting::beyond_lasting_noise;
+use crate::lasting::Lasting;
 use crate::model::{self, FittedTerm, Model, choose_order};
 use crate::numerics::rms;
 use crate::search::Term;
@@ -66,10 +66,6 @@ pub struct Judge<'a, 'b> {
     pub proof: Option<&'b Proof<'a>>,
     /// The held-out blocks, made where they are needed.
     pub blocks: OnceLock<Option<Proof<'a>>>,
-    /// The same of halves.
-    pub halves: OnceLock<Option<Proof<'a>>>,
-    /// Standard deviation of a reading's noise.
-    pub level: f64,
 }
 
 impl<'a> Judge<'a, '_> {
@@ -131,9 +127,10 @@ impl<'a> Judge<'a, '_> {
         named: &[Term],
         judged: &mut Vec<String>,
     ) -> Option<Handed> {
-        let beyond = beyond_lasting_noise(self.explanation, joint, joint.order);
+        let fitted: Vec<Term> = joint.terms.iter().map(|term| term.term.clone()).collect();
+        let beyond = Lasting::new(self.explanation, joint.order).beyond(&fitted);
         let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
-        let shown = |t: &Term| joint.terms.iter().zip(&beyond).any(|(of, beyond)| *beyond && is(&of.term, t));
+        let shown = |t: &Term| fitted.iter().zip(&beyond).any(|(of, beyond)| *beyond && is(of, t));
         let (kept, others): (Vec<Term>, Vec<Term>) =
             named.iter().cloned().partition(|t| shown(t) || !self.of_device(t));
         if others.is_empty() {
@@ -271,43 +268,13 @@ impl<'a> Judge<'a, '_> {
         // As the whole search would have found it; else these effects, fitted without the held-out rows.
         let searched = if as_found { shows(&Choice::Searched) } else { None };
         if let Some(shown) = searched.or_else(|| shows(&Choice::Of(named))) {
-            // Where structure is left, it may pass for effects.
-            let open = shown.rms > AT_FLOOR * self.level;
-            let fault = if open { self.fault_between_halves(named, order) } else { None };
-            return match fault {
-                Some(worst) => Err((
-                    worst,
-                    "fitted to one half of the recording it does not hold in the other".to_string(),
-                )),
-                None => Ok(Handed { model, refitted, left, shown: Some(shown) }),
-            };
+            return Ok(Handed { model, refitted, left, shown: Some(shown) });
         }
         let worst = least(named.len(), |k| {
             let others = all_but(named, k);
             proof.shows(self.hand_on, &Choice::Of(&others), order).map_or(f64::INFINITY, |shown| shown.rms)
         });
         Err((worst, "it predicts held-out rows worse than the base alone".to_string()))
-    }
-
-    /// The term without which the others predict either half of the recording best from the other, where all of them
-    /// predict it worse than the base alone. What happened at one time is of its half alone, and does not count; nor is
-    /// anything asked where they have other values in the other half.
-    fn fault_between_halves(&self, named: &[Term], order: usize) -> Option<usize> {
-        let lasting: Vec<usize> = (0..named.len()).filter(|k| !self.of_one_time(&named[*k])).collect();
-        let prove = || prove(self.explanation, self.hand_on, self.before, Groups::Halves);
-        let halves = self.halves.get_or_init(prove).as_ref()?;
-        if lasting.iter().any(|k| halves.asks_beyond(&named[*k])) {
-            return None;
-        }
-        let left = |without: Option<usize>| {
-            let others: Vec<Term> =
-                lasting.iter().filter(|k| Some(**k) != without).map(|k| named[*k].clone()).collect();
-            halves.shows(self.hand_on, &Choice::Of(&others), order).map_or(f64::INFINITY, |shown| shown.rms)
-        };
-        if lasting.is_empty() || left(None) <= NO_WORSE * halves.before() {
-            return None;
-        }
-        Some(lasting[least(lasting.len(), |k| left(Some(lasting[k])))])
     }
 
     /// Base and these terms, without structure that has no name.

@@ -3,40 +3,129 @@
 
 use crate::base::base_columns;
 use crate::dictionary::Kind;
-use crate::explain::Explanation;
+use crate::explain::{Explanation, first_order};
 use crate::judge::least;
-use crate::model::Model;
+use crate::model::choose_order;
+use crate::numerics::dot;
+use crate::search::{Search, Term};
+use crate::thresholds::lasting::{LIKELIER, TRIED};
+use crate::thresholds::search::select::MOST_TERMS;
 
-/// Which terms of a model would be found if noise lasted as it suits the recording best. All of them, or what is left when the
-/// weakest are taken out, must explain what the search asks of them: what chance explains once in so many recordings of
-/// nothing, over all effects and forms. Asked of each beside the others alone, several that noise has made would hold one
-/// another up.
-pub fn beyond_lasting_noise(explanation: &Explanation, joint: &Model, order: usize) -> Vec<bool> {
-    let search = &explanation.search;
-    let families = &search.dictionary.families;
-    let orders = explanation.terms.iter().filter(|t| matches!(families[t.family].kind, Kind::Order));
-    let mut base = base_columns(search.rows, order);
-    base.extend(orders.flat_map(|t| t.columns.iter().cloned()));
-    let columns = |of: &[usize]| -> Vec<Vec<f64>> {
-        of.iter().flat_map(|k| joint.terms[*k].term.columns.iter().cloned()).collect()
-    };
-    let price = |k: usize| search.price(&joint.terms[k].term);
-    let noise = &search.noise;
-    let gain = |model: &[Vec<f64>], added: Vec<Vec<f64>>| {
-        noise.correlation.gain(&noise.clean, model, &noise.sigma, &added)
-    };
-    let mut kept: Vec<usize> = (0..joint.terms.len()).collect();
-    while !kept.is_empty() {
-        let above = |k: &usize| {
-            let others: Vec<usize> = kept.iter().copied().filter(|other| other != k).collect();
-            gain(&[base.clone(), columns(&others)].concat(), columns(&[*k])) - price(*k)
-        };
-        let above: Vec<f64> = kept.iter().map(above).collect();
-        let together = gain(&base, columns(&kept)) - kept.iter().map(|k| price(*k)).sum::<f64>();
-        if together >= 0.0 && above.iter().all(|above| *above >= 0.0) {
-            break;
-        }
-        kept.remove(least(above.len(), |k| above[k]));
+/// A recording whose noise may last.
+pub struct Lasting<'a, 'b> {
+    explanation: &'b Explanation<'a>,
+    base: Vec<Vec<f64>>,
+}
+
+impl<'a, 'b> Lasting<'a, 'b> {
+    /// Beside a base of this order, and further ones that were found.
+    pub fn new(explanation: &'b Explanation<'a>, order: usize) -> Self {
+        let mut base = base_columns(explanation.search.rows, order);
+        base.extend(orders(explanation).flat_map(|t| t.columns.iter().cloned()));
+        Lasting { explanation, base }
     }
-    (0..joint.terms.len()).map(|k| kept.contains(&k)).collect()
+
+    /// What further terms gain beside others, noise being whatever suits either best, less what the search asks of them:
+    /// what chance explains once in so many recordings of nothing, over all effects and forms.
+    fn above(&self, others: &[&Term], added: &[&Term]) -> f64 {
+        let search = &self.explanation.search;
+        let noise = &search.noise;
+        let beside = [self.base.clone(), columns(others)].concat();
+        let gain = noise.correlation.gain(&noise.clean, &beside, &noise.sigma, &columns(added));
+        gain - added.iter().map(|term| search.price(term)).sum::<f64>()
+    }
+
+    /// Which terms would be found if noise lasted as it suits the recording best: all of them together, and each beside the
+    /// others, must stand above it. What is left when the weakest are taken out; asked of each beside the others alone,
+    /// several that noise has made would hold one another up.
+    pub fn beyond(&self, terms: &[Term]) -> Vec<bool> {
+        let mut kept: Vec<usize> = (0..terms.len()).collect();
+        while !kept.is_empty() {
+            let all: Vec<&Term> = kept.iter().map(|k| &terms[*k]).collect();
+            let above: Vec<f64> = (0..all.len())
+                .map(|k| {
+                    let mut others = all.clone();
+                    let own = others.remove(k);
+                    self.above(&others, &[own])
+                })
+                .collect();
+            if self.above(&[], &all) >= 0.0 && above.iter().all(|above| *above >= 0.0) {
+                break;
+            }
+            kept.remove(least(above.len(), |k| above[k]));
+        }
+        (0..terms.len()).map(|k| kept.contains(&k)).collect()
+    }
+
+    /// The effect that stands highest above noise that lasts beside these terms, by a search in such noise; none where none
+    /// does. The noise takes its part of what is slow, so that a simpler effect may be enough.
+    fn strongest(&self, terms: &[Term]) -> Option<Term> {
+        let (search, _) = self.in_likeliest_noise(terms);
+        let beside: Vec<Term> = orders(self.explanation).chain(terms).cloned().collect();
+        let of_device = |f: usize| search.effect(f).is_some_and(|e| !search.catalogue[e].of_one_time);
+        let found = search.contenders(&beside, of_device);
+        let others: Vec<&Term> = terms.iter().collect();
+        let above = found.iter().take(TRIED).map(|found| (self.above(&others, &[&found.term]), &found.term));
+        let best = above.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (best.0 >= 0.0).then(|| best.1.clone())
+    }
+
+    /// The search in the noise that is likeliest beside terms, and by how much that is likelier than the search's own, in −2
+    /// log likelihood.
+    fn in_likeliest_noise(&self, terms: &[Term]) -> (Search<'a>, f64) {
+        let whole = &self.explanation.search;
+        let mut noise = whole.noise.clone();
+        let model = [self.base.clone(), columns(&terms.iter().collect::<Vec<_>>())].concat();
+        let (process, likelier) = noise.correlation.likeliest(&noise.clean, &model, &noise.sigma);
+        noise.correlation = noise.correlation.with(&process);
+        let beside: Vec<Term> = orders(self.explanation).chain(terms).cloned().collect();
+        let (basis, left) = Search::with_noise(whole, noise.clone()).fit(&beside);
+        // Of variance one beside these terms.
+        let freedom = left.len().saturating_sub(basis.rank()).max(1) as f64;
+        let scale = (dot(&left, &left) / freedom).sqrt();
+        noise.sigma.iter_mut().for_each(|sigma| *sigma *= scale);
+        (Search::with_noise(whole, noise), likelier)
+    }
+}
+
+/// An explanation in the noise that is likeliest beside it, where that is clearly another one than the search took for
+/// given, with what stands above that noise in the place of effects of the device that do not. As it is where nothing does.
+pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
+    let search = &explanation.search;
+    let is_order = |t: &&Term| matches!(search.dictionary.families[t.family].kind, Kind::Order);
+    let of_device = |t: &Term| search.effect(t.family).is_some_and(|e| !search.catalogue[e].of_one_time);
+    let of_one_time = |t: &Term| search.effect(t.family).is_some_and(|e| search.catalogue[e].of_one_time);
+    let mut kept: Vec<Term> = explanation.terms.iter().filter(|t| !is_order(t)).cloned().collect();
+    if explanation.gross || !kept.iter().any(of_device) {
+        return explanation;
+    }
+    let order = choose_order(&explanation, &kept).max(first_order(search.rows));
+    let lasting = Lasting::new(&explanation, order);
+    let mut beyond = lasting.beyond(&kept).into_iter();
+    let all = kept.len();
+    kept.retain(|term| beyond.next() == Some(true) || of_one_time(term));
+    let some_fell = kept.len() < all;
+    while some_fell
+        && kept.len() < MOST_TERMS
+        && let Some(term) = lasting.strongest(&kept)
+    {
+        kept.push(term);
+    }
+    let (search, likelier) = lasting.in_likeliest_noise(&kept);
+    if likelier < LIKELIER || !kept.iter().any(of_device) {
+        return explanation;
+    }
+    let mut terms: Vec<Term> = orders(&explanation).cloned().chain(kept).collect();
+    search.backfit(&mut terms);
+    Explanation { chosen: terms.len(), search, terms, floor: explanation.floor, gross: explanation.gross }
+}
+
+/// The further orders of the base that were found.
+fn orders<'b>(explanation: &'b Explanation) -> impl Iterator<Item = &'b Term> {
+    let families = &explanation.search.dictionary.families;
+    explanation.terms.iter().filter(|t| matches!(families[t.family].kind, Kind::Order))
+}
+
+fn columns(terms: &[&Term]) -> Vec<Vec<f64>> {
+    terms.iter().flat_map(|term| term.columns.iter().cloned()).collect()
 }

@@ -24,7 +24,7 @@ use crate::noise::Noise;
 use crate::numerics::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::rows::Rows;
 use crate::thresholds::calibrate::GENERIC_SHARE;
-use crate::thresholds::compose::{HANDICAP, HANDICAP_PER_FACTOR};
+use crate::thresholds::compose::{CURVE, HANDICAP, HANDICAP_PER_FACTOR};
 use crate::thresholds::search::{
     GENERIC_HANDICAP, GRID_LOSS, HANDICAP_PER_COLUMN, MOST_RIVALS, MOST_TIED, NEAR_TIE, SHAPE_PRICE, TOP_LOSS,
 };
@@ -246,7 +246,9 @@ impl<'a> Search<'a> {
                 let form = self.columns_of_forms[e].map(|columns| self.price_of_form(columns, term));
                 own + SHAPE_PRICE * self.free_shapes(e) as f64 + form.unwrap_or(0.0)
             }
-            None if self.is_generic(term.family) => own + handicap(term),
+            None if self.is_generic(term.family) => {
+                own + handicap(term) + if self.with_forms { CURVE } else { 0.0 }
+            }
             None => own,
         }
     }

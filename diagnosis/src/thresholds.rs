@@ -12,6 +12,8 @@ pub const AT_FLOOR: f64 = 1.3;
 
 /// See [`crate::ambiguity`].
 pub mod ambiguity {
+    /// Part of a column's square that others may leave for it to be a sum of them: rounding.
+    pub const CONTAINED: f64 = 1e-9;
     /// Part of what an effect adds by which another may depart from it where the columns come at another time: less is
     /// the difference of a lag or of a slight bend. By judgement.
     pub const DISAGREES: f64 = 0.5;
@@ -75,6 +77,9 @@ pub mod compose {
     pub const HANDICAP: f64 = 2.0;
     /// The same for every factor beyond the first, as for the columns of a curve.
     pub const HANDICAP_PER_FACTOR: f64 = 1.5;
+    /// What a curve over time must explain beyond forms to be preferred, apart from what it must beyond named effects: it
+    /// follows whatever goes slowly, and can be handed to nobody. Odds of a hundred and fifty, by judgement.
+    pub const CURVE: f64 = 10.0;
     /// What a set of terms with forms must explain beyond the named effects that explain a recording alone: odds of a
     /// hundred and fifty, by judgement.
     pub const CLEARLY: f64 = 10.0;
@@ -813,6 +818,16 @@ pub mod numerics {
     pub const DEPENDENT: f64 = 1e-7;
     /// Partial sums of an inner product: enough for two of the widest registers, and the same on every processor.
     pub const LANES: usize = 16;
+}
+
+/// See [`crate::lasting`].
+pub mod lasting {
+    /// Effects that are held against noise that lasts in the place of one that does not stand above it: by judgement, the
+    /// next ones hardly differ.
+    pub const TRIED: usize = 8;
+    /// By how much other noise must be likelier than that of the search for an explanation to be fitted in it, in −2 log
+    /// likelihood: odds of a hundred and fifty, by judgement.
+    pub const LIKELIER: f64 = 10.0;
 }
 
 /// See [`crate::model`].

@@ -66,6 +66,11 @@ impl Correlation {
         Correlation { gaps, process, new, left, gain }
     }
 
+    /// The process.
+    pub fn process(&self) -> &Process {
+        &self.process
+    }
+
     /// From the first row to the last, in typical gaps.
     pub fn duration(&self) -> f64 {
         self.gaps.iter().skip(1).sum()

@@ -93,11 +93,37 @@ impl Correlation {
             let explained = place.explained_by(&[added.to_vec()])[0];
             [rss, rss - explained].map(|rss| place.deviance(rss, freedom))
         };
-        let processes = self.forgotten().into_iter().chain(self.lasting()).step_by(COARSE);
         let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
-        let [without, with] =
-            self.places(processes, &columns, clean, shape).iter().map(both).fold([f64::INFINITY; 2], least);
+        let [without, with] = self
+            .places(self.tried(), &columns, clean, shape)
+            .iter()
+            .map(both)
+            .fold([f64::INFINITY; 2], least);
         without - with
+    }
+
+    /// The process under which the observations are likeliest beside the model's columns, and by how much it is likelier than
+    /// this one, in −2 log likelihood.
+    pub fn likeliest(&self, clean: &[f64], model: &[Vec<f64>], shape: &[f64]) -> (Process, f64) {
+        let columns = orthonormal(model, shape);
+        let freedom = clean.len().saturating_sub(columns.count()).max(1) as f64;
+        let deviance = |process: &Process| {
+            let place = Place::new(self.with(process), &columns, clean, shape);
+            place.deviance(dot(&place.residual, &place.residual), freedom)
+        };
+        let own = deviance(self.process());
+        let tried: Vec<Process> = self.tried().collect();
+        let deviances: Vec<f64> = tried.par_iter().map(deviance).collect();
+        let least = deviances.into_iter().zip(tried).min_by(|a, b| a.0.total_cmp(&b.0));
+        match least {
+            Some((least, process)) if least < own => (process, own - least),
+            _ => (self.process().clone(), 0.0),
+        }
+    }
+
+    /// The processes that are tried.
+    fn tried(&self) -> impl Iterator<Item = Process> {
+        self.forgotten().into_iter().chain(self.lasting()).step_by(COARSE)
     }
 
     /// The recording seen as white, and with every one of the processes.
