@@ -287,7 +287,7 @@ mod tests {
             );
         }
         let mixed = parse("r.csv", b"t_s,drive\n2026-11-24T12:00:59Z,1\n60,1\n").unwrap_err().to_string();
-        assert!(mixed.contains("line 3, column `t_s`: found 60"), "{mixed}");
+        assert!(mixed.contains("line 3, column `t_s`: found `60`"), "{mixed}");
     }
 
     #[test]

@@ -65,6 +65,7 @@ pub fn files(
         recording_sha256: recording.sha256.clone(),
         reservation,
         routines: vec![entry],
+        budgets: Vec::new(),
     };
     let mut files = BTreeMap::from([(PathBuf::from(table.file), contents)]);
     files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
@@ -74,6 +75,7 @@ pub fn files(
         files,
         certificate,
         routines: Vec::new(),
+        turn: None,
         unreachable: Vec::new(),
     })
 }

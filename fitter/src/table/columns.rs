@@ -43,7 +43,7 @@ impl Reading {
         if self.start.is_none() && self.values.is_empty() {
             self.start = Some((time.seconds, text_safety::cell(text)));
         }
-        let Some((start, _)) = self.start else { return None };
+        let start = self.start.as_ref()?.0;
         self.values.push(time.since(start));
         Some(time.decimals)
     }
