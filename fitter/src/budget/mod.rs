@@ -3,7 +3,7 @@
 //! The measurand is the error of one corrected reading of this device, against the truth on the scale of the reference, in
 //! the conditions of the recording: what the 95 % are a statement of. A [`Component`] is one row, [`combine`] makes the
 //! combined and the expanded uncertainty of several, [`type_a`] reads out of a coefficients file what the recording
-//! showed, and [`reference`] what was stated. A [`Budget`] is the table over the range.
+//! showed, and [`mod@reference`] what was stated. A [`Budget`] is the table over the range.
 
 mod combine;
 mod component;
