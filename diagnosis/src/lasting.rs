@@ -60,7 +60,7 @@ impl<'a, 'b> Lasting<'a, 'b> {
     /// The effect that stands highest above noise that lasts beside these terms, by a search in such noise; none where none
     /// does. The noise takes its part of what is slow, so that a simpler effect may be enough.
     fn strongest(&self, terms: &[Term]) -> Option<Term> {
-        let (search, _) = self.in_likeliest_noise(terms);
+        let (search, _) = self.search_in_likeliest_noise(terms);
         let beside: Vec<Term> = orders(self.explanation).chain(terms).cloned().collect();
         let of_device = |f: usize| search.effect(f).is_some_and(|e| !search.catalogue[e].of_one_time);
         let found = search.contenders(&beside, of_device);
@@ -72,7 +72,7 @@ impl<'a, 'b> Lasting<'a, 'b> {
 
     /// The search in the noise that is likeliest beside terms, and by how much that is likelier than the search's own, in −2
     /// log likelihood.
-    fn in_likeliest_noise(&self, terms: &[Term]) -> (Search<'a>, f64) {
+    fn search_in_likeliest_noise(&self, terms: &[Term]) -> (Search<'a>, f64) {
         let whole = &self.explanation.search;
         let mut noise = whole.noise.clone();
         let model = [self.base.clone(), columns(&terms.iter().collect::<Vec<_>>())].concat();
@@ -92,10 +92,10 @@ impl<'a, 'b> Lasting<'a, 'b> {
 /// given, with what stands above that noise in the place of effects of the device that do not. As it is where nothing does.
 pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     let search = &explanation.search;
-    let is_order = |t: &&Term| matches!(search.dictionary.families[t.family].kind, Kind::Order);
     let of_device = |t: &Term| search.effect(t.family).is_some_and(|e| !search.catalogue[e].of_one_time);
     let of_one_time = |t: &Term| search.effect(t.family).is_some_and(|e| search.catalogue[e].of_one_time);
-    let mut kept: Vec<Term> = explanation.terms.iter().filter(|t| !is_order(t)).cloned().collect();
+    let mut kept: Vec<Term> =
+        explanation.terms.iter().filter(|t| !is_order(&explanation, t)).cloned().collect();
     if explanation.gross || !kept.iter().any(of_device) {
         return explanation;
     }
@@ -111,7 +111,7 @@ pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
     {
         kept.push(term);
     }
-    let (search, likelier) = lasting.in_likeliest_noise(&kept);
+    let (search, likelier) = lasting.search_in_likeliest_noise(&kept);
     if likelier < LIKELIER || !kept.iter().any(of_device) {
         return explanation;
     }
@@ -122,8 +122,11 @@ pub fn in_likeliest_noise(explanation: Explanation) -> Explanation {
 
 /// The further orders of the base that were found.
 fn orders<'b>(explanation: &'b Explanation) -> impl Iterator<Item = &'b Term> {
-    let families = &explanation.search.dictionary.families;
-    explanation.terms.iter().filter(|t| matches!(families[t.family].kind, Kind::Order))
+    explanation.terms.iter().filter(|term| is_order(explanation, term))
+}
+
+fn is_order(explanation: &Explanation, term: &Term) -> bool {
+    matches!(explanation.search.dictionary.families[term.family].kind, Kind::Order)
 }
 
 fn columns(terms: &[&Term]) -> Vec<Vec<f64>> {

@@ -22,6 +22,15 @@ arcsmith record --protocol calibration --seed 7 --out cal.csv
 arcsmith record --protocol calibration --seed 7 --temperature levels \
     --effect thermal_zero_drift:coefficient_arcsec_per_k=2 --out warm.csv
 arcsmith encode --seed 7 --passes 2 --readings 40 --out enc.csv
+# An axis of 10 mm between two ends, up and down twice.
+awk 'BEGIN {
+    print "t_s,pass,direction,measured,reference"
+    for (pass = 1; pass <= 4; pass++) for (i = 0; i <= 20; i++) {
+        x = (pass % 2 ? i : 20 - i) / 2
+        noise = 0.0003 * ((7 * i + 3 * pass) % 5)
+        printf "%d,%d,%d,%.5f,%.5f\n", 21 * pass + i, pass, pass % 2 ? 1 : -1, x + 0.0002 * x * x + noise, x
+    }
+}' >axis.csv
 arcsmith excite --seed 7 --samples 220 --out mot.csv
 arcsmith excite --seed 7 --samples 110 --periods 2 --out per.csv
 arcsmith diagnose warm.csv --mirror mirror.toml --order 3 --no-report --jobs 1 --out .
@@ -47,6 +56,7 @@ arcsmith fit cal.csv --mirror mirror.toml --order 3 --out coef.json
 unsealed coef.json >bare.json
 arcsmith fit warm.csv --mirror mirror.toml --order 3 --out two.json
 arcsmith fit enc.csv --mirror encoder.toml --splits 5 --out enc.json
+arcsmith fit axis.csv --mirror direct.toml --order 2 --splits 5 --out axis.json
 arcsmith apply cal.csv --coefficients coef.json --out applied.csv
 sed 1s/angle_arcsec/reference_arcsec/ applied.csv >sim.csv
 arcsmith generate --coefficients coef.json --format f32 --degree 3 --bound 100arcsec --out firmware
