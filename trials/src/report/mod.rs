@@ -108,7 +108,8 @@ pub(crate) fn render(page: &'static str, values: minijinja::Value) -> String {
     environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
     // The templates are part of the program and are rendered by its tests.
     let rendered = environment
-        .add_template("style.css", include_str!("style.css"))
+        .add_template("style.css", fitter::report::STYLE)
+        .and_then(|()| environment.add_template("campaign.css", include_str!("campaign.css")))
         .and_then(|()| environment.add_template("page.html", page))
         .and_then(|()| environment.get_template("page.html"))
         .and_then(|template| template.render(values));
@@ -119,7 +120,7 @@ pub(crate) fn class(figure: &Figure) -> &'static str {
     match figure.passed {
         Some(true) => "pass",
         Some(false) => "fail",
-        None => "told",
+        None => "unjudged",
     }
 }
 
