@@ -53,6 +53,12 @@ fn leaves() -> impl Strategy<Value = String> {
     ]
 }
 
+/// Whether it moves although its input does not: a lag that starts elsewhere. In its rate `apply` and firmware differ at
+/// the first row, and in whatever remembers that: see docs/own-effects.md.
+fn starts_elsewhere(text: &str) -> bool {
+    text.contains("[s], 0.3)")
+}
+
 /// Expressions of pure numbers, whose values stay small.
 fn expressions() -> impl Strategy<Value = String> {
     leaves().prop_recursive(4, 16, 3, |inner| {
@@ -93,7 +99,11 @@ fn expressions() -> impl Strategy<Value = String> {
             with("table(A, -N, 0.1, 0.3, -N)"),
             jumps,
             with("lowpass(A, N * 1 [s])"),
-            one("(rate(A) * 0.05 [s])"),
+            inner
+                .clone()
+                .prop_filter("it moves from the first row", |a| !starts_elsewhere(a))
+                .prop_map(|a| format!("(rate({a}) * 0.05 [s])"))
+                .boxed(),
             // Of a whole number of calls, or between two.
             (inner.clone(), 0..24_u32)
                 .prop_map(|(a, n)| format!("delay({a}, {} [s])", PERIOD_S * 0.25 * f64::from(n))),
