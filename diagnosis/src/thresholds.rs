@@ -78,9 +78,8 @@ pub mod compose {
     /// The same for every factor beyond the first, as for the columns of a curve.
     pub const HANDICAP_PER_FACTOR: f64 = 1.5;
     /// What a curve over time must explain beyond forms to be preferred, apart from what it must beyond named effects: it
-    /// follows whatever goes slowly, and can be handed to nobody. With 10 a
-    /// drift with temperature beside one with time takes the place of creep that heat hastens; on 336 made recordings 3 and
-    /// 10 hand on the same, but one recording more is made worse with 10.
+    /// follows whatever goes slowly, and can be handed to nobody. With 10, a drift with temperature beside one with time
+    /// takes the place of creep that heat hastens, and of 136 made recordings five are made worse where 3 makes four.
     pub const CURVE: f64 = 3.0;
     /// What a set of terms with forms must explain beyond the named effects that explain a recording alone: odds of a
     /// hundred and fifty, by judgement.
