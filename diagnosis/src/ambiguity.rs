@@ -4,18 +4,40 @@
 use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::generic::beside_the_angle;
-use crate::model::predictive;
+use crate::model::{Model, predictive};
 use crate::numerics::{add_scaled, centred, dot, least_squares, rms};
 use crate::rows::Rows;
 use crate::search::{Found, Term};
 use crate::thresholds::ambiguity::{CONTAINED, DISAGREES, SHIFTS};
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
+use crate::verdict::without;
+
+/// The terms of a model in whose place another effect of `searched` does nearly as well here and predicts something else for
+/// other recordings, with that effect. `searched` may know more effects than `explanation`, in which the terms were found.
+pub fn ambiguous<'c>(
+    explanation: &Explanation,
+    catalogue: &'c [Effect],
+    joint: &Model,
+    searched: &Explanation,
+) -> Vec<(Term, &'c Effect)> {
+    let search = &searched.search;
+    let rival = |term: &Term| {
+        let others = without(explanation, joint, term);
+        let known = search.translated(&explanation.search, &others);
+        let own = search.translated(&explanation.search, std::slice::from_ref(term));
+        let own = own.first().filter(|_| known.len() == others.len())?;
+        search.effect(own.family).filter(|e| !catalogue[*e].of_one_time)?;
+        conflicting_rival(searched, catalogue, joint.order, &known, own)
+    };
+    let named = joint.terms.iter().filter(|term| term.effect.is_some());
+    named.filter_map(|term| Some((term.term.clone(), rival(&term.term)?))).collect()
+}
 
 /// An effect that does nearly as well in the term's place beside the others, would show in other recordings of the device as
 /// well, and disagrees with it where the columns come at another time. Only what needs no shape to be searched counts: with
 /// one nearly everything is imitated by something far-fetched.
-pub fn conflicting_rival<'c>(
+fn conflicting_rival<'c>(
     explanation: &Explanation,
     catalogue: &'c [Effect],
     order: usize,

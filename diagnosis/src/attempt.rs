@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 
 use fitter::Coefficients;
 
+use crate::ambiguity::ambiguous;
 use crate::condense::Condensed;
 use crate::diagnosis::NoiseFloor;
-use crate::effects::Effect;
 use crate::explain::{Explanation, Found, explain, explain_gross};
 use crate::hand_on::HandOn;
 use crate::held_out::{self, Fit, Groups, Proof, Score};
@@ -15,7 +15,7 @@ use crate::judge::{self, Judge, Settled};
 use crate::lasting::in_likeliest_noise;
 use crate::model::{self, Model};
 use crate::numerics::rms;
-use crate::reach::{reach, withhold_ambiguous};
+use crate::reach::reach;
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
@@ -66,12 +66,6 @@ impl Attempt<'_> {
         search.merit(terms) > search.merit(&own) + FORMS
     }
 
-    /// Keeps to this recording the effects that forms do nearly as well as here and contradict elsewhere.
-    fn withhold_ambiguous(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
-        let said = withhold_ambiguous(&self.explanation, catalogue, &mut self.settled, with_forms);
-        self.said.unidentifiable.extend(said);
-    }
-
     /// What is left of held-out readings, of all where none are held out.
     fn left(&self) -> f64 {
         self.fit.after.held_out_rms.unwrap_or(self.fit.after.train_rms)
@@ -86,27 +80,33 @@ pub fn best<'a>(hand_on: &HandOn<'a>, skip: &[String], accuracy: Option<f64>) ->
     best_of(explain(hand_on.rows, hand_on.catalogue, skip), hand_on, skip, accuracy)
 }
 
-/// The best with forms among the effects, where it is to be preferred to `named`.
+/// The best with forms among the effects, or `named` where that is to be preferred: then without the effects in whose place
+/// forms do nearly as well here and contradict them elsewhere.
+///
+/// # Errors
+/// Why not even the base makes a model.
 pub fn with_forms<'a>(
     hand_on: &HandOn<'a>,
     skip: &[String],
     accuracy: Option<f64>,
-    named: &mut Attempt,
-) -> Option<Attempt<'a>> {
+    named: Attempt<'a>,
+) -> Result<Attempt<'a>, String> {
     let found = explain(hand_on.rows, hand_on.catalogue, skip);
     // Where names explain everything, merit decides, which is known before the proof.
     let hopeless =
         !named.leaves_structure() && found.gross.is_none() && !named.has_less_merit_than(&found.explanation);
-    if hopeless {
-        named.withhold_ambiguous(&found.explanation, hand_on.catalogue);
-        return None;
+    let forms = match hopeless {
+        true => found.explanation,
+        false => match best_of(found, hand_on, skip, accuracy) {
+            Ok(attempt) if named.gives_way_to(&attempt) => return Ok(attempt),
+            Ok(attempt) => attempt.explanation,
+            Err(_) => return Ok(named),
+        },
+    };
+    match ambiguous(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms).is_empty() {
+        true => Ok(named),
+        false => judged(named.explanation, hand_on, accuracy, Some(&forms)),
     }
-    let attempt = best_of(found, hand_on, skip, accuracy).ok()?;
-    if named.gives_way_to(&attempt) {
-        return Some(attempt);
-    }
-    named.withhold_ambiguous(&attempt.explanation, hand_on.catalogue);
-    None
 }
 
 fn best_of<'a>(
@@ -135,8 +135,18 @@ fn attempt<'a>(
     hand_on: &HandOn<'a>,
     accuracy: Option<f64>,
 ) -> Result<Attempt<'a>, String> {
+    judged(in_likeliest_noise(explanation), hand_on, accuracy, None)
+}
+
+/// Judges one explanation in the noise in which it was found. `with_forms` is that of the same recording with forms among the
+/// effects.
+fn judged<'a>(
+    explanation: Explanation<'a>,
+    hand_on: &HandOn<'a>,
+    accuracy: Option<f64>,
+    with_forms: Option<&Explanation<'a>>,
+) -> Result<Attempt<'a>, String> {
     let rows = hand_on.rows;
-    let explanation = in_likeliest_noise(explanation);
     let before = model::expected(&explanation, hand_on.catalogue, hand_on.order_of_fit());
     let before_refitted = hand_on.refitted(&before, None);
     let before_file = hand_on.file(&before_refitted, &before)?;
@@ -147,6 +157,7 @@ fn attempt<'a>(
     let level = Condensed::of_rows(rows, hand_on.cell_of, hand_on.full, explanation.floor);
     let judge = Judge {
         explanation: &explanation,
+        with_forms,
         catalogue: hand_on.catalogue,
         hand_on,
         before: &before,
@@ -160,6 +171,7 @@ fn attempt<'a>(
     let proof = judge.proof_of(&kept);
     let rivals = verdict::rivals(&explanation, hand_on.catalogue, &settled.joint);
     let mut said = verdict::say(&explanation, hand_on.catalogue, &settled, &rivals);
+    said.unidentifiable.append(&mut settled.ambiguous);
     said.unidentifiable.extend(reach(&explanation, hand_on.catalogue, &mut settled, &rivals));
     let correlation = explanation.search.noise.correlation.typical();
     let noise_floor = NoiseFloor {

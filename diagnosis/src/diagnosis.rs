@@ -170,16 +170,15 @@ fn of_readings(
         simulated: simulated.is_some(),
     };
     let accuracy = mirror.reference.accuracy.filter(|_| rows.pair);
-    let mut named =
-        attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
+    let unusable = |reason| unusable(recording, reason);
+    let named = attempt::best(&hand_on, &options.skip, accuracy).map_err(unusable)?;
     let wider = compose::with_forms(&effects, &named, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
-    let with_forms = match wider.len() > effects.len() {
-        true => attempt::with_forms(&hand_on, &options.skip, accuracy, &mut named),
-        false => None,
+    let best = match wider.len() > effects.len() {
+        true => attempt::with_forms(&hand_on, &options.skip, accuracy, named).map_err(unusable)?,
+        false => named,
     };
-    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =
-        with_forms.unwrap_or(named);
+    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } = best;
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())

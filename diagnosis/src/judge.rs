@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 use fitter::Coefficients;
 
+use crate::ambiguity::ambiguous;
 use crate::diagnosis::NoiseFloor;
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
@@ -39,6 +40,8 @@ pub struct Settled {
     pub withdrawn: Vec<FittedTerm>,
     /// What was done, a sentence each.
     pub judged: Vec<String>,
+    /// What other recordings would have to tell apart, a sentence each.
+    pub ambiguous: Vec<String>,
 }
 
 /// A model that may be handed on, as it was refitted, with what it leaves and shows.
@@ -53,6 +56,8 @@ struct Handed {
 pub struct Judge<'a, 'b> {
     /// What was found.
     pub explanation: &'b Explanation<'a>,
+    /// The same recording with forms among the effects, where that was searched.
+    pub with_forms: Option<&'b Explanation<'a>>,
     /// The effects.
     pub catalogue: &'b [Effect],
     /// How a model is handed on.
@@ -95,15 +100,26 @@ impl<'a> Judge<'a, '_> {
                         return self.base_alone(joint, withdrawn, judged);
                     }
                     Ok(handed) => {
+                        let (mut kept, ambiguous) = self.unambiguous(&named, &joint);
+                        self.keep_beyond_noise(&mut kept, &joint, &mut judged);
                         let Some(Handed { model: handed, refitted, left, shown }) =
-                            self.beyond_noise(handed, &joint, &named, &mut judged)
+                            self.only(handed, &kept, named.len())
                         else {
                             self.extend_intervals(&mut joint, &mut judged);
-                            return self.base_alone(joint, withdrawn, judged);
+                            return Settled { ambiguous, ..self.base_alone(joint, withdrawn, judged) };
                         };
                         self.as_handed_on(&mut joint, &handed, &refitted);
                         self.extend_intervals(&mut joint, &mut judged);
-                        return Settled { joint, handed, refitted, left, shown, withdrawn, judged };
+                        return Settled {
+                            joint,
+                            handed,
+                            refitted,
+                            left,
+                            shown,
+                            withdrawn,
+                            judged,
+                            ambiguous,
+                        };
                     }
                     Err(fault) => Some(fault),
                 },
@@ -118,34 +134,54 @@ impl<'a> Judge<'a, '_> {
         }
     }
 
-    /// What is handed on without the effects that noise which lasts does as well as; nothing where none remains, or where
-    /// what remains does not hold.
-    fn beyond_noise(
-        &self,
-        handed: Handed,
-        joint: &Model,
-        named: &[Term],
-        judged: &mut Vec<String>,
-    ) -> Option<Handed> {
+    /// The effects in whose place no other does nearly as well here and predicts something else for other recordings; of the
+    /// others a sentence each.
+    fn unambiguous(&self, named: &[Term], joint: &Model) -> (Vec<Term>, Vec<String>) {
+        let searched = [Some(self.explanation), self.with_forms].into_iter().flatten();
+        let found = searched.flat_map(|s| ambiguous(self.explanation, self.catalogue, joint, s));
+        let mut kept = named.to_vec();
+        let mut said = Vec::new();
+        for (term, rival) in found {
+            let Some(at) = kept.iter().position(|kept| same(kept, &term)) else { continue };
+            kept.remove(at);
+            said.push(format!(
+                "{}: whether it is that or {} ({}), which does nearly as well here and predicts something else for \
+                 other recordings; nothing of it is handed on to them",
+                self.id(&term),
+                rival.id,
+                rival.title
+            ));
+        }
+        (kept, said)
+    }
+
+    /// Leaves out the effects that noise which lasts does as well as.
+    fn keep_beyond_noise(&self, kept: &mut Vec<Term>, joint: &Model, judged: &mut Vec<String>) {
         let fitted: Vec<Term> = joint.terms.iter().map(|term| term.term.clone()).collect();
         let beyond = Lasting::new(self.explanation, joint.order).beyond(&fitted);
-        let is = |a: &Term, b: &Term| a.family == b.family && a.shape == b.shape;
-        let shown = |t: &Term| fitted.iter().zip(&beyond).any(|(of, beyond)| *beyond && is(of, t));
-        let (kept, others): (Vec<Term>, Vec<Term>) =
-            named.iter().cloned().partition(|t| shown(t) || !self.of_device(t));
+        let shown = |t: &Term| fitted.iter().zip(&beyond).any(|(of, beyond)| *beyond && same(of, t));
+        let others: Vec<&str> =
+            kept.iter().filter(|t| self.of_device(t) && !shown(t)).map(|t| self.id(t)).collect();
         if others.is_empty() {
-            return Some(handed);
+            return;
         }
-        let ids: Vec<&str> = others.iter().map(|t| self.id(t)).collect();
         judged.push(format!(
             "{} {} not handed on: noise that lasts, such as a wandering reference, does nearly as well",
-            ids.join(" and "),
-            if ids.len() == 1 { "is" } else { "are" }
+            others.join(" and "),
+            if others.len() == 1 { "is" } else { "are" }
         ));
+        kept.retain(|t| !self.of_device(t) || shown(t));
+    }
+
+    /// What is handed on of these effects alone; nothing where none remains, or where what remains does not hold.
+    fn only(&self, handed: Handed, kept: &[Term], of: usize) -> Option<Handed> {
+        if kept.len() == of {
+            return Some(handed);
+        }
         if kept.is_empty() {
             return None;
         }
-        let without = self.handed(&self.alone(&kept), &kept, false).ok();
+        let without = self.handed(&self.alone(kept), kept, false).ok();
         without.filter(|handed| handed.shown.as_ref().is_none_or(shows_gain))
     }
 
@@ -159,6 +195,7 @@ impl<'a> Judge<'a, '_> {
             shown: self.proof.map(|p| Shown { rms: p.before(), gains: Vec::new(), chosen_without: true }),
             withdrawn,
             judged,
+            ambiguous: Vec::new(),
         }
     }
 
@@ -293,6 +330,10 @@ impl<'a> Judge<'a, '_> {
 fn shows_gain(shown: &Shown) -> bool {
     let gain = gain(&shown.gains);
     if shown.chosen_without { gain.value > 0.0 } else { gain.ci95[0] > 0.0 }
+}
+
+fn same(a: &Term, b: &Term) -> bool {
+    a.family == b.family && a.shape == b.shape
 }
 
 fn all_but(terms: &[Term], k: usize) -> Vec<Term> {

@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 
-use crate::ambiguity::conflicting_rival;
 use crate::base::base_columns;
 use crate::effects::Effect;
 use crate::explain::Explanation;
@@ -33,13 +32,11 @@ pub fn reach(
     for column in base_columns(rows, settled.handed.order) {
         base.add(&column);
     }
-    let mut said = withhold_ambiguous(explanation, catalogue, settled, explanation);
+    let mut said = Vec::new();
     for (term, rivals) in settled.joint.terms.iter().zip(rivals) {
         let Some(e) = term.effect.filter(|e| !catalogue[*e].of_one_time) else { continue };
         let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
-        let Some(handed) = settled.handed.terms.iter_mut().find(same).filter(|t| t.reach > 0.0) else {
-            continue;
-        };
+        let Some(handed) = settled.handed.terms.iter_mut().find(same) else { continue };
         let alone = rivals.iter().map(|rival| (rival.odds, vec![rival.effect]));
         let of_one_time: Vec<(f64, Vec<usize>)> = alone
             .filter(|(_, effects)| effects.iter().all(|e| catalogue[*e].of_one_time))
@@ -64,41 +61,6 @@ pub fn reach(
             Vec::from_iter(others).join(" or "),
             100.0 * handed.reach
         ));
-    }
-    said
-}
-
-/// Keeps to this recording the terms in whose place another effect of `searched` does nearly as well here and predicts
-/// something else for other recordings. `searched` may know more effects than `explanation`, in which the terms were found.
-/// Says so in sentences.
-pub fn withhold_ambiguous(
-    explanation: &Explanation,
-    catalogue: &[Effect],
-    settled: &mut Settled,
-    searched: &Explanation,
-) -> Vec<String> {
-    let search = &searched.search;
-    let mut said = Vec::new();
-    for term in settled.joint.terms.iter().filter(|term| term.effect.is_some()) {
-        let same = |t: &&mut FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
-        let Some(handed) = settled.handed.terms.iter_mut().find(same).filter(|t| t.reach > 0.0) else {
-            continue;
-        };
-        let others = without(explanation, &settled.joint, &term.term);
-        let known = search.translated(&explanation.search, &others);
-        let own = search.translated(&explanation.search, std::slice::from_ref(&term.term));
-        let (Some(own), true) = (own.first(), known.len() == others.len()) else { continue };
-        let Some(e) = search.effect(own.family).filter(|e| !catalogue[*e].of_one_time) else { continue };
-        if let Some(rival) = conflicting_rival(searched, catalogue, settled.handed.order, &known, own) {
-            handed.reach = 0.0;
-            said.push(format!(
-                "{}: whether it is that or {} ({}), which does nearly as well here and predicts something else for \
-                 other recordings; nothing of it is handed on to them",
-                catalogue[e].id,
-                rival.id,
-                rival.title
-            ));
-        }
     }
     said
 }
