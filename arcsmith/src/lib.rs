@@ -5,6 +5,7 @@
 
 mod apply;
 mod budget;
+mod compare;
 mod completions;
 mod diagnose;
 mod effects;
@@ -78,6 +79,9 @@ enum Command {
     /// Locate where recordings differ from their simulation, name the physics, show that the fit improves
     #[command(after_help = diagnose::EXAMPLES)]
     Diagnose(diagnose::Arguments),
+    /// Say what changed between two recordings: of a device at two times, of a healthy and a suspect one
+    #[command(after_help = compare::EXAMPLES)]
+    Compare(compare::CompareArgs),
     /// Generate the correction in Rust and C, with a proven bound
     ///
     /// Generates from the coefficients that are named, or from the one file of them that lies in the folder.
@@ -138,6 +142,7 @@ fn command(Cli { common, command }: Cli) -> Result<ExitCode> {
         Command::Status(args) => return project::status::run(&args, common),
         Command::Schema => say(fitter::mirror::SCHEMA.trim_end()),
         Command::Diagnose(args) => diagnose::run(&args, common)?,
+        Command::Compare(args) => compare::run(&args, common)?,
         Command::Generate(arguments) => return arguments.generate(),
         Command::Check(check) => return check.run(),
         Command::Budget(args) => budget::run(&args)?,

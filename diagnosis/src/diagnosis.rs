@@ -8,18 +8,19 @@ use serde::Serialize;
 use crate::attempt::{self, Attempt};
 use crate::compose;
 use crate::condense::{Condensed, condense};
-use crate::effects::{Effect, catalogue};
+use crate::effects::{Effect, Place, catalogue};
 use crate::error::DiagnosisError;
+use crate::explain::Explanation;
 use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
-use crate::model::Model;
+use crate::model::{FittedTerm, Model};
 use crate::numerics::{mean, rms};
 use crate::observe::{Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::Rows;
 use crate::screened::{Screened, Seen};
-use crate::verdict::{Location, NamedEffect, Parameter, Said, Verdict};
+use crate::verdict::{self, Location, NamedEffect, Parameter, Said, Verdict};
 
 /// The noise floor.
 #[derive(Debug, Clone, Serialize)]
@@ -104,6 +105,22 @@ pub struct Outcome {
     pub before: Model,
     /// The model that is handed on.
     pub after: Model,
+    /// What was found, the named first.
+    pub(crate) found: Vec<FoundTerm>,
+}
+
+/// Something that was found in a recording, for a comparison with another.
+pub(crate) struct FoundTerm {
+    /// The effect; none of structure without a name.
+    pub effect: Option<Effect>,
+    /// Where it lives.
+    pub place: Place,
+    /// Its shape.
+    pub shape: Vec<f64>,
+    /// Family-wise p-value.
+    pub p_value: f64,
+    /// Sum of squares that it alone explains, in units of the noise.
+    pub explained: f64,
 }
 
 /// What a diagnosis is asked for.
@@ -218,8 +235,20 @@ fn of_readings(
         true => left::beyond_noise(recording, &settled.left, &explanation.search.noise.sigma),
         false => Vec::new(),
     };
+    let found = found_terms(&explanation, &wider, &settled.joint);
     let after = settled.handed;
-    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after }, far_out))
+    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found }, far_out))
+}
+
+fn found_terms(explanation: &Explanation, catalogue: &[Effect], joint: &Model) -> Vec<FoundTerm> {
+    let of = |term: &FittedTerm| FoundTerm {
+        effect: term.effect.map(|e| catalogue[e].clone()),
+        place: verdict::place_of(explanation, catalogue, &term.term),
+        shape: term.term.shape.clone(),
+        p_value: verdict::p_value(&explanation.search, term),
+        explained: term.explained,
+    };
+    joint.terms.iter().map(of).collect()
 }
 
 /// The coefficients with what the diagnosis says of them.

@@ -22,6 +22,9 @@ fitter::errors! {
             at(file) says("{rows} readings")
             expected("at least {needed}: too short to hold anything against the noise")
             mend("record more passes");
+        NoCommonRange { file: String, found: String, expected: String } =>
+            at(file) says("its range has too little in common with the earlier recording's") found("{found}")
+            expected("{expected}") mend("record both over the same range");
         NoModel { file: String, reason: String } =>
             at(file) says("no model can be made of it ({reason})")
             mend("check the readings against the reference");

@@ -44,7 +44,7 @@ pub struct Explanation<'a> {
 }
 
 /// What the noise's variance may depend on.
-fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
+pub(crate) fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
     let x = rows.scaled_reading();
     let centre = |v: Vec<f64>| crate::numerics::centred(&v);
     let mut out = vec![

@@ -92,7 +92,7 @@ pub enum Groups {
 }
 
 /// The group of every row: its pass, or where there is one pass, or one of a direction, a block of it.
-fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
+pub(crate) fn groups(rows: &Rows, wanted: Groups) -> (Vec<usize>, usize, &'static str) {
     let passes = rows.passes();
     // The first row of a pass may still have the direction of the one before.
     let moves = |pass: &i64, sign: f64| {

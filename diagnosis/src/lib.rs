@@ -24,6 +24,7 @@ mod attempt;
 mod averaging;
 mod base;
 mod calibrate;
+pub mod compare;
 mod compose;
 mod condense;
 mod content;

@@ -40,6 +40,8 @@ pub mod averaging {
 
 /// See [`crate::calibrate`].
 pub mod calibrate {
+    /// Length of an effect beside the base, in standard deviations, of which half are found: by the static trials.
+    pub const HALF_SEEN: f64 = 4.5;
     /// False alarms allowed over the whole search.
     pub const FALSE_ALARMS: f64 = 0.004;
     /// Resamples for the families' tails, and as many again for the best family over all: a tail fitted to the
@@ -65,6 +67,31 @@ pub mod calibrate {
     /// Entries per unit of s in the table, and the s up to which it goes.
     pub const TABLE_DENSITY: f64 = 4.0;
     pub const TABLE_END: f64 = 120.0;
+}
+
+/// See [`crate::compare`].
+pub mod compare {
+    /// Family-wise false alarms over all that could have changed. Each recording's own search may bring what is not there
+    /// as well, at 4 of 1000: with both, fewer than 1 of 100 pairs with nothing changed may alarm.
+    pub const FALSE_ALARMS: f64 = 0.0025;
+    /// −ln p by which another part may fall behind and is an alternative: a factor of 20.
+    pub const ALTERNATIVE: f64 = 3.0;
+    /// Most parts that differ. By judgement: more is another device.
+    pub const MOST_CHANGES: usize = 8;
+    /// Standard deviations beyond a threshold at which 95 of 100 are found.
+    pub const POWER: f64 = 1.645;
+    /// p-value below which a recording has an effect that its own search did not name.
+    pub const PRESENT: f64 = 0.01;
+    /// Part of the shorter stroke that both recordings must cover. By judgement.
+    pub const LEAST_COMMON: f64 = 0.5;
+    /// The time between the recordings, in multiples of the longer one: every memory has faded after it.
+    pub const PAUSE: f64 = 100.0;
+    /// Part of the square of columns that others may leave for both to say the same.
+    pub const SAME: f64 = 0.2;
+    /// Step of a difference quotient by a shape, as a part of it or of its range.
+    pub const SHAPE_STEP: f64 = 0.01;
+    /// Gauss–Newton steps of the shapes.
+    pub const TURNS: usize = 3;
 }
 
 /// See [`crate::compose`].

@@ -4,6 +4,7 @@
 use fitter::figures::with_interval;
 use serde::Serialize;
 
+use crate::calibrate::log_tail;
 use crate::dictionary::Kind;
 use crate::effects::{Effect, Origin, Place};
 use crate::experiment;
@@ -12,7 +13,7 @@ use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
 use crate::numerics::{centred, range};
 use crate::rows::Rows;
-use crate::search::Term;
+use crate::search::{Search, Term};
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::search::SHAPE_PRICE;
 use crate::thresholds::verdict::{
@@ -209,10 +210,7 @@ pub fn say(
     let mut open: Vec<String> = Vec::new();
     for (term, rivals) in &order {
         let share = (term.explained / total).clamp(0.0, 1.0);
-        let surprise = search.calibration.families[term.term.family]
-            .surprise(crate::calibrate::log_tail(term.explained, term.term.columns.len()));
-        let p_value =
-            (-search.calibration.family_wise(surprise, search.shares[term.term.family])).exp().max(1e-300);
+        let p_value = p_value(search, term);
         let place = place_of(explanation, catalogue, &term.term);
         push_location(&mut locations, locate(rows, &place, &term.contribution, share, p_value));
         let Some(e) = term.effect else { continue };
@@ -253,6 +251,13 @@ pub fn say(
     let next_experiment = experiment::next(rows, catalogue, &effects, &locations, verdict);
     open.extend(unidentifiable(rows, catalogue, model));
     Said { verdict, locations, effects, unidentifiable: open, next_experiment }
+}
+
+/// Family-wise p-value of a term beside the others.
+pub(crate) fn p_value(search: &Search, term: &FittedTerm) -> f64 {
+    let (family, tail) = (term.term.family, log_tail(term.explained, term.term.columns.len()));
+    let surprise = search.calibration.families[family].surprise(tail);
+    (-search.calibration.family_wise(surprise, search.shares[family])).exp().max(1e-300)
 }
 
 /// Whether a term is a form without a name.
@@ -376,7 +381,7 @@ pub fn angle_name(rows: &Rows) -> String {
 }
 
 /// The range of the observable in which a contribution is felt.
-fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f64, p_value: f64) -> Location {
+pub(crate) fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f64, p_value: f64) -> Location {
     let values = values_of(rows, &place.variable);
     let about = centred(contribution);
     // About its most common value rather than its mean, so that a step or a bump counts where it is.

@@ -1,12 +1,14 @@
 //! The report: one self-contained HTML page per recording, for light and dark, desk and phone.
 
 mod charts;
+mod compare;
 mod formula;
 mod map;
 mod spectra;
 mod surface;
 mod traces;
 
+pub use compare::{compared, of_comparison};
 use fitter::figures;
 use fitter::plant::Kind;
 use fitter::report::{Figure, STYLE};

@@ -1,0 +1,104 @@
+//! Which parts of the common model differ between the recordings: the fewest beside which nothing else does.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::function::erf::erfc;
+
+use crate::calibrate::log_tail;
+use crate::noise::Noise;
+use crate::numerics::{mean, widening};
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, MOST_CHANGES, POWER};
+
+use super::design::{Design, What, White};
+
+/// A part that differs.
+pub struct Chosen {
+    /// What.
+    pub what: What,
+    /// Its family-wise p-value beside the others that differ.
+    pub p_value: f64,
+    /// Others that would do nearly as well in its place.
+    pub alternatives: Vec<What>,
+}
+
+/// The parts that differ. `looks` is how many differences are looked for in all.
+pub fn choose(design: &Design, white: &White, freedom: f64, looks: usize) -> Vec<Chosen> {
+    let mut chosen: Vec<Chosen> = Vec::new();
+    while chosen.len() < MOST_CHANGES {
+        let taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
+        let tails = surprises(design, white, &taken, freedom);
+        let Some(best) = (0..tails.len()).max_by(|a, b| tails[*a].total_cmp(&tails[*b])) else { break };
+        let what = design.parts[best].what;
+        let p_value = family_wise(design, what, tails[best], looks);
+        if p_value > FALSE_ALARMS {
+            break;
+        }
+        let near = |k: &usize| *k != best && tails[*k] > tails[best] - ALTERNATIVE;
+        let alternatives = (0..tails.len()).filter(near).map(|k| design.parts[k].what).collect();
+        chosen.push(Chosen { what, p_value, alternatives });
+    }
+    // What another that came later explains as well is not needed.
+    let mut k = 0;
+    while k < chosen.len() && chosen.len() > 1 {
+        let others: Vec<usize> = chosen
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| *i != k)
+            .filter_map(|(_, c)| design.part(c.what))
+            .collect();
+        let tail = design.part(chosen[k].what).map_or(0.0, |p| surprises(design, white, &others, freedom)[p]);
+        chosen[k].p_value = family_wise(design, chosen[k].what, tail, looks);
+        if chosen[k].p_value > FALSE_ALARMS {
+            chosen.remove(k);
+            k = 0;
+        } else {
+            k += 1;
+        }
+    }
+    chosen
+}
+
+/// −ln of the p-value that each part differs, beside those that do.
+fn surprises(design: &Design, white: &White, changed: &[usize], freedom: f64) -> Vec<f64> {
+    let wide = widening(freedom).powi(2);
+    design
+        .explained(white, changed)
+        .into_iter()
+        .map(|(explained, rank)| log_tail(explained / wide, rank))
+        .collect()
+}
+
+/// The p-value over all that is looked for. What was found in one recording only was looked for there, too.
+fn family_wise(design: &Design, what: What, surprise: f64, looks: usize) -> f64 {
+    let own = (looks as f64 * (-surprise).exp()).min(1.0);
+    match what {
+        What::Amplitude(k) => match design.shared[k].found {
+            [Some(p), None] | [None, Some(p)] => own.max(p),
+            _ => own,
+        },
+        _ => own,
+    }
+}
+
+/// The length, in standard deviations, of a difference of `rank` degrees of freedom that is found in 95 of 100 recordings
+/// (Fisher's normal approximation of the root of a χ² value).
+pub fn visible(rank: usize, looks: usize) -> f64 {
+    let quantile = ChiSquared::new(rank.max(1) as f64)
+        .map_or(f64::NAN, |c| c.inverse_cdf(1.0 - FALSE_ALARMS / looks as f64));
+    ((quantile.sqrt() + POWER).powi(2) - rank as f64 + 0.5).max(0.0).sqrt()
+}
+
+/// The noise of the later recording over that of the earlier, with its 95 % interval and the p-value that they are equal.
+/// The variance of a variance is taken from the fourth moment of what is left.
+pub fn noise_ratio(noise: &[Noise; 2], level: [f64; 2]) -> (f64, [f64; 2], f64) {
+    let variance = |noise: &Noise| {
+        let squares: Vec<f64> = noise.whitened_residual.iter().map(|r| r * r).collect();
+        let fourth: Vec<f64> = squares.iter().map(|s| s * s).collect();
+        (mean(&fourth) / mean(&squares).powi(2) - 1.0).max(2.0) / noise.freedom.max(1.0)
+    };
+    // Of the logarithm of a standard deviation.
+    let error = 0.5 * (variance(&noise[0]) + variance(&noise[1])).sqrt();
+    let log = (level[1] / level[0]).ln();
+    let p = erfc(log.abs() / error * std::f64::consts::FRAC_1_SQRT_2);
+    (log.exp(), [(log - NORMAL_95 * error).exp(), (log + NORMAL_95 * error).exp()], p)
+}

@@ -1,0 +1,333 @@
+//! One linear model of two recordings: what each has for itself, what is common, and what of the common may differ.
+
+use crate::base::base_columns;
+use crate::correlation::Whitener;
+use crate::diagnosis::FoundTerm;
+use crate::effects::{Effect, Place};
+use crate::generic;
+use crate::noise::Noise;
+use crate::numerics::{Basis, LeastSquares, add_scaled, dot, least_squares};
+use crate::rows::Rows;
+use crate::thresholds::compare::{SAME, SHAPE_STEP, TURNS};
+use crate::thresholds::explain::UNMEASURED;
+
+/// An effect, or structure without a name, that was found in at least one of the recordings.
+pub struct Shared {
+    /// The effect; none of structure.
+    pub effect: Option<Effect>,
+    /// Where it lives.
+    pub place: Place,
+    /// Its shape in each recording.
+    pub shape: [Vec<f64>; 2],
+    /// Its family-wise p-value in each recording in which it was found.
+    pub found: [Option<f64>; 2],
+    /// The amplitudes in each recording, as last fitted.
+    pub amplitudes: [Vec<f64>; 2],
+}
+
+impl Shared {
+    /// What was found in one of the recordings (0: then, 1: now).
+    pub fn of(term: &FoundTerm, recording: usize) -> Shared {
+        let mut found = [None; 2];
+        found[recording] = Some(term.p_value);
+        Shared {
+            effect: term.effect.clone(),
+            place: term.place.clone(),
+            shape: [term.shape.clone(), term.shape.clone()],
+            found,
+            amplitudes: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// Its columns over both recordings.
+    pub fn columns(&self, both: &Rows, split: usize) -> Vec<Vec<f64>> {
+        let Some(effect) = &self.effect else {
+            let families = generic::families(both);
+            let here = families.into_iter().find(|family| family.place == self.place);
+            return here.and_then(|family| family.groups.into_iter().next_back()).unwrap_or_default();
+        };
+        let [then, now] = &self.shape;
+        let mut columns = effect.signature(both, then);
+        if then != now {
+            let later = effect.signature(both, now);
+            columns.iter_mut().zip(later).for_each(|(c, l)| c[split..].copy_from_slice(&l[split..]));
+        }
+        columns
+    }
+
+    /// The shape parameters that can be fitted.
+    fn free(&self, both: &Rows) -> Vec<(usize, crate::effects::Range)> {
+        let Some(effect) = self.effect.as_ref().filter(|e| !e.shape_follows && !e.begins_at_a_row) else {
+            return Vec::new();
+        };
+        let ranges = effect.ranges(both).into_iter().enumerate();
+        ranges
+            .filter(|(j, range)| !range.whole && range.high > range.low && *j < self.shape[0].len())
+            .collect()
+    }
+
+    /// What it adds changes so with shape parameter `j` at its amplitudes.
+    fn derivative(&self, both: &Rows, split: usize, j: usize, range: &crate::effects::Range) -> Vec<f64> {
+        let Some(effect) = &self.effect else { return vec![0.0; both.len()] };
+        let mut derivative = vec![0.0; both.len()];
+        for (recording, rows) in [(0, 0..split), (1, split..both.len())] {
+            let at = |by: f64| {
+                let mut shape = self.shape[recording].clone();
+                shape[j] = (shape[j] + by).clamp(range.low, range.high);
+                (shape[j], effect.signature(both, &shape))
+            };
+            let step = SHAPE_STEP
+                * if range.logarithmic { self.shape[recording][j] } else { range.high - range.low };
+            let ((high, above), (low, below)) = (at(step), at(-step));
+            for ((a, b), amplitude) in above.iter().zip(&below).zip(&self.amplitudes[recording]) {
+                for i in rows.clone() {
+                    derivative[i] += amplitude * (a[i] - b[i]) / (high - low);
+                }
+            }
+        }
+        derivative
+    }
+}
+
+/// What a part of the common model is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum What {
+    /// The base's slope over the reading.
+    Gain,
+    /// The rest of the base.
+    Base,
+    /// The amplitudes of shared effect number `k`.
+    Amplitude(usize),
+    /// Shape parameter `j` of shared effect number `k`.
+    Shape(usize, usize),
+}
+
+/// A part of the common model, which may differ between the recordings.
+pub struct Part {
+    /// What it is.
+    pub what: What,
+    /// Its columns over both recordings.
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// The model of both recordings.
+pub struct Design<'a> {
+    /// Both recordings.
+    pub both: &'a Rows,
+    /// The first row of the later one.
+    pub split: usize,
+    /// What was found.
+    pub shared: Vec<Shared>,
+    /// What each recording has for itself: an offset, what happened at one time.
+    own: Vec<Vec<f64>>,
+    /// The order of the base.
+    order: usize,
+    /// The parts.
+    pub parts: Vec<Part>,
+}
+
+/// A least-squares fit of both recordings.
+pub struct Fitted {
+    /// Which parts differ.
+    pub changed: Vec<usize>,
+    /// The solution in units of the noise.
+    pub solution: LeastSquares,
+    /// Per part where its common coefficients begin.
+    common: Vec<usize>,
+    /// Per changed part where its differences begin.
+    differences: Vec<usize>,
+    /// All columns, raw.
+    columns: Vec<Vec<f64>>,
+}
+
+impl Fitted {
+    /// The indices of a part's common coefficients and of its differences; the latter none where it is the same in both.
+    pub fn of(&self, design: &Design, part: usize) -> (Vec<usize>, Option<Vec<usize>>) {
+        let width = design.parts[part].columns.len();
+        let at = |first: usize| (first..first + width).collect();
+        let changed = self.changed.iter().position(|c| *c == part);
+        (at(self.common[part]), changed.map(|c| at(self.differences[c])))
+    }
+
+    /// What the model says of every row.
+    pub fn value(&self) -> Vec<f64> {
+        let mut value = vec![0.0; self.columns.first().map_or(0, Vec::len)];
+        for (coefficient, column) in self.solution.coefficients.iter().zip(&self.columns) {
+            add_scaled(&mut value, *coefficient, column);
+        }
+        value
+    }
+
+    /// What the differences of a changed part add to every row.
+    pub fn difference(&self, design: &Design, part: usize) -> Vec<f64> {
+        let mut value = vec![0.0; self.columns.first().map_or(0, Vec::len)];
+        for k in self.of(design, part).1.unwrap_or_default() {
+            add_scaled(&mut value, self.solution.coefficients[k], &self.columns[k]);
+        }
+        value
+    }
+}
+
+/// The whitened observations of both recordings.
+pub struct White {
+    whiteners: [Whitener; 2],
+    split: usize,
+    target: Vec<f64>,
+}
+
+impl White {
+    /// In the noise of each; the rows that are `held` of the later one count as unmeasured.
+    pub fn new(noise: &[Noise; 2], held: Option<&[bool]>) -> White {
+        let mut later = noise[1].clone();
+        let unmeasured = later.sigma.iter_mut().zip(held.unwrap_or_default()).filter(|(_, held)| **held);
+        unmeasured.for_each(|(sigma, _)| *sigma *= UNMEASURED);
+        let mut white = White {
+            whiteners: [noise[0].whitener(), later.whitener()],
+            split: noise[0].sigma.len(),
+            target: Vec::new(),
+        };
+        white.target = white.of(&[&noise[0].clean[..], &noise[1].clean[..]].concat());
+        white
+    }
+
+    fn of(&self, column: &[f64]) -> Vec<f64> {
+        let (then, now) = column.split_at(self.split);
+        [self.whiteners[0].whiten(then), self.whiteners[1].whiten(now)].concat()
+    }
+}
+
+impl<'a> Design<'a> {
+    /// The model with these effects. `own` is what each recording has for itself, over its own rows.
+    pub fn new(
+        both: &'a Rows,
+        split: usize,
+        order: usize,
+        own: [Vec<Vec<f64>>; 2],
+        shared: Vec<Shared>,
+    ) -> Design<'a> {
+        let [then, now] = own;
+        let before = |c: Vec<f64>| [c, vec![0.0; both.len() - split]].concat();
+        let after = |c: Vec<f64>| [vec![0.0; split], c].concat();
+        let mut own: Vec<Vec<f64>> = then.into_iter().map(before).chain(now.into_iter().map(after)).collect();
+        own.push(base_columns(both, 0).swap_remove(0));
+        let mut design = Design { both, split, shared, own, order, parts: Vec::new() };
+        design.assemble();
+        design
+    }
+
+    /// The parts at the present shapes and amplitudes.
+    fn assemble(&mut self) {
+        let base = base_columns(self.both, self.order);
+        let mut parts = Vec::new();
+        let mut push = |what: What, columns: Vec<Vec<f64>>| {
+            if !columns.is_empty() {
+                parts.push(Part { what, columns });
+            }
+        };
+        let slope = usize::from(self.both.whole_turn().is_none());
+        push(What::Gain, base[1..(1 + slope).min(base.len())].to_vec());
+        push(What::Base, base[(1 + slope).min(base.len())..].to_vec());
+        for (k, shared) in self.shared.iter().enumerate() {
+            push(What::Amplitude(k), shared.columns(self.both, self.split));
+            // A shape that one recording does not show cannot differ from that of the other.
+            if shared.found.iter().all(Option::is_some) && !shared.amplitudes[0].is_empty() {
+                for (j, range) in shared.free(self.both) {
+                    push(What::Shape(k, j), vec![shared.derivative(self.both, self.split, j, &range)]);
+                }
+            }
+        }
+        self.parts = parts;
+    }
+
+    /// A part's columns on the later recording alone.
+    fn differing(&self, part: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
+        let later = |column: &Vec<f64>| {
+            let mut later = column.clone();
+            later[..self.split].fill(0.0);
+            later
+        };
+        self.parts[part].columns.iter().map(later)
+    }
+
+    /// The part that is this.
+    pub fn part(&self, what: What) -> Option<usize> {
+        self.parts.iter().position(|part| part.what == what)
+    }
+
+    /// Fits both recordings, with these parts differing.
+    pub fn fit(&self, white: &White, changed: &[usize]) -> Fitted {
+        let mut columns = self.own.clone();
+        let mut common = Vec::new();
+        for part in &self.parts {
+            common.push(columns.len());
+            columns.extend(part.columns.iter().cloned());
+        }
+        let mut differences = Vec::new();
+        for part in changed {
+            differences.push(columns.len());
+            columns.extend(self.differing(*part));
+        }
+        let whitened: Vec<Vec<f64>> = columns.iter().map(|column| white.of(column)).collect();
+        let solution = least_squares(&whitened, &white.target);
+        Fitted { changed: changed.to_vec(), solution, common, differences, columns }
+    }
+
+    /// What it explains that a part differs, beside others that do, and with how many degrees of freedom.
+    pub fn explained(&self, white: &White, changed: &[usize]) -> Vec<(f64, usize)> {
+        let mut basis = Basis::new(self.both.len());
+        let whole = self.own.iter().chain(self.parts.iter().flat_map(|part| &part.columns));
+        whole.for_each(|column| {
+            basis.add(&white.of(column));
+        });
+        changed.iter().flat_map(|part| self.differing(*part)).for_each(|column| {
+            basis.add(&white.of(&column));
+        });
+        let mut left = white.target.clone();
+        basis.project_off(&mut left);
+        let of = |part: usize| {
+            let mut wider = basis.clone();
+            self.differing(part).for_each(|column| {
+                wider.add(&white.of(&column));
+            });
+            let new = basis.rank()..wider.rank();
+            let freedom = new.len();
+            (new.map(|k| dot(wider.columns.get(k), &left).powi(2)).sum(), freedom)
+        };
+        (0..self.parts.len()).map(|part| if changed.contains(&part) { (0.0, 0) } else { of(part) }).collect()
+    }
+
+    /// Moves shapes and amplitudes to where a fit puts them, a few times (Gauss–Newton). `changed` differ.
+    pub fn refine(&mut self, white: &White, changed: &[What]) {
+        for _ in 0..TURNS {
+            let differ: Vec<usize> = changed.iter().filter_map(|what| self.part(*what)).collect();
+            let fitted = self.fit(white, &differ);
+            for part in 0..self.parts.len() {
+                let (common, differences) = fitted.of(self, part);
+                let c = |k: &usize| fitted.solution.coefficients[*k];
+                let then: Vec<f64> = common.iter().map(c).collect();
+                let more = differences.map_or_else(|| vec![0.0; then.len()], |d| d.iter().map(c).collect());
+                let now: Vec<f64> = then.iter().zip(more).map(|(a, b)| a + b).collect();
+                match self.parts[part].what {
+                    What::Amplitude(k) => self.shared[k].amplitudes = [then, now],
+                    What::Shape(k, j) => {
+                        let ranges = self.shared[k].free(self.both);
+                        let Some((_, range)) = ranges.into_iter().find(|(of, _)| *of == j) else { continue };
+                        for (shape, by) in self.shared[k].shape.iter_mut().zip([then[0], now[0]]) {
+                            let most = 0.5
+                                * if range.logarithmic { shape[j] } else { 0.5 * (range.high - range.low) };
+                            shape[j] = (shape[j] + by.clamp(-most, most)).clamp(range.low, range.high);
+                        }
+                    }
+                    What::Gain | What::Base => {}
+                }
+            }
+            self.assemble();
+        }
+    }
+}
+
+/// Whether columns say nearly what others say.
+pub fn alike(columns: &[Vec<f64>], others: &[Vec<f64>]) -> bool {
+    let left: f64 = columns.iter().map(|column| least_squares(others, column).rss).sum();
+    left < SAME * columns.iter().map(|column| dot(column, column)).sum::<f64>()
+}

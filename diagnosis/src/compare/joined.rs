@@ -1,0 +1,61 @@
+//! Two recordings as one, the later after the earlier, with the columns that both have.
+
+use crate::numerics::range;
+use crate::rows::{Column, Rows};
+use crate::thresholds::compare::PAUSE;
+
+/// Both recordings. Their passes stay apart, and between them lies a time in which everything is forgotten, so that an
+/// effect with a memory begins anew; what it refers to (a mean temperature, the largest reading) is the same for both.
+pub fn joined(then: &Rows, now: &Rows) -> Rows {
+    let of = |a: &[f64], b: &[f64]| [a, b].concat();
+    let both = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| Some(of(a.as_ref()?, b.as_ref()?));
+    let (_, last) = range(&then.t_s);
+    let (first, _) = range(&now.t_s);
+    let later = last - first + PAUSE * then.duration_s().max(now.duration_s());
+    let passes = then.pass.iter().max().map_or(0, |most| most + 1) - now.pass.iter().min().unwrap_or(&0);
+    let extra = then.extra.iter().filter_map(|column| {
+        let other = now.extra.iter().find(|other| other.name == column.name)?;
+        Some(Column { name: column.name.clone(), values: of(&column.values, &other.values) })
+    });
+    Rows {
+        unit: then.unit.clone(),
+        pair: then.pair,
+        t_s: of(&then.t_s, &now.t_s.iter().map(|t| t + later).collect::<Vec<f64>>()),
+        pass: then.pass.iter().copied().chain(now.pass.iter().map(|pass| pass + passes)).collect(),
+        direction: of(&then.direction, &now.direction),
+        reading: of(&then.reading, &now.reading),
+        weight: of(&then.weight, &now.weight),
+        theta: of(&then.theta, &now.theta),
+        truth: of(&then.truth, &now.truth),
+        error: of(&then.error, &now.error),
+        common_mode_um: both(&then.common_mode_um, &now.common_mode_um),
+        cross_arcsec: both(&then.cross_arcsec, &now.cross_arcsec),
+        temperature_c: both(&then.temperature_c, &now.temperature_c),
+        coil_a: both(&then.coil_a, &now.coil_a),
+        command_deg: both(&then.command_deg, &now.command_deg),
+        extra: extra.collect(),
+        further_columns: 0,
+        turn: then.turn.clone(),
+        order: then.order.max(now.order),
+        not_testable: Vec::new(),
+    }
+}
+
+/// What both recorded, and over which range each did.
+pub fn ranges(then: &Rows, now: &Rows) -> Vec<(String, [[f64; 2]; 2])> {
+    let over = |v: &[f64]| <[f64; 2]>::from(range(v));
+    let pair = |name: &str, a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| {
+        Some((name.to_string(), [over(a.as_ref()?), over(b.as_ref()?)]))
+    };
+    let known = [
+        pair("temperature_c", &then.temperature_c, &now.temperature_c),
+        pair("common_mode_um", &then.common_mode_um, &now.common_mode_um),
+        pair("cross_arcsec", &then.cross_arcsec, &now.cross_arcsec),
+        pair("coil_a", &then.coil_a, &now.coil_a),
+    ];
+    let further = then.extra.iter().filter_map(|column| {
+        let other = now.extra.iter().find(|other| other.name == column.name)?;
+        Some((column.name.clone(), [over(&column.values), over(&other.values)]))
+    });
+    known.into_iter().flatten().chain(further).collect()
+}
