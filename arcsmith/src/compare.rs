@@ -1,18 +1,21 @@
 //! `compare`: reads two recordings, says what changed between them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use codegen::cli::recording;
-use diagnosis::compare::{Change, Comparison, Estimate, Kind, Quantity, compare};
+use codegen::refused;
+use diagnosis::compare::{Change, Compared, Comparison, Estimate, Kind, Quantity, compare};
+use diagnosis::dynamic::{Case, DynamicRecording};
 use diagnosis::report::without_unit;
 use diagnosis::{Options, report};
-use fitter::figures::{figure, with_interval};
+use fitter::figures::{figure, plain, with_interval};
 use fitter::output::FileSet;
+use fitter::plant::PlantFile;
 use fitter::recording::{Purpose, Reading};
 use fitter::{Mirror, Recording, text_safety};
 
-use crate::diagnose::declared;
+use crate::diagnose::{declared, motion};
 use crate::fit::MapArgs;
 use crate::terminal::{Common, FIGURE, Result, WARNING, line, summarise};
 
@@ -20,6 +23,7 @@ use crate::terminal::{Common, FIGURE, Result, WARNING, line, summarise};
 pub const EXAMPLES: &str = "\
 Examples:
   arcsmith compare march.csv november.csv --mirror mirror.toml --out comparison
+  arcsmith compare new.csv worn.csv --plant plant.toml --out comparison
   arcsmith compare healthy.csv suspect.csv --mirror mirror.toml --out comparison --json | jq .changes[0].id";
 
 /// Arguments of `compare`.
@@ -31,9 +35,12 @@ pub struct CompareArgs {
     /// The later one, or that of the suspect device
     #[arg(value_parser = recording())]
     now: PathBuf,
-    /// The nominal mirror (mirror.toml)
+    /// The nominal mirror (mirror.toml), for static calibration recordings
+    #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
+    mirror: Option<PathBuf>,
+    /// The nominal plant (plant.toml), for recordings in motion
     #[arg(long)]
-    mirror: PathBuf,
+    plant: Option<PathBuf>,
     /// The folder to write into; it is made if it is not there
     #[arg(long)]
     out: PathBuf,
@@ -51,31 +58,57 @@ pub struct CompareArgs {
 }
 
 pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
-    let mirror = Mirror::read(&args.mirror)?;
-    let declared = declared(&mirror.sensor, args.effects.as_deref(), &args.without)?;
-    let reading = Reading { purpose: Purpose::Fit, mappings: &args.map.map, sensor: Some(&mirror.sensor) };
-    let read = |path: &PathBuf| Recording::read_as(path, &reading, &mut |_| {});
-    let (then, now) = (read(&args.then)?, read(&args.now)?);
-    let options = Options { skip: args.without.clone(), declared, ..Options::default() };
     let bar = common.progress(2, "{spinner} comparing, {elapsed}");
-    let compared = compare(&then, &now, &mirror, &options);
+    let (comparison, points) = match (&args.mirror, &args.plant) {
+        (_, Some(plant)) => (in_motion(args, plant)?, Vec::new()),
+        (Some(mirror), None) => of_calibrations(args, mirror)?,
+        (None, None) => return Err(refused!("--mirror is missing").mend("give the mirror.toml")),
+    };
     bar.finish_and_clear();
-    let compared = compared?;
     let mut set = FileSet::new();
     set.folder(&args.out)?;
     let at = |end: &str| args.out.join(format!("compare.{end}"));
     if !args.no_report {
         let written = [at("html"), at("json")].map(|path| text_safety::path(&path));
-        set.put(&at("html"), report::of_comparison(&compared, &written))?;
+        set.put(&at("html"), report::of_comparison(&comparison, &points, &written))?;
     }
-    set.put(&at("json"), serde_json::to_string_pretty(&compared.comparison)? + "\n")?;
+    set.put(&at("json"), serde_json::to_string_pretty(&comparison)? + "\n")?;
     set.commit()?;
     summarise(
         common,
-        || serde_json::to_value(&compared.comparison).unwrap_or_default(),
-        || styled(&compared.comparison, common.verbose) + &line("written", &args.out.display().to_string()),
+        || serde_json::to_value(&comparison).unwrap_or_default(),
+        || styled(&comparison, common.verbose) + &line("written", &args.out.display().to_string()),
     );
     Ok(())
+}
+
+fn of_calibrations(args: &CompareArgs, mirror: &Path) -> Result<(Comparison, Vec<[f64; 3]>)> {
+    let mirror = Mirror::read(mirror)?;
+    let declared = declared(&mirror.sensor, args.effects.as_deref(), &args.without)?;
+    let reading = Reading { purpose: Purpose::Fit, mappings: &args.map.map, sensor: Some(&mirror.sensor) };
+    let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {});
+    let (then, now) = (read(&args.then)?, read(&args.now)?);
+    let options = Options { skip: args.without.clone(), declared, ..Options::default() };
+    let Compared { comparison, points, .. } = compare(&then, &now, &mirror, &options)?;
+    Ok((comparison, points))
+}
+
+fn in_motion(args: &CompareArgs, plant: &Path) -> Result<Comparison> {
+    let file = PlantFile::read(plant)?;
+    let name = text_safety::path(plant);
+    let options = motion::options(plant, &file, args.effects.as_deref(), &args.without)?;
+    let reading = motion::reading(&file, &args.map.map);
+    let then = DynamicRecording::read(&args.then, &reading)?;
+    let now = DynamicRecording::read(&args.now, &reading)?;
+    let case = Case {
+        recording: &then,
+        plant: &file,
+        plant_file: &name,
+        simulated: None,
+        held_out: None,
+        options: &options,
+    };
+    Ok(diagnosis::compare::motion::compare(&case, &now)?)
 }
 
 /// What changed, on one screen; `verbose` leaves nothing out.
@@ -91,7 +124,11 @@ fn styled(c: &Comparison, verbose: bool) -> String {
     }
     for seen in &c.would_have_seen {
         if verbose || seen.id == "new effect" || c.changes.is_empty() {
-            text += &line("visible", &format!("{}: from {} rms on", seen.id, figure(seen.rms, &c.unit)));
+            let rms = seen.rms.map(|rms| format!("from {} rms on", figure(rms, &c.unit)));
+            let parameter =
+                seen.parameter.as_ref().map(|(name, value)| format!("{name} from {} on", plain(*value)));
+            let what: Vec<String> = [rms, parameter].into_iter().flatten().collect();
+            text += &line("visible", &format!("{}: {}", seen.id, what.join(", ")));
         }
     }
     for note in &c.notes {

@@ -73,7 +73,7 @@ pub mod calibrate {
 pub mod compare {
     /// Family-wise false alarms over all that could have changed. Each recording's own search may bring what is not there
     /// as well, at 4 of 1000: with both, fewer than 1 of 100 pairs with nothing changed may alarm.
-    pub const FALSE_ALARMS: f64 = 0.0025;
+    pub const FALSE_ALARMS: f64 = 0.001;
     /// −ln p by which another part may fall behind and is an alternative: a factor of 20.
     pub const ALTERNATIVE: f64 = 3.0;
     /// Most parts that differ. By judgement: more is another device.
@@ -87,11 +87,14 @@ pub mod compare {
     /// The time between the recordings, in multiples of the longer one: every memory has faded after it.
     pub const PAUSE: f64 = 100.0;
     /// Part of the square of columns that others may leave for both to say the same.
-    pub const SAME: f64 = 0.2;
+    pub const SAME: f64 = 0.7;
     /// Step of a difference quotient by a shape, as a part of it or of its range.
     pub const SHAPE_STEP: f64 = 0.01;
-    /// Gauss–Newton steps of the shapes.
-    pub const TURNS: usize = 3;
+    /// Gauss–Newton steps of the shapes, and halvings of each.
+    pub const TURNS: usize = 4;
+    pub const HALVINGS: i32 = 4;
+    /// Rounds in which the zero of the later recording's reference is found.
+    pub const ZEROS: usize = 2;
 }
 
 /// See [`crate::compose`].

@@ -94,6 +94,13 @@ impl Trial {
         metric.rho(&[error_arcsec.to_vec()]).first().copied()
     }
 
+    /// ρ of every effect that is concealed, beside the others.
+    pub fn rho(&self) -> Option<Vec<f64>> {
+        let columns = Columns::new(&self.record(), self.distance_mm());
+        let metric = Metric::new(&columns, &self.covariance(), self.distance_mm())?;
+        Some(metric.rho(&contributions(&self.device, &self.protocol, self.seed, &feedback(&self.device))))
+    }
+
     /// Distance of the probes in millimetres.
     pub fn distance_mm(&self) -> f64 {
         self.device.geometry.probe_distance_mm

@@ -11,6 +11,7 @@ mod benchmark;
 pub mod beyond;
 pub mod budget;
 pub mod campaign;
+pub mod compare;
 mod curve;
 pub mod draw;
 pub mod dynamic;

@@ -82,6 +82,23 @@ impl Programs<'_> {
         self.run(command)
     }
 
+    /// Compares two recordings of the folder `blind`, the answer written to `out`; whether the program accepted them.
+    ///
+    /// # Errors
+    /// [`CampaignError::Unstarted`].
+    pub fn compare(
+        &self,
+        blind: &Path,
+        then: &str,
+        now: &str,
+        out: &Path,
+    ) -> Result<Result<(), String>, CampaignError> {
+        let mut command = self.command("compare");
+        command.current_dir(blind).args([then, now]).args(Nominal::Mirror.option_and_file());
+        command.arg("--out").arg(out).args(["--no-report", "--quiet"]);
+        self.run(command)
+    }
+
     /// The coefficients of the base model alone, fitted to a recording of the folder `blind` and written to `out`;
     /// whether it was accepted.
     ///

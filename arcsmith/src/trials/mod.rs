@@ -13,7 +13,7 @@ use trials::plan::{Counts, cells};
 use trials::programs::Programs;
 use trials::report::Report;
 use trials::workspace::{Campaign, put};
-use trials::{beyond, budget, dynamic, examples, real};
+use trials::{beyond, budget, compare, dynamic, examples, real};
 
 use crate::terminal::{Common, Result, Watched, called};
 use summary::Summary;
@@ -28,7 +28,8 @@ Examples:
   arcsmith trials static --trials 0 --nulls 0 --twice 1000            some minutes
   arcsmith trials dynamic --trials 50 --seed 2 --json
   arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
-  arcsmith trials budget --devices 100                                a minute or two")]
+  arcsmith trials budget --devices 100                                a minute or two
+  arcsmith trials compare --pairs 100                                 a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
     command: Command,
@@ -44,6 +45,8 @@ enum Command {
     Beyond(Beyond),
     /// Uncertainty budgets: whether the stated 95 % hold what corrected readings of simulated devices err by
     Budget(OfBudgets),
+    /// Pairs of recordings of a device: what `compare` says changed, where nothing did, an effect moved, or one came
+    Compare(OfPairs),
 }
 
 /// What all trials take.
@@ -105,6 +108,18 @@ struct OfBudgets {
 }
 
 #[derive(Args)]
+struct OfPairs {
+    /// Pairs of each kind
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
+    pairs: u32,
+    #[command(flatten)]
+    running: Running,
+    /// The folder for the report (compare.json)
+    #[arg(long, default_value = "target/trials-compare")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
 struct Dynamic {
     /// Trials: a fifth of them nulls, the others with something concealed
     #[arg(long, default_value_t = 500)]
@@ -159,6 +174,7 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
         Command::Dynamic(args) => run_dynamic(args, &mut summary, &programs)?,
         Command::Beyond(args) => run_beyond(args, &mut summary, &programs)?,
         Command::Budget(args) => run_budgets(args, &mut summary, &watch)?,
+        Command::Compare(args) => run_pairs(args, &mut summary, &programs)?,
     };
     watch.0.finish_and_clear();
     summary.end(reached);
@@ -235,6 +251,20 @@ fn run_budgets(args: &OfBudgets, summary: &mut Summary, watch: &Watched) -> Resu
         "budget.json",
         &json!({"devices": args.devices, "seed": campaign.seed, "kinds": kinds}),
     )?;
+    Ok(reached)
+}
+
+fn run_pairs(args: &OfPairs, summary: &mut Summary, programs: &Programs) -> Result<bool> {
+    let campaign = args.running.campaign(args.pairs as usize, &args.out)?;
+    let (mut reached, mut kinds) = (true, Vec::new());
+    for kind in compare::Kind::ALL {
+        let folder = std::path::absolute(&args.out)?.join(kind.folder());
+        let compared = compare::run(programs, kind, campaign.counts, campaign.seed, campaign.jobs, &folder)?;
+        reached &= summary.set(kind.name(), &compared.figures(), &[]);
+        kinds.push(compared);
+    }
+    std::fs::create_dir_all(&args.out)?;
+    write(&args.out, "compare.json", &json!({"pairs": args.pairs, "seed": campaign.seed, "kinds": kinds}))?;
     Ok(reached)
 }
 

@@ -3,15 +3,17 @@
 use crate::base::base_columns;
 use crate::correlation::Whitener;
 use crate::diagnosis::FoundTerm;
-use crate::effects::{Effect, Place};
+use crate::effects::{Effect, Place, Range};
 use crate::generic;
 use crate::noise::Noise;
 use crate::numerics::{Basis, LeastSquares, add_scaled, dot, least_squares};
-use crate::rows::Rows;
-use crate::thresholds::compare::{SAME, SHAPE_STEP, TURNS};
+use crate::thresholds::compare::{HALVINGS, SAME, SHAPE_STEP, TURNS};
 use crate::thresholds::explain::UNMEASURED;
 
+use super::joined::Joined;
+
 /// An effect, or structure without a name, that was found in at least one of the recordings.
+#[derive(Clone)]
 pub struct Shared {
     /// The effect; none of structure.
     pub effect: Option<Effect>,
@@ -19,6 +21,8 @@ pub struct Shared {
     pub place: Place,
     /// Its shape in each recording.
     pub shape: [Vec<f64>; 2],
+    /// Its shape as the weaker recording has it, where both do.
+    pub otherwise: Option<Vec<f64>>,
     /// Its family-wise p-value in each recording in which it was found.
     pub found: [Option<f64>; 2],
     /// The amplitudes in each recording, as last fitted.
@@ -34,51 +38,89 @@ impl Shared {
             effect: term.effect.clone(),
             place: term.place.clone(),
             shape: [term.shape.clone(), term.shape.clone()],
+            otherwise: None,
             found,
             amplitudes: [Vec::new(), Vec::new()],
         }
     }
 
+    /// Takes note that it was found in the later recording as well, where it is the stronger or not. Which of an effect's forms
+    /// it is (how it began) is each recording's own.
+    pub fn meets(&mut self, term: &FoundTerm, stronger: bool, both: &Joined) {
+        self.found[1] = Some(self.found[1].unwrap_or(1.0).min(term.p_value));
+        let Some(effect) = &self.effect else { return };
+        let then = self.shape[0].clone();
+        let with_form_of = |shape: &[f64], form: &[f64]| -> Vec<f64> {
+            let ranges = effect.ranges(&both.rows);
+            let own =
+                shape.iter().zip(form).zip(&ranges).map(|((s, f), range)| if range.whole { *f } else { *s });
+            let mixed: Vec<f64> = own.collect();
+            let same =
+                effect.signature(&both.rows, &mixed).len() == effect.signature(&both.rows, shape).len();
+            if same { mixed } else { shape.to_vec() }
+        };
+        let (taken, other) = if stronger { (&term.shape, &then) } else { (&then, &term.shape) };
+        self.shape = [with_form_of(taken, &then), with_form_of(taken, &term.shape)];
+        self.otherwise = Some(other.clone());
+    }
+
+    /// With the shape that the weaker recording has.
+    fn turned(&self) -> Option<Shared> {
+        let other = self.otherwise.as_ref()?;
+        let effect = self.effect.as_ref()?;
+        let mut turned = self.clone();
+        for shape in &mut turned.shape {
+            shape.clone_from(other);
+        }
+        (!effect.begins_at_a_row && other != &self.shape[0]).then_some(turned)
+    }
+
     /// Its columns over both recordings.
-    pub fn columns(&self, both: &Rows, split: usize) -> Vec<Vec<f64>> {
+    pub fn columns(&self, both: &Joined) -> Vec<Vec<f64>> {
         let Some(effect) = &self.effect else {
-            let families = generic::families(both);
+            let families = generic::families(&both.rows);
             let here = families.into_iter().find(|family| family.place == self.place);
             return here.and_then(|family| family.groups.into_iter().next_back()).unwrap_or_default();
         };
         let [then, now] = &self.shape;
-        let mut columns = effect.signature(both, then);
+        let mut columns = both.columns(|rows| effect.signature(rows, then));
         if then != now {
-            let later = effect.signature(both, now);
-            columns.iter_mut().zip(later).for_each(|(c, l)| c[split..].copy_from_slice(&l[split..]));
+            let later = both.columns(|rows| effect.signature(rows, now));
+            columns
+                .iter_mut()
+                .zip(later)
+                .for_each(|(c, l)| c[both.split..].copy_from_slice(&l[both.split..]));
         }
         columns
     }
 
     /// The shape parameters that can be fitted.
-    fn free(&self, both: &Rows) -> Vec<(usize, crate::effects::Range)> {
+    fn free(&self, both: &Joined) -> Vec<(usize, Range)> {
         let Some(effect) = self.effect.as_ref().filter(|e| !e.shape_follows && !e.begins_at_a_row) else {
             return Vec::new();
         };
-        let ranges = effect.ranges(both).into_iter().enumerate();
+        let ranges = effect.ranges(&both.rows).into_iter().enumerate();
         ranges
             .filter(|(j, range)| !range.whole && range.high > range.low && *j < self.shape[0].len())
             .collect()
     }
 
     /// What it adds changes so with shape parameter `j` at its amplitudes.
-    fn derivative(&self, both: &Rows, split: usize, j: usize, range: &crate::effects::Range) -> Vec<f64> {
-        let Some(effect) = &self.effect else { return vec![0.0; both.len()] };
-        let mut derivative = vec![0.0; both.len()];
-        for (recording, rows) in [(0, 0..split), (1, split..both.len())] {
+    fn derivative(&self, both: &Joined, j: usize, range: &Range) -> Vec<f64> {
+        let Some(effect) = &self.effect else { return vec![0.0; both.rows.len()] };
+        let mut derivative = vec![0.0; both.rows.len()];
+        for (recording, rows) in [(0, 0..both.split), (1, both.split..both.rows.len())] {
             let at = |by: f64| {
                 let mut shape = self.shape[recording].clone();
                 shape[j] = (shape[j] + by).clamp(range.low, range.high);
-                (shape[j], effect.signature(both, &shape))
+                (shape[j], both.columns(|rows| effect.signature(rows, &shape)))
             };
             let step = SHAPE_STEP
                 * if range.logarithmic { self.shape[recording][j] } else { range.high - range.low };
             let ((high, above), (low, below)) = (at(step), at(-step));
+            if high <= low {
+                continue;
+            }
             for ((a, b), amplitude) in above.iter().zip(&below).zip(&self.amplitudes[recording]) {
                 for i in rows.clone() {
                     derivative[i] += amplitude * (a[i] - b[i]) / (high - low);
@@ -103,6 +145,7 @@ pub enum What {
 }
 
 /// A part of the common model, which may differ between the recordings.
+#[derive(Clone)]
 pub struct Part {
     /// What it is.
     pub what: What,
@@ -111,11 +154,10 @@ pub struct Part {
 }
 
 /// The model of both recordings.
+#[derive(Clone)]
 pub struct Design<'a> {
     /// Both recordings.
-    pub both: &'a Rows,
-    /// The first row of the later one.
-    pub split: usize,
+    pub both: &'a Joined,
     /// What was found.
     pub shared: Vec<Shared>,
     /// What each recording has for itself: an offset, what happened at one time.
@@ -176,16 +218,16 @@ pub struct White {
 }
 
 impl White {
-    /// In the noise of each; the rows that are `held` of the later one count as unmeasured.
-    pub fn new(noise: &[Noise; 2], held: Option<&[bool]>) -> White {
-        let mut later = noise[1].clone();
-        let unmeasured = later.sigma.iter_mut().zip(held.unwrap_or_default()).filter(|(_, held)| **held);
-        unmeasured.for_each(|(sigma, _)| *sigma *= UNMEASURED);
-        let mut white = White {
-            whiteners: [noise[0].whitener(), later.whitener()],
-            split: noise[0].sigma.len(),
-            target: Vec::new(),
-        };
+    /// In the noise of each; the rows of `unmeasured`, by their numbers in both recordings, take no part.
+    pub fn new(noise: &[Noise; 2], unmeasured: &[usize]) -> White {
+        let split = noise[0].sigma.len();
+        let mut noise = noise.clone();
+        for row in unmeasured {
+            let (recording, row) = if *row < split { (0, *row) } else { (1, row - split) };
+            noise[recording].sigma[row] = UNMEASURED * noise[recording].level;
+        }
+        let whiteners = [noise[0].whitener(), noise[1].whitener()];
+        let mut white = White { whiteners, split, target: Vec::new() };
         white.target = white.of(&[&noise[0].clean[..], &noise[1].clean[..]].concat());
         white
     }
@@ -198,41 +240,36 @@ impl White {
 
 impl<'a> Design<'a> {
     /// The model with these effects. `own` is what each recording has for itself, over its own rows.
-    pub fn new(
-        both: &'a Rows,
-        split: usize,
-        order: usize,
-        own: [Vec<Vec<f64>>; 2],
-        shared: Vec<Shared>,
-    ) -> Design<'a> {
+    pub fn new(both: &'a Joined, order: usize, own: [Vec<Vec<f64>>; 2], shared: Vec<Shared>) -> Design<'a> {
         let [then, now] = own;
-        let before = |c: Vec<f64>| [c, vec![0.0; both.len() - split]].concat();
+        let (n, split) = (both.rows.len(), both.split);
+        let before = |c: Vec<f64>| [c, vec![0.0; n - split]].concat();
         let after = |c: Vec<f64>| [vec![0.0; split], c].concat();
         let mut own: Vec<Vec<f64>> = then.into_iter().map(before).chain(now.into_iter().map(after)).collect();
-        own.push(base_columns(both, 0).swap_remove(0));
-        let mut design = Design { both, split, shared, own, order, parts: Vec::new() };
+        own.push(base_columns(&both.rows, 0).swap_remove(0));
+        let mut design = Design { both, shared, own, order, parts: Vec::new() };
         design.assemble();
         design
     }
 
     /// The parts at the present shapes and amplitudes.
     fn assemble(&mut self) {
-        let base = base_columns(self.both, self.order);
+        let base = base_columns(&self.both.rows, self.order);
         let mut parts = Vec::new();
         let mut push = |what: What, columns: Vec<Vec<f64>>| {
             if !columns.is_empty() {
                 parts.push(Part { what, columns });
             }
         };
-        let slope = usize::from(self.both.whole_turn().is_none());
+        let slope = usize::from(self.both.rows.whole_turn().is_none());
         push(What::Gain, base[1..(1 + slope).min(base.len())].to_vec());
         push(What::Base, base[(1 + slope).min(base.len())..].to_vec());
         for (k, shared) in self.shared.iter().enumerate() {
-            push(What::Amplitude(k), shared.columns(self.both, self.split));
+            push(What::Amplitude(k), shared.columns(self.both));
             // A shape that one recording does not show cannot differ from that of the other.
             if shared.found.iter().all(Option::is_some) && !shared.amplitudes[0].is_empty() {
                 for (j, range) in shared.free(self.both) {
-                    push(What::Shape(k, j), vec![shared.derivative(self.both, self.split, j, &range)]);
+                    push(What::Shape(k, j), vec![shared.derivative(self.both, j, &range)]);
                 }
             }
         }
@@ -243,7 +280,7 @@ impl<'a> Design<'a> {
     fn differing(&self, part: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
         let later = |column: &Vec<f64>| {
             let mut later = column.clone();
-            later[..self.split].fill(0.0);
+            later[..self.both.split].fill(0.0);
             later
         };
         self.parts[part].columns.iter().map(later)
@@ -274,7 +311,7 @@ impl<'a> Design<'a> {
 
     /// What it explains that a part differs, beside others that do, and with how many degrees of freedom.
     pub fn explained(&self, white: &White, changed: &[usize]) -> Vec<(f64, usize)> {
-        let mut basis = Basis::new(self.both.len());
+        let mut basis = Basis::new(self.both.rows.len());
         let whole = self.own.iter().chain(self.parts.iter().flat_map(|part| &part.columns));
         whole.for_each(|column| {
             basis.add(&white.of(column));
@@ -296,33 +333,100 @@ impl<'a> Design<'a> {
         (0..self.parts.len()).map(|part| if changed.contains(&part) { (0.0, 0) } else { of(part) }).collect()
     }
 
-    /// Moves shapes and amplitudes to where a fit puts them, a few times (Gauss–Newton). `changed` differ.
+    /// Moves shapes and amplitudes to where a fit puts them, a few times (Gauss–Newton, halving a step that leaves more).
+    /// `changed` differ.
     pub fn refine(&mut self, white: &White, changed: &[What]) {
+        let rss = |design: &Design| design.fit(white, &design.parts_of(changed)).solution.rss;
         for _ in 0..TURNS {
-            let differ: Vec<usize> = changed.iter().filter_map(|what| self.part(*what)).collect();
-            let fitted = self.fit(white, &differ);
-            for part in 0..self.parts.len() {
-                let (common, differences) = fitted.of(self, part);
-                let c = |k: &usize| fitted.solution.coefficients[*k];
-                let then: Vec<f64> = common.iter().map(c).collect();
-                let more = differences.map_or_else(|| vec![0.0; then.len()], |d| d.iter().map(c).collect());
-                let now: Vec<f64> = then.iter().zip(more).map(|(a, b)| a + b).collect();
-                match self.parts[part].what {
-                    What::Amplitude(k) => self.shared[k].amplitudes = [then, now],
-                    What::Shape(k, j) => {
-                        let ranges = self.shared[k].free(self.both);
-                        let Some((_, range)) = ranges.into_iter().find(|(of, _)| *of == j) else { continue };
-                        for (shape, by) in self.shared[k].shape.iter_mut().zip([then[0], now[0]]) {
-                            let most = 0.5
-                                * if range.logarithmic { shape[j] } else { 0.5 * (range.high - range.low) };
-                            shape[j] = (shape[j] + by.clamp(-most, most)).clamp(range.low, range.high);
-                        }
+            let fitted = self.fit(white, &self.parts_of(changed));
+            let moves = self.take_amplitudes(&fitted);
+            self.follow();
+            self.assemble();
+            let before: Vec<[Vec<f64>; 2]> = self.shared.iter().map(|shared| shared.shape.clone()).collect();
+            for halvings in 0..=HALVINGS {
+                let part = 0.5f64.powi(halvings);
+                for (k, j, range, by) in &moves {
+                    for recording in [0, 1] {
+                        let from = before[*k][recording][*j];
+                        let to = (from + part * by[recording]).clamp(range.low, range.high);
+                        self.shared[*k].shape[recording][*j] = to;
                     }
-                    What::Gain | What::Base => {}
                 }
+                self.assemble();
+                if moves.is_empty() || rss(self) <= fitted.solution.rss {
+                    break;
+                }
+                self.shared
+                    .iter_mut()
+                    .zip(&before)
+                    .for_each(|(shared, shape)| shared.shape.clone_from(shape));
             }
             self.assemble();
         }
+    }
+
+    /// Puts shapes that follow from the amplitudes where these put them.
+    fn follow(&mut self) {
+        for shared in &mut self.shared {
+            let Some(effect) = shared.effect.as_ref().filter(|effect| effect.shape_follows) else { continue };
+            for (shape, amplitudes) in shared.shape.iter_mut().zip(&shared.amplitudes) {
+                if !amplitudes.is_empty() {
+                    *shape = effect.consistent_shape(shape, amplitudes, &self.both.rows);
+                }
+            }
+        }
+    }
+
+    /// Refines with all amplitudes differing, each effect from the shape of either recording: what leaves less stays.
+    pub fn settle(&mut self, white: &White, amplitudes: &[What]) {
+        self.refine(white, amplitudes);
+        for k in 0..self.shared.len() {
+            let Some(turned) = self.shared[k].turned() else { continue };
+            let mut other = self.clone();
+            other.shared[k] = turned;
+            other.assemble();
+            other.refine(white, amplitudes);
+            let rss = |design: &Design| design.fit(white, &design.parts_of(amplitudes)).solution.rss;
+            if other.parts.len() == self.parts.len() && rss(&other) < rss(self) {
+                *self = other;
+            }
+        }
+    }
+
+    /// The numbers of parts.
+    fn parts_of(&self, what: &[What]) -> Vec<usize> {
+        what.iter().filter_map(|what| self.part(*what)).collect()
+    }
+
+    /// Keeps the amplitudes of a fit, and says which shapes it would move in each recording and how far: at most by half.
+    fn take_amplitudes(&mut self, fitted: &Fitted) -> Vec<(usize, usize, Range, [f64; 2])> {
+        let mut moves = Vec::new();
+        for part in 0..self.parts.len() {
+            let (common, differences) = fitted.of(self, part);
+            let c = |k: &usize| fitted.solution.coefficients[*k];
+            let then: Vec<f64> = common.iter().map(c).collect();
+            let more = differences.map_or_else(|| vec![0.0; then.len()], |d| d.iter().map(c).collect());
+            let now: Vec<f64> = then.iter().zip(more).map(|(a, b)| a + b).collect();
+            match self.parts[part].what {
+                What::Amplitude(k) => self.shared[k].amplitudes = [then, now],
+                What::Shape(k, j) => {
+                    let ranges = self.shared[k].free(self.both);
+                    let Some((_, range)) = ranges.into_iter().find(|(of, _)| *of == j) else { continue };
+                    let limited = |recording: usize, by: f64| {
+                        let scale = if range.logarithmic {
+                            self.shared[k].shape[recording][j]
+                        } else {
+                            0.5 * (range.high - range.low)
+                        };
+                        by.clamp(-0.5 * scale, 0.5 * scale)
+                    };
+                    let by = [limited(0, then[0]), limited(1, now[0])];
+                    moves.push((k, j, range, by));
+                }
+                What::Gain | What::Base => {}
+            }
+        }
+        moves
     }
 }
 

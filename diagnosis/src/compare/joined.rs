@@ -1,12 +1,48 @@
-//! Two recordings as one, the later after the earlier, with the columns that both have.
+//! Two recordings as one, with the columns that both have.
 
 use crate::numerics::range;
 use crate::rows::{Column, Rows};
 use crate::thresholds::compare::PAUSE;
 
-/// Both recordings. Their passes stay apart, and between them lies a time in which everything is forgotten, so that an
-/// effect with a memory begins anew; what it refers to (a mean temperature, the largest reading) is the same for both.
-pub fn joined(then: &Rows, now: &Rows) -> Rows {
+/// Both recordings, in both orders: an effect with a memory begins in each as it does in that recording by itself, and what
+/// it refers to (a mean temperature, the largest reading) is the same for both.
+#[derive(Clone)]
+pub struct Joined {
+    /// The later after the earlier.
+    pub rows: Rows,
+    /// The earlier after the later.
+    turned: Rows,
+    /// The first row of the later in `rows`.
+    pub split: usize,
+}
+
+impl Joined {
+    /// Of the earlier and the later recording.
+    pub fn new(then: &Rows, now: &Rows) -> Joined {
+        Joined { rows: joined(then, now), turned: joined(now, then), split: then.len() }
+    }
+
+    /// Columns over the rows of each recording, with that recording first.
+    pub fn columns(&self, of: impl Fn(&Rows) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let mut columns = of(&self.rows);
+        let n = self.rows.len() - self.split;
+        columns
+            .iter_mut()
+            .zip(of(&self.turned))
+            .for_each(|(c, later)| c[self.split..].copy_from_slice(&later[..n]));
+        columns
+    }
+
+    /// Moves the true position of the later recording, where the reference was zeroed anew.
+    pub fn move_zero(&mut self, by: f64) {
+        let n = self.rows.len() - self.split;
+        self.rows.truth[self.split..].iter_mut().for_each(|truth| *truth += by);
+        self.turned.truth[..n].iter_mut().for_each(|truth| *truth += by);
+    }
+}
+
+/// One recording after the other. Their passes stay apart, and between them lies a time in which everything is forgotten.
+fn joined(then: &Rows, now: &Rows) -> Rows {
     let of = |a: &[f64], b: &[f64]| [a, b].concat();
     let both = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| Some(of(a.as_ref()?, b.as_ref()?));
     let (_, last) = range(&then.t_s);

@@ -8,30 +8,34 @@
 mod choose;
 mod design;
 mod joined;
+pub mod motion;
 mod proof;
 mod quantity;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use fitter::{Mirror, Recording};
 use serde::Serialize;
 
 use crate::Verdict;
+use crate::base::base_columns;
 use crate::diagnosis::{Options, Outcome, diagnose};
 use crate::error::DiagnosisError;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
 use crate::held_out::Gain;
 use crate::noise::{Noise, estimate};
-use crate::numerics::{centred, rms, widening};
+use crate::numerics::{centred, least_squares, rms, widening};
 use crate::rows::Rows;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::calibrate::HALF_SEEN;
-use crate::thresholds::compare::{FALSE_ALARMS, LEAST_COMMON, PRESENT};
+use crate::thresholds::compare::{FALSE_ALARMS, LEAST_COMMON, PRESENT, ZEROS};
 use crate::verdict::{Location, locate};
 
 use choose::{Chosen, choose, noise_ratio, visible};
 use design::{Design, Fitted, Shared, What, White, alike};
+use joined::Joined;
 pub use quantity::{Estimate, Quantity};
 
 /// How something changed.
@@ -98,8 +102,9 @@ pub struct Visible {
     /// Id of what would have changed; `new effect` of one that neither recording has.
     pub id: String,
     /// Root mean square of the difference over the later recording that is found in 95 of 100 such pairs, in the recording's
-    /// unit: an estimate.
-    pub rms: f64,
+    /// unit: an estimate. None in motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms: Option<f64>,
     /// The same of its one parameter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parameter: Option<(String, f64)>,
@@ -135,7 +140,8 @@ pub struct Comparison {
     pub now: Side,
     /// The changes, the strongest first.
     pub changes: Vec<Change>,
-    /// Root mean square of what the common model leaves of the later recording where nothing differs, and with the changes.
+    /// Root mean square of what the common model leaves of the later recording where nothing differs, and with the changes; in
+    /// motion what the earlier recording's model leaves of it, and its own.
     pub left: [f64; 2],
     /// Family-wise false alarms that are allowed.
     pub false_alarms: f64,
@@ -186,16 +192,41 @@ fn overlap(outcomes: &[Outcome; 2], now: &Recording) -> Result<(), DiagnosisErro
     })
 }
 
+/// The higher of the orders of the base.
+fn order(outcomes: &[Outcome; 2]) -> usize {
+    outcomes.iter().map(|outcome| outcome.after.order).max().unwrap_or(1)
+}
+
+/// How much higher the error's constant is in the later recording: so much lower is the zero of its reference.
+fn moved_zero(both: &Joined, order: usize) -> f64 {
+    let (n, split) = (both.rows.len(), both.split);
+    let mut columns = base_columns(&both.rows, order);
+    columns.push((0..n).map(|i| f64::from(u8::from(i >= split))).collect());
+    if both.rows.pair {
+        columns.push(vec![1.0; n]);
+    }
+    let moved = least_squares(&columns, &both.rows.error).coefficients;
+    moved[columns.len() - 1 - usize::from(both.rows.pair)]
+}
+
 /// Two diagnosed recordings.
 struct Pair<'a> {
     outcomes: &'a [Outcome; 2],
-    both: Rows,
+    both: Joined,
     notes: Vec<String>,
 }
 
 impl<'a> Pair<'a> {
     fn new(outcomes: &'a [Outcome; 2]) -> Pair<'a> {
-        let both = joined::joined(&outcomes[0].rows, &outcomes[1].rows);
+        let mut both = Joined::new(&outcomes[0].rows, &outcomes[1].rows);
+        let order = order(outcomes);
+        // Where the base is of the true position itself, it is only right once the zeros are the same.
+        let mut moved = 0.0;
+        for _ in 0..ZEROS {
+            let to = moved_zero(&both, order);
+            both.move_zero(to - moved);
+            moved = to;
+        }
         Pair { outcomes, both, notes: Vec::new() }
     }
 
@@ -207,23 +238,33 @@ impl<'a> Pair<'a> {
         self.rows(0).len()
     }
 
+    /// The rows that do not determine an effect that was found.
+    fn undetermined(&self, shared: &[Shared]) -> Vec<usize> {
+        let effects = || shared.iter().filter_map(|shared| shared.effect.as_ref());
+        let of = |recording: usize| {
+            let noise = self.outcomes[recording].diagnosis.noise_floor.value;
+            effects().flat_map(move |e| e.undetermined_rows(self.rows(recording), noise))
+        };
+        of(0).chain(of(1).map(|row| row + self.split())).collect::<BTreeSet<usize>>().into_iter().collect()
+    }
+
     /// What was found of the device in either recording, once each.
     fn shared(&mut self) -> Vec<Shared> {
-        let split = self.split();
         let mut all: Vec<Shared> = Vec::new();
         for recording in [0, 1] {
             for term in &self.outcomes[recording].found {
                 if term.effect.as_ref().is_some_and(|effect| effect.of_one_time) {
                     continue;
                 }
-                if let Some(Err(reason)) = term.effect.as_ref().map(|effect| effect.testable(&self.both)) {
+                if let Some(Err(reason)) = term.effect.as_ref().map(|effect| effect.testable(&self.both.rows))
+                {
                     let id = term.effect.as_ref().map_or("structure", |effect| &effect.id);
                     self.notes.push(format!("{id} is not compared: {reason} in both recordings"));
                     continue;
                 }
                 let new = Shared::of(term, recording);
                 let id = |shared: &Shared| shared.effect.as_ref().map(|effect| effect.id.clone());
-                let columns = new.columns(&self.both, split);
+                let columns = new.columns(&self.both);
                 if columns.is_empty() {
                     continue;
                 }
@@ -232,18 +273,16 @@ impl<'a> Pair<'a> {
                     _ => {
                         known.place == new.place
                             && id(known) == id(&new)
-                            && alike(&columns, &known.columns(&self.both, split))
+                            && alike(&columns, &known.columns(&self.both))
                     }
                 };
                 match all.iter_mut().find(same) {
-                    Some(known) => {
-                        known.found[recording] =
-                            Some(known.found[recording].unwrap_or(1.0).min(term.p_value));
+                    Some(known) if recording == 1 => {
                         // Where it is stronger its shape is known better.
-                        if recording == 1 && term.explained > self.strength(known) {
-                            known.shape = [term.shape.clone(), term.shape.clone()];
-                        }
+                        let stronger = term.explained > self.strength(known);
+                        known.meets(term, stronger, &self.both);
                     }
+                    Some(_) => {}
                     None => all.push(new),
                 }
             }
@@ -271,30 +310,31 @@ impl<'a> Pair<'a> {
     /// The noise of a recording beside its part of the model.
     fn noise(&self, design: &Design, recording: usize) -> Noise {
         let rows = self.rows(recording);
-        let here: Range<usize> = if recording == 0 { 0..self.split() } else { self.split()..self.both.len() };
+        let here: Range<usize> =
+            if recording == 0 { 0..self.split() } else { self.split()..self.both.rows.len() };
         let mut model = self.own(recording);
         let parts = design.parts.iter().flat_map(|part| &part.columns);
         model.extend(parts.map(|column| column[here.clone()].to_vec()));
-        model.push(crate::base::base_columns(&self.both, 0)[0][here].to_vec());
+        model.push(base_columns(&self.both.rows, 0)[0][here].to_vec());
         estimate(&rows.error, &rows.t_s, &model, &model, &covariates(rows), &slow_structure(rows))
     }
 
     fn compare(mut self) -> Result<Compared, DiagnosisError> {
         let shared = self.shared();
         self.note_ranges();
-        let order = self.outcomes.iter().map(|outcome| outcome.after.order).max().unwrap_or(1);
         let own = [self.own(0), self.own(1)];
         let both = self.both.clone();
-        let mut design = Design::new(&both, self.split(), order, own, shared);
+        let unmeasured = self.undetermined(&shared);
+        let mut design = Design::new(&both, order(self.outcomes), own, shared);
         let noise = [self.noise(&design, 0), self.noise(&design, 1)];
-        let white = White::new(&noise, None);
+        let white = White::new(&noise, &unmeasured);
         // Each effect about its own strength in each recording; then its shape, the same in both.
         let amplitudes = |design: &Design| -> Vec<What> {
             let all = design.parts.iter().map(|part| part.what);
             all.filter(|what| matches!(what, What::Amplitude(_))).collect()
         };
         let differ = amplitudes(&design);
-        design.refine(&white, &differ);
+        design.settle(&white, &differ);
         let freedom = noise[0].freedom + noise[1].freedom;
         // Every part, and the noise.
         let looks = design.parts.len() + 1;
@@ -311,7 +351,7 @@ impl<'a> Pair<'a> {
         let mut k = 0;
         while k < chosen.len() {
             let part = self.of_same_effect(&design, &chosen, k);
-            match proof::prove(&design, &noise, self.rows(1), &taken, &part) {
+            match proof::prove(&design, &noise, &unmeasured, self.rows(1), &taken, &part) {
                 Some(proof) if proof.gain.value <= 0.0 => {
                     let id = self.id(&design, chosen[k].what);
                     self.notes
@@ -328,9 +368,10 @@ impl<'a> Pair<'a> {
         }
         let fitted = design.fit(&white, &taken);
         let same = design.fit(&white, &[]);
+        self.give_base_to_effects(&design, &fitted, &mut chosen, &mut proofs);
         let mut changes = self.changes(&design, &fitted, &chosen, proofs, freedom);
         changes.extend(self.noise_change(&noise, looks));
-        let now = self.split()..self.both.len();
+        let now = self.split()..self.both.rows.len();
         let left = |fit: &Fitted| -> Vec<f64> {
             let value = fit.value();
             centred(
@@ -339,8 +380,9 @@ impl<'a> Pair<'a> {
         };
         let (left_same, left_changed) = (left(&same), left(&fitted));
         let points = now.clone().zip(left_same.iter().zip(&left_changed));
-        let points = points.map(|(i, (same, changed))| [self.both.theta[i], *same, same - changed]).collect();
-        let would_have_seen = self.would_have_seen(&design, &fitted, &noise, looks);
+        let points =
+            points.map(|(i, (same, changed))| [self.both.rows.theta[i], *same, same - changed]).collect();
+        let would_have_seen = self.would_have_seen(&design, &fitted, &white, noise[1].level, looks);
         let side = |recording: usize| {
             let diagnosis = &self.outcomes[recording].diagnosis;
             Side {
@@ -353,7 +395,7 @@ impl<'a> Pair<'a> {
         let comparison = Comparison {
             schema: 1,
             verdict: if changes.is_empty() { "unchanged" } else { "changed" },
-            unit: self.both.unit.clone(),
+            unit: self.both.rows.unit.clone(),
             then: side(0),
             now: side(1),
             left: [rms(&left_same), rms(&left_changed)],
@@ -363,6 +405,28 @@ impl<'a> Pair<'a> {
             notes: self.notes,
         };
         Ok(Compared { comparison, points })
+    }
+
+    /// Where an effect came or went, what differs of the base is taken for a part of it: what an effect refers to (a
+    /// temperature, a position at rest) it shares with the base.
+    fn give_base_to_effects(
+        &mut self,
+        design: &Design,
+        fitted: &Fitted,
+        chosen: &mut Vec<Chosen>,
+        proofs: &mut Vec<Option<proof::Proof>>,
+    ) {
+        let one_sided = |c: &&Chosen| matches!(self.kind(design, fitted, c.what), Kind::Came | Kind::Went);
+        let Some(effect) = chosen.iter().find(one_sided).map(|c| self.id(design, c.what)) else { return };
+        let of_effects: Vec<bool> =
+            chosen.iter().map(|c| !matches!(c.what, What::Gain | What::Base)).collect();
+        if of_effects.iter().all(|of| *of) {
+            return;
+        }
+        let (mut a, mut b) = (of_effects.iter(), of_effects.iter());
+        chosen.retain(|_| a.next() == Some(&true));
+        proofs.retain(|_| b.next() == Some(&true));
+        self.notes.push(format!("the base differs as well: it may be a part of {effect}"));
     }
 
     /// Says where the recordings were taken under other conditions, which may be what changed.
@@ -436,7 +500,7 @@ impl<'a> Pair<'a> {
                 continue;
             }
             let parts = self.of_same_effect(design, chosen, k);
-            let mut difference = vec![0.0; self.both.len()];
+            let mut difference = vec![0.0; self.both.rows.len()];
             for part in &parts {
                 let more = fitted.difference(design, *part);
                 difference.iter_mut().zip(more).for_each(|(d, m)| *d += m);
@@ -507,7 +571,8 @@ impl<'a> Pair<'a> {
         &self,
         design: &Design,
         fitted: &Fitted,
-        noise: &[Noise; 2],
+        white: &White,
+        level: f64,
         looks: usize,
     ) -> Vec<Visible> {
         let mut seen: Vec<Visible> = Vec::new();
@@ -517,18 +582,18 @@ impl<'a> Pair<'a> {
                 continue;
             }
             let Some((rms, rank, parameter)) =
-                quantity::smallest(design, fitted, noise, part, |rank| visible(rank, looks))
+                quantity::smallest(design, fitted, white, part, |rank| visible(rank, looks))
             else {
                 continue;
             };
             let parameter = parameter.filter(|_| rank == 1);
-            seen.push(Visible { id: self.id(design, what), rms, parameter });
+            seen.push(Visible { id: self.id(design, what), rms: Some(rms), parameter });
         }
         let now = self.rows(1).len() as f64;
         let power = crate::thresholds::compare::POWER;
         seen.push(Visible {
             id: "new effect".into(),
-            rms: (HALF_SEEN + power) * noise[1].level / now.sqrt(),
+            rms: Some((HALF_SEEN + power) * level / now.sqrt()),
             parameter: None,
         });
         seen

@@ -23,6 +23,7 @@ pub struct Proof {
 pub fn prove(
     design: &Design,
     noise: &[Noise; 2],
+    unmeasured: &[usize],
     now: &Rows,
     changed: &[usize],
     part: &[usize],
@@ -37,11 +38,12 @@ pub fn prove(
     let mut left = [vec![0.0; now.len()], vec![0.0; now.len()]];
     for f in 0..folds {
         let held: Vec<bool> = group.iter().map(|g| fold(*g) == f).collect();
-        let white = White::new(noise, Some(&held));
+        let rows = (0..now.len()).filter(|i| held[*i]).map(|i| design.both.split + i);
+        let white = White::new(noise, &unmeasured.iter().copied().chain(rows).collect::<Vec<_>>());
         for (left, differ) in left.iter_mut().zip([&fewer, &changed.to_vec()]) {
             let value = design.fit(&white, differ).value();
             for (i, _) in held.iter().enumerate().filter(|(_, held)| **held) {
-                left[i] = noise[1].clean[i] - value[design.split + i];
+                left[i] = noise[1].clean[i] - value[design.both.split + i];
             }
         }
     }

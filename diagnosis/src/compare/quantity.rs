@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use crate::calibrate::log_tail;
 use crate::effects::Reading;
-use crate::noise::Noise;
 use crate::numerics::{centred, dot};
 
 use super::design::{Design, Fitted, What, White};
@@ -68,7 +67,7 @@ fn gain(design: &Design, fitted: &Fitted, wide: f64) -> Vec<Quantity> {
     let Some([k]) = fitted.of(design, part).1.as_deref().and_then(|d| <[usize; 1]>::try_from(d).ok()) else {
         return Vec::new();
     };
-    let (theta, column) = (centred(&design.both.theta), centred(&design.parts[part].columns[0]));
+    let (theta, column) = (centred(&design.both.rows.theta), centred(&design.parts[part].columns[0]));
     let per = dot(&theta, &column) / dot(&theta, &theta);
     let n = fitted.solution.coefficients.len();
     let error = fitted.solution.inverse[k * n + k].max(0.0).sqrt();
@@ -104,7 +103,7 @@ fn readings(design: &Design, fitted: &Fitted, k: usize, wide: f64) -> Vec<Quanti
                 _ => amplitudes = [then, now],
             }
         }
-        [0, 1].map(|r| effect.readings(design.both, &shape[r], &amplitudes[r]))
+        [0, 1].map(|r| effect.readings(&design.both.rows, &shape[r], &amplitudes[r]))
     };
     let (coefficients, n) = (&fitted.solution.coefficients, fitted.solution.coefficients.len());
     let all: Vec<usize> =
@@ -179,7 +178,10 @@ pub fn add_moved_shape(design: &Design, k: usize, difference: &mut [f64]) {
     if then == now {
         return;
     }
-    let (as_then, as_now) = (effect.signature(design.both, then), effect.signature(design.both, now));
+    let (as_then, as_now) = (
+        design.both.columns(|rows| effect.signature(rows, then)),
+        design.both.columns(|rows| effect.signature(rows, now)),
+    );
     for ((a, b), amplitude) in as_then.iter().zip(&as_now).zip(&shared.amplitudes[0]) {
         for ((d, a), b) in difference.iter_mut().zip(a).zip(b) {
             *d += amplitude * (b - a);
@@ -192,16 +194,15 @@ pub fn add_moved_shape(design: &Design, k: usize, difference: &mut [f64]) {
 pub fn smallest(
     design: &Design,
     fitted: &Fitted,
-    noise: &[Noise; 2],
+    white: &White,
     part: usize,
     visible: impl Fn(usize) -> f64,
 ) -> Option<(f64, usize, Option<(String, f64)>)> {
-    let white = White::new(noise, None);
     let mut changed = fitted.changed.clone();
     if !changed.contains(&part) {
         changed.push(part);
     }
-    let wider = design.fit(&white, &changed);
+    let wider = design.fit(white, &changed);
     let lanes = wider.of(design, part).1?;
     let n = wider.solution.coefficients.len();
     let at = |i: usize, j: usize| wider.solution.inverse[lanes[i] * n + lanes[j]];
@@ -210,7 +211,7 @@ pub fn smallest(
         return None;
     }
     let columns: Vec<Vec<f64>> =
-        design.parts[part].columns.iter().map(|c| centred(&c[design.split..])).collect();
+        design.parts[part].columns.iter().map(|c| centred(&c[design.both.split..])).collect();
     let rows = columns[0].len();
     let variance: f64 = (0..lanes.len())
         .flat_map(|i| (0..lanes.len()).map(move |j| (i, j)))
@@ -220,7 +221,8 @@ pub fn smallest(
     let parameter = match design.parts[part].what {
         What::Amplitude(k) if rank == 1 && lanes.len() == 1 => {
             let effect = design.shared[k].effect.as_ref()?;
-            let of = |amplitude: f64| effect.readings(design.both, &design.shared[k].shape[1], &[amplitude]);
+            let of =
+                |amplitude: f64| effect.readings(&design.both.rows, &design.shared[k].shape[1], &[amplitude]);
             let (with, without) = (of(length * at(0, 0).sqrt()), of(0.0));
             let first = with.first().zip(without.first());
             first.map(|(with, without)| (with.name.clone(), (with.value - without.value).abs()))

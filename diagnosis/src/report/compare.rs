@@ -5,7 +5,7 @@ use fitter::report::{Chart, Colour, Figure, Mark, STYLE, Series};
 use minijinja::{Environment, context};
 
 use super::{digits, figure, probability, readable, typeset};
-use crate::compare::{Compared, Comparison, Estimate, Kind};
+use crate::compare::{Comparison, Estimate, Kind};
 use crate::numerics::{mean, range};
 use crate::thresholds::report::charts::BINS;
 
@@ -28,9 +28,8 @@ pub fn compared(c: &Comparison) -> String {
     }
 }
 
-/// The page; `written` are the files that are written with it.
-pub fn of_comparison(compared: &Compared, written: &[String]) -> String {
-    let c = &compared.comparison;
+/// The page. `points` are of [`crate::compare::Compared`], none in motion; `written` are the files that are written with it.
+pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], written: &[String]) -> String {
     let estimate = |e: &Option<Estimate>, unit: &str| {
         e.as_ref().map_or("–".into(), |e| typeset(&figures::with_interval(e.value, e.ci95, unit)))
     };
@@ -65,7 +64,7 @@ pub fn of_comparison(compared: &Compared, written: &[String]) -> String {
     };
     let visible = |v: &crate::compare::Visible| {
         let parameter = v.parameter.as_ref().map(|(name, value)| format!("{name} {}", digits(*value)));
-        context! { id => v.id.as_str(), rms => figure(v.rms, &c.unit), parameter }
+        context! { id => v.id.as_str(), rms => v.rms.map(|rms| figure(rms, &c.unit)), parameter }
     };
     let side = |s: &crate::compare::Side| {
         context! {
@@ -84,13 +83,13 @@ pub fn of_comparison(compared: &Compared, written: &[String]) -> String {
         context! {
             verdict => c.verdict,
             notes => c.notes.clone(),
-            sentence => self::compared(c),
+            sentence => compared(c),
             sides => [side(&c.then), side(&c.now)],
             changes => c.changes.iter().map(change).collect::<Vec<_>>(),
             left => c.left.map(|left| figure(left, &c.unit)),
             visible => c.would_have_seen.iter().map(visible).collect::<Vec<_>>(),
             alarms => format!("{:.2} %", 100.0 * c.false_alarms),
-            difference => difference(compared),
+            difference => (!points.is_empty()).then(|| difference(c, points)),
             written => written.to_vec(),
         },
     );
@@ -100,9 +99,9 @@ pub fn of_comparison(compared: &Compared, written: &[String]) -> String {
 }
 
 /// What the model of the earlier recording leaves of the later one, and what the changes say of it, over the angle.
-fn difference(compared: &Compared) -> String {
-    let unit = &compared.comparison.unit;
-    let mut points = compared.points.clone();
+fn difference(c: &Comparison, points: &[[f64; 3]]) -> String {
+    let unit = &c.unit;
+    let mut points = points.to_vec();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let size = points.len().div_ceil(BINS).max(1);
     let of = |chunk: &[[f64; 3]], k: usize| mean(&chunk.iter().map(|p| p[k]).collect::<Vec<f64>>());
@@ -117,7 +116,7 @@ fn difference(compared: &Compared) -> String {
         ),
         Series::new("", Mark::Curve, Colour::First, running(1)),
     ];
-    if !compared.comparison.changes.is_empty() && high > low {
+    if !c.changes.is_empty() && high > low {
         series.push(Series::new("the changes", Mark::Curve, Colour::Second, running(2)));
     }
     let chart = Chart {

@@ -1,0 +1,199 @@
+//! What changed between two recordings of a mechanism in motion. Each is diagnosed by itself, with the other to predict. The
+//! parameters that both determine are held against each other by their intervals; an effect that one recording alone has came
+//! or went.
+
+use std::collections::BTreeSet;
+
+use statrs::function::erf::erfc;
+
+use crate::Verdict;
+use crate::diagnosis::Diagnosis;
+use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, diagnose};
+use crate::error::DiagnosisError;
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::compare::FALSE_ALARMS;
+use crate::verdict::{NamedEffect, Parameter};
+
+use super::choose::visible;
+use super::{Change, Comparison, Estimate, Kind, Quantity, Side, Visible};
+
+/// Compares two recordings of a mechanism: `case` is that of the earlier one.
+///
+/// # Errors
+/// [`DiagnosisError`] where one of them cannot be diagnosed.
+pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, DiagnosisError> {
+    let then = case.recording;
+    let of = |recording, held_out| diagnose(&Case { recording, held_out: Some(held_out), ..*case });
+    let (a, b) = rayon::join(|| of(then, now), || of(now, then));
+    Ok(Pair { then: a?, now: b?, unit: case.plant.plant.position_unit.clone() }.comparison())
+}
+
+struct Pair {
+    then: DynamicOutcome,
+    now: DynamicOutcome,
+    unit: String,
+}
+
+/// A parameter that both recordings determine.
+struct Both<'a> {
+    id: &'a str,
+    title: &'a str,
+    then: &'a Parameter,
+    now: &'a Parameter,
+    /// How many times its standard error each is taken for.
+    wider: [f64; 2],
+}
+
+impl Both<'_> {
+    /// The difference in joint standard errors.
+    fn z(&self) -> f64 {
+        (self.now.value - self.then.value).abs() / self.error().max(f64::MIN_POSITIVE)
+    }
+
+    fn error(&self) -> f64 {
+        let error = |p: &Parameter| 0.5 * (p.ci95[1] - p.ci95[0]) / NORMAL_95;
+        (self.wider[0] * error(self.then)).hypot(self.wider[1] * error(self.now))
+    }
+
+    fn quantity(&self) -> Quantity {
+        let estimate = |p: &Parameter| Estimate { value: p.value, ci95: p.ci95 };
+        let (difference, half) = (self.now.value - self.then.value, NORMAL_95 * self.error());
+        Quantity {
+            name: self.then.name.clone(),
+            unit: self.then.unit.clone(),
+            then: Some(estimate(self.then)),
+            now: Some(estimate(self.now)),
+            difference: Some(Estimate { value: difference, ci95: [difference - half, difference + half] }),
+        }
+    }
+}
+
+impl Pair {
+    fn sides(&self) -> [&Diagnosis; 2] {
+        [&self.then.diagnosis, &self.now.diagnosis]
+    }
+
+    /// What both determine: the plant's parameters, and those of the effects that both have.
+    fn both(&self) -> Vec<Both<'_>> {
+        let [then, now] = self.sides();
+        let plant = std::iter::once(("plant", "the plant", &then.plant, &now.plant));
+        let effects = then.effects.iter().filter_map(|e| {
+            let other = now.effects.iter().find(|other| other.id == e.id)?;
+            Some((e.id.as_str(), e.title.as_str(), &e.parameters, &other.parameters))
+        });
+        let wider = [wider(then), wider(now)];
+        let mut both = Vec::new();
+        for (id, title, p, q) in plant.chain(effects) {
+            let pairs = p.iter().filter_map(|p| Some((p, q.iter().find(|q| q.name == p.name)?)));
+            both.extend(pairs.map(|(then, now)| Both { id, title, then, now, wider }));
+        }
+        both
+    }
+
+    /// The effects that one recording alone has.
+    fn alone(&self, recording: usize) -> Vec<&NamedEffect> {
+        let sides = self.sides();
+        let other: BTreeSet<&str> = sides[1 - recording].effects.iter().map(|e| e.id.as_str()).collect();
+        sides[recording].effects.iter().filter(|e| !other.contains(e.id.as_str())).collect()
+    }
+
+    fn comparison(&self) -> Comparison {
+        let both = self.both();
+        let looks = (both.len() + self.alone(0).len() + self.alone(1).len()).max(1);
+        let [then, now] = self.sides();
+        // The later recording by the earlier one's model, and by its own.
+        let own = now.fit.after.train_rms;
+        let left = [then.fit.after.held_out_rms.unwrap_or(own), own];
+        let mut changes: Vec<Change> = Vec::new();
+        let ids: Vec<&str> = both.iter().fold(Vec::new(), |mut ids, one| {
+            if !ids.contains(&one.id) {
+                ids.push(one.id);
+            }
+            ids
+        });
+        for id in ids {
+            let of: Vec<&Both> = both.iter().filter(|one| one.id == id).collect();
+            let z = of.iter().map(|one| one.z()).fold(0.0, f64::max);
+            let p_value = (looks as f64 * erfc(z * std::f64::consts::FRAC_1_SQRT_2)).min(1.0);
+            if p_value <= FALSE_ALARMS {
+                changes.push(Change {
+                    id: id.into(),
+                    title: of[0].title.into(),
+                    kind: Kind::Moved,
+                    place: None,
+                    p_value,
+                    rms: None,
+                    parameters: of.iter().map(|one| one.quantity()).collect(),
+                    alternatives: Vec::new(),
+                    held_out: None,
+                });
+            }
+        }
+        for (recording, kind) in [(1, Kind::Came), (0, Kind::Went)] {
+            let found =
+                self.alone(recording).into_iter().filter(|e| looks as f64 * e.p_value <= FALSE_ALARMS);
+            changes.extend(found.map(|e| self.one_sided(e, recording, kind, looks)));
+        }
+        changes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+        let smallest = |one: &Both| Visible {
+            id: one.id.into(),
+            rms: None,
+            parameter: Some((one.then.name.clone(), visible(1, looks) * one.error())),
+        };
+        let side = |d: &Diagnosis| Side {
+            recording: d.recording.clone(),
+            verdict: d.verdict,
+            effects: d.effects.iter().map(|effect| effect.id.clone()).collect(),
+            noise: d.noise_floor.value,
+        };
+        let mut notes = Vec::new();
+        for d in [then, now].into_iter().filter(|d| structured(d.verdict)) {
+            notes.push(format!(
+                "{}: structure is left that no effect explains; standard errors are taken for {:.2} times as large, as what is \
+                 left is so many times the noise: an estimate",
+                d.recording,
+                wider(d)
+            ));
+        }
+        Comparison {
+            schema: 1,
+            verdict: if changes.is_empty() { "unchanged" } else { "changed" },
+            unit: self.unit.clone(),
+            then: side(then),
+            now: side(now),
+            changes,
+            left,
+            false_alarms: FALSE_ALARMS,
+            would_have_seen: both.iter().map(smallest).collect(),
+            notes,
+        }
+    }
+
+    fn one_sided(&self, e: &NamedEffect, recording: usize, kind: Kind, looks: usize) -> Change {
+        let of = |p: &Parameter| {
+            let estimate = Some(Estimate { value: p.value, ci95: p.ci95 });
+            let (then, now) = if recording == 0 { (estimate, None) } else { (None, estimate) };
+            Quantity { name: p.name.clone(), unit: p.unit.clone(), then, now, difference: None }
+        };
+        Change {
+            id: e.id.clone(),
+            title: e.title.clone(),
+            kind,
+            place: None,
+            p_value: (looks as f64 * e.p_value).min(1.0),
+            rms: None,
+            parameters: e.parameters.iter().map(of).collect(),
+            alternatives: e.alternatives.clone(),
+            held_out: None,
+        }
+    }
+}
+
+/// By how much standard errors are too small beside structure that is left (Birge's ratio).
+fn wider(d: &Diagnosis) -> f64 {
+    if structured(d.verdict) { (d.fit.after.train_rms / d.noise_floor.value).max(1.0) } else { 1.0 }
+}
+
+fn structured(verdict: Verdict) -> bool {
+    matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained)
+}
