@@ -180,6 +180,12 @@ impl Parts {
             let (from, to) = (covered.from, covered.to);
             list.push(format!("lack of fit beyond what was recorded, {from} … {to} {}", file.units.reading));
         }
+        if file.whole_turn() && !type_a::repeats(file) {
+            list.push(
+                "a correlation of neighbouring readings: no angle repeats, so none was looked for"
+                    .to_string(),
+            );
+        }
         if self.zero_elsewhere {
             list.push("the zero, which the firmware sets by other means".to_string());
         }

@@ -122,7 +122,7 @@ pub fn missing(file: &Coefficients) -> Vec<String> {
              leaves stands for both",
             file.recording.passes
         ));
-    } else if file.diagnosis.is_none() && scatter(file).is_none() {
+    } else if file.diagnosis.is_none() && !repeats(file) {
         missing.push(
             "repeatability and lack of fit apart, type A: no angle comes again in another pass; what the fit leaves stands for \
              both"
@@ -134,6 +134,11 @@ pub fn missing(file: &Coefficients) -> Vec<String> {
             .push("the interval of what was fitted: the file has no covariance of it; fit again".to_string());
     }
     missing
+}
+
+/// Whether angles were read again in other passes.
+pub fn repeats(file: &Coefficients) -> bool {
+    scatter(file).is_some()
 }
 
 fn scatter(file: &Coefficients) -> Option<&Scatter> {
