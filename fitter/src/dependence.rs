@@ -51,9 +51,10 @@ pub fn dependences(recording: &Recording, fit: &Fit) -> (Vec<Dependence>, Option
         dependence.p_value = largest;
     }
     found.retain(|dependence| dependence.p_value <= FALSE_ALARM);
-    let of_fitted = |neighbours| readable(of_fitted(&design, fit, neighbours));
-    let correlation = correlation
-        .map(|neighbours| Correlation { neighbours: readable(neighbours), of_fitted: of_fitted(neighbours) });
+    let correlation = correlation.map(|neighbours| Correlation {
+        neighbours: readable(neighbours),
+        of_fitted: readable(of_fitted(&design, fit, neighbours)),
+    });
     (found, correlation)
 }
 
