@@ -3,7 +3,6 @@
 use fitter::budget::Budget;
 use serde::{Deserialize, Serialize};
 
-use crate::claim::Claim;
 use crate::output::Output;
 use crate::program::Program;
 use crate::text;
@@ -31,7 +30,8 @@ pub struct Certificate {
     pub reservation: Option<String>,
     /// One entry for each routine and language.
     pub routines: Vec<Entry>,
-    /// The uncertainty budget of each routine, whatever the language; of those whose file says what the recording showed.
+    /// The uncertainty budget of each routine, whatever the language, and of each device that shares it; of those whose
+    /// coefficients say what the recording showed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub budgets: Vec<OfRoutine>,
 }
@@ -41,6 +41,9 @@ pub struct Certificate {
 pub struct OfRoutine {
     /// Name of the function.
     pub routine: String,
+    /// The device with whose page it runs; none where the routine is of one device.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
     /// The budget.
     pub budget: Budget,
 }
@@ -76,10 +79,6 @@ pub struct Entry {
     pub minimax: f64,
     /// What one step of the input stands for, in `unit`; 0 for floats. Not part of the bound.
     pub input_resolution: f64,
-    /// Not proved, but estimated: how far the model itself may be from the device, in `unit`; none where the file does
-    /// not say what the recording showed.
-    #[serde(default)]
-    pub estimate: Option<Claim>,
     /// Terms of the coefficients that the routine does not have, with their size.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,

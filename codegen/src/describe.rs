@@ -5,9 +5,7 @@ use minijinja::context;
 
 use crate::budget;
 use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
-use crate::claim::Claim;
 use crate::emit::Described;
-use crate::estimate;
 use crate::options::{Options, RoutineOptions};
 use crate::output::Output;
 use crate::program::Type;
@@ -117,18 +115,7 @@ fn entry(
         parts,
         minimax: quantity.in_bound_unit(design.minimax),
         input_resolution: quantity.in_bound_unit(routine.plan.resolution * routine.slope()),
-        estimate: claim(routine, quantity, coefficients),
         left_out: routine.physics.left_out.iter().map(ToString::to_string).collect(),
         ..of_program
     }
-}
-
-/// How far the model may be from the device; nothing is known of it where nothing was recorded.
-fn claim(routine: &Routine, quantity: &Quantity, coefficients: &Coefficients) -> Option<Claim> {
-    if routine.line {
-        return None;
-    }
-    let band = estimate::band(coefficients, &routine.physics, quantity, routine.range);
-    let left_out: Vec<f64> = routine.physics.left_out.iter().filter_map(|out| out.size).collect();
-    Claim::of(coefficients, band, &left_out)
 }

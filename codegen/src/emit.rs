@@ -113,7 +113,6 @@ impl<'a> Printer<'a> {
         let Described { entry, program, words, .. } = routine;
         let budget = routine.budget.as_ref().map(budget::in_words);
         let name = &*entry.routine;
-        let claim = entry.estimate.as_ref().map(|claim| claim.in_words(&entry.unit));
         let each = |name: &str, meaning: &str| format!("`{name}`: {meaning}");
         let inputs: Vec<String> = program.arguments.iter().map(|a| each(&a.name, &a.meaning)).collect();
         let state: Vec<String> = program.state.iter().map(|w| each(&w.name, &w.meaning)).collect();
@@ -129,8 +128,6 @@ impl<'a> Printer<'a> {
             float_input => program.arguments.iter().any(|a| a.ty == Type::F32),
             bound_text => format!("{} {}", text::rounded_up(entry.bound), entry.unit),
             left_out => entry.left_out.clone(),
-            claim_text => claim.as_ref().map(|(figure, _)| figure.clone()),
-            claim_parts => claim.map(|(_, parts)| parts).unwrap_or_default(),
             budget_text => budget.as_ref().map(|(expanded, _)| expanded.clone()),
             budget_lines => budget.map(|(_, lines)| lines).unwrap_or_default(),
             table_comment => OF_SEGMENTS,
@@ -162,7 +159,8 @@ impl<'a> Printer<'a> {
             })
         });
         let budgets = routines.iter().filter_map(|routine| {
-            Some(OfRoutine { routine: routine.entry.routine.clone(), budget: routine.budget.clone()? })
+            let (routine, budget) = (routine.entry.routine.clone(), routine.budget.clone()?);
+            Some(OfRoutine { routine, device: None, budget })
         });
         Certificate {
             schema: "arcsmith-certificate".into(),
@@ -170,7 +168,7 @@ impl<'a> Printer<'a> {
             tool: TOOL.into(),
             command: self.options.command.clone(),
             routines: entries.collect(),
-            budgets: budgets.collect(),
+            budgets: budgets.chain(origin.budgets).collect(),
             ..origin
         }
     }

@@ -12,7 +12,6 @@ mod bound;
 pub mod budget;
 pub mod builder;
 pub mod certificate;
-pub mod claim;
 #[cfg(feature = "program")]
 pub mod cli;
 pub mod cost;
@@ -20,7 +19,6 @@ pub mod describe;
 pub mod design;
 pub mod devices;
 mod emit;
-mod estimate;
 mod exact;
 pub mod explore;
 mod extent;

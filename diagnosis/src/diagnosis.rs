@@ -1,6 +1,6 @@
 //! One recording from rows to everything that is said of it.
 
-use fitter::coefficients::{Diagnosed, Recorded};
+use fitter::coefficients::{Correlation, Diagnosed, Recorded};
 use fitter::faults::{BadRow, left};
 use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
@@ -218,7 +218,10 @@ fn of_readings(
     compose::number(&mut said, &mut settled.judged, file.as_mut().ok());
     let (coefficients, withheld) = match file {
         Ok(mut file) => {
-            file.set_recorded(Recorded::of(recording, mirror.reference, &[]));
+            let typical = explanation.search.noise.correlation.typical();
+            // The covariance is that of rows made white.
+            let correlation = (typical > 0.0).then_some(Correlation { neighbours: typical, of_fitted: 1.0 });
+            file.set_recorded(Recorded { correlation, ..Recorded::of(recording, mirror.reference, &[]) });
             (Some(with_diagnosis(file, &said, &fit, &noise_floor)), None)
         }
         Err(reason) => (None, Some(reason)),

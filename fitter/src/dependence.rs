@@ -15,9 +15,12 @@ mod memory;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::coefficients::Correlation;
 use crate::fit::Fit;
 use crate::points::Grouping;
 use crate::recording::Recording;
+use crate::statistics::readable;
+use crate::terms::Operator;
 use design::{Candidate, Design};
 use memory::Memory;
 
@@ -33,10 +36,11 @@ pub struct Dependence {
     pub p_value: f64,
 }
 
-/// What the residual of a fit depends on, the most significant first; empty if nothing beyond chance.
-pub fn dependences(recording: &Recording, fit: &Fit) -> Vec<Dependence> {
-    let Some(design) = Design::of(recording, fit) else { return Vec::new() };
-    let mut found: Vec<Dependence> = tests(&design);
+/// What the residual of a fit depends on, the most significant first, empty if nothing beyond chance; and how far its rows
+/// have their noise in common, none where that is not seen.
+pub fn dependences(recording: &Recording, fit: &Fit) -> (Vec<Dependence>, Option<Correlation>) {
+    let Some(design) = Design::of(recording, fit) else { return (Vec::new(), None) };
+    let (mut found, correlation) = tests(&design);
     found.extend(misfit(&design, fit));
     found.sort_by(|a, b| a.p_value.total_cmp(&b.p_value).then(a.variable.cmp(&b.variable)));
     // Holm: the k-th smallest of m is multiplied by m − k, and none is smaller than the one before.
@@ -47,7 +51,35 @@ pub fn dependences(recording: &Recording, fit: &Fit) -> Vec<Dependence> {
         dependence.p_value = largest;
     }
     found.retain(|dependence| dependence.p_value <= FALSE_ALARM);
-    found
+    let correlation = correlation.map(|neighbours| Correlation {
+        neighbours: readable(neighbours),
+        of_fitted: readable(of_fitted(&design, fit, neighbours)),
+    });
+    (found, correlation)
+}
+
+/// By how much rows that correlate make the variance of what was fitted larger than independent ones: qᵀRq/qᵀq, on average
+/// over the columns q of polynomial and harmonics.
+fn of_fitted(design: &Design, fit: &Fit, neighbours: f64) -> f64 {
+    let file = &fit.coefficients;
+    let of_row = |row: &usize| {
+        let reading = fit.calibrated.reading[*row];
+        let mut values = vec![0.0; file.base.order + 1];
+        fit.basis.evaluate(reading, &mut values);
+        for term in &file.terms {
+            if let Operator::Periodic(periodic) = &term.operator {
+                values.extend(periodic.columns_at(reading));
+            }
+        }
+        values
+    };
+    let rows: Vec<Vec<f64>> = design.rows.iter().map(of_row).collect();
+    let count = rows.first().map_or(0, Vec::len);
+    let larger = (0..count).map(|k| {
+        let column = DVector::from_iterator(rows.len(), rows.iter().map(|row| row[k]));
+        design.correlated(&column, &column, neighbours) / column.norm_squared()
+    });
+    larger.sum::<f64>() / count.max(1) as f64
 }
 
 /// Eigenvalues below this share of the largest are taken as zero: columns that repeat each other.
@@ -63,25 +95,25 @@ fn pseudo_inverse(matrix: DMatrix<f64>) -> (DMatrix<f64>, usize) {
     (&eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose(), rank)
 }
 
-/// One test per candidate, uncorrected.
-fn tests(design: &Design) -> Vec<Dependence> {
+/// One test per candidate, uncorrected; and the autocorrelation.
+fn tests(design: &Design) -> (Vec<Dependence>, Option<f64>) {
     let rows = design.residual.len();
     let columns: Vec<&DVector<f64>> = design.candidates.iter().flat_map(|c| &c.columns).collect();
     if columns.is_empty() {
-        return Vec::new();
+        return (Vec::new(), None);
     }
     let gram = DMatrix::from_fn(columns.len(), columns.len(), |i, j| columns[i].dot(columns[j]));
     let (inverse, rank) = pseudo_inverse(gram);
     let left = design.without(&columns, &inverse, design.residual.clone());
     let freedom = rows as f64 - (design.absorbed + rank) as f64;
     if freedom < 5.0 {
-        return Vec::new();
+        return (Vec::new(), None);
     }
     let Memory { correlation, variance } = Memory::of(design, &columns, &inverse, &left, freedom);
     // Correlated rows tell less: so many independent ones tell as much about their variance.
     let squared = correlation * correlation;
     let effective = (freedom * (1.0 - squared) / (1.0 + squared)).max(2.0);
-    (design.candidates.iter())
+    let tested = (design.candidates.iter())
         .filter_map(|Candidate { name, columns }| {
             let count = columns.len();
             let spread = DMatrix::from_fn(count, count, |i, j| {
@@ -93,7 +125,8 @@ fn tests(design: &Design) -> Vec<Dependence> {
             let law = FisherSnedecor::new(rank as f64, effective).ok()?;
             ratio.is_finite().then(|| Dependence { variable: name.clone(), p_value: law.sf(ratio.max(0.0)) })
         })
-        .collect()
+        .collect();
+    (tested, Some(correlation).filter(|correlation| *correlation > 0.0))
 }
 
 /// The angle itself: what no polynomial leaves between the points, against the scatter within them; where

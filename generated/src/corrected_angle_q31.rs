@@ -20,11 +20,6 @@
 //!           1.01e-5 arcsec    (0.21 LSB)  rounding of its coefficients to the format
 //!           3.67e-5 arcsec    (0.76 LSB)  rounding of the operations
 //!         Apart from it, one step of the input stands for 4.58e-6 arcsec.
-//! Estimate (no proof): the model itself is within 1.17e0 arcsec of the device, the root of the sum of squares of
-//!           4.84e-1 arcsec  largest mean error that the fit left at a point of the recording
-//!           3.90e-1 arcsec  95 % interval of what was fitted
-//!           9.87e-1 arcsec  95 % of the scatter of a reading: repeatability, and noise of the reference
-//!         A systematic error of the reference is not in it.
 //! Budget (JCGM 100, no proof): U = 1.48e0 … 1.54e0 arcsec for 95 %, of one corrected reading against the truth. Where it is largest,
 //!         the standard uncertainties are
 //!           5.78e-1 arcsec  reference: stated accuracy, rectangular

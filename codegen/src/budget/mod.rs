@@ -1,7 +1,8 @@
 //! The uncertainty budget of a routine after the GUM: what the recording showed and what was stated of the reference
 //! ([`fitter::budget`]), with what is proved of the arithmetic and what input and output round.
 
-mod polynomial;
+mod model;
+mod reading;
 mod turn;
 mod words;
 
@@ -11,8 +12,10 @@ use fitter::error_model::Sensor;
 
 use crate::extent::LeftOut;
 
-pub use polynomial::of_routine;
-pub(crate) use turn::of_turn;
+pub(crate) use model::{Known, quadratic};
+pub use reading::of_routine;
+pub(crate) use reading::{of_axis, of_page};
+pub(crate) use turn::{of_ring, of_turn};
 pub use words::in_words;
 
 /// The table has a place at every tenth of the range.
@@ -28,15 +31,17 @@ fn tenths(from: f64, to: f64) -> Vec<f64> {
 
 /// What of a budget depends on the routine. Lengths without a unit are in the budget's.
 struct Parts {
+    /// What errs.
+    subject: String,
     /// Unit of the budget.
     unit: String,
     /// What a place is, and its unit.
     place: (String, String),
     /// Where the table has its lines.
     places: Vec<Line>,
-    /// Standard deviation of the model at the places, and at the points of the file's statistics; none where the file does
-    /// not tell it.
-    deviations: Option<[Vec<f64>; 2]>,
+    /// How well the model is known at the places, and at the points of the file's statistics; none where the file does not
+    /// tell it.
+    model: Option<[Vec<Known>; 2]>,
     /// What is proved of everything but the rounding of the result.
     arithmetic: f64,
     /// What the rounding of the result takes at most.
@@ -47,6 +52,12 @@ struct Parts {
     left_out: Vec<LeftOut>,
     /// Half of what the directions differ by, uncorrected.
     direction: f64,
+    /// The inputs beside the reading.
+    further: Vec<String>,
+    /// Effects of terms with a time constant, a threshold, a width or a period that was fitted.
+    shapes: Vec<String>,
+    /// Whether the zero of the result is set by other means.
+    zero_elsewhere: bool,
 }
 
 /// A line of the table.
@@ -81,7 +92,7 @@ impl Parts {
         let mut missing: Vec<String> = reference::missing(file).into_iter().collect();
         missing.extend(type_a::missing(file));
         let budget = Budget {
-            measurand: measurand(file),
+            measurand: self.measurand(file),
             coverage: COVERAGE,
             formula: FORMULA.into(),
             not_included: self.not_included(file),
@@ -101,17 +112,26 @@ impl Parts {
         let Line { place, reading, result, slope } = line;
         let unit = &self.unit;
         let nothing = |source| Component::within(source, "", unit, 0.0);
-        let [of_places, of_points] = self.deviations.as_ref().map_or([&[][..], &[]], |[a, b]| [a, b]);
-        let model = of_places.get(index).map(|deviation| {
+        // Rows that are not independent tell less of what was fitted to them.
+        let more = type_a::of_fitted(file).sqrt();
+        let here = self.model.as_ref().map(|[places, _]| &places[index]);
+        let model = here.map(|known| {
             let what = "model: interval of the fitted coefficients";
-            Component::observed("model", what, unit, *deviation, freedom_of_fit(file))
+            Component::observed("model", what, unit, more * known.rest, freedom_of_fit(file))
         });
+        let term = |of: &model::OfTerm| {
+            let deviation = more * of.deviation;
+            Component::observed("term", &of.what, &of.unit, deviation, freedom_of_fit(file))
+                .times(of.sensitivity)
+        };
+        let at_points = self.model.iter().flat_map(|[_, points]| points);
+        let at_points: Vec<f64> = at_points.map(|known| more * known.deviation()).collect();
         let within = |source, what, half| Component::within(source, what, unit, half);
-        let components = vec![
+        let mut components = vec![
             reference::reference(file).unwrap_or_else(|| nothing("reference")),
             type_a::repeatability(file, reading)?,
             model.unwrap_or_else(|| nothing("model")),
-            type_a::lack_of_fit(file, reading, of_points).unwrap_or_else(|| nothing("lack_of_fit")),
+            type_a::lack_of_fit(file, reading, &at_points).unwrap_or_else(|| nothing("lack_of_fit")),
             type_a::pass_offset(file).unwrap_or_else(|| nothing("pass_offset")),
             self.of_direction(),
             within(
@@ -123,6 +143,7 @@ impl Parts {
             within("output", "output: rounding of the result", self.output),
             self.step.component(file).times(slope),
         ];
+        components.extend(here.iter().flat_map(|known| &known.terms).map(term));
         Some(At { place, result, components })
     }
 
@@ -133,12 +154,50 @@ impl Parts {
         Component { evaluation: Evaluation::A, ..half }
     }
 
+    fn measurand(&self, file: &Coefficients) -> String {
+        let zero = file.identification.as_ref().and_then(|i| i.zero.as_ref());
+        let from = match (&file.sensor, zero) {
+            (Sensor::EddyCurrentPair { .. }, Some(zero)) => {
+                format!("the true angle, counted from α₀ = {} arcsec on", zero.alpha0_arcsec)
+            }
+            (Sensor::EddyCurrentPair { .. }, None) => "the true angle on".to_string(),
+            (Sensor::Direct { .. }, _) => "the true value on".to_string(),
+        };
+        let subject = &self.subject;
+        format!(
+            "the error of {subject}, against {from} the reference's scale, in the conditions of the recording"
+        )
+    }
+
     fn not_included(&self, file: &Coefficients) -> Vec<String> {
         let mut list = vec![
             "other conditions than those of the recording: temperatures, speeds, mounting, ageing"
                 .to_string(),
             "readings outside the range".to_string(),
         ];
+        let covered = &file.valid_range;
+        if self.places.iter().any(|line| !covered.contains(line.reading)) {
+            let (from, to) = (covered.from, covered.to);
+            list.push(format!("lack of fit beyond what was recorded, {from} … {to} {}", file.units.reading));
+        }
+        if file.whole_turn() && !type_a::repeats(file) {
+            list.push(
+                "a correlation of neighbouring readings: no angle repeats, so none was looked for"
+                    .to_string(),
+            );
+        }
+        if self.zero_elsewhere {
+            list.push("the zero, which the firmware sets by other means".to_string());
+        }
+        if !self.further.is_empty() {
+            list.push(format!("errors and steps of the further inputs: {}", self.further.join(", ")));
+        }
+        if !self.shapes.is_empty() {
+            list.push(format!(
+                "intervals of time constants, thresholds, widths and periods, which are taken as fitted: {}",
+                self.shapes.join(", ")
+            ));
+        }
         let without_size = self.left_out.iter().filter(|out| out.size.is_none());
         list.extend(without_size.map(|out| format!("left out of the routine: {out}")));
         let zero = file.identification.as_ref().and_then(|i| i.zero.as_ref());
@@ -186,20 +245,15 @@ impl Step {
 /// Degrees of freedom of the fit: of a diagnosed file the readings less the coefficients.
 fn freedom_of_fit(file: &Coefficients) -> f64 {
     let of_fit = file.identification.as_ref().map(|i| i.degrees_of_freedom);
-    of_fit.unwrap_or_else(|| file.recording.rows.saturating_sub(file.count_of_all())).max(1) as f64
+    let freedom = of_fit.unwrap_or_else(|| file.recording.rows.saturating_sub(file.count_of_all()));
+    (type_a::independent(file) * freedom as f64).max(1.0)
 }
 
-fn measurand(file: &Coefficients) -> String {
-    let zero = file.identification.as_ref().and_then(|i| i.zero.as_ref());
-    let (what, from) = match (&file.sensor, zero) {
-        (Sensor::EddyCurrentPair { .. }, Some(zero)) => {
-            ("angle", format!("the true angle, counted from α₀ = {} arcsec on", zero.alpha0_arcsec))
-        }
-        (Sensor::EddyCurrentPair { .. }, None) => ("angle", "the true angle on".to_string()),
-        (Sensor::Direct { .. }, _) => ("reading", "the true value on".to_string()),
+/// What errs, unless it is a machine.
+fn subject(file: &Coefficients) -> String {
+    let what = match &file.sensor {
+        Sensor::EddyCurrentPair { .. } => "angle",
+        Sensor::Direct { .. } => "reading",
     };
-    format!(
-        "the error of one corrected {what} of this device, from a single reading, against {from} the reference's scale, \
-         in the conditions of the recording"
-    )
+    format!("one corrected {what} of this device, from a single reading")
 }

@@ -6,6 +6,8 @@ use serde_json::json;
 
 use super::terminal::{FIGURE, line, summarise, warn};
 use super::{Arguments, Result, check, devices, encoder, source};
+use crate::budget::in_words;
+use crate::certificate::Certificate;
 use crate::generate::Generated;
 use crate::language::ALL;
 use crate::{files, text};
@@ -60,22 +62,25 @@ fn write(arguments: &Arguments) -> Result<ExitCode> {
         || {
             summary(&generated, arguments.common.verbose)
                 + &encoder::summary(&generated, arguments.firmware.is_some())
-                + &estimated(&generated)
+                + &uncertain(&generated.certificate)
                 + &line("written", &format!("{out}: {count} files, {changed} changed"))
         },
     );
     Ok(ExitCode::SUCCESS)
 }
 
-/// How far the model may be from the device, and what no routine of these has.
-fn estimated(generated: &Generated) -> String {
-    let Some(entry) = generated.certificate.routines.first() else { return String::new() };
-    let claim = entry.estimate.as_ref().map(|claim| {
-        let figure = format!("{} {}", text::rounded_up(claim.distance), entry.unit);
-        line("estimate", &format!("the model is within {figure} of the device (not proved)"))
+/// How far a corrected reading may be from the truth, and what no routine of these has.
+fn uncertain(certificate: &Certificate) -> String {
+    let budget = certificate.budgets.first().map(|of| {
+        let (expanded, _) = in_words(&of.budget);
+        let lacks = if of.budget.missing.is_empty() { "" } else { ", and something is missing in it" };
+        line(
+            "uncertainty",
+            &format!("U = {expanded} for 95 % of single readings (not proved{lacks}): see budget"),
+        )
     });
-    let left_out = entry.left_out.iter().map(|out| line("left out", out));
-    claim.into_iter().chain(left_out).collect()
+    let left_out = certificate.routines.iter().take(1).flat_map(|entry| &entry.left_out);
+    budget.into_iter().chain(left_out.map(|out| line("left out", out))).collect()
 }
 
 /// What was chosen and why, on one screen; `verbose` adds what every bound is made of.

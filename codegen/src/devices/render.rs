@@ -11,7 +11,8 @@ use super::page::{HEAD_WORDS, MAGIC, Page, VERSION, intel_hex};
 use super::structure::{Design, Fitted, Shared};
 use super::{Device, DevicesError, Generated, Wanted};
 use crate::accepted::accepted;
-use crate::certificate::{Certificate, Entry, OutputEntry, Part, RangeEntry};
+use crate::budget;
+use crate::certificate::{Certificate, Entry, OfRoutine, OutputEntry, Part, RangeEntry};
 use crate::emit::{Described, Printer};
 use crate::generate::{GenerateError, TOOL, sha256};
 use crate::language;
@@ -102,9 +103,10 @@ pub fn pages(
 ) -> Result<Generated, DevicesError> {
     let name = options.name.clone().unwrap_or_else(|| design.shared.quantity.default_name.clone());
     let files = of_pages(&design, devices, wanted);
-    let described = [described(&design, &name, Vec::new())];
+    let described = [described(&design, &name, Vec::new(), &[])];
     let printer = Printer::new(&language::ALL, options)?;
-    let certificate = printer.certificate(&name, origin(devices, options), &described, &files);
+    let origin = Certificate { budgets: budgets(&design, devices, &name), ..origin(devices, options) };
+    let certificate = printer.certificate(&name, origin, &described, &files);
     Ok(Generated { name, files, certificate, design })
 }
 
@@ -120,6 +122,7 @@ pub fn files(
 ) -> Result<Generated, DevicesError> {
     let name = name::base(options, &design.shared.quantity.default_name)?;
     let printer = Printer::new(&language::ALL, options)?;
+    let budgets = budgets(&design, devices, &name);
     let listed: Vec<Value> = (devices.iter().zip(&design.fitted))
         .map(|(device, fitted)| {
             let open = reserved(device, options).map(|open| text::wrapped(&open, HEAD_COLUMNS, "    "));
@@ -130,13 +133,14 @@ pub fn files(
         })
         .collect();
     let provenance = printer.provenance(context! { units => listed.clone() })?;
-    let described = [described(&design, &name, listed)];
+    let described = [described(&design, &name, listed, &budgets)];
     let sources = printer.sources((&name, &design.shared.quantity.title), &provenance, &described)?;
     let mut files: BTreeMap<PathBuf, Vec<u8>> = of_pages(&design, devices, wanted);
     files.extend(sources.into_iter().map(|(path, text)| (path, text.into_bytes())));
     let summary = serde_json::to_string_pretty(&summary(&design, devices)).map_err(GenerateError::Json)?;
     files.insert(PathBuf::from("units.json"), (summary + "\n").into_bytes());
-    let certificate = printer.certificate(&name, origin(devices, options), &described, &files);
+    let origin = Certificate { budgets, ..origin(devices, options) };
+    let certificate = printer.certificate(&name, origin, &described, &files);
     let text = certificate.to_json().map_err(GenerateError::Json)?;
     files.insert(PathBuf::from("certificate.json"), text.into_bytes());
     Ok(Generated { name, files, certificate, design })
@@ -145,6 +149,23 @@ pub fn files(
 /// What the diagnosis of a unit left open, where it was to be taken all the same.
 fn reserved(device: &Device, options: &Options) -> Option<String> {
     accepted(&device.coefficients, options).ok().flatten()
+}
+
+/// The budget of every device whose coefficients say what its recording showed.
+fn budgets(design: &Design, devices: &[Device], name: &str) -> Vec<OfRoutine> {
+    let of = |(device, fitted): (&Device, &Fitted)| {
+        let budget = budget::of_page(&design.shared, fitted.total, &device.coefficients)?;
+        Some(OfRoutine { routine: name.into(), device: Some(device.name.clone()), budget })
+    };
+    devices.iter().zip(&design.fitted).filter_map(of).collect()
+}
+
+/// A budget in a line: how large the expanded uncertainty is, and what is missing.
+fn in_short(of: &OfRoutine) -> String {
+    let missing = of.budget.missing.iter().map(|missing| format!("; MISSING: {missing}"));
+    let device = of.device.iter().map(|device| format!("{device}: "));
+    let (device, missing) = (device.collect::<String>(), missing.collect::<String>());
+    format!("{device}U = {}{missing}", budget::in_words(&of.budget).0)
 }
 
 fn bound_text(design: &Design, value: f64) -> String {
@@ -182,11 +203,17 @@ fn summary(design: &Design, devices: &[Device]) -> Summary {
 }
 
 /// The routine with what is said of it; `devices` are the devices as the heads list them.
-fn described<'a>(design: &'a Design, name: &str, devices: Vec<Value>) -> Described<'a> {
+fn described<'a>(
+    design: &'a Design,
+    name: &str,
+    devices: Vec<Value>,
+    budgets: &[OfRoutine],
+) -> Described<'a> {
     let (program, quantity) = (&design.program, &design.shared.quantity);
     let entry = entry(design, name);
     let page = context! {
         units => devices,
+        budgets => budgets.iter().map(in_short).collect::<Vec<_>>(),
         ranges => Value::from(Serde(&program.page)),
         length => Page::length(program.page.len()),
         head_words => HEAD_WORDS,

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use fitter::budget::Budget;
 use fitter::coefficients::Coefficients;
 use minijinja::value::Serde;
 use minijinja::{Value, context};
 
 use super::{Table, TableError, TableFirmware};
-use crate::certificate::{Certificate, Entry, InputEntry, OutputEntry, Part, RangeEntry};
+use crate::budget;
+use crate::certificate::{Certificate, Entry, InputEntry, OfRoutine, OutputEntry, Part, RangeEntry};
 use crate::emit::Printer;
 use crate::generate::{Generated, TOOL, sha256};
 use crate::options::Options;
@@ -48,6 +50,9 @@ pub fn files(
     let provenance = printer.provenance(
         context! { sha256 => coefficients_sha256, recording => Value::from(Serde(recording)), open },
     )?;
+    let of_firmware =
+        |budget: &Budget| OfRoutine { routine: entry.routine.clone(), device: None, budget: budget.clone() };
+    let budgets = table.budget.iter().map(of_firmware).collect();
     let head = head(firmware, table, &entry, &provenance);
     let head = text::comment(&head, table.comment);
     let contents = match table.head_last {
@@ -65,7 +70,7 @@ pub fn files(
         recording_sha256: recording.sha256.clone(),
         reservation,
         routines: vec![entry],
-        budgets: Vec::new(),
+        budgets,
     };
     let mut files = BTreeMap::from([(PathBuf::from(table.file), contents)]);
     files.insert(PathBuf::from("certificate.json"), certificate.to_json()?);
@@ -108,7 +113,6 @@ fn entry(firmware: &dyn TableFirmware, table: &Table, coefficients: &Coefficient
         parts: table.parts.clone(),
         minimax: table.minimax,
         input_resolution: coefficients.turn.as_ref().map_or(0.0, |turn| turn.revolution / (to - from + 1.0)),
-        estimate: table.estimate.clone(),
         left_out,
         ..Entry::default()
     }
@@ -130,11 +134,10 @@ fn head(firmware: &dyn TableFirmware, table: &Table, entry: &Entry, provenance: 
     for part in entry.parts_in_words(|_| String::new()) {
         say("", &part);
     }
-    if let Some(claim) = &entry.estimate {
-        say(
-            "Estimate:",
-            &format!("the model is within {} of the device (not proved)", figure(claim.distance)),
-        );
+    if let Some((expanded, lines)) = table.budget.as_ref().map(budget::in_words) {
+        say("Budget:", &format!("U = {expanded} for 95 % (JCGM 100, no proof); where it is largest,"));
+        say("", "the standard uncertainties are");
+        lines.iter().for_each(|line| say("", line));
     }
     for out in &entry.left_out {
         say("Left out:", out);

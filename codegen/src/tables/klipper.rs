@@ -139,7 +139,7 @@ impl TableFirmware for Klipper {
             minimax,
             zero: (ring.zero + zero) * ring.revolution,
             left_out: ring.left_out.clone(),
-            estimate: ring.estimate.clone(),
+            budget: ring.budget(coefficients, bound),
             load: vec![
                 "Put `calibrate` into the section [angle …] of printer.cfg, in place of the one in the block of SAVE_CONFIG, \
                  and restart"

@@ -20,7 +20,7 @@ use fitter::terms::{Operator, Periodic, Product, Scope, Term};
 use super::interpolate::Lines;
 use super::{Asked, Table, TableError, TableFirmware, describe};
 use crate::approximate::to_chebyshev;
-use crate::claim::Claim;
+use crate::budget;
 use crate::exact::Interval;
 use crate::extent::LeftOut;
 
@@ -135,11 +135,7 @@ impl TableFirmware for LinuxCnc {
             minimax,
             zero: axis.zero,
             left_out: axis.left_out.iter().map(ToString::to_string).collect(),
-            estimate: Claim::of(
-                coefficients,
-                None,
-                &axis.left_out.iter().filter_map(|out| out.size).collect::<Vec<_>>(),
-            ),
+            budget: budget::of_axis(coefficients, axis.taken, axis.left_out, axis.range, bound),
             load: vec![
                 format!("[JOINT_N] COMP_FILE = {FILE}, COMP_FILE_TYPE = 1; BACKLASH is not used then"),
                 "This text may stay where it is: LinuxCNC reads up to the first line that is no triplet"
@@ -166,6 +162,8 @@ struct Axis {
     range: (f64, f64),
     /// Periods of the shortest wave in the range.
     periods: f64,
+    /// The terms that are in the table.
+    taken: Vec<Term>,
     left_out: Vec<LeftOut>,
 }
 
@@ -191,35 +189,44 @@ impl Axis {
             reach: 0.0,
             range,
             periods: 0.0,
+            taken: Vec::new(),
             left_out: Vec::new(),
         };
-        coefficients.terms.iter().for_each(|term| axis.take(term, coefficients));
+        for term in &coefficients.terms {
+            match axis.take(term) {
+                Ok(()) => axis.taken.push(term.clone()),
+                Err(why) => {
+                    let device = term.scope == Scope::Device;
+                    axis.left_out.push(LeftOut::of(term, coefficients, axis.range, why, device));
+                }
+            }
+        }
         axis.set_zero();
         axis.set_reach()?;
         Ok(axis)
     }
 
-    /// Takes a term into the table, or leaves it out.
-    fn take(&mut self, term: &Term, file: &Coefficients) {
+    /// Takes a term into the table, or says why it is left out.
+    fn take(&mut self, term: &Term) -> Result<(), &'static str> {
         let weight = term.coefficients.first().copied().unwrap_or(0.0);
-        let why = match &term.operator {
+        Err(match &term.operator {
             _ if term.scope == Scope::Recording => "it belongs to the recording, not to the device",
             Operator::Play(play) if play.observable == "measured" => {
                 let halves = play.elements.iter().zip(&term.coefficients);
                 self.half += halves.map(|(element, c)| element.half_width * c).sum::<f64>();
-                return;
+                return Ok(());
             }
             Operator::Product(product) if factor(product, "direction").is_some() => {
                 self.half += weight;
                 self.polynomial[0] -= weight * factor(product, "direction").unwrap_or_default();
-                return;
+                return Ok(());
             }
             // A slope, and a constant.
             Operator::Product(product) if factor(product, "measured").is_some() => {
                 self.polynomial[0] +=
                     weight * (self.centre - factor(product, "measured").unwrap_or_default());
                 self.polynomial[1] += weight;
-                return;
+                return Ok(());
             }
             Operator::Periodic(periodic) if self.periods_of(periodic) > MOST_PERIODS => {
                 "it has more periods than the file has entries for"
@@ -230,13 +237,11 @@ impl Axis {
                     let rate = std::f64::consts::TAU * f64::from(*k) / periodic.period;
                     self.waves.push((rate, pair[0], pair[1]));
                 }
-                return;
+                return Ok(());
             }
             Operator::Rate(_) => "a position alone does not tell the speed",
             _ => "it is no function of position and direction that the table is made of",
-        };
-        let device = term.scope == Scope::Device;
-        self.left_out.push(LeftOut::of(term, file, self.range, why, device));
+        })
     }
 
     /// Periods of the shortest wave in the range.

@@ -16,11 +16,11 @@ pub mod simplefoc;
 pub mod single;
 pub mod vesc;
 
+use fitter::budget::Budget;
 use fitter::coefficients::Coefficients;
 
 use crate::accepted::{NotAccepted, accepted};
 use crate::certificate::Part;
-use crate::claim::Claim;
 use crate::generate::Generated;
 use crate::options::Options;
 use crate::render::RenderError;
@@ -125,8 +125,8 @@ pub struct Table {
     pub zero: f64,
     /// What the table leaves out of the model, with its size.
     pub left_out: Vec<String>,
-    /// How far the model may be from the device; none where the file does not say what the recording showed.
-    pub estimate: Option<Claim>,
+    /// The uncertainty of what the firmware computes; none where the file does not say what the recording showed.
+    pub budget: Option<Budget>,
     /// How it is loaded, a line each.
     pub load: Vec<String>,
 }

@@ -108,7 +108,7 @@ impl TableFirmware for Moteus {
             minimax,
             zero: (ring.zero + constant) * ring.revolution,
             left_out: ring.left_out.clone(),
-            estimate: ring.estimate.clone(),
+            budget: ring.budget(coefficients, bound),
             load: vec![
                 format!("moteus_tool --target 1 --restore-config {FILE}"),
                 "If this source is used for commutation, calibrate the motor again afterwards: moteus_tool \

@@ -1,11 +1,12 @@
 //! What is wanted of a table: the correction of every count of a turn, and of any place between.
 
+use fitter::budget::Budget;
 use fitter::coefficients::Coefficients;
 use rayon::prelude::*;
 
 use super::single::Fused;
 use super::{Asked, TableError};
-use crate::claim::Claim;
+use crate::budget;
 use crate::turn::shape::Words;
 use crate::turn::truth::Truth;
 use crate::turn::wraps::Wraps;
@@ -31,8 +32,7 @@ pub struct Ring {
     pub harmonics: u32,
     /// What a correction of the position alone leaves out, with its size.
     pub left_out: Vec<String>,
-    /// How far the model may be from the device.
-    pub estimate: Option<Claim>,
+    wraps: Wraps,
 }
 
 impl Ring {
@@ -63,7 +63,7 @@ impl Ring {
         let wraps = Wraps::of(coefficients)?;
         let zero = wraps.zero / revolution;
         let harmonics = wraps.waves.iter().map(|wave| wave.0).max().unwrap_or(1);
-        let (left_out, estimate) = turn::describe::beside(coefficients)?;
+        let left_out = turn::describe::left_out(coefficients, &wraps);
         let mut ring = Ring {
             truth,
             counts: words.counts,
@@ -73,7 +73,7 @@ impl Ring {
             zero,
             harmonics,
             left_out,
-            estimate,
+            wraps,
         };
         (ring.wanted, ring.radius) = ring.all(words);
         Ok(ring)
@@ -97,6 +97,12 @@ impl Ring {
         let found = self.truth.at(reading);
         let moved = found.word.wrapping_sub(reading).wrapping_add(self.truth.zero()) as i64;
         (moved as f64, found.radius)
+    }
+
+    /// The uncertainty budget of a table that is proved within `bound`.
+    pub fn budget(&self, coefficients: &Coefficients, bound: f64) -> Option<Budget> {
+        let step = self.revolution / f64::from(self.counts);
+        budget::of_ring(coefficients, &self.wraps, bound, step)
     }
 
     /// The correction at a place in turns, below 1.

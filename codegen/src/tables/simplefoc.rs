@@ -98,7 +98,7 @@ impl TableFirmware for SimpleFoc {
             minimax,
             zero: ring.zero * ring.revolution,
             left_out: ring.left_out.clone(),
-            estimate: ring.estimate.clone(),
+            budget: ring.budget(coefficients, bound),
             load: vec![
                 format!(
                     "#include \"{FILE}\", and construct: CalibratedSensor calibrated(sensor, {entries}, calibration_lut);"

@@ -93,7 +93,7 @@ impl TableFirmware for Vesc {
             minimax,
             zero: (ring.zero + constant) * ring.revolution,
             left_out: ring.left_out.clone(),
-            estimate: ring.estimate.clone(),
+            budget: ring.budget(coefficients, bound),
             load: vec![
                 format!("VESC Tool, VESC Dev Tools, Lisp: open {FILE}, and run it once"),
                 "Detect the encoder's offset again afterwards, with the correction enabled".into(),

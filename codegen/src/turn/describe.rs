@@ -8,11 +8,9 @@ use super::TurnError;
 use super::choose::TurnRoutine;
 use super::shape::{Arithmetic, Shape};
 use super::wraps::Wraps;
-use crate::budget;
+use crate::budget::{self, Known, quadratic};
 use crate::certificate::{Entry, OutputEntry, Part, RangeEntry};
-use crate::claim::Claim;
 use crate::emit::{Described, OF_SEGMENTS};
-use crate::estimate::{NORMAL_95, quadratic};
 use crate::options::Options;
 use crate::text;
 
@@ -104,19 +102,13 @@ fn entry(routine: &TurnRoutine, name: &str, coefficients: &Coefficients, wraps: 
             part("interpolation, its coefficients and operations", bound - rounding),
         ],
         input_resolution: routine.unit_per_count * f64::from(1u32 << words.finer),
-        estimate: claim(coefficients, wraps),
         left_out: wraps.left_out.iter().map(ToString::to_string).collect(),
         ..of_program
     }
 }
 
-/// What a correction of the position alone leaves out, in words, and how far the corrected position may be from the
-/// device's.
-///
-/// # Errors
-/// [`TurnError`] where the coefficients are of no whole turn.
-pub(crate) fn beside(coefficients: &Coefficients) -> Result<(Vec<String>, Option<Claim>), TurnError> {
-    let wraps = Wraps::of(coefficients)?;
+/// What a correction of the position alone leaves out, in words.
+pub(crate) fn left_out(coefficients: &Coefficients, wraps: &Wraps) -> Vec<String> {
     let mut left_out: Vec<String> = wraps.left_out.iter().map(ToString::to_string).collect();
     let directions = coefficients.turn.as_ref().map(|turn| &turn.directions);
     let apart = directions.and_then(|directions| directions.half_distance.as_ref());
@@ -127,15 +119,7 @@ pub(crate) fn beside(coefficients: &Coefficients) -> Result<(Vec<String>, Option
             "direction: a position alone does not tell from which side it was reached; it is {value:.2e} {unit} either way"
         ));
     }
-    Ok((left_out, claim(coefficients, &wraps)))
-}
-
-/// How far the corrected position may be from the device's.
-fn claim(coefficients: &Coefficients, wraps: &Wraps) -> Option<Claim> {
-    let mut left_out: Vec<f64> = wraps.left_out.iter().filter_map(|out| out.size).collect();
-    // What the directions differ by stays uncorrected, too.
-    left_out.extend(uncorrected_direction(coefficients).map(f64::abs));
-    Claim::of(coefficients, band(coefficients, wraps), &left_out)
+    left_out
 }
 
 /// Half of the distance from backward to forward errors, where no term has it.
@@ -145,23 +129,11 @@ pub(crate) fn uncorrected_direction(coefficients: &Coefficients) -> Option<f64> 
     half.filter(|_| !has_play).map(|half| half.value)
 }
 
-/// The largest half-width of the 95 % band of constant and harmonics over the turn, in the sensor's unit; none where
-/// some covariance is not known.
-fn band(coefficients: &Coefficients, wraps: &Wraps) -> Option<f64> {
-    const PLACES: u32 = 360;
-    let revolution = coefficients.turn.as_ref()?.revolution;
-    let positions: Vec<f64> =
-        (0..PLACES).map(|place| revolution * f64::from(place) / f64::from(PLACES)).collect();
-    let largest = deviations(coefficients, wraps, &positions)?.into_iter().fold(0.0, f64::max);
-    Some(NORMAL_95 * largest)
-}
-
-/// The standard deviation of constant and harmonics at positions, in the sensor's unit; none where some covariance is not
-/// known.
-pub(crate) fn deviations(coefficients: &Coefficients, wraps: &Wraps, positions: &[f64]) -> Option<Vec<f64>> {
+/// How well constant and harmonics are known at positions, in the sensor's unit; none where some covariance is not known.
+pub(crate) fn known(coefficients: &Coefficients, wraps: &Wraps, positions: &[f64]) -> Option<Vec<Known>> {
     let all = coefficients.covariance_of_all()?;
     let at = |position: &f64| {
-        // What is left out of the routine is left out of its band.
+        // What is left out of the routine is left out of its interval.
         let mut columns = vec![0.0; coefficients.base.coefficients.len()];
         if let Some(constant) = columns.first_mut() {
             *constant = 1.0;
@@ -174,7 +146,7 @@ pub(crate) fn deviations(coefficients: &Coefficients, wraps: &Wraps, positions: 
                 _ => columns.extend(std::iter::repeat_n(0.0, term.coefficients.len())),
             }
         }
-        quadratic(&all, &columns).sqrt()
+        Known { rest: quadratic(&all, &columns).sqrt(), terms: Vec::new() }
     };
     Some(positions.iter().map(at).collect())
 }

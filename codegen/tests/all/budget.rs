@@ -1,13 +1,17 @@
 //! The budget of a generated correction: complete where the file says all, and naming what it lacks elsewhere.
 
+use codegen::devices::{Device, Wanted};
 use codegen::format::Format;
 use codegen::generate::{Generated, generate};
 use codegen::input::{Arity, Encoding, Input};
 use codegen::options::{Method, Options, RoutineOptions};
 use codegen::output::Output;
+use codegen::physics::{Further, FurtherEncoding};
+use codegen::tables::{self, Asked, Firmware};
 use codegen::turn::Encoder;
 use fitter::budget::{Budget, Component, Distribution, Evaluation, combine};
-use fitter::coefficients::{Coefficients, Diagnosed};
+use fitter::coefficients::{Coefficients, Correlation, Diagnosed};
+use fitter::terms::{Operator, Product, Scope, Term};
 use fitter::{Mirror, Recording};
 
 fn calibration() -> &'static str {
@@ -172,8 +176,8 @@ fn a_diagnosed_file_has_its_figures_in_the_budget() {
     assert!((wider / before - 2.0).abs() < 1e-3, "{wider} {before}");
 }
 
-#[test]
-fn an_encoder_has_its_directions_and_its_rounding_in_the_budget() {
+/// An encoder with friction, on a reference of ±0.01°.
+fn turning() -> Coefficients {
     let mut csv = String::from("t_s,pass,direction,measured,reference\n");
     let counts = 16_384.0;
     for row in 0..720u32 {
@@ -191,7 +195,12 @@ fn an_encoder_has_its_directions_and_its_rounding_in_the_budget() {
     let toml = "[sensor]\nkind = \"direct\"\nunit = \"deg\"\nrevolution = 360.0\n[reference]\naccuracy_arcsec = 36.0\n";
     let mirror = Mirror::parse("encoder.toml", toml).unwrap();
     let recording = Recording::from_bytes("encoder.csv", csv.as_bytes()).unwrap();
-    let file = fitter::fit(&recording, &mirror, &fitter::Options::default()).unwrap().coefficients;
+    fitter::fit(&recording, &mirror, &fitter::Options::default()).unwrap().coefficients
+}
+
+#[test]
+fn an_encoder_has_its_directions_and_its_rounding_in_the_budget() {
+    let file = turning();
     let options = Options { encoder: Encoder { bits: Some(14), ..Encoder::default() }, ..Options::default() };
     let budget = generate(&file, "", &options).unwrap().certificate.budgets[0].budget.clone();
     assert_eq!(budget.missing, Vec::<String>::new());
@@ -201,4 +210,149 @@ fn an_encoder_has_its_directions_and_its_rounding_in_the_budget() {
     assert!((direction.value / half - 1.0).abs() < 1e-4 && direction.divisor == 1.0, "{direction:?}");
     let output = component(&budget, "output").unwrap();
     assert!((output.value / (180.0 / 16384.0) - 1.0).abs() < 1e-4, "{output:?}");
+}
+
+/// A term that was found beside the polynomial has a row of its own, and rows of what is fitted jointly combine to vᵀCv.
+#[test]
+fn a_term_has_its_interval_and_its_sensitivity() {
+    let mut file = fitted(calibration());
+    let base = file.identification.as_ref().unwrap().covariance.clone();
+    let drift = Product::of("temperature_c", 22.0);
+    file.terms.push(Term {
+        effect: "thermal_zero_drift".into(),
+        scope: Scope::Device,
+        operator: Operator::Product(drift),
+        coefficients: vec![0.3],
+        covariance: vec![vec![0.01]],
+    });
+    file.observed.insert("temperature_c".into(), [20.0, 26.0]);
+    let further =
+        Further { observable: "temperature_c".into(), from: 21.0, to: 26.0, encoding: FurtherEncoding::Q31 };
+    let (method, format, output) = (Method::Fused, Format::Q31, Output::PowerOfTwo);
+    let input = Input { arity: Arity::Reading, encoding: Encoding::Q31 { full_scale: None } };
+    let options = Options {
+        routines: vec![RoutineOptions { method, format, input, output }],
+        further: vec![further],
+        ..Options::default()
+    };
+    let of =
+        |file: &Coefficients| generate(file, "", &options).unwrap().certificate.budgets[0].budget.clone();
+    let budget = of(&file);
+    let term = component(&budget, "term").unwrap().clone();
+    assert_eq!((term.evaluation, &*term.unit), (Evaluation::A, "arcsec per temperature_c"));
+    // Independent of the polynomial: 26 °C is 4 K from the mean.
+    assert!((term.value - 0.1).abs() < 1e-9 && (term.sensitivity.abs() - 4.0).abs() < 1e-5, "{term:?}");
+    assert!(budget.not_included.iter().any(|not| not.contains("further inputs: temperature_c")));
+    let whole = |budget: &Budget| {
+        let squares = |source: &str| component(budget, source).unwrap().contribution.powi(2);
+        squares("model") + squares("term")
+    };
+    // With a constant that the drift takes along, a₀ and the slope at 22 °C: C of a₀ − 0.05 rad per unit of it.
+    let along = 5e-6;
+    let mut joint: Vec<Vec<f64>> = base.iter().map(|row| [&row[..], &[0.0]].concat()).collect();
+    let last = joint.len();
+    joint.push(vec![0.0; last + 1]);
+    joint[last][last] = 0.01;
+    joint[0][0] += along * along / 0.01;
+    (joint[0][last], joint[last][0]) = (along, along);
+    file.joint_covariance = joint.clone();
+    let together = of(&file);
+    let d_mm = 12.0;
+    let at = together.at;
+    let per = 206_264.806 * d_mm / (at * at + d_mm * d_mm);
+    let v: Vec<f64> = (0..last).map(|k| per * at.powi(k as i32)).chain([4.0]).collect();
+    let exact: f64 = (0..=last)
+        .flat_map(|i| (0..=last).map(move |j| (i, j)))
+        .map(|(i, j)| v[i] * joint[i][j] * v[j])
+        .sum();
+    let found = whole(&together);
+    let other: f64 = {
+        let v: Vec<f64> = v[..last].iter().copied().chain([-1.0]).collect();
+        (0..=last).flat_map(|i| (0..=last).map(move |j| (i, j))).map(|(i, j)| v[i] * joint[i][j] * v[j]).sum()
+    };
+    assert!((found / exact.max(other) - 1.0).abs() < 1e-3, "{found} {exact} {other}");
+}
+
+/// Rows that correlate tell less: fewer degrees of freedom, a wider interval of what was fitted.
+#[test]
+fn correlated_readings_count_for_fewer() {
+    let mut file = fitted(calibration());
+    let alone = budget(&file);
+    file.recorded.as_mut().unwrap().correlation = Some(Correlation { neighbours: 0.6, of_fitted: 3.0 });
+    let correlated = budget(&file);
+    let freedom = |budget: &Budget| component(budget, "repeatability").unwrap().degrees_of_freedom.unwrap();
+    assert!((freedom(&correlated) / freedom(&alone) - 0.64 / 1.36).abs() < 1e-3);
+    assert!(correlated.expanded()[1] > alone.expanded()[1]);
+}
+
+/// Each device of a shared routine has the budget that a routine of its own has, but for the arithmetic.
+#[test]
+fn devices_that_share_a_routine_have_a_budget_each() {
+    let file = fitted(calibration());
+    let device = |name: &str, coefficients: &Coefficients| Device {
+        name: name.into(),
+        coefficients: coefficients.clone(),
+        sha256: "00".repeat(32),
+    };
+    let mut silent = file.clone();
+    silent.recorded.as_mut().unwrap().reference.accuracy = None;
+    let devices = [device("a", &file), device("b", &silent)];
+    let generated = codegen::devices::generate(&devices, &Options::default(), &Wanted::default()).unwrap();
+    let budgets = &generated.certificate.budgets;
+    let names: Vec<_> = budgets.iter().map(|of| of.device.clone().unwrap()).collect();
+    assert_eq!(names, ["a", "b"]);
+    let [own, shared] = [budget(&file).expanded(), budgets[0].budget.expanded()];
+    assert!((shared[1] / own[1] - 1.0).abs() < 1e-3, "{own:?} {shared:?}");
+    let head = &generated.files[std::path::Path::new("c/corrected_angle.h")];
+    let head = String::from_utf8(head.clone()).unwrap().replace("\n *         ", " ");
+    assert!(head.contains("a: U = ") && head.contains("MISSING: the accuracy of the reference"), "{head}");
+}
+
+/// A table of other firmware has the uncertainty of what that firmware computes.
+#[test]
+fn a_table_of_other_firmware_has_a_budget() {
+    let file = turning();
+    let options = Options { encoder: Encoder { bits: Some(14), ..Encoder::default() }, ..Options::default() };
+    let asked =
+        Asked { wanted: tables::Wanted { ratio: Some(7.0), ..tables::Wanted::default() }, options: &options };
+    for firmware in [Firmware::Moteus, Firmware::Vesc, Firmware::Simplefoc] {
+        let certificate = tables::generate(firmware, &file, "", &asked).unwrap().certificate;
+        let budget = &certificate.budgets[0].budget;
+        let bound = certificate.routines[0].bound;
+        assert!((component(budget, "arithmetic").unwrap().value / bound - 1.0).abs() < 1e-4, "{firmware:?}");
+        assert!(component(budget, "reference").is_some() && component(budget, "direction").is_some());
+        assert!(budget.not_included.iter().any(|not| not.starts_with("the zero")), "{firmware:?}");
+    }
+    let klipper = Asked { options: &Options::default(), ..asked };
+    assert_eq!(
+        tables::generate(Firmware::Klipper, &file, "", &klipper).unwrap().certificate.budgets.len(),
+        1
+    );
+}
+
+/// An axis in either direction: its lost motion is in the table, not in the budget.
+#[test]
+fn the_table_of_an_axis_has_a_budget() {
+    let mut csv = String::from("t_s,pass,direction,measured,reference\n");
+    for row in 0..240u32 {
+        let (pass, place) = (row / 40, f64::from(row % 40));
+        let (way, x) = if pass % 2 == 0 { (1, place) } else { (-1, 39.0 - place) };
+        let scatter = 1e-3 * (f64::from(row * row % 97) / 97.0 - 0.5);
+        csv += &format!("{row},{pass},{way},{:.4},{x}\n", x + 1e-4 * x * x + scatter);
+    }
+    let toml = "[sensor]\nkind = \"direct\"\nunit = \"mm\"\n[reference]\naccuracy = 0.002\n";
+    let recording = Recording::from_bytes("axis.csv", csv.as_bytes()).unwrap();
+    let mirror = Mirror::parse("axis.toml", toml).unwrap();
+    let file = fitter::fit(&recording, &mirror, &fitter::Options::default()).unwrap().coefficients;
+    let (options, wanted) = (Options::default(), tables::Wanted::default());
+    let asked = Asked { wanted, options: &options };
+    let budget = tables::generate(Firmware::Linuxcnc, &file, "", &asked).unwrap().certificate.budgets[0]
+        .budget
+        .clone();
+    assert!(budget.measurand.contains("where this machine goes to"), "{}", budget.measurand);
+    assert!((component(&budget, "reference").unwrap().contribution - 0.002 / 3f64.sqrt()).abs() < 1e-6);
+    assert_eq!(
+        budget.range.first().map(|place| (place.at, place.result)),
+        budget.range.first().map(|p| (p.at, p.at))
+    );
 }

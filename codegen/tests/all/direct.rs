@@ -1,6 +1,5 @@
 //! Direct sensors in their own units: what is asked for where nothing is named, and what a file of many terms gives.
 
-use codegen::claim::Claim;
 use codegen::format::Format;
 use codegen::generate::{GenerateError, generate};
 use codegen::interpret::{Word, interpret};
@@ -167,25 +166,18 @@ fn terms_that_vanish_leave_sources_without_warnings() {
 
 /// The head never says less than the recording showed.
 #[test]
-fn the_estimate_is_above_what_the_recording_showed() {
+fn the_uncertainty_is_above_what_the_recording_showed() {
     let (recording, mirror) = fitter::default_recording().unwrap();
     for order in [1, 2, 4, 9] {
         let options = fitter::Options { order: Some(order), ..fitter::Options::default() };
         let file = fitter::fit(&recording, &mirror, &options).unwrap().coefficients;
         let worst = file.statistics.as_ref().unwrap().after.max_of_point_means;
         let generated = generate(&file, "", &q31()).unwrap();
-        let entry = &generated.certificate.routines[0];
-        let Claim { distance, parts } = entry.estimate.clone().unwrap();
-        assert!(
-            distance >= worst && distance > file.statistics.as_ref().unwrap().after.rms,
-            "{order}: {distance}"
-        );
-        assert!(parts.iter().all(|part| part.value <= distance), "{parts:?}");
+        let [low, high] = generated.certificate.budgets[0].budget.expanded();
+        assert!(high >= worst && high > file.statistics.as_ref().unwrap().after.rms, "{order}: {high}");
         let head = &generated.files[std::path::Path::new("c/corrected_angle.h")];
-        let said = codegen::text::rounded_up(distance);
-        assert!(
-            head.contains(&format!("Estimate (no proof): the model itself is within {said} arcsec")),
-            "{head}"
-        );
+        let said = [low, high].map(codegen::text::rounded_up);
+        assert!(head.contains(&format!("U = {} … {} arcsec", said[0], said[1])), "{head}");
+        assert!(!head.contains("Estimate"), "{head}");
     }
 }

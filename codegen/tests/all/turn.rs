@@ -259,13 +259,15 @@ fn what_does_not_repeat_with_the_turn_is_left_out_by_name_and_size() {
         assert!(head.contains(said.as_str()), "{said}: {head}");
     }
     assert!(swept(&generated, &file, &options).holds());
-    // Nothing says what the recording showed, so nothing is estimated; with a diagnosis, all that is left out counts.
-    assert_eq!(entry.estimate, None);
+    // Nothing says what the recording showed, so there is no budget; with a diagnosis, all that is left out counts.
+    assert!(generated.certificate.budgets.is_empty());
     let diagnosis =
         Diagnosed { verdict: "explained".into(), before_rms: 1.3, after_rms: 0.05, noise_floor: 0.05 };
     let known = Coefficients { diagnosis: Some(diagnosis), ..file };
-    let entry = generate(&known, "", &options).unwrap().certificate.routines[0].clone();
-    assert!(entry.estimate.unwrap().distance > 0.45 + 0.68 + 0.011 + 0.06);
+    let budget = generate(&known, "", &options).unwrap().certificate.budgets[0].budget.clone();
+    // A lag changes its sign with the direction.
+    let largest = |source: &str| budget.components.iter().find(|c| c.source == source).unwrap().value;
+    assert!(largest("left_out") + largest("direction") > 0.45 + 0.68 + 0.011 + 0.06, "{budget:?}");
 }
 
 /// A base of order 1 is a constant and a slope over the turn; periods that are parts of the turn are its harmonics.

@@ -1,14 +1,31 @@
 //! What the recording itself showed: type A.
 //!
-//! All in [`crate::coefficients::Units::statistics`]. Places are readings.
+//! All in [`crate::coefficients::Units::statistics`]. Places are readings. Readings that follow one another may correlate: each
+//! row then tells less, by [`independent`] and [`of_fitted`].
 
 use super::Component;
-use crate::coefficients::{Coefficients, PointStatistics, Scatter};
+use crate::coefficients::{Coefficients, Correlation, PointStatistics, Scatter};
 
 /// Part of the range on either side of a place from which points are taken together there.
 const REACH: f64 = 0.1;
 /// So few points are not taken together: the nearest so many are.
 const FEWEST_POINTS: usize = 5;
+
+/// The part of the readings that would tell as much about a variance if they were independent: (1 − ρ²)/(1 + ρ²) of a
+/// first-order autocorrelation ρ (Bartlett 1946).
+pub fn independent(file: &Coefficients) -> f64 {
+    let squared = correlation(file).map_or(0.0, |correlation| correlation.neighbours.powi(2));
+    (1.0 - squared) / (1.0 + squared)
+}
+
+/// By how much correlated readings make the variance of what was fitted to them larger.
+pub fn of_fitted(file: &Coefficients) -> f64 {
+    correlation(file).map_or(1.0, |correlation| correlation.of_fitted)
+}
+
+fn correlation(file: &Coefficients) -> Option<Correlation> {
+    file.recorded.as_ref()?.correlation
+}
 
 /// The scatter of one reading, at a place. Where passes repeat their angles, it is the scatter between them, at the place
 /// where it is uneven over the range; of a diagnosed file its noise floor; else what the fit leaves, in which noise and lack
@@ -42,7 +59,7 @@ pub fn repeatability(file: &Coefficients, at: f64) -> Option<Component> {
     let of_reference = file.recorded.as_ref().and_then(|r| r.reference.repeatability).unwrap_or(0.0);
     let own = (deviation * deviation - of_reference * of_reference).max(0.0);
     // The variance of a difference is that of what was estimated: u⁴/ν stays.
-    let freedom = freedom * (own / (deviation * deviation)).powi(2);
+    let freedom = independent(file) * freedom * (own / (deviation * deviation)).powi(2);
     let less = if of_reference > 0.0 { ", less that of the reference" } else { "" };
     let what = format!("repeatability: {what}{less}");
     Some(Component::observed("repeatability", &what, unit, own.sqrt(), freedom.max(1.0)))
@@ -57,7 +74,13 @@ pub fn lack_of_fit(file: &Coefficients, at: f64, interval: &[f64]) -> Option<Com
     if let Some(diagnosed) = &file.diagnosis {
         let rows = file.recording.rows.saturating_sub(file.count_of_all()).max(1) as f64;
         let what = "lack of fit: what the diagnosis left beyond the noise";
-        return Some(Component::observed("lack_of_fit", what, unit, diagnosed.left(), rows));
+        return Some(Component::observed(
+            "lack_of_fit",
+            what,
+            unit,
+            diagnosed.left(),
+            independent(file) * rows,
+        ));
     }
     scatter(file)?;
     let points = near(file, at);
@@ -73,18 +96,21 @@ pub fn lack_of_fit(file: &Coefficients, at: f64, interval: &[f64]) -> Option<Com
         noise += (variance / point.readings as f64 - interval[*k].powi(2)).max(0.0) / count;
     }
     let left = (squares - noise).max(0.0);
+    let count = independent(file) * count;
     let freedom = if squares > 0.0 { count * (left / squares).powi(2) } else { count };
     // Near the noise the difference itself is hardly known; it is then small beside the noise as well.
     Some(Component::observed("lack_of_fit", what, unit, left.sqrt(), freedom.max(1.0)))
 }
 
-/// What all readings of a pass share, in the mean over the passes that was fitted. None of a single pass.
+/// What all readings of a pass share, in the mean over the passes that was fitted; less what noise that lasts from row to row
+/// makes of it, which is in the interval of the model. None of a single pass.
 pub fn pass_offset(file: &Coefficients) -> Option<Component> {
     let offset = file.recorded.as_ref()?.pass_offset?;
     let passes = offset.passes as f64;
     let what = "passes: what all readings of one share, in their mean";
-    let deviation = offset.standard_deviation / passes.sqrt();
-    Some(Component::observed("pass_offset", what, &file.units.statistics, deviation, passes - 1.0))
+    let in_model = (of_fitted(file) - 1.0) * file.noise()?.powi(2) / file.recording.rows.max(1) as f64;
+    let variance = (offset.standard_deviation.powi(2) / passes - in_model).max(0.0);
+    Some(Component::observed("pass_offset", what, &file.units.statistics, variance.sqrt(), passes - 1.0))
 }
 
 /// What the recording does not tell, for want of passes or of repeated angles.
@@ -96,7 +122,7 @@ pub fn missing(file: &Coefficients) -> Vec<String> {
              leaves stands for both",
             file.recording.passes
         ));
-    } else if file.diagnosis.is_none() && scatter(file).is_none() {
+    } else if file.diagnosis.is_none() && !repeats(file) {
         missing.push(
             "repeatability and lack of fit apart, type A: no angle comes again in another pass; what the fit leaves stands for \
              both"
@@ -108,6 +134,11 @@ pub fn missing(file: &Coefficients) -> Vec<String> {
             .push("the interval of what was fitted: the file has no covariance of it; fit again".to_string());
     }
     missing
+}
+
+/// Whether angles were read again in other passes.
+pub fn repeats(file: &Coefficients) -> bool {
+    scatter(file).is_some()
 }
 
 fn scatter(file: &Coefficients) -> Option<&Scatter> {

@@ -20,7 +20,7 @@ use crate::terms::Term;
 use crate::turn::Turn;
 
 pub use file::{CoefficientsError, parse, read, read_with_text};
-pub use recorded::{PassOffset, Recorded, Reference};
+pub use recorded::{Correlation, PassOffset, Recorded, Reference};
 pub use selection::{OrderScore, OrderSelection};
 pub use statistics::{PointStatistics, Scatter, Spread, Statistics};
 

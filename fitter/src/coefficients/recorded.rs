@@ -29,6 +29,19 @@ pub struct Recorded {
     /// What the passes differ by; none of a single pass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pass_offset: Option<PassOffset>,
+    /// How far readings that follow one another have their noise in common; none where that is not seen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub correlation: Option<Correlation>,
+}
+
+/// Noise that lasts from one row to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Correlation {
+    /// First-order autocorrelation ρ, from row to row.
+    pub neighbours: f64,
+    /// By how much it makes the variance of what was fitted larger, on average; 1 where the fit allowed for it.
+    pub of_fitted: f64,
 }
 
 /// An error that all readings of a pass share and the next pass does not: a drift, or a reference that was set up again.
@@ -62,6 +75,11 @@ impl Recorded {
         wrong(|v| !(v.is_finite() && v > 0.0), &positive)
             .or_else(|| wrong(|v| !(v.is_finite() && v >= 0.0), &not_negative))
             .or_else(|| {
+                let Correlation { neighbours, of_fitted } = self.correlation?;
+                let possible = (0.0..1.0).contains(&neighbours) && of_fitted.is_finite() && of_fitted > 0.0;
+                (!possible).then(|| format!("`recorded.correlation` is {neighbours} and {of_fitted}"))
+            })
+            .or_else(|| {
                 let passes = self.pass_offset.map_or(2, |offset| offset.passes);
                 (passes < 2).then(|| format!("`recorded.pass_offset` is of {passes} passes"))
             })
@@ -77,6 +95,7 @@ impl Recorded {
             reference,
             reading_step: crate::statistics::readable(crate::faults::resolution(&readings)),
             pass_offset: PassOffset::of(&recording.pass, residual),
+            correlation: None,
         }
     }
 }
@@ -128,7 +147,12 @@ mod tests {
 
     #[test]
     fn numbers_that_cannot_be_are_named() {
-        let good = Recorded { reference: Reference::default(), reading_step: 0.0, pass_offset: None };
+        let good = Recorded {
+            reference: Reference::default(),
+            reading_step: 0.0,
+            pass_offset: None,
+            correlation: None,
+        };
         assert_eq!(good.contradiction(), None);
         let accuracy = Reference { accuracy: Some(-1.0), ..Reference::default() };
         let bad = Recorded { reference: accuracy, ..good.clone() };
@@ -136,5 +160,8 @@ mod tests {
         let one = PassOffset { standard_deviation: 0.1, passes: 1 };
         let bad = Recorded { pass_offset: Some(one), ..good };
         assert!(bad.contradiction().unwrap().contains("of 1 passes"));
+        let correlation = Correlation { neighbours: 1.0, of_fitted: 2.0 };
+        let bad = Recorded { pass_offset: None, correlation: Some(correlation), ..bad };
+        assert_eq!(bad.contradiction().unwrap(), "`recorded.correlation` is 1 and 2");
     }
 }

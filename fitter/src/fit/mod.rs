@@ -107,6 +107,17 @@ pub struct Fit {
     pub notes: Vec<FitNote>,
 }
 
+impl Fit {
+    /// Looks for what else the residual depends on, and how far its rows depend on one another.
+    pub(crate) fn look_beside(&mut self, recording: &Recording) {
+        let correlation;
+        (self.dependences, correlation) = dependence::dependences(recording, self);
+        if let Some(recorded) = &mut self.coefficients.recorded {
+            recorded.correlation = correlation;
+        }
+    }
+}
+
 /// Fits the angular error model (Eq. 6) to a recording of the given mirror.
 ///
 /// # Errors
@@ -165,7 +176,7 @@ fn polynomial(recording: &Recording, mirror: &Mirror, options: &Options) -> Resu
     let Prepared { calibrated, points, weights, .. } = prepared;
     let dependences = Vec::new();
     let mut fit = Fit { coefficients, calibrated, residual, points, weights, basis, dependences, notes };
-    fit.dependences = dependence::dependences(recording, &fit);
+    fit.look_beside(recording);
     Ok(fit)
 }
 

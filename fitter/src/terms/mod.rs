@@ -153,6 +153,42 @@ impl Operator {
         }
     }
 
+    /// The unit of coefficient `k`, the values of the term being in `unit`. A column's name says its own.
+    pub fn coefficient_unit(&self, k: usize, unit: &str) -> String {
+        let column = match self {
+            Operator::Product(product) => {
+                let power = |f: &Factor| if f.power > 1 { format!("^{}", f.power) } else { String::new() };
+                let factors = product.factors.iter().map(|f| format!("{}{}", f.observable, power(f)));
+                factors.collect::<Vec<_>>().join("·")
+            }
+            Operator::Play(Play { observable, .. })
+            | Operator::Lag(Lag { observable, .. })
+            | Operator::Hinge(Hinge { observable, .. }) => observable.clone(),
+            Operator::Rate(rate) => format!("({}/s)", rate.observable),
+            Operator::Expression(expression) => return expression.factors[k].unit.clone(),
+            Operator::Exponential(_) | Operator::Step(_) | Operator::Periodic(_) | Operator::Gaussian(_) => {
+                return unit.to_string();
+            }
+        };
+        format!("{unit} per {column}")
+    }
+
+    /// Whether every number of the operator beside its coefficients is known beforehand: no time constant, threshold, width,
+    /// or period is fitted.
+    pub fn is_linear(&self) -> bool {
+        match self {
+            Operator::Product(_) | Operator::Rate(_) => true,
+            Operator::Expression(expression) => expression.parameters.is_empty(),
+            Operator::Play(_)
+            | Operator::Lag(_)
+            | Operator::Exponential(_)
+            | Operator::Step(_)
+            | Operator::Periodic(_)
+            | Operator::Gaussian(_)
+            | Operator::Hinge(_) => false,
+        }
+    }
+
     /// Whether the term may be used outside the calibrated range: it does not depend on the angle, or no
     /// faster than a slope, or repeats, or is bounded by its own width wherever the angle is.
     pub fn extrapolates(&self) -> bool {

@@ -36,7 +36,7 @@ pub(crate) fn fit(mut problem: Harmonics) -> Result<Fit, FitError> {
     let mut fit =
         Fit { coefficients, calibrated, residual: left, points, weights, basis, dependences, notes };
     if fit.points.single_angles {
-        fit.dependences = crate::dependence::dependences(recording, &fit);
+        fit.look_beside(recording);
     }
     fit.residual = residual;
     Ok(fit)

@@ -100,7 +100,7 @@ pub fn not_finite(text: &[u8]) -> Option<String> {
 }
 
 /// Fields that say by null that there is none of them.
-const ABSENT: &str = "recorded estimate fraction_bits next_experiment default harmonics amplitudes directions left \
+const ABSENT: &str = "recorded fraction_bits next_experiment default harmonics amplitudes directions left \
     slope zero reservation held_out_rms noise testing_error training_error";
 
 /// JSON whose numbers are numbers: serde_json writes null for what is not finite.

@@ -32,7 +32,13 @@ pub fn simulate(generator: &mut ChaCha12Rng) -> Trial {
         let tenth = (TENTHS as f64 * row.reference / TURN_DEG) as usize;
         let counts = f64::from(1u32 << BITS);
         let word = (row.measured / TURN_DEG * counts).round().rem_euclid(counts) as i64;
-        Fresh { tenth: tenth.min(TENTHS - 1), place: row.reference, word, truth: row.reference }
+        Fresh {
+            tenth: tenth.min(TENTHS - 1),
+            place: row.reference,
+            word,
+            further: None,
+            truth: row.reference,
+        }
     };
     let mut fresh: Vec<Fresh> = record(&known, &turning, generator.random()).into_iter().map(one).collect();
     // Of any pass, so of either direction.
@@ -44,6 +50,7 @@ pub fn simulate(generator: &mut ChaCha12Rng) -> Trial {
              {ACCURACY_DEG:?}\nrepeatability = {:?}\n",
             encoder.reference_noise_deg
         ),
+        diagnosed: false,
         options: Options {
             encoder: turn::Encoder { bits: Some(BITS), ..turn::Encoder::default() },
             ..Options::default()

@@ -55,7 +55,7 @@ pub fn simulate(generator: &mut ChaCha12Rng) -> Trial {
         let tenth = (TENTHS as f64 * 0.5 * (s_mm / half_mm + 1.0)) as usize;
         let word = (s_mm / COUNT_MM + MIDDLE).round() as i64;
         let truth = arcsec_from_rad(truth.true_angle_rad) + zero_arcsec;
-        Fresh { tenth: tenth.min(TENTHS - 1), place: s_mm, word, truth }
+        Fresh { tenth: tenth.min(TENTHS - 1), place: s_mm, word, further: None, truth }
     };
     let fresh: Vec<Fresh> = stops.iter().map(one).collect();
     Trial {
@@ -65,6 +65,7 @@ pub fn simulate(generator: &mut ChaCha12Rng) -> Trial {
              {ACCURACY_ARCSEC:?}\nrepeatability_arcsec = {:?}\n",
             device.autocollimator.total_noise_arcsec()
         ),
+        diagnosed: false,
         options: counts(16, COUNT_MM, MIDDLE),
         fresh: super::one_in_each(fresh),
         turn: None,

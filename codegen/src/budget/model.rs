@@ -1,10 +1,9 @@
-//! How well the model itself is known: its 95 % band, from the covariance of what was fitted. This is an estimate
-//! of statistics, not a proof, and stands apart from the bound: the bound says how near the routine is to the
-//! model, the band how near the model is to the device.
+//! How well the model itself is known, from the joint covariance C of what was fitted: √(vᵀCv) at a reading, v being what the
+//! coefficients of polynomial and terms are multiplied by there; the largest over the boxes of the further inputs, and
+//! whatever a memory can hold.
 //!
-//! The band at a reading is 1.96·√(vᵀCv), v being what the coefficients of polynomial and terms are multiplied by
-//! there and C their joint covariance. The bound's estimate states its largest value over the range, the boxes of the further
-//! inputs, and whatever a memory can hold.
+//! A budget adds squares of what is independent. So it is taken apart by Cholesky's factor, the terms' coefficients first: each
+//! contributes what it does not share with those before it, the others following it as the fit makes them.
 
 use fitter::coefficients::Coefficients;
 use fitter::terms::{Operator, Side, Term};
@@ -12,43 +11,52 @@ use fitter::terms::{Operator, Side, Term};
 use crate::physics::{Physics, by_time, of_reading};
 use crate::quantity::Quantity;
 
-/// Two-sided 95 % of a normal distribution.
-pub const NORMAL_95: f64 = 1.959_964;
-/// Readings at which the band is evaluated, and values of each further input.
-const POINTS: u32 = 401;
+/// Values of each further input.
 const OF_AN_INPUT: u32 = 5;
 /// Combinations of what memories hold that are tried; where there are more, each counts by itself.
 const MOST_COMBINATIONS: u32 = 256;
 
-/// The largest half-width of the 95 % band over the range and the boxes, in the bound's unit; none where the
-/// covariance is not known.
-pub fn band(
-    coefficients: &Coefficients,
-    physics: &Physics,
-    quantity: &Quantity,
-    range: (f64, f64),
-) -> Option<f64> {
-    let at = |i: u32| range.0 + (range.1 - range.0) * f64::from(i) / f64::from(POINTS - 1);
-    let readings: Vec<f64> = (0..POINTS).map(at).collect();
-    let largest =
-        deviations(coefficients, physics, quantity, range, &readings)?.into_iter().fold(0.0, f64::max);
-    Some(NORMAL_95 * largest)
+/// How well a model is known at a place.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Known {
+    /// Standard deviation of what the coefficients of terms leave, in the budget's unit.
+    pub rest: f64,
+    /// Every coefficient of the terms.
+    pub terms: Vec<OfTerm>,
 }
 
-/// The standard deviation of the model at readings, in the bound's unit: the largest over the boxes of the further inputs
-/// and what memories can hold; none where the covariance is not known.
-pub fn deviations(
+/// A coefficient of a term.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OfTerm {
+    /// Which.
+    pub what: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its standard deviation beyond what it shares with those before it.
+    pub deviation: f64,
+    /// The change of the result by one unit of it, the coefficients after it following.
+    pub sensitivity: f64,
+}
+
+impl Known {
+    /// Standard deviation of the model.
+    pub fn deviation(&self) -> f64 {
+        self.terms.iter().fold(self.rest, |sum, of| sum.hypot(of.deviation * of.sensitivity))
+    }
+}
+
+/// How well the model is known at readings, in the bound's unit; none where the covariance is not known.
+pub(crate) fn known(
     coefficients: &Coefficients,
     physics: &Physics,
     quantity: &Quantity,
     range: (f64, f64),
     readings: &[f64],
-) -> Option<Vec<f64>> {
+) -> Option<Vec<Known>> {
     let all = coefficients.covariance_of_all()?;
     let size = coefficients.base.coefficients.len();
-    // What is left out of the routine is left out of its band.
-    let mut kept: Vec<usize> = (0..size).collect();
-    let mut terms: Vec<&Term> = Vec::new();
+    // What is left out of the routine is left out of its interval. The terms come first.
+    let (mut kept, mut terms): (Vec<usize>, Vec<&Term>) = (Vec::new(), Vec::new());
     let mut first = size;
     for term in &coefficients.terms {
         if physics.terms.contains(term) {
@@ -57,41 +65,80 @@ pub fn deviations(
         }
         first += term.coefficients.len();
     }
+    let of_terms = kept.len();
+    kept.extend(0..size);
     let covariance: Vec<Vec<f64>> = kept.iter().map(|i| kept.iter().map(|j| all[*i][*j]).collect()).collect();
     let model = Model { coefficients, physics, terms, per_unit: quantity.bound_units_per_unit, range };
     let (points, gain) = (model.inputs(), model.gain_of_harmonics());
+    let (names, factor) = (model.names(), cholesky(&covariance));
     let at = |reading: &f64| {
         let over = points.iter().map(|inputs| worst(&covariance, &model.columns(*reading, inputs)));
-        gain * over.fold(0.0, f64::max)
+        let (deviation, columns) = over.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+        let own = |k: usize| (k..columns.len()).map(|i| factor[i][k] * columns[i]).sum::<f64>();
+        let own: Vec<f64> = (0..columns.len()).map(own).collect();
+        let sum = own.iter().map(|own| own * own).sum::<f64>().sqrt();
+        let scale = if sum > 0.0 { gain * deviation / sum } else { 0.0 };
+        let of_term = |(k, (what, unit)): (usize, &(String, String))| {
+            let deviation = factor[k][k];
+            let sensitivity = if deviation > 0.0 { scale * own[k] / deviation } else { 0.0 };
+            OfTerm { what: what.clone(), unit: unit.clone(), deviation, sensitivity }
+        };
+        Known {
+            rest: scale * own[of_terms..].iter().map(|own| own * own).sum::<f64>().sqrt(),
+            terms: names.iter().enumerate().map(of_term).collect(),
+        }
     };
     Some(readings.iter().map(at).collect())
+}
+
+/// The lower triangle L with L Lᵀ = C. What the earlier coefficients determine wholly has a column of zeros.
+fn cholesky(covariance: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// Part of a variance below which what is left of it is rounding.
+    const ROUNDING: f64 = 1e-12;
+    let n = covariance.len();
+    let mut factor = vec![vec![0.0; n]; n];
+    for k in 0..n {
+        let left = |i: usize, factor: &[Vec<f64>]| {
+            covariance[i][k] - (0..k).map(|j| factor[i][j] * factor[k][j]).sum::<f64>()
+        };
+        let pivot = left(k, &factor);
+        if pivot > ROUNDING * covariance[k][k] {
+            for i in k..n {
+                factor[i][k] = left(i, &factor) / pivot.sqrt();
+            }
+        }
+    }
+    factor
 }
 
 /// What a coefficient is multiplied by: a number that reading and inputs give, twice, or anything between two ends, by
 /// what came before.
 type Column = [f64; 2];
 
-fn known(value: f64) -> Column {
+fn fixed(value: f64) -> Column {
     [value, value]
 }
 
-/// The largest standard deviation, whatever the memories hold: it is convex in them, so the ends are enough.
-fn worst(covariance: &[Vec<f64>], columns: &[Column]) -> f64 {
+/// The largest standard deviation, whatever the memories hold, and the columns there: it is convex in them, so the ends are
+/// enough.
+fn worst(covariance: &[Vec<f64>], columns: &[Column]) -> (f64, Vec<f64>) {
     let open: Vec<usize> = (0..columns.len()).filter(|k| columns[*k][0] != columns[*k][1]).collect();
     let combinations = 1u32.checked_shl(open.len() as u32).filter(|n| (1..=MOST_COMBINATIONS).contains(n));
+    let combined = |bits: u32| {
+        let upper = |k: usize| open.iter().position(|o| *o == k).is_some_and(|i| bits >> i & 1 == 1);
+        let v: Vec<f64> = columns.iter().enumerate().map(|(k, c)| c[usize::from(upper(k))]).collect();
+        (quadratic(covariance, &v).sqrt(), v)
+    };
     if let Some(n) = combinations {
-        let combined = |bits: u32| {
-            let upper = |k: usize| open.iter().position(|o| *o == k).is_some_and(|i| bits >> i & 1 == 1);
-            let v: Vec<f64> = columns.iter().enumerate().map(|(k, c)| c[usize::from(upper(k))]).collect();
-            quadratic(covariance, &v).sqrt()
-        };
-        return (0..n).map(combined).fold(0.0, f64::max);
+        return (0..n).map(combined).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
     }
     // A sum's deviation is at most the sum of its parts' deviations.
-    let known: Vec<f64> = columns.iter().map(|[low, high]| if low == high { *low } else { 0.0 }).collect();
-    let of_one =
-        |k: &usize| columns[*k][1].abs().max(columns[*k][0].abs()) * covariance[*k][*k].max(0.0).sqrt();
-    quadratic(covariance, &known).sqrt() + open.iter().map(of_one).sum::<f64>()
+    let certain: Vec<f64> = columns.iter().map(|[low, high]| if low == high { *low } else { 0.0 }).collect();
+    let largest = |k: usize| columns[k][1].abs().max(columns[k][0].abs());
+    let of_one = |k: &usize| largest(*k) * covariance[*k][*k].max(0.0).sqrt();
+    let sum = quadratic(covariance, &certain).sqrt() + open.iter().map(of_one).sum::<f64>();
+    let v = (0..columns.len()).map(|k| if open.contains(&k) { largest(k) } else { certain[k] });
+    (sum, v.collect())
 }
 
 /// vᵀCv.
@@ -100,7 +147,7 @@ pub(crate) fn quadratic(covariance: &[Vec<f64>], v: &[f64]) -> f64 {
     covariance.iter().zip(v).map(|(r, x)| x * row(r)).sum::<f64>().max(0.0)
 }
 
-/// What the band is of.
+/// What is known.
 struct Model<'a> {
     coefficients: &'a Coefficients,
     physics: &'a Physics,
@@ -145,15 +192,28 @@ impl Model<'_> {
         let x = reading - self.coefficients.base.centre;
         let mut power = sensor.gain(reading) * self.per_unit;
         let mut columns = Vec::new();
-        for _ in &self.coefficients.base.coefficients {
-            columns.push(known(power));
-            power *= x;
-        }
         // Coefficients of terms are in the unit of statistics, as the bound is.
         for term in &self.terms {
             self.of_term(term, reading, inputs, &mut columns);
         }
+        for _ in &self.coefficients.base.coefficients {
+            columns.push(fixed(power));
+            power *= x;
+        }
         columns
+    }
+
+    /// What each coefficient of the terms is, and its unit.
+    fn names(&self) -> Vec<(String, String)> {
+        let of = |term: &&Term| {
+            let unit = &self.coefficients.units.statistics;
+            let name = |k: usize| {
+                let which = if term.coefficients.len() > 1 { format!(" {}", k + 1) } else { String::new() };
+                (format!("term {}: coefficient{which}", term.effect), term.operator.coefficient_unit(k, unit))
+            };
+            (0..term.coefficients.len()).map(name).collect::<Vec<_>>()
+        };
+        self.terms.iter().flat_map(of).collect()
     }
 
     fn of_term(&self, term: &Term, reading: f64, inputs: &[f64], into: &mut Vec<Column>) {
@@ -161,7 +221,7 @@ impl Model<'_> {
         into.push(match &term.operator {
             Operator::Product(product) => {
                 let factors = product.factors.iter();
-                known(factors.map(|f| (observed(&f.observable) - f.mean).powi(i32::from(f.power))).product())
+                fixed(factors.map(|f| (observed(&f.observable) - f.mean).powi(i32::from(f.power))).product())
             }
             Operator::Play(play) => {
                 return into.extend(play.elements.iter().map(|e| [-e.half_width, e.half_width]));
@@ -175,24 +235,24 @@ impl Model<'_> {
             }
             Operator::Hinge(hinge) => {
                 let beyond = observed(&hinge.observable) - hinge.threshold;
-                known(if hinge.side == Side::Above { beyond } else { -beyond }.max(0.0))
+                fixed(if hinge.side == Side::Above { beyond } else { -beyond }.max(0.0))
             }
             Operator::Gaussian(gaussian) => {
                 let z = (observed(&gaussian.observable) - gaussian.centre) / gaussian.width;
-                known((-0.5 * z * z).exp())
+                fixed((-0.5 * z * z).exp())
             }
             Operator::Exponential(e) if by_time(e, &self.physics.further) => [0.0, 1.0],
             Operator::Exponential(e) => {
                 let since = (observed(&e.observable) - e.start).max(0.0);
-                known(-(-since / e.scale).exp_m1())
+                fixed(-(-since / e.scale).exp_m1())
             }
-            Operator::Step(step) => known(f64::from(u8::from(observed(&step.observable) >= step.at))),
+            Operator::Step(step) => fixed(f64::from(u8::from(observed(&step.observable) >= step.at))),
             Operator::Expression(_) => {
                 return into.extend((0..term.coefficients.len()).map(|k| self.of_factor(term, k, &observed)));
             }
             Operator::Periodic(periodic) => {
                 let truth = self.coefficients.error_model().corrected(reading) * self.per_unit;
-                return into.extend(periodic.columns_at(truth).into_iter().map(known));
+                return into.extend(periodic.columns_at(truth).into_iter().map(fixed));
             }
         });
     }
@@ -205,7 +265,7 @@ impl Model<'_> {
         let anything = [f64::NEG_INFINITY, f64::INFINITY];
         let Some(tree) = self.physics.tree(&unit) else { return anything };
         if !tree.remembers() {
-            return known(tree.at(observed));
+            return fixed(tree.at(observed));
         }
         let over = |name: &str| {
             let [from, to] = self.ends(name);
@@ -232,16 +292,16 @@ mod tests {
     #[test]
     fn what_is_fitted_jointly_is_known_jointly() {
         let covariance = vec![vec![4.0, -3.9], vec![-3.9, 4.0]];
-        let sum = worst(&covariance, &[known(1.0), known(1.0)]);
+        let sum = worst(&covariance, &[fixed(1.0), fixed(1.0)]).0;
         assert!((sum - 0.2f64.sqrt()).abs() < 1e-12, "{sum}");
         // A memory that can take either sign takes the worse.
-        let free = worst(&covariance, &[known(1.0), [-1.0, 1.0]]);
+        let free = worst(&covariance, &[fixed(1.0), [-1.0, 1.0]]).0;
         assert!((free - 15.8f64.sqrt()).abs() < 1e-12, "{free}");
         // Too many to be combined: the sum of the deviations, which is more than any combination's.
         let n = 12;
         let unit: Vec<Vec<f64>> =
             (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-        let many = worst(&unit, &vec![[-1.0, 1.0]; n]);
+        let many = worst(&unit, &vec![[-1.0, 1.0]; n]).0;
         assert!((many - n as f64).abs() < 1e-12, "{many}");
     }
 }
