@@ -259,7 +259,7 @@ mod tests {
         let text = "t_s,run,period,drive_1,drive_2,position\n0,1,1,1,2,3\n0.1,1,2,4,5,6\n0,2,1,7,8,9\n0.1,2,1,1,1,1\n";
         let series = parse("r.csv", text.as_bytes()).unwrap();
         assert_eq!(series.runs(), [0..2, 2..4]);
-        assert_eq!(series.drives[1], [2.0, 5.0, 8.0, 1.0]);
+        assert_eq!(series.drives[1][..], [2.0, 5.0, 8.0, 1.0]);
         assert_eq!(series.period_of(&(0..2)), Some(1));
         assert_eq!(series.period_of(&(2..4)), Some(2));
         let mut written = Vec::new();
