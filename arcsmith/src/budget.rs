@@ -12,6 +12,7 @@ use fitter::report::budget::{freedom, page};
 use fitter::{Coefficients, output};
 use serde_json::json;
 
+use crate::next;
 use crate::terminal::{FIGURE, LABEL, Result, WARNING, line, summarise};
 
 /// Arguments of `budget`: those of `generate`, but that `--out` is a page.
@@ -64,7 +65,13 @@ pub fn run(args: &BudgetArgs) -> Result<()> {
     }
     if let Some(out) = out {
         let named: Vec<_> = budgets.iter().map(|of| (of.routine.as_str(), &of.budget)).collect();
-        let page = page(&named, &origin(&coefficients, &certificate));
+        let written = out.display().to_string();
+        let page = page(
+            &named,
+            &origin(&coefficients, &certificate),
+            &next::after_budget(&certificate.command),
+            &written,
+        );
         output::write_whole(out, |file| file.write_all(page.as_bytes()))?;
     }
     let written = out.map(|out| out.display().to_string());

@@ -54,6 +54,15 @@ pub fn after_report(recording: &Path, mirror: &Path, map: &str, model: &str) -> 
     ]
 }
 
+/// After a budget, of the routine that the command in its head makes.
+pub fn after_budget(command: &str) -> Step {
+    let options = command.strip_prefix("codegen").unwrap_or_default();
+    step(
+        "Generate the routine, whose certificate holds the budget",
+        format!("arcsmith generate{options} --out firmware"),
+    )
+}
+
 /// After a calibration was diagnosed: the firmware where there are coefficients, else the next recording.
 pub fn after_diagnosis(file: Option<&Coefficients>, coefficients: &Path, again: &str) -> Vec<Step> {
     match file {

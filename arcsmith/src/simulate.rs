@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use fitter::output::not_the_input;
 use fitter::plant::PlantFile;
+use fitter::recording::Note;
+use fitter::text_safety;
 use twin::dynamic::{Begin, Series, simulate};
 use twin::log::write_series;
 
 use crate::record::{among, written};
-use crate::terminal::{Common, Result};
+use crate::terminal::{Common, Result, warn};
 use codegen::cli::recording;
 
 /// Arguments of `simulate`.
@@ -42,6 +44,9 @@ pub fn run(options: &Simulate, common: Common) -> Result<()> {
     let undriven = plant.equations.as_ref().is_some_and(|equations| equations.inputs.0.is_empty());
     let recording =
         if undriven { Series::read_undriven(&options.drive)? } else { Series::read(&options.drive)? };
+    if let Some(first) = recording.started.clone() {
+        warn(&format!("{}: {}", text_safety::file_name(&options.drive), Note::since(first)), common);
+    }
     not_the_input(&options.out, &[&options.drive, &options.plant])?;
     let known = recording.positions.len() == 1 && plant.state_space.is_none();
     let begin = options.begin.unwrap_or(if known { Begin::Recorded } else { Begin::Rest });

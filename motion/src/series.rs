@@ -12,17 +12,19 @@ use fitter::table::{Cells, Header, Lines, Naming, Table, Use, Values, family};
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
     /// Time in seconds.
-    pub t_s: Vec<f64>,
+    pub t_s: Values,
     /// Number of the run of every row, where there are several.
     pub run: Option<Vec<i64>>,
     /// Number of the period of every row, where the excitation is periodic and in its steady state.
     pub period: Option<Vec<i64>>,
     /// The drives.
-    pub drives: Vec<Vec<f64>>,
+    pub drives: Vec<Values>,
     /// The positions; none where the file holds drives only.
-    pub positions: Vec<Vec<f64>>,
+    pub positions: Vec<Values>,
     /// Further columns that hold a number in every row and whose names end in a unit.
-    pub further: Vec<(String, Vec<f64>)>,
+    pub further: Vec<(String, Values)>,
+    /// The first time as it stands in the file, where that holds points in time; times are seconds since it.
+    pub started: Option<String>,
 }
 
 fitter::errors! {
@@ -50,7 +52,7 @@ fn is_further(name: &str) -> bool {
 
 impl Series {
     /// What drives a plant: the drives, and for inputs beyond them the columns of their names.
-    pub fn inputs(&self, plant: &PlantFile) -> Vec<&Vec<f64>> {
+    pub fn inputs(&self, plant: &PlantFile) -> Vec<&Values> {
         let names = plant.equations.as_ref().map_or_else(Vec::new, |equations| equations.inputs.names());
         let of = |name: &&str| self.further.iter().find(|(own, _)| own == name).map(|(_, values)| values);
         self.drives.iter().chain(names.iter().skip(self.drives.len()).filter_map(of)).collect()
@@ -129,13 +131,13 @@ impl Series {
         let (run, period) = (whole("run"), whole("period"));
         let [drives, positions] = ["drive", "position"].map(|stem| {
             let names = family(&table.header.names, stem);
-            names.iter().filter_map(|name| table.take(name).map(Values::into_vec)).collect()
+            names.iter().filter_map(|name| table.take(name)).collect()
         });
-        let t_s = table.take_time().into_vec();
+        let t_s = table.take_time();
         let further = table.columns.iter().filter(|column| is_further(&column.name));
         let complete = further.filter(|column| column.values.iter().all(|value| value.is_finite()));
-        let further = complete.map(|column| (column.name.clone(), column.values.to_vec())).collect();
-        Series { t_s, run, period, drives, positions, further }
+        let further = complete.map(|column| (column.name.clone(), column.values.clone())).collect();
+        Series { t_s, run, period, drives, positions, further, started: table.started.clone() }
     }
 
     /// Time from row to row, as the longest run gives it, where all steps are equal to within the `rounding_s` of the
@@ -257,7 +259,7 @@ mod tests {
         let text = "t_s,run,period,drive_1,drive_2,position\n0,1,1,1,2,3\n0.1,1,2,4,5,6\n0,2,1,7,8,9\n0.1,2,1,1,1,1\n";
         let series = parse("r.csv", text.as_bytes()).unwrap();
         assert_eq!(series.runs(), [0..2, 2..4]);
-        assert_eq!(series.drives[1], [2.0, 5.0, 8.0, 1.0]);
+        assert_eq!(series.drives[1][..], [2.0, 5.0, 8.0, 1.0]);
         assert_eq!(series.period_of(&(0..2)), Some(1));
         assert_eq!(series.period_of(&(2..4)), Some(2));
         let mut written = Vec::new();

@@ -1,6 +1,7 @@
 //! A plant file on a drive: what `simulate` does.
 
 use fitter::plant::{Hold, Kind, Numbers, PlantFile};
+use fitter::table::Values;
 
 use super::effects::Context;
 use super::equations::{Course, EquationsError, Input, MotionEffect, Plant, Stopped, System};
@@ -99,8 +100,8 @@ pub fn simulate(
         positions.resize(own.len(), Vec::new());
         positions.iter_mut().zip(own).for_each(|(all, own)| all.extend(own));
     }
-    let further = Vec::new();
-    Ok(Series { drives: Vec::new(), positions, further, ..recording.clone() })
+    let positions = positions.into_iter().map(Values::from).collect();
+    Ok(Series { drives: Vec::new(), positions, further: Vec::new(), ..recording.clone() })
 }
 
 /// The output of a plant in equations, from where its file says that it begins.

@@ -10,7 +10,7 @@ use crate::coefficients::{Source, shown};
 use crate::columns::Columns;
 use crate::error::detached;
 use crate::python;
-use crate::table::{Given, mappings};
+use crate::table::{Given, mappings, warn_of_times};
 
 /// Corrects every row of a recording, which needs no reference.
 ///
@@ -34,8 +34,7 @@ pub fn apply(
 ) -> PyResult<Columns> {
     let Source { file, word, .. } = Source::of(coefficients)?;
     let (given, mappings) = (Given::of(recording, name)?, mappings(map)?);
-    python::warn(py, &given.converted())?;
-    let columns = detached(py, || {
+    let (columns, read) = detached(py, || {
         let usable = acceptance::to_apply(&file);
         usable.map_err(|refusal| Message::of(refusal).at(&shown(&word)).mend("fit again"))?;
         let reading = Reading { purpose: Purpose::Apply, mappings: &mappings, sensor: Some(&file.sensor) };
@@ -65,8 +64,9 @@ pub fn apply(
                 applied.extrapolated.iter().map(|out| f64::from(u8::from(*out))).collect(),
             ),
         ];
-        Ok(Columns::new(columns, notes, said.to_string()))
+        Ok((Columns::new(columns, notes, said.to_string()), recording.notes))
     })?;
+    warn_of_times(py, &read)?;
     python::warn(py, columns.warnings())?;
     Ok(columns)
 }

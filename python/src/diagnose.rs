@@ -10,7 +10,7 @@ use diagnosis::simulated::{self, Simulation};
 use diagnosis::{Options, Outcome, report};
 use fitter::message::Message;
 use fitter::plant::PlantFile;
-use fitter::recording::{Mapping, Purpose, Reading};
+use fitter::recording::{Mapping, Note, Purpose, Reading};
 use fitter::{Mirror, text_safety};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -20,12 +20,16 @@ use crate::columns::Columns;
 use crate::error::{detached, refused};
 use crate::python;
 use crate::simulate::numbered;
-use crate::table::{Given, mappings};
+use crate::table::{Given, mappings, warn_of_times};
 
 /// What a recording says of its simulation: where it differs, what explains it, and whether the fit improves. `print` shows
 /// what the program prints.
 #[pyclass(frozen, module = "arcsmith")]
-pub struct Diagnosis(Found);
+pub struct Diagnosis {
+    found: Found,
+    /// What was noticed while the recording was read.
+    notes: Vec<Note>,
+}
 
 enum Found {
     OfCalibration(Box<Outcome>),
@@ -34,7 +38,7 @@ enum Found {
 
 impl Diagnosis {
     fn answer(&self) -> &diagnosis::Diagnosis {
-        match &self.0 {
+        match &self.found {
             Found::OfCalibration(outcome) => &outcome.diagnosis,
             Found::OfMotion(_, outcome) => &outcome.diagnosis,
         }
@@ -42,7 +46,7 @@ impl Diagnosis {
 
     /// The coefficients that are handed on.
     pub fn file(&self) -> Option<&fitter::Coefficients> {
-        match &self.0 {
+        match &self.found {
             Found::OfCalibration(outcome) => outcome.coefficients.as_ref(),
             Found::OfMotion(..) => None,
         }
@@ -63,6 +67,12 @@ impl Diagnosis {
         self.answer().effects.iter().map(|effect| effect.id.clone()).collect()
     }
 
+    /// Sentences about how the recording was read.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.iter().map(ToString::to_string).collect()
+    }
+
     /// The augmented model of a calibration, for `apply` and `generate`; None where it is withheld, and of motion.
     #[getter]
     fn coefficients(&self) -> Option<Coefficients> {
@@ -72,7 +82,7 @@ impl Diagnosis {
     /// The augmented plant of a motion: the text of a plant.toml, which `simulate` takes; None of a calibration.
     #[getter]
     fn plant(&self) -> Option<String> {
-        match &self.0 {
+        match &self.found {
             Found::OfCalibration(_) => None,
             Found::OfMotion(_, outcome) => Some(outcome.plant.to_toml()),
         }
@@ -82,11 +92,11 @@ impl Diagnosis {
     /// units; None of a calibration.
     #[getter]
     fn simulated(&self) -> Option<Columns> {
-        let Found::OfMotion(_, outcome) = &self.0 else { return None };
+        let Found::OfMotion(_, outcome) = &self.found else { return None };
         let predicted = outcome.other.as_ref().unwrap_or(&outcome.own);
-        let mut columns = vec![("t_s".to_string(), predicted.t_s.clone())];
-        columns.extend(numbered("before", predicted.before.clone()));
-        columns.extend(numbered("after", predicted.after.clone()));
+        let mut columns = vec![("t_s".to_string(), predicted.t_s.to_vec())];
+        columns.extend(numbered("before", predicted.before.iter().cloned()));
+        columns.extend(numbered("after", predicted.after.iter().cloned()));
         let said = json!({"rows": predicted.t_s.len()}).to_string();
         Some(Columns::new(columns, Vec::new(), said))
     }
@@ -104,7 +114,7 @@ impl Diagnosis {
     /// The report: one self-contained page (HTML).
     fn report(&self, py: Python<'_>) -> PyResult<String> {
         detached(py, || {
-            Ok(match &self.0 {
+            Ok(match &self.found {
                 Found::OfCalibration(outcome) => report::page(outcome, &Beside::default()),
                 Found::OfMotion(recording, outcome) => {
                     report::of_motion(recording, outcome, &Beside::default())
@@ -189,21 +199,25 @@ pub fn diagnose(
         harmonics,
         base: Wanted { order, turn_harmonics },
     };
-    python::warn(py, &asked.given.converted())?;
-    match (mirror, plant) {
+    let diagnosis = match (mirror, plant) {
         (Some(mirror), None) => {
             let (mirror, word) = nominal_mirror(mirror)?;
-            detached(py, || of_calibration(asked, &mirror, &word))
+            detached(py, || of_calibration(asked, &mirror, &word))?
         }
         (None, Some(plant)) => {
             let (plant, word) = nominal_plant(plant)?;
-            detached(py, || of_motion(asked, &plant, &word))
+            detached(py, || of_motion(asked, &plant, &word))?
         }
         _ => {
             let what = Message::of("a diagnosis needs `mirror` or `plant`, one of the two");
-            Err(refused(py, &what.mend("give the mirror of a calibration, or the plant of a motion")))
+            return Err(refused(
+                py,
+                &what.mend("give the mirror of a calibration, or the plant of a motion"),
+            ));
         }
-    }
+    };
+    warn_of_times(py, &diagnosis.notes)?;
+    Ok(diagnosis)
 }
 
 fn of_calibration(asked: Asked, mirror: &Mirror, word: &str) -> Result<Diagnosis, Message> {
@@ -222,7 +236,7 @@ fn of_calibration(asked: Asked, mirror: &Mirror, word: &str) -> Result<Diagnosis
     let options =
         Options { skip: asked.without, declared, base: asked.base, harmonics: asked.harmonics, command };
     let outcome = diagnosis::diagnose(&recording, mirror, simulated.as_ref(), held_out.as_ref(), &options)?;
-    Ok(Diagnosis(Found::OfCalibration(Box::new(outcome))))
+    Ok(Diagnosis { found: Found::OfCalibration(Box::new(outcome)), notes: recording.notes })
 }
 
 fn of_motion(asked: Asked, plant: &PlantFile, word: &str) -> Result<Diagnosis, Message> {
@@ -236,6 +250,7 @@ fn of_motion(asked: Asked, plant: &PlantFile, word: &str) -> Result<Diagnosis, M
         Given::File(path) => DynamicRecording::read(&path, &reading),
         Given::Table(table) => DynamicRecording::of_columns(&table.name, table.columns, &reading),
     };
+    let converted = asked.given.converted();
     let recording = read(asked.given)?;
     let held_out = asked.held_out.map(read).transpose()?;
     let own = |given| -> Result<OwnSimulation, Message> {
@@ -251,7 +266,8 @@ fn of_motion(asked: Asked, plant: &PlantFile, word: &str) -> Result<Diagnosis, M
         held_out: held_out.as_ref(),
         options: &options,
     })?;
-    Ok(Diagnosis(Found::OfMotion(Box::new(recording), Box::new(outcome))))
+    let notes = [&recording.notes[..], &converted].concat();
+    Ok(Diagnosis { found: Found::OfMotion(Box::new(recording), Box::new(outcome)), notes })
 }
 
 /// The user's own simulation, and the name of its file.

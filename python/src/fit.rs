@@ -17,7 +17,7 @@ use serde_json::json;
 use crate::coefficients::{Coefficients, mirror as nominal, write};
 use crate::error::{detached, refused};
 use crate::python;
-use crate::table::{Given, mappings};
+use crate::table::{Given, mappings, warn_of_times};
 
 /// A fit: the order that was chosen, the coefficients, and what they leave. `print` shows what the program prints.
 #[pyclass(frozen, module = "arcsmith")]
@@ -179,14 +179,15 @@ pub fn fit(
         command: called_with(words.into_iter().map(Into::into).collect(), command_line),
         ..Options::default()
     };
-    python::warn(py, &given.converted())?;
-    detached(py, || {
+    let fit = detached(py, || {
         let reading = Reading { purpose: Purpose::Fit, mappings: &mappings, sensor: Some(&mirror.sensor) };
         let recording = given.recording(&reading)?;
         let screened = faults::screen(Cow::Owned(recording), &mirror.sensor)?;
         let fit = fitter::fit(&screened.recording, &mirror, &options)?;
         Ok(Fit { fit, screened })
-    })
+    })?;
+    warn_of_times(py, &fit.screened.recording.notes)?;
+    Ok(fit)
 }
 
 fn solver_of(name: &str) -> Result<Solver, Message> {

@@ -1,6 +1,8 @@
 //! `simulate` in Python.
 
 use fitter::message::Message;
+use fitter::recording::Note;
+use fitter::table::Values;
 use pyo3::prelude::*;
 use serde_json::json;
 use twin::dynamic::{Begin, Series, simulate as run};
@@ -8,8 +10,7 @@ use twin::dynamic::{Begin, Series, simulate as run};
 use crate::coefficients::{plant as nominal, shown};
 use crate::columns::Columns;
 use crate::error::{detached, refused};
-use crate::python;
-use crate::table::Given;
+use crate::table::{Given, warn_of_times};
 
 /// Runs a plant, with all that was found in it, on the drive of a recording.
 ///
@@ -32,9 +33,8 @@ pub fn simulate(
     let (plant, word) = nominal(plant)?;
     let given = Given::of(drive, name)?;
     let begin = begin.map(beginning).transpose().map_err(|message| refused(py, &message))?;
-    let converted = given.converted();
-    python::warn(py, &converted)?;
-    detached(py, || {
+    let mut notes = given.converted();
+    let (simulated, notes) = detached(py, || {
         let driven = !plant.equations.as_ref().is_some_and(|equations| equations.inputs.0.is_empty());
         let recording = match given {
             Given::File(path) if driven => Series::read(&path)?,
@@ -44,9 +44,12 @@ pub fn simulate(
         let known = recording.positions.len() == 1 && plant.state_space.is_none();
         let begin = begin.unwrap_or(if known { Begin::Recorded } else { Begin::Rest });
         let simulated = run(&shown(&word), &plant, &recording, begin)?;
-        let said = json!({"rows": simulated.t_s.len()}).to_string();
-        Ok(Columns::new(columns(simulated), converted, said))
-    })
+        notes.extend(recording.started.map(Note::since));
+        Ok((simulated, notes))
+    })?;
+    warn_of_times(py, &notes)?;
+    let said = json!({"rows": simulated.t_s.len()}).to_string();
+    Ok(Columns::new(columns(simulated), notes.iter().map(ToString::to_string).collect(), said))
 }
 
 fn beginning(name: &str) -> Result<Begin, Message> {
@@ -59,16 +62,19 @@ fn beginning(name: &str) -> Result<Begin, Message> {
 
 fn columns(series: Series) -> Vec<(String, Vec<f64>)> {
     let whole = |numbers: Vec<i64>| numbers.into_iter().map(|number| number as f64).collect();
-    let mut columns = vec![("t_s".to_string(), series.t_s)];
+    let mut columns = vec![("t_s".to_string(), series.t_s.into_vec())];
     columns.extend(series.run.map(|numbers| ("run".into(), whole(numbers))));
     columns.extend(series.period.map(|numbers| ("period".into(), whole(numbers))));
-    columns.extend(numbered("position", series.positions));
+    columns.extend(numbered("position", series.positions.into_iter().map(Values::into_vec)));
     columns
 }
 
 /// Columns of one kind: `position` alone, or `position_1`, `position_2`, ….
-pub fn numbered(stem: &str, columns: Vec<Vec<f64>>) -> impl Iterator<Item = (String, Vec<f64>)> {
+pub fn numbered(
+    stem: &str,
+    columns: impl ExactSizeIterator<Item = Vec<f64>>,
+) -> impl Iterator<Item = (String, Vec<f64>)> {
     let (stem, several) = (stem.to_string(), columns.len() > 1);
     let name = move |k: usize| if several { format!("{stem}_{}", k + 1) } else { stem.clone() };
-    columns.into_iter().enumerate().map(move |(k, values)| (name(k), values))
+    columns.enumerate().map(move |(k, values)| (name(k), values))
 }

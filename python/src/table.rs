@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use arrow_array::ArrayRef;
 use arrow_schema::TimeUnit;
 use fitter::message::Message;
-use fitter::recording::{Mapping, Reading};
+use fitter::recording::{Mapping, Note, Reading};
 use fitter::table::{Cells, IN_MEMORY};
 use fitter::{Recording, text_safety};
 use numpy::{PyArray1, PyArrayMethods};
@@ -16,6 +16,7 @@ use pyo3_arrow::input::{AnyArray, AnyRecordBatch};
 
 use crate::arrow::{self, Taken};
 use crate::error::refused;
+use crate::python;
 
 /// What was given.
 pub enum Given {
@@ -69,35 +70,28 @@ impl Given {
         text_safety::file_name(self.word().as_ref())
     }
 
-    /// Sentences about columns that were converted.
-    pub fn converted(&self) -> Vec<String> {
-        match self {
-            Given::File(_) => Vec::new(),
-            Given::Table(table) => table.notes().map(|note| note.to_string()).collect(),
-        }
+    /// What is noticed of columns that were converted.
+    pub fn converted(&self) -> Vec<Note> {
+        let Given::Table(Table { timestamps, .. }) = self else { return Vec::new() };
+        timestamps.iter().cloned().map(|column| Note::Timestamps { column, from: None }).collect()
     }
 
     /// Reads a calibration.
     pub fn recording(self, reading: &Reading) -> Result<Recording, Message> {
-        match self {
-            Given::File(path) => Ok(Recording::read_as(&path, reading, &mut |_| {})?),
-            Given::Table(table) => {
-                let notes: Vec<_> = table.notes().collect();
-                let mut recording = Recording::of_columns(&table.name, table.columns, reading)?;
-                recording.notes.extend(notes);
-                Ok(recording)
-            }
-        }
+        let converted = self.converted();
+        let mut recording = match self {
+            Given::File(path) => Recording::read_as(&path, reading, &mut |_| {})?,
+            Given::Table(table) => Recording::of_columns(&table.name, table.columns, reading)?,
+        };
+        recording.notes.extend(converted);
+        Ok(recording)
     }
 }
 
-impl Table {
-    fn notes(&self) -> impl Iterator<Item = fitter::recording::Note> + '_ {
-        self.timestamps
-            .iter()
-            .cloned()
-            .map(|column| fitter::recording::Note::Timestamps { column, from: None })
-    }
+/// Warns where points in time stand for seconds.
+pub fn warn_of_times(py: Python<'_>, notes: &[Note]) -> PyResult<()> {
+    let times = notes.iter().filter(|note| matches!(note, Note::Timestamps { .. }));
+    python::warn(py, &times.map(ToString::to_string).collect::<Vec<_>>())
 }
 
 /// Columns under other names and in other units, as `x1_mm=Probe1:um` or as a dict of `x1_mm` and `Probe1:um`.

@@ -72,7 +72,27 @@ def test_timestamps_become_seconds_and_it_is_said(folder, columns, kind):
     since = {**columns, "t_s": [round(t - columns["t_s"][0], 6) for t in columns["t_s"]]}
     assert fit.to_dict()["after"] == arcsmith.fit(since, "mirror.toml").to_dict()["after"]
     with pytest.warns(UserWarning, match="timestamps"):
-        assert arcsmith.diagnose(given, "mirror.toml").verdict == "consistent"
+        diagnosis = arcsmith.diagnose(given, "mirror.toml")
+    assert diagnosis.verdict == "consistent" and said in diagnosis.notes
+
+
+def test_timestamps_of_a_motion_become_seconds_and_it_is_said(run, folder):
+    run("excite", "--seed", "7", "--samples", "4096", "--out", "motion.csv")
+    plant = {"plant": {"kind": "second-order", "position_unit": "arcsec", "drive_unit": "A"}}
+    motion = pandas.read_csv("motion.csv")
+    stamps = pandas.Timestamp("2025-03-01 08:00") + pandas.to_timedelta((1e6 * motion["t_s"]).round(), unit="us")
+    stamped = motion.assign(t_s=stamps)
+    stamped.assign(t_s=stamps.dt.strftime("%Y-%m-%dT%H:%M:%S.%f")).to_csv("stamped.csv", index=False)
+    said = "column `t_s` holds timestamps: taken as seconds since its first row"
+    in_file = f"{said}, 2025-03-01T08:00:00.000000"
+    for given, note in ((stamped, said), ("stamped.csv", in_file)):
+        with pytest.warns(UserWarning, match="timestamps"):
+            diagnosis = arcsmith.diagnose(given, plant=plant)
+        assert diagnosis.notes == [note]
+        assert diagnosis.effects == arcsmith.diagnose(motion, plant=plant).effects
+        with pytest.warns(UserWarning, match="timestamps"):
+            simulated = arcsmith.simulate(given, dict(plant={**plant["plant"], "damping": 32.0, "stiffness": 21000.0, "gain": 3e8}))
+        assert simulated.notes == [note] and simulated["t_s"][:2] == [0.0, 0.0005]
 
 
 def test_blanks_and_text_in_optional_columns(folder, columns):

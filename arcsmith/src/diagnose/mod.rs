@@ -13,13 +13,13 @@ use diagnosis::observe::{Simulated, Wanted};
 use diagnosis::report::Beside;
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
-use fitter::recording::{Purpose, Reading};
+use fitter::recording::{Note, Purpose, Reading};
 use fitter::{Mirror, Recording, Sensor, text_safety};
 use rayon::prelude::*;
 
 use crate::fit::MapArgs;
 use crate::next;
-use crate::terminal::{Common, Result, line, summarise};
+use crate::terminal::{Common, Result, line, summarise, warn};
 use codegen::cli::recording;
 
 /// Examples for the help.
@@ -101,6 +101,7 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     // Everything is read before anything is computed, and computed before anything is written.
     let recordings: Vec<Recording> =
         cli.recordings.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
+    recordings.iter().for_each(|recording| tell_times(&recording.file, &recording.notes, common));
     let options = Options {
         skip: cli.without.clone(),
         declared,
@@ -124,6 +125,13 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     set.commit()?;
     tell(outcomes.iter().map(|outcome| &outcome.diagnosis), &cli.out, common);
     Ok(())
+}
+
+/// Warns where points in time stand for seconds.
+fn tell_times(file: &str, notes: &[Note], common: Common) {
+    for note in notes.iter().filter(|note| matches!(note, Note::Timestamps { .. })) {
+        warn(&format!("{file}: {note}"), common);
+    }
 }
 
 /// The effects that are declared in a file, which take part beside the catalogue; refuses `without` to name what is in

@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use crate::next;
 use diagnosis::report::Beside;
 
-use super::{Arguments, all, known, one_simulation, stems, tell};
-use crate::terminal::{Common, Result, warn};
+use super::{Arguments, all, known, one_simulation, stems, tell, tell_times};
+use crate::terminal::{Common, Result};
 
 /// Diagnoses dynamic recordings against the plant file.
 pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
@@ -35,9 +35,7 @@ pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let read = |path: &Path| -> Result<_> { Ok(DynamicRecording::read(path, &reading)?) };
     let recordings: Vec<DynamicRecording> =
         cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;
-    for recording in &recordings {
-        recording.notes.iter().for_each(|note| warn(&format!("{}: {note}", recording.file), common));
-    }
+    recordings.iter().for_each(|recording| tell_times(&recording.file, &recording.notes, common));
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(|path| own(path, &recordings[0])).transpose()?;
     let (simulated, held_out) = (simulated.as_ref(), held_out.as_ref());

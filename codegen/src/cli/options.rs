@@ -224,7 +224,7 @@ fn recorded_command(arguments: impl Iterator<Item = String>, source: &[String]) 
 }
 
 const HOW_MUCH: [&str; 5] = ["--json", "-q", "--quiet", "-v", "--verbose"];
-const COMMANDS: [&str; 4] = ["generate", "check", "verify", "explore"];
+const COMMANDS: [&str; 5] = ["generate", "check", "verify", "explore", "budget"];
 
 #[cfg(test)]
 mod tests {
@@ -239,6 +239,7 @@ mod tests {
             "check --coefficients check --out=a --format q31 -q",
             "-v --json generate --coefficients check --format q31",
             "verify --exhaustive --coefficients check --format q31 --quiet",
+            "budget --coefficients check --format q31 --out a.html",
         ] {
             assert_eq!(recorded(line), expected, "{line}");
         }

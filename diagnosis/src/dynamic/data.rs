@@ -5,6 +5,7 @@ use std::iter::Sum;
 use std::ops::Range;
 
 use fitter::plant::Hold;
+use fitter::table::Values;
 use motion::equations::Input;
 
 use super::effects::Scale;
@@ -88,7 +89,7 @@ impl Lane {
             let whole = Signal::new(&drive[period.clone()], 0, step_s, hold);
             extremes(&[], &whole, whole.intervals())
         });
-        let own = |drive: &Vec<f64>| HOLDS.map(|hold| Signal::new(&drive[run.clone()], 0, step_s, hold));
+        let own = |drive: &Values| HOLDS.map(|hold| Signal::new(&drive[run.clone()], 0, step_s, hold));
         let further = recording.drives[1..].iter().map(own).collect();
         Lane { lead, signals, before, further }
     }
@@ -122,7 +123,7 @@ pub const HOLDS: [Hold; 3] = [Hold::BandLimited, Hold::FirstOrder, Hold::ZeroOrd
 impl<'a> Data<'a> {
     /// The first axis of a recording.
     pub fn new(recording: &'a DynamicRecording) -> Data<'a> {
-        let (drive, position) = (recording.drives[0].as_slice(), recording.positions[0].as_slice());
+        let (drive, position) = (&*recording.drives[0], &*recording.positions[0]);
         let rows = position.len();
         let length = rows.div_ceil(BLOCKS).max(1);
         let mut kinds: Vec<usize> = (0..BLOCKS).map(|block| [FIT, CHOOSE, FIT, SCORE][block % 4]).collect();

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use fitter::plant::{Kind, PlantFile};
+use fitter::table::Values;
 use motion::equations::MotionEffect;
 use rayon::prelude::*;
 
@@ -41,7 +42,7 @@ pub struct Options {
 #[derive(Debug, Clone, Default)]
 pub struct Predicted {
     /// Time, s.
-    pub t_s: Vec<f64>,
+    pub t_s: Values,
     /// By the nominal plant (or the user's simulation).
     pub before: Vec<Vec<f64>>,
     /// By the augmented plant.
@@ -100,7 +101,7 @@ impl OwnSimulation {
     /// As [`OwnSimulation::of_rows`].
     pub fn in_place(&self, recording: &DynamicRecording) -> Result<DynamicRecording, DiagnosisError> {
         self.of_rows(recording.rows())?;
-        Ok(DynamicRecording { positions: vec![self.positions.clone()], ..recording.clone() })
+        Ok(DynamicRecording { positions: vec![self.positions.clone().into()], ..recording.clone() })
     }
 
     /// The error of a simulation that is something else than was expected.

@@ -4,6 +4,7 @@
 
 use fitter::plant::equations::StateStart;
 use fitter::plant::{Equations, Kind, PlantFile};
+use fitter::table::Values;
 use motion::{Begin, Series, simulate};
 
 use super::diagnose::{Case, DynamicOutcome, Predicted};
@@ -189,11 +190,12 @@ fn simulated(
         run: (recording.runs.len() > 1).then(|| runs(recording)),
         period: recording.period.clone(),
         drives: recording.drives.clone(),
-        positions: own.to_vec(),
-        further: Vec::new(),
+        positions: own.iter().cloned().map(Values::from).collect(),
+        ..Series::default()
     };
     let simulated = simulate("plant.toml", &file, &series, Begin::Recorded);
-    simulated.map(|s| Some(s.positions)).map_err(|error| format!("cannot be simulated ({error})"))
+    let positions = |series: Series| series.positions.into_iter().map(Values::into_vec).collect();
+    simulated.map(|series| Some(positions(series))).map_err(|error| format!("cannot be simulated ({error})"))
 }
 
 /// Lets an answer speak of what its file does.

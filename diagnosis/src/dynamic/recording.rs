@@ -41,21 +41,21 @@ pub struct DynamicRecording {
     /// Time from one row to the next, s.
     pub step_s: f64,
     /// Time of every row, s.
-    pub t_s: Vec<f64>,
+    pub t_s: Values,
     /// The drives, one column each, in drive units.
-    pub drives: Vec<Vec<f64>>,
+    pub drives: Vec<Values>,
     /// The positions, one column each, in position units.
-    pub positions: Vec<Vec<f64>>,
+    pub positions: Vec<Values>,
     /// Further columns that may be inputs.
-    pub further: Vec<(String, Vec<f64>)>,
+    pub further: Vec<(String, Values)>,
     /// Rows of every run, in order, all of the same length.
     pub runs: Vec<Range<usize>>,
     /// Number of the period of every row, where the excitation is periodic and in steady state.
     pub period: Option<Vec<i64>>,
     /// Amplitude of the excitation of every row.
-    pub amplitude: Option<Vec<f64>>,
+    pub amplitude: Option<Values>,
     /// What the controller followed, from the column that the plant names.
-    pub command: Option<Vec<f64>>,
+    pub command: Option<Values>,
     /// Samples that cannot be readings; what the samples before and after say stands in their place.
     pub bad_rows: Vec<fitter::faults::BadRow>,
     /// What was noticed while reading.
@@ -98,7 +98,7 @@ impl DynamicRecording {
         let command = match reading.command {
             None => None,
             Some(name) => match table.columns.iter().find(|column| column.name == name) {
-                Some(column) => Some(column.values.to_vec()),
+                Some(column) => Some(column.values.clone()),
                 None => {
                     let (found, at) = (table.header.listed(), table.header.at);
                     let column = name.into();
@@ -118,7 +118,7 @@ impl DynamicRecording {
             return Err(DiagnosisError::RunLength { file, run, found, first, expected });
         }
         let names = ["drive", "position"].map(|stem| family(&table.header.names, stem));
-        let Series { t_s, period, mut drives, mut positions, mut further, .. } = series;
+        let Series { t_s, period, mut drives, mut positions, mut further, started, .. } = series;
         further.retain(|(name, _)| reading.command != Some(name.as_str()));
         let mut bad_rows = Vec::new();
         for (group, names, is_position) in
@@ -134,11 +134,10 @@ impl DynamicRecording {
             }
         }
         if drives.is_empty() {
-            drives.push(vec![0.0; t_s.len()]);
+            drives.push(vec![0.0; t_s.len()].into());
         }
-        let amplitude = table.take("amplitude").map(Values::into_vec);
-        let Table { file, sha256, started, .. } = table;
-        let timestamps = started.map(|from| Note::Timestamps { column: "t_s".into(), from: Some(from) });
+        let amplitude = table.take("amplitude");
+        let Table { file, sha256, .. } = table;
         Ok(DynamicRecording {
             file,
             sha256,
@@ -152,7 +151,7 @@ impl DynamicRecording {
             amplitude,
             command,
             bad_rows,
-            notes: timestamps.into_iter().collect(),
+            notes: started.map(Note::since).into_iter().collect(),
         })
     }
 
@@ -244,5 +243,32 @@ fn check(
             Err(DiagnosisError::Saturated { file, line, column, end, value, rows })
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lent_columns_are_not_copied() {
+        let wave = |frequency: f64| (0..1000).map(|k| (frequency * f64::from(k)).sin()).collect::<Vec<f64>>();
+        let lent = [
+            ("t_s", (0..1000).map(|k| f64::from(k) * 1e-3).collect()),
+            ("drive", wave(0.1)),
+            ("position", wave(0.07)),
+            ("temperature_c", wave(0.01)),
+        ]
+        .map(|(name, values)| (name, std::sync::Arc::new(values)));
+        let columns = lent
+            .iter()
+            .map(|(name, values)| (name.to_string(), Cells::Numbers(Values::lent(values.clone()))));
+        let read = DynamicRecording::of_columns("table", columns.collect(), &Reading::default()).unwrap();
+        // Nor are they where a plant in equations takes a column for an input.
+        let inputs = ["u", "temperature_c"].map(|name| (name.to_string(), physics::Unit::one()));
+        let taken = read.with_inputs(&inputs);
+        for read in [&read.t_s, &read.drives[0], &read.positions[0], &read.further[0].1, &taken.drives[1]] {
+            assert!(lent.iter().any(|(_, values)| values.as_ptr() == read.as_ptr()));
+        }
     }
 }

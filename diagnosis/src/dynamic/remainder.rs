@@ -86,7 +86,7 @@ mod tests {
             file: String::new(),
             sha256: String::new(),
             step_s: 1e-3,
-            t_s,
+            t_s: t_s.into(),
             drives: vec![drive],
             positions: vec![position],
             runs: vec![0..ROWS; 1],

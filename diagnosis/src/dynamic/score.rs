@@ -1,5 +1,7 @@
 //! Free-run simulation of rows that were not fitted: the first rows of a run give its initial state.
 
+use fitter::table::Values;
+
 use super::data::{ALL, Data, SCORE};
 use super::diagnose::{Case, Predicted};
 use super::estimate::{self, Simulated};
@@ -24,7 +26,7 @@ pub fn free_run(model: &Model, recording: &DynamicRecording) -> Option<Vec<f64>>
 
 /// Root mean square of recorded less predicted channels on some rows; none where it is no number.
 pub fn rms(
-    recorded: &[Vec<f64>],
+    recorded: &[Values],
     predicted: &[Vec<f64>],
     rows: impl Iterator<Item = usize> + Clone,
 ) -> Option<f64> {
@@ -40,7 +42,7 @@ pub fn rms(
 }
 
 /// The channels of a recording that are predicted.
-pub type Channels = fn(&DynamicRecording) -> &[Vec<f64>];
+pub type Channels = fn(&DynamicRecording) -> &[Values];
 
 /// The figures before and after, of some channels in their unit. `own` and `other` are predictions of the recording and
 /// of the one that is held out; where none is, `without` are those of fits without the rows that score, which `fold` tells.

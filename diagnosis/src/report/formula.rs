@@ -25,7 +25,24 @@ pub(super) fn of_calibration(d: &Diagnosis, base: &str) -> Option<String> {
         if alone { formula.clone() } else { format!("[{}: {formula}]", effect.id.replace('_', " ")) }
     });
     let terms: Vec<String> = terms.collect();
-    (!terms.is_empty()).then(|| format!("error = {base} + {}", terms.join(" + ")))
+    (!terms.is_empty()).then(|| typeset(&format!("error = {base} + {}", terms.join(" + "))))
+}
+
+/// An expression with the signs of print: powers are raised, · multiplies.
+fn typeset(expression: &str) -> String {
+    let raised = |digit: char| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(digit.to_digit(10)? as usize);
+    let signs = expression.replace(" * ", " · ").replace(" - ", " − ").replace("' =", "′ =");
+    let mut parts = signs.split('^');
+    let mut text = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let digits = part.find(|c: char| !c.is_ascii_digit()).unwrap_or(part.len());
+        if digits == 0 {
+            text.push('^');
+        }
+        text.extend(part[..digits].chars().filter_map(raised));
+        text += &part[digits..];
+    }
+    text
 }
 
 /// The equations of a plant, and what every effect adds to them, one in a line; none without effects.
@@ -45,7 +62,7 @@ pub(super) fn of_motion(d: &Diagnosis, file: &PlantFile) -> Option<String> {
     let added = d.effects.iter().map(of_effect).filter(|formula| !formula.is_empty());
     let equations = lines.len();
     lines.extend(added.map(str::to_string));
-    (lines.len() > equations).then(|| lines.join("\n"))
+    (lines.len() > equations).then(|| typeset(&lines.join("\n")))
 }
 
 /// The formula of an effect: its own, or that of the catalogue in motion.
@@ -54,5 +71,15 @@ pub(super) fn of_effect(effect: &NamedEffect) -> &str {
         effects::effect(&effect.id).map_or("", |known| known.formula)
     } else {
         &effect.formula
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::typeset;
+
+    #[test]
+    fn signs_are_those_of_print() {
+        assert_eq!(typeset("v' = -k * x^12 - c * x^(n) + 1"), "v′ = -k · x¹² − c · x^(n) + 1");
     }
 }

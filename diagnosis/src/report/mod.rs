@@ -241,11 +241,11 @@ fn sentence(d: &Diagnosis, unit: &str) -> String {
         ),
         Verdict::Explained | Verdict::Described => {
             format!(
-                "The recording departs from its simulation by {names}; what is left is noise.{held}{caveat}"
+                "The recording departs from its simulation: {names}; what is left is noise.{held}{caveat}"
             )
         }
         Verdict::PartlyExplained => format!(
-            "The recording departs from its simulation by {names}, and by something else that no effect in the catalogue \
+            "The recording departs from its simulation: {names}. Something else is in it that no effect in the catalogue \
              explains: the error{depends}.{held}{caveat}"
         ),
         Verdict::Unexplained => format!(

@@ -1,6 +1,7 @@
 //! Spectra: the recorded position, what both simulations leave of it, noise and distortion.
 
 use fitter::report::{Chart, Colour, Figure, Mark, Scale, Series};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::Section;
 use crate::dynamic::DynamicRecording;
@@ -15,15 +16,17 @@ use crate::dynamic::spectrum::growth::{Growth, growth};
 use crate::thresholds::report::spectra::{LEAST_LINES, MOST_AMPLITUDES, POINTS, RESONANCE};
 
 /// A spectrum over the frequency in decades.
-fn spectrum(name: &str, title: &str, unit: &str, series: Vec<Series>) -> Figure {
+fn spectrum(name: &str, title: &str, caption: &str, unit: &str, series: Vec<Series>) -> Figure {
     let chart = Chart {
         label: "Level of each line against the frequency",
         x: "frequency (Hz, logarithmic)".to_string(),
         y: format!("level (dB re 1 {unit} rms per line)"),
         series,
     };
-    Figure::scaled(name, title, String::new(), chart, Scale::Decades)
+    Figure::scaled(name, title, caption.to_string(), chart, Scale::Decades)
 }
+
+const BANDS: &str = "The bands are 95 % intervals of what is left, as far as it is noise.";
 
 /// A spectrum at every amplitude.
 pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<Figure> {
@@ -34,18 +37,20 @@ pub fn charts(recording: &DynamicRecording, own: &Predicted, unit: &str) -> Vec<
             1 => "Spectrum".to_string(),
             _ => format!("Spectrum at amplitude {}", super::digits(group.amplitude)),
         };
-        spectrum(&format!("spectrum-{}", index + 1), &title, unit, levels_of(recording, own, &plan, group))
+        let series = levels_of(recording, own, &plan, group);
+        spectrum(&format!("spectrum-{}", index + 1), &title, BANDS, unit, series)
     });
     figures.collect()
 }
 
-/// Levels of the position that was recorded, of what both simulations leave, and of the noise where periods tell it.
+/// Levels of the position that was recorded, of what both simulations leave, with their bands, and of the noise where
+/// periods tell it.
 fn levels_of(recording: &DynamicRecording, own: &Predicted, plan: &Plan, group: &Group) -> Vec<Series> {
     let rows = group.rows();
     let Some(first) = rows.first() else { return Vec::new() };
     let length = plan.period.unwrap_or_else(|| segment_length(first.len()));
     let unit_hz = 1.0 / (length as f64 * recording.step_s);
-    let of = |name: &str, colour, value: &dyn Fn(usize, usize) -> f64| {
+    let of = |value: &dyn Fn(usize, usize) -> f64| {
         let mut total = vec![0.0; length / 2 + 1];
         for run in &rows {
             for output in 0..recording.positions.len() {
@@ -55,15 +60,23 @@ fn levels_of(recording: &DynamicRecording, own: &Predicted, plan: &Plan, group: 
                 }
             }
         }
-        Series::new(name, Mark::Curve, colour, levels(&total, unit_hz))
+        levels(&total, unit_hz)
     };
     let left = |columns: &[Vec<f64>], output: usize, row: usize| {
         recording.positions[output][row] - columns.get(output).map_or(f64::NAN, |c| c[row])
     };
+    let curve = |name: &str, colour, levels: &[Level]| {
+        Series::new(name, Mark::Curve, colour, levels.iter().map(|level| level.at).collect())
+    };
+    let segments = rows.iter().map(|run| independent_segments(run.len(), length)).sum();
+    let before = of(&|o, r| left(&own.before, o, r));
+    let after = of(&|o, r| left(&own.after, o, r));
     let mut drawn = vec![
-        of("recorded", Colour::Ink, &|o, r| recording.positions[o][r]),
-        of("left before", Colour::First, &|o, r| left(&own.before, o, r)),
-        of("left after", Colour::Second, &|o, r| left(&own.after, o, r)),
+        band(&before, segments, Colour::First),
+        band(&after, segments, Colour::Second),
+        curve("recorded", Colour::Ink, &of(&|o, r| recording.positions[o][r])),
+        curve("left before", Colour::First, &before),
+        curve("left after", Colour::Second, &after),
     ];
     let data = plan.experiments(recording, &rows);
     let noise = data.each.iter().map(|e| e.noise.as_ref()).collect::<Option<Vec<_>>>();
@@ -77,13 +90,21 @@ fn levels_of(recording: &DynamicRecording, own: &Predicted, plan: &Plan, group: 
                 total[k] += 2.0 * periods * own.iter().sum::<f64>() / noise.len() as f64;
             }
         }
-        drawn.push(Series::new("noise", Mark::Curve, Colour::Soft, levels(&total, unit_hz)));
+        drawn.push(curve("noise", Colour::Soft, &levels(&total, unit_hz)));
     }
     drawn
 }
 
+/// The level of a bin of lines.
+struct Level {
+    /// log₁₀ of the frequency in Hz, and the level in dB.
+    at: (f64, f64),
+    /// Lines in the bin.
+    lines: usize,
+}
+
 /// Mean levels in dB over bins of equal ratio.
-fn levels(power: &[f64], unit_hz: f64) -> Vec<(f64, f64)> {
+fn levels(power: &[f64], unit_hz: f64) -> Vec<Level> {
     let first = unit_hz.log10();
     let last = (power.len().max(2) as f64 * unit_hz).log10();
     let mut sums = vec![(0.0, 0.0, 0usize); POINTS];
@@ -94,7 +115,35 @@ fn levels(power: &[f64], unit_hz: f64) -> Vec<(f64, f64)> {
         sums[bin].1 += p;
         sums[bin].2 += 1;
     }
-    sums.iter().filter(|s| s.2 > 0).map(|s| (s.0 / s.2 as f64, 10.0 * (s.1 / s.2 as f64).log10())).collect()
+    let level = |(f, p, lines): &(f64, f64, usize)| {
+        let count = *lines as f64;
+        Level { at: (f / count, 10.0 * (p / count).log10()), lines: *lines }
+    };
+    sums.iter().filter(|s| s.2 > 0).map(level).collect()
+}
+
+/// As many independent segments as those of a record that overlap by half are worth under Hann's window: the powers of
+/// neighbours have the correlation 1/36 (P. D. Welch, IEEE Trans. Audio Electroacoust. 15, 1967).
+fn independent_segments(rows: usize, length: usize) -> f64 {
+    let length = length.clamp(1, rows.max(1));
+    let count = (1 + (rows - length) / (length / 2).max(1)) as f64;
+    count / (1.0 + 2.0 * (1.0 - 1.0 / count) / 36.0)
+}
+
+/// The 95 % intervals of levels, were they those of Gaussian noise, by the χ² distribution. Hann's window makes powers of
+/// neighbouring lines correlated by 4/9, and of next ones by 1/36; several positions count as one.
+fn band(levels: &[Level], segments: f64, colour: Colour) -> Series {
+    let edges = levels.iter().filter_map(|Level { at: (f, level), lines }| {
+        let lines = *lines as f64;
+        let correlated = 2.0 * (4.0 / 9.0 * (1.0 - 1.0 / lines) + (1.0 - 2.0 / lines).max(0.0) / 36.0);
+        let freedom = 2.0 * segments * lines / (1.0 + correlated);
+        let distribution = ChiSquared::new(freedom).ok()?;
+        let edge = |p: f64| (*f, level + 10.0 * (freedom / distribution.inverse_cdf(p)).log10());
+        Some((edge(0.025), edge(0.975)))
+    });
+    let (mut outline, lower): (Vec<_>, Vec<_>) = edges.unzip();
+    outline.extend(lower.into_iter().rev());
+    Series::new("", Mark::Band, colour, outline)
 }
 
 /// Distortion on the lines that the multisine leaves free: even and odd.
@@ -122,7 +171,7 @@ pub fn free(recording: &DynamicRecording, unit: &str) -> Option<Section> {
     Some(Section {
         title: "Distortion on the free lines",
         note: String::new(),
-        figures: vec![spectrum("free-lines", "Lines that the drive leaves free", unit, drawn)],
+        figures: vec![spectrum("free-lines", "Lines that the drive leaves free", "", unit, drawn)],
     })
 }
 
@@ -179,4 +228,37 @@ fn gain(name: &str, colour: Colour, response: &Response, lines: std::ops::Range<
 pub fn growth_rows(recording: &DynamicRecording) -> Vec<Growth> {
     let all = responses(recording, &Plan::new(recording));
     if all.len() < 2 { Vec::new() } else { growth(&all) }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+
+    /// White noise has the same level everywhere: 95 % of the bands hold it.
+    #[test]
+    fn bands_hold_the_level_of_noise() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let (rows, length) = (4096, 512);
+        let (mut within, mut all) = (0, 0);
+        for _ in 0..100 {
+            // Sums of twelve uniform numbers are normal enough.
+            let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+            let record: Vec<f64> = (0..rows).map(|_| normal()).collect();
+            let levels = levels(&power_spectrum(&record, length), 1.0);
+            let band = band(&levels, independent_segments(rows, length), Colour::First).points;
+            let level = 10.0 * (2.0 / length as f64).log10();
+            // The last line is one-sided.
+            for k in 0..levels.len() - 1 {
+                let (upper, lower) = (band[k].1, band[band.len() - 1 - k].1);
+                within += usize::from((lower..upper).contains(&level));
+                all += 1;
+            }
+        }
+        let share = within as f64 / all as f64;
+        // Some 15000 bins, of which neighbours depend on each other.
+        assert!((share - 0.95).abs() < 0.01, "{share} of {all}");
+    }
 }

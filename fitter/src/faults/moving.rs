@@ -6,16 +6,16 @@ use std::ops::Range;
 use super::{BadRow, limits, shown};
 use crate::limits::LARGEST;
 use crate::recording::RecordingError;
-use crate::table::Place;
+use crate::table::{Place, Values};
 
 /// Replaces the samples of a column that cannot be readings. Of a drive those only that are codes for "no reading" or
-/// beyond all measure: a single high sample may be a pulse that was meant.
+/// beyond all measure: a single high sample may be a pulse that was meant. Lent numbers stay lent where nothing is replaced.
 ///
 /// # Errors
 /// [`RecordingError::TooManyFaults`] where more than a tenth of the samples are affected.
 pub fn mend(
     place: &dyn Fn(usize) -> Place,
-    values: &mut [f64],
+    values: &mut Values,
     runs: &[Range<usize>],
     is_position: bool,
 ) -> Result<Vec<BadRow>, RecordingError> {
@@ -105,7 +105,7 @@ fn spikes(values: &[f64], run: &Range<usize>) -> Vec<(usize, String)> {
 
 /// Puts in the place of bad samples the cubic through the two good ones before and after, or the line between the nearest
 /// good ones of the same run.
-fn fill(values: &mut [f64], runs: &[Range<usize>], bad: &[usize]) {
+fn fill(values: &mut Values, runs: &[Range<usize>], bad: &[usize]) {
     for run in runs {
         for &row in bad.iter().filter(|row| run.contains(row)) {
             let good = |other: &usize| !bad.contains(other);
@@ -158,11 +158,11 @@ pub fn cut_off(column: &[f64]) -> Option<(usize, &'static str, usize)> {
 mod tests {
     use super::*;
 
-    fn swing(rows: usize) -> Vec<f64> {
+    fn swing(rows: usize) -> Values {
         (0..rows).map(|k| (0.05 * k as f64).sin() + 1e-4 * (k as f64 * 12.9898).sin()).collect()
     }
 
-    fn mended(values: &mut [f64]) -> Vec<BadRow> {
+    fn mended(values: &mut Values) -> Vec<BadRow> {
         let place = |row| Place { file: "r.csv".into(), line: row as u64 + 2, column: "position".into() };
         let runs = [0..values.len(); 1];
         mend(&place, values, &runs, true).unwrap()
@@ -186,5 +186,16 @@ mod tests {
         let whole = values.clone();
         assert_eq!(mended(&mut values), []);
         assert_eq!(values, whole);
+    }
+
+    #[test]
+    fn lent_samples_are_copied_only_where_one_is_replaced() {
+        let lent = std::sync::Arc::new(swing(1000).into_vec());
+        let mut values = Values::lent(lent.clone());
+        assert_eq!(mended(&mut values), []);
+        assert_eq!(values.as_ptr(), lent.as_ptr());
+        values[400] = -9999.0;
+        assert_eq!(mended(&mut values).len(), 1);
+        assert_eq!(lent[..], swing(1000)[..]);
     }
 }

@@ -22,6 +22,13 @@ pub enum Note {
     Assumed { column: &'static str, taken: &'static str },
 }
 
+impl Note {
+    /// That times are seconds since the first, which stands in the file so.
+    pub fn since(first: String) -> Note {
+        Note::Timestamps { column: "t_s".into(), from: Some(first) }
+    }
+}
+
 impl std::fmt::Display for Note {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

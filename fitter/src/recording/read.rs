@@ -90,7 +90,7 @@ impl Reading<'_> {
         }
         let time_s = table.take_time();
         let started = table.started.take();
-        notes.extend(started.map(|from| Note::Timestamps { column: "t_s".into(), from: Some(from) }));
+        notes.extend(started.map(Note::since));
         if let Some(row) = (1..rows).find(|row| time_s[*row] < time_s[row - 1]) {
             let (from_s, to_s) = (time_s[row - 1], time_s[row]);
             notes.push(Note::TimeBackward { line: table.lines.of(row), from_s, to_s });

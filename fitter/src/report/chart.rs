@@ -43,6 +43,8 @@ pub enum Mark {
     Columns,
     /// A ring around each point, which marks it among others.
     Ring,
+    /// An area seen through, whose outline the points are.
+    Band,
 }
 
 impl Mark {
@@ -51,9 +53,9 @@ impl Mark {
         matches!(self, Mark::Dots | Mark::Haze)
     }
 
-    /// Whether it is a line without dots.
+    /// Whether it is a line without dots, or an area about one.
     pub(super) fn is_line(self) -> bool {
-        matches!(self, Mark::Line | Mark::Curve)
+        matches!(self, Mark::Line | Mark::Curve | Mark::Band)
     }
 }
 

@@ -12,8 +12,9 @@ const RING: i32 = 8;
 const TARGET: i32 = 5;
 /// Dots from which on they are small.
 const MANY: usize = 300;
-/// Strength of dots that are seen through, and of those that are not seen: of none, `plotters` draws nothing.
+/// Strength of dots and of bands that are seen through, and of dots that are not seen: of none, `plotters` draws nothing.
 const HAZE: f64 = 0.45;
+const BAND: f64 = 0.22;
 const UNSEEN: f64 = 0.004;
 /// Points of a curve that show their values, at most: as many as can be pointed at.
 const MOST_TARGETS: usize = 120;
@@ -49,6 +50,9 @@ where
         Mark::Ring => {
             chart.draw_series(points().map(|p| Circle::new(p, RING, colour.stroke_width(2))))?;
         }
+        Mark::Band => {
+            chart.draw_series([Polygon::new(points().collect::<Vec<_>>(), colour.mix(BAND).filled())])?;
+        }
         Mark::Dots | Mark::Haze => {}
     }
     let size = if series.points.len() > MANY { SMALL_DOT } else { DOT };
@@ -56,7 +60,7 @@ where
         Mark::Dots | Mark::Both | Mark::Stems => Some((size, colour.filled())),
         Mark::Haze => Some((size, colour.mix(HAZE).filled())),
         Mark::Curve => Some((TARGET, colour.mix(UNSEEN).filled())),
-        Mark::Line | Mark::Columns | Mark::Ring => None,
+        Mark::Line | Mark::Columns | Mark::Ring | Mark::Band => None,
     };
     if let Some((size, style)) = dot {
         chart.draw_series(circled(series).into_iter().map(|p| Circle::new(p, size, style)))?;
@@ -67,7 +71,7 @@ where
 /// The points that are drawn as circles, in the order in which they are drawn; of a curve they are not seen.
 pub(super) fn circled(series: &Series) -> Vec<(f64, f64)> {
     let every = match series.mark {
-        Mark::Line | Mark::Columns => return Vec::new(),
+        Mark::Line | Mark::Columns | Mark::Band => return Vec::new(),
         Mark::Curve => series.points.len().div_ceil(MOST_TARGETS).max(1),
         _ => 1,
     };

@@ -18,7 +18,7 @@ pub(super) fn to_pixels(series: &mut [Series]) -> (usize, usize) {
     };
     let all = count(series);
     let Some(span) = Span::of(series) else { return (0, all) };
-    for one in series.iter_mut().filter(|one| !one.mark.is_dot()) {
+    for one in series.iter_mut().filter(|one| !one.mark.is_dot() && one.mark != Mark::Band) {
         if one.points.len() as f64 > 2.0 * COLUMNS {
             let kept = extremes(&one.points, &span);
             one.keep(&kept);

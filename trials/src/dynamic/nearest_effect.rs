@@ -4,6 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use fitter::plant::PlantEffect;
+use fitter::table::Values;
 use rand_chacha::ChaCha12Rng;
 use twin::dynamic::effects::{Specification, catalogue};
 use twin::dynamic::{Bench, Typical};
@@ -43,7 +44,7 @@ pub struct Scene<'a> {
 }
 
 /// The positions without noise.
-pub fn positions(bench: &Bench, seed: u64) -> Option<Vec<f64>> {
+pub fn positions(bench: &Bench, seed: u64) -> Option<Values> {
     bench.record_noiseless(seed).ok().and_then(|series| series.positions.into_iter().next())
 }
 
@@ -83,7 +84,7 @@ impl<'a> Scene<'a> {
             [0.0, FRAC_PI_2].map(|phase| scene.whitener.whiten(&swing(bare, clean.len(), phase))).into();
         for index in 0..effects.len() {
             let without = positions(&bare.with_effects(scene.others(index)).ok()?, seed)?;
-            scene.added.push(clean.iter().zip(without).map(|(a, b)| a - b).collect());
+            scene.added.push(clean.iter().zip(&without).map(|(a, b)| a - b).collect());
         }
         scene.white = scene.added.iter().map(|column| scene.whitener.whiten(column)).collect();
         Some(scene)
@@ -118,7 +119,7 @@ impl<'a> Scene<'a> {
     /// The positions less those of another mechanism, whitened.
     fn against(&self, other: &Bench) -> Option<Vec<f64>> {
         let other = positions(other, self.seed)?;
-        let apart: Vec<f64> = self.clean.iter().zip(other).map(|(a, b)| a - b).collect();
+        let apart: Vec<f64> = self.clean.iter().zip(&other).map(|(a, b)| a - b).collect();
         Some(self.whitener.whiten(&apart))
     }
 

@@ -123,13 +123,9 @@ impl Bench {
     /// # Errors
     /// A mechanism that cannot be simulated.
     pub fn record_noiseless(&self, seed: u64) -> Result<Series, RunError> {
-        let mut series = Series {
-            run: (self.runs > 1).then(Vec::new),
-            period: self.periods.map(|_| Vec::new()),
-            drives: vec![Vec::new()],
-            positions: vec![Vec::new()],
-            ..Series::default()
-        };
+        let (mut t_s, mut drives, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+        let mut run_of = (self.runs > 1).then(Vec::new);
+        let mut period_of = self.periods.map(|_| Vec::new());
         for run in 1..=self.runs {
             let one = self.drive(seed, run - 1);
             let (drive, start) = match self.periods {
@@ -138,17 +134,24 @@ impl Bench {
             };
             let count = drive.len();
             let position = self.model.simulate(std::slice::from_ref(&drive), self.sample_s, start)?;
-            series.t_s.extend((0..count).map(|k| k as f64 * self.sample_s));
-            if let Some(runs) = &mut series.run {
+            t_s.extend((0..count).map(|k| k as f64 * self.sample_s));
+            if let Some(runs) = &mut run_of {
                 runs.resize(runs.len() + count, i64::from(run));
             }
-            if let Some(periods) = &mut series.period {
+            if let Some(periods) = &mut period_of {
                 periods.extend((0..count).map(|k| 1 + (k / self.samples) as i64));
             }
-            series.drives[0].extend(drive);
-            series.positions[0].extend(position);
+            drives.extend(drive);
+            positions.extend(position);
         }
-        Ok(series)
+        Ok(Series {
+            t_s: t_s.into(),
+            run: run_of,
+            period: period_of,
+            drives: vec![drives.into()],
+            positions: vec![positions.into()],
+            ..Series::default()
+        })
     }
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use fitter::plant::equations::{PlantParameter, StateStart};
 use fitter::plant::{Equations, PlantFile};
+use fitter::table::Values;
 use motion::equations::Target;
 
 use super::super::data::Data;
@@ -106,7 +107,7 @@ fn text(term: &Term) -> fitter::plant::equations::EffectText {
 /// Where the mismatch lives: on what the effects read, by what they explain.
 pub fn locations(
     found: &Fitted<Model>,
-    columns: &[(String, Vec<f64>)],
+    columns: &[(String, Values)],
     named: &[NamedEffect],
     explained: f64,
     reach: impl Fn(&str) -> (f64, f64),

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use fitter::table::Values;
+
 use super::looped::Stretch;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::spectrum::Experiments;
@@ -152,12 +154,12 @@ fn amplitude(recording: &DynamicRecording, run: &Range<usize>) -> f64 {
 
 /// Some rows to be simulated together: their mean period, where there is one of so many rows, or all of them.
 pub fn stretch(recording: &DynamicRecording, rows: Range<usize>, period: Option<usize>) -> Stretch {
-    let interleaved = |channels: &[Vec<f64>], rows: Range<usize>| -> Vec<f64> {
+    let interleaved = |channels: &[Values], rows: Range<usize>| -> Vec<f64> {
         rows.flat_map(|t| channels.iter().map(move |c| c[t])).collect()
     };
     let [drive, position] = [&recording.drives, &recording.positions].map(|channels| match period {
         Some(length) => {
-            let means: Vec<Vec<f64>> = channels.iter().map(|c| mean_period(c, &rows, length)).collect();
+            let means: Vec<Values> = channels.iter().map(|c| mean_period(c, &rows, length).into()).collect();
             interleaved(&means, 0..length)
         }
         None => interleaved(channels, rows.clone()),

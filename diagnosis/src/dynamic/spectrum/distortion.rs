@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use fitter::table::Values;
+
 use super::experiments::period_spectra;
 use crate::thresholds::dynamic::spectrum::distortion::FREE;
 
@@ -14,8 +16,8 @@ pub type Lines = Vec<(f64, f64)>;
 /// Adds the free lines of the excited band, run by run: `(even, odd)`, each frequency and mean power over
 /// the runs that leave the line free.
 pub fn free_lines(
-    drives: &[Vec<f64>],
-    positions: &[Vec<f64>],
+    drives: &[Values],
+    positions: &[Values],
     runs: &[Range<usize>],
     length: usize,
     step_s: f64,
@@ -68,7 +70,7 @@ mod tests {
     fn even_and_odd_distortion_stand_on_their_lines() {
         for (power, even_expected) in [(2, true), (3, false)] {
             let (u, y, runs) = recording(power);
-            let (even, odd) = free_lines(&[u], &[y], &runs, 256, 1e-3);
+            let (even, odd) = free_lines(&[u.into()], &[y.into()], &runs, 256, 1e-3);
             let sum = |lines: &[(f64, f64)]| lines.iter().map(|l| l.1).sum::<f64>();
             assert!(!even.is_empty());
             assert_eq!(sum(&even) > 1e-6, even_expected);

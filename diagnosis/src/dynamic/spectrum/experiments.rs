@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use fitter::table::Values;
+
 use super::Complex;
 use super::fourier::{coefficients, hann};
 use crate::thresholds::dynamic::spectrum::experiments::EXCITED;
@@ -80,15 +82,15 @@ pub fn mean_period(channel: &[f64], rows: &Range<usize>, length: usize) -> Vec<f
 }
 
 /// Spectra of the mean period of a run, by channel.
-pub fn period_spectra(channels: &[Vec<f64>], run: &Range<usize>, length: usize) -> Vec<Vec<Complex>> {
+pub fn period_spectra(channels: &[Values], run: &Range<usize>, length: usize) -> Vec<Vec<Complex>> {
     channels.iter().map(|c| coefficients(&mean_period(c, run, length))).collect()
 }
 
 /// Experiments of a periodic excitation in steady state: one for each run, averaged over the periods of
 /// `length` samples that its rows hold, on the lines that any run excites.
 pub fn periodic(
-    drives: &[Vec<f64>],
-    positions: &[Vec<f64>],
+    drives: &[Values],
+    positions: &[Values],
     runs: &[Range<usize>],
     length: usize,
     step_s: f64,
@@ -115,7 +117,7 @@ pub fn periodic(
 
 /// Variance of the mean over periods, by line and output.
 fn period_noise(
-    positions: &[Vec<f64>],
+    positions: &[Values],
     run: &Range<usize>,
     length: usize,
     lines: &[usize],
@@ -142,14 +144,14 @@ fn period_noise(
 /// Experiments of any excitation: Hann-windowed segments of `length` samples, overlapping by half, their
 /// means removed, of the rows of every run (Welch).
 pub fn segments(
-    drives: &[Vec<f64>],
-    positions: &[Vec<f64>],
+    drives: &[Values],
+    positions: &[Values],
     runs: &[Range<usize>],
     length: usize,
     step_s: f64,
 ) -> Experiments {
     let window = hann(length);
-    let spectra = |channels: &[Vec<f64>], start: usize| -> Vec<Vec<Complex>> {
+    let spectra = |channels: &[Values], start: usize| -> Vec<Vec<Complex>> {
         channels
             .iter()
             .map(|c| {
