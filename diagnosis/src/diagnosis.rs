@@ -10,6 +10,7 @@ use crate::compose;
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, catalogue};
 use crate::error::DiagnosisError;
+use crate::fleet::Forced;
 use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
@@ -104,6 +105,8 @@ pub struct Outcome {
     pub before: Model,
     /// The model that is handed on.
     pub after: Model,
+    /// What the recording says of every effect, named or not.
+    pub forced: Forced,
 }
 
 /// What a diagnosis is asked for.
@@ -180,6 +183,7 @@ fn of_readings(
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } =
         with_forms.unwrap_or(named);
+    let forced = Forced::of(&explanation, &settled.joint);
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -220,7 +224,7 @@ fn of_readings(
         false => Vec::new(),
     };
     let after = settled.handed;
-    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after }, far_out))
+    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, forced }, far_out))
 }
 
 /// The coefficients with what the diagnosis says of them.

@@ -13,7 +13,7 @@ use trials::plan::{Counts, cells};
 use trials::programs::Programs;
 use trials::report::Report;
 use trials::workspace::{Campaign, put};
-use trials::{beyond, budget, dynamic, examples, real};
+use trials::{beyond, budget, dynamic, examples, fleet, real};
 
 use crate::terminal::{Common, Result, Watched, called};
 use summary::Summary;
@@ -28,7 +28,8 @@ Examples:
   arcsmith trials static --trials 0 --nulls 0 --twice 1000            some minutes
   arcsmith trials dynamic --trials 50 --seed 2 --json
   arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
-  arcsmith trials budget --devices 100                                a minute or two")]
+  arcsmith trials budget --devices 100                                a minute or two
+  arcsmith trials fleet --pooled 6 --weak 1 --nulls 10                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
     command: Command,
@@ -44,6 +45,8 @@ enum Command {
     Beyond(Beyond),
     /// Uncertainty budgets: whether the stated 95 % hold what corrected readings of simulated devices err by
     Budget(OfBudgets),
+    /// Fleets: pooled means and spreads, effects too weak for one unit, false alarms of many units together
+    Fleet(OfFleets),
 }
 
 /// What all trials take.
@@ -105,6 +108,27 @@ struct OfBudgets {
 }
 
 #[derive(Args)]
+struct OfFleets {
+    /// Fleets of an effect whose parameter scatters from unit to unit
+    #[arg(long, default_value_t = 200)]
+    pooled: usize,
+    /// Fleets of 200 units with an effect of ρ 2 in each
+    #[arg(long, default_value_t = 6)]
+    weak: usize,
+    /// Fleets of nothing
+    #[arg(long, default_value_t = 400)]
+    nulls: usize,
+    /// Units of each other fleet
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(10..))]
+    units: u32,
+    #[command(flatten)]
+    running: Running,
+    /// The folder for recordings, results and the report (report.json)
+    #[arg(long, default_value = "target/trials-fleet")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
 struct Dynamic {
     /// Trials: a fifth of them nulls, the others with something concealed
     #[arg(long, default_value_t = 500)]
@@ -159,6 +183,7 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
         Command::Dynamic(args) => run_dynamic(args, &mut summary, &programs)?,
         Command::Beyond(args) => run_beyond(args, &mut summary, &programs)?,
         Command::Budget(args) => run_budgets(args, &mut summary, &watch)?,
+        Command::Fleet(args) => run_fleets(args, &mut summary, &programs)?,
     };
     watch.0.finish_and_clear();
     summary.end(reached);
@@ -236,6 +261,15 @@ fn run_budgets(args: &OfBudgets, summary: &mut Summary, watch: &Watched) -> Resu
         &json!({"devices": args.devices, "seed": campaign.seed, "kinds": kinds}),
     )?;
     Ok(reached)
+}
+
+fn run_fleets(args: &OfFleets, summary: &mut Summary, programs: &Programs) -> Result<bool> {
+    let OfFleets { pooled, weak, nulls, .. } = *args;
+    let counts = fleet::Counts { pooled, weak, nulls, units: args.units as usize };
+    let campaign = args.running.campaign(counts, &args.out)?;
+    let measured = campaign.fleets(programs)?;
+    write(&args.out, "report.json", &json!({"counts": counts, "seed": campaign.seed, "measured": measured}))?;
+    Ok(summary.set("Fleets", &measured.figures(), &[]))
 }
 
 const OPENED: &str = "Opened examples of an independent laboratory";
