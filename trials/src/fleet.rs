@@ -4,7 +4,9 @@
 //! - *Pooled*: one effect in every unit, its parameter drawn about a mean with a spread. How often the intervals of mean and
 //!   spread hold these.
 //! - *Weak*: one effect of ρ 2 in every unit: too little for a diagnosis of one unit.
-//! - *Nothing*: no effect; lots and times mean nothing. Whether the fleet shows an effect, or a unit, lot or trend.
+//! - *Nothing*: no effect. Whether the fleet shows one.
+//!
+//! In none of them does a unit depart, or do lots and times mean anything: whether the fleet says so nevertheless.
 
 use std::fmt::Write;
 use std::ops::RangeInclusive;
@@ -60,12 +62,13 @@ pub struct Counts {
     pub units: usize,
 }
 
-/// What was measured.
+/// What was measured: of the fleets, and of the units where these are counted.
 #[derive(Debug, Default, Serialize)]
 pub struct Measured {
     mean: Share,
     spread: Share,
     pooled_shown: Share,
+    others_shown: Share,
     weak_found: Share,
     weak_named: Share,
     shown: Share,
@@ -252,8 +255,11 @@ impl Measured {
         };
         self.mean.count(holds("mean_ci95", mean));
         self.spread.count(holds("spread_ci95", spread));
-        let shown = found.is_some_and(|one| one["shown_by_fleet"].is_number());
-        self.pooled_shown.count(shown);
+        let shown = |one: &&Value| one["shown_by_fleet"].is_number();
+        self.pooled_shown.count(found.as_ref().is_some_and(shown));
+        let other = |one: &Value| one["effect"] != id && shown(&one);
+        self.others_shown.count(all.is_some_and(|all| all.iter().any(other)));
+        self.count_alarms(answer);
     }
 
     fn count_weak(&mut self, answer: &Value, id: &str) {
@@ -270,10 +276,16 @@ impl Measured {
     }
 
     fn count_nothing(&mut self, answer: &Value) {
+        let parameters = answer["parameters"].as_array();
+        self.shown
+            .count(parameters.is_some_and(|all| all.iter().any(|one| one["shown_by_fleet"].is_number())));
+    }
+
+    /// What is said of units, lots and times, of which there is nothing to say.
+    fn count_alarms(&mut self, answer: &Value) {
         let parameters = answer["parameters"].as_array().map_or(&[][..], Vec::as_slice);
         let any =
             |of: &dyn Fn(&Value) -> Option<f64>| parameters.iter().filter_map(of).any(|p| p < FALSE_ALARMS);
-        self.shown.count(any(&|one| one["shown_by_fleet"].as_f64()));
         self.lots.count(any(&|one| one["lots"]["p_value"].as_f64()));
         self.trends.count(any(&|one| one["trend"]["p_value"].as_f64()));
         self.outlying.count(answer["outlying"].as_array().is_some_and(|all| !all.is_empty()));
@@ -296,9 +308,10 @@ impl Measured {
             Figure::at_least("weak: the fleet shows the effect", 1.0, self.weak_found),
             Figure::reported("weak: units that name the effect alone", self.weak_named),
             Figure::at_most("nothing: an effect is shown", FALSE_ALARMS, self.shown),
-            Figure::at_most("nothing: a unit stands out", FALSE_ALARMS, self.outlying),
-            Figure::at_most("nothing: lots differ", FALSE_ALARMS, self.lots),
-            Figure::at_most("nothing: a trend", FALSE_ALARMS, self.trends),
+            Figure::at_most("pooled: another effect is shown", FALSE_ALARMS, self.others_shown),
+            Figure::at_most("pooled and nothing: a unit stands out", FALSE_ALARMS, self.outlying),
+            Figure::at_most("pooled and nothing: lots differ", FALSE_ALARMS, self.lots),
+            Figure::at_most("pooled and nothing: a trend", FALSE_ALARMS, self.trends),
             Figure::reported("nothing: units that name an effect", self.named),
         ]
     }

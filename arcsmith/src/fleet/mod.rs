@@ -211,7 +211,12 @@ fn styled(summary: &Summary) -> String {
     for one in summary.outlying.iter().take(LISTED) {
         text += &line(
             "departs",
-            &format!("{}: {} at {:.1} σ", one.unit, page::name(&one.effect, &one.parameter), one.z),
+            &format!(
+                "{}: {} at {:.1} σ",
+                one.unit,
+                page::name(&one.effect, &one.parameter, &one.unit_of_measure),
+                one.z
+            ),
         );
     }
     text

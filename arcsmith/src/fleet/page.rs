@@ -1,5 +1,6 @@
 //! `fleet.html`: the page over all units.
 
+use diagnosis::report::without_unit;
 use fitter::figures::{figure, plain, with_interval};
 use fitter::report::{Chart, Colour, Figure, Mark, STYLE, Series};
 use minijinja::{Environment, Value, context};
@@ -9,7 +10,9 @@ use super::summary::{LEVEL, Parameter, Summary};
 
 /// Rows of a table, and parameters that are drawn, at most; the tables hold all.
 const MOST_ROWS: usize = 50;
-const MOST_DRAWN: usize = 16;
+const MOST_DRAWN: usize = 10;
+/// Points with error bars, at most.
+const MOST_BARS: usize = 200;
 /// Columns of a histogram, at most.
 const MOST_COLUMNS: f64 = 60.0;
 
@@ -26,12 +29,12 @@ pub fn page(summary: &Summary, results: &Results) -> String {
         let means = lots.means.means.iter().zip(&lots.means.ci95);
         let means: Vec<String> = lots.lots.iter().zip(means).map(mean).take(MOST_ROWS).collect();
         Some(
-            context! { name => name(&one.effect, &one.parameter), means, p => probability(lots.means.p_value) },
+            context! { name => name(&one.effect, &one.parameter, &one.unit_of_measure), means, p => probability(lots.means.p_value) },
         )
     };
     let change = |one: &Parameter, change: f64, ci95: [f64; 2], p: f64, what: &str| {
         let value = with_interval(change, ci95, &one.unit_of_measure);
-        context! { name => name(&one.effect, &one.parameter), value, p => probability(p), what }
+        context! { name => name(&one.effect, &one.parameter, &one.unit_of_measure), value, p => probability(p), what }
     };
     let trends = |one: &Parameter| {
         let trend = one.trend.as_ref().filter(|trend| trend.p_value < LEVEL)?;
@@ -45,7 +48,7 @@ pub fn page(summary: &Summary, results: &Results) -> String {
         Some(context! { moved, ..row })
     };
     let outlying = summary.outlying.iter().take(MOST_ROWS).map(|one| {
-        let what = name(&one.effect, &one.parameter);
+        let what = name(&one.effect, &one.parameter, &one.unit_of_measure);
         let value = figure(one.value, &one.unit_of_measure);
         context! { unit => &*one.unit, what, value, z => format!("{:+.1}", one.z), p => probability(one.p_value) }
     });
@@ -89,11 +92,11 @@ pub fn page(summary: &Summary, results: &Results) -> String {
     })
 }
 
-/// A parameter's name for a reader.
-pub fn name(effect: &str, parameter: &str) -> String {
+/// A parameter's name for a reader, without the unit that stands beside its value.
+pub fn name(effect: &str, parameter: &str, unit_of_measure: &str) -> String {
     let parameter = match parameter {
-        "rms_after" => "rms of what is left",
-        other => other,
+        "rms_after" => "rms of what is left".to_string(),
+        other => without_unit(other, unit_of_measure),
     };
     format!("{effect} {parameter}").trim().replace('_', " ")
 }
@@ -110,7 +113,7 @@ pub fn sentence(one: &Parameter) -> String {
     let spread = with_interval(pooled.spread, pooled.spread_ci95, unit_of_measure);
     format!(
         "{}{at}{instead}: mean {mean}, spread between units {spread}; named in {named_by} of {} units",
-        name(&one.effect, &one.parameter),
+        name(&one.effect, &one.parameter, &one.unit_of_measure),
         pooled.units
     )
 }
@@ -118,7 +121,7 @@ pub fn sentence(one: &Parameter) -> String {
 fn pooled(one: &Parameter) -> Value {
     let Parameter { pooled, unit_of_measure: unit, .. } = one;
     context! {
-        name => name(&one.effect, &one.parameter),
+        name => name(&one.effect, &one.parameter, &one.unit_of_measure),
         at => &*one.at,
         of => if one.of_every_unit { "every unit" } else { "units that name it" },
         units => pooled.units,
@@ -137,7 +140,7 @@ fn drawn(number: usize, one: &Parameter, results: &Results) -> Vec<Figure> {
     let values: Vec<f64> = one.estimates.iter().map(|(_, estimate)| estimate.value).collect();
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let title = name(&one.effect, &one.parameter);
+    let title = name(&one.effect, &one.parameter, &one.unit_of_measure);
     let axis = format!("{} ({})", one.parameter.replace('_', " "), one.unit_of_measure);
     let caption = match one.of_every_unit {
         true => format!("Estimates of {} units, each with its own error.", values.len()),
@@ -166,14 +169,16 @@ fn drawn(number: usize, one: &Parameter, results: &Results) -> Vec<Figure> {
         .collect();
     if !timed.is_empty() {
         let points = timed.iter().map(|(time, value, _)| (*time, *value)).collect();
-        let bars = timed.iter().map(|(_, _, half)| *half).collect();
+        let few = timed.len() <= MOST_BARS;
+        let bars = timed.iter().filter(|_| few).map(|(_, _, half)| *half).collect();
+        let mark = if few { Mark::Dots } else { Mark::Haze };
         let course = Chart {
             label: "Estimates over time",
             x: "time".into(),
             y: axis,
-            series: vec![Series::new("", Mark::Dots, Colour::First, points).with_bars(bars)],
+            series: vec![Series::new("", mark, Colour::First, points).with_bars(bars)],
         };
-        let caption = "Bars are two standard errors.".to_string();
+        let caption = if few { "Bars are two standard errors." } else { "Without error bars." }.to_string();
         figures.push(Figure::of(&format!("time-{number}"), &format!("{title} over time"), caption, course));
     }
     figures

@@ -110,13 +110,15 @@ impl Forced {
         (0..self.tests.len()).map(|test| self.beside(&[test], &[])[0]).collect()
     }
 
-    /// Estimates of the parameters of some tests, fitted together beside those of `others` and beside what the diagnosis of
-    /// this unit names of effects that are among neither; none where the recording does not determine it.
+    /// Estimates of the parameters of some tests, fitted together beside what the diagnosis of this unit names of other effects,
+    /// and beside those of `others` that it does not name: its own shape is the better one. None where the recording does not
+    /// determine it.
     pub fn beside(&self, tests: &[usize], others: &[usize]) -> Vec<Option<Estimate>> {
-        let mut lanes = [tests, others].concat();
-        let known = |id: &String| lanes.iter().any(|lane| self.tests[*lane].effect == *id);
-        let named: Vec<usize> = (0..self.terms.len()).filter(|k| !known(&self.terms[*k])).collect();
-        lanes.extend(named.into_iter().map(|k| self.tests.len() + k));
+        let effect = |test: &usize| &self.tests[*test].effect;
+        let own = |k: &usize| !tests.iter().any(|test| *effect(test) == self.terms[*k]);
+        let others = others.iter().filter(|other| !self.terms.contains(effect(other)));
+        let named = (0..self.terms.len()).filter(own).map(|k| self.tests.len() + k);
+        let lanes: Vec<usize> = tests.iter().chain(others).copied().chain(named).collect();
         let mut part = Symmetric::zero(lanes.len());
         for (i, a) in lanes.iter().enumerate() {
             for (k, b) in lanes.iter().enumerate() {
@@ -151,7 +153,8 @@ fn set_shapes(effect: &Effect, rows: &Rows) -> Option<Vec<Vec<f64>>> {
     let least: Vec<f64> = ranges.iter().map(|range| range.low).collect();
     match free(effect, &ranges)[..] {
         [] => Some(vec![least]),
-        [k] if ranges[k].logarithmic => {
+        // Beside a shape, two factors are amplitude and phase of a wave.
+        [k] if ranges[k].logarithmic && effect.factors().count() == 1 => {
             let within = |value: &f64| (ranges[k].low..=ranges[k].high).contains(value);
             let shape =
                 |value: f64| least.iter().enumerate().map(move |(j, l)| if j == k { value } else { *l });

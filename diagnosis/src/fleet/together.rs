@@ -16,7 +16,7 @@ pub struct Shared {
     pub pooled: Pooled,
     /// Its family-wise p-value among all effects that were tried, where the fleet shows the effect.
     pub found: Option<f64>,
-    /// Effects that would do nearly as well in its place.
+    /// Effects that would do nearly as well in its place, and add nothing beside it.
     pub alternatives: Vec<String>,
     /// The estimate of every unit; none where its recording does not determine it.
     pub estimates: Vec<Option<Estimate>>,
@@ -42,13 +42,17 @@ pub fn shared(units: &[Forced], named: &BTreeSet<String>) -> Vec<Shared> {
         if p_value >= FALSE_ALARMS {
             break;
         }
-        let near: BTreeSet<&String> = (tried.iter())
-            .filter(|(other, _, own)| other.0 != group.0 && *own > NEARLY_AS_STRONG * t)
-            .map(|(other, ..)| &other.0)
+        let beside = [&taken[..], &[*group]].concat();
+        let adds = |other: &Group| {
+            let strength = fleet.strength(other, &beside);
+            strength.is_some_and(|(p, _)| p * (tried.len() as f64) < FALSE_ALARMS)
+        };
+        let near: BTreeSet<String> = (tried.iter())
+            .filter(|(other, _, own)| other.0 != group.0 && *own > NEARLY_AS_STRONG * t && !adds(other))
+            .map(|(other, ..)| other.0.clone())
             .collect();
         let group = (*group).clone();
-        let near = near.into_iter().cloned().collect();
-        found.push((group, p_value, near));
+        found.push((group, p_value, near.into_iter().collect()));
     }
     let shown: Vec<&Group> = found.iter().map(|(group, ..)| group).collect();
     let mut all = Vec::new();
@@ -199,5 +203,7 @@ mod tests {
         unit.information = vec![1.0, 0.8, 0.0, 0.8, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
         assert!((unit.beside(&[0], &[])[0].unwrap().error - 1.0 / 0.6).abs() < 1e-9);
         assert!((unit.beside(&[1], &[])[0].unwrap().error - 1.0).abs() < 1e-12);
+        // Where the fleet shows what the unit names, the unit's own column stands for it.
+        assert_eq!(unit.beside(&[2], &[1]), unit.beside(&[2], &[]));
     }
 }
