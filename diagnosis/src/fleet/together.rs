@@ -1,5 +1,5 @@
-//! Effects that the fleet shows, each unit's share of them perhaps too weak to be named: sought forward, over all units at
-//! once, every one beside those found before.
+//! Effects that the fleet shows, each unit's share of them perhaps too weak to be named: sought forward and back, over all units
+//! at once, every one beside the others.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,34 +29,10 @@ type Group = (String, String);
 /// those that the fleet shows. `named` are the ids that the units name.
 pub fn shared(units: &[Forced], named: &BTreeSet<String>) -> Vec<Shared> {
     let fleet = Fleet::of(units);
-    let mut found: Vec<(Group, f64, Vec<String>)> = Vec::new();
-    while found.len() < MOST_SHARED {
-        let taken: Vec<&Group> = found.iter().map(|(group, ..)| group).collect();
-        let tried: Vec<(&Group, f64, f64)> = (fleet.groups.keys())
-            .filter(|group| taken.iter().all(|other| other.0 != group.0))
-            .filter_map(|group| fleet.strength(group, &taken).map(|(p, t)| (group, p, t)))
-            .collect();
-        let strongest = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1).then(b.2.total_cmp(&a.2)));
-        let Some((group, p_value, t)) = strongest else { break };
-        let p_value = (p_value * tried.len() as f64).min(1.0);
-        if p_value >= FALSE_ALARMS {
-            break;
-        }
-        let beside = [&taken[..], &[*group]].concat();
-        let adds = |other: &Group| {
-            let strength = fleet.strength(other, &beside);
-            strength.is_some_and(|(p, _)| p * (tried.len() as f64) < FALSE_ALARMS)
-        };
-        let near: BTreeSet<String> = (tried.iter())
-            .filter(|(other, _, own)| other.0 != group.0 && *own > NEARLY_AS_STRONG * t && !adds(other))
-            .map(|(other, ..)| other.0.clone())
-            .collect();
-        let group = (*group).clone();
-        found.push((group, p_value, near.into_iter().collect()));
-    }
-    let shown: Vec<&Group> = found.iter().map(|(group, ..)| group).collect();
+    let found = fleet.search();
+    let shown: Vec<&Group> = found.iter().map(|found| &found.group).collect();
     let mut all = Vec::new();
-    for (group, p_value, near) in &found {
+    for Found { group, p_value, near, .. } in &found {
         let others: Vec<&Group> = shown.iter().filter(|other| **other != group).copied().collect();
         all.extend(fleet.shared(group, &others, Some(*p_value), near));
     }
@@ -68,6 +44,16 @@ pub fn shared(units: &[Forced], named: &BTreeSet<String>) -> Vec<Shared> {
         }
     }
     all
+}
+
+/// An effect that the fleet shows.
+struct Found {
+    group: Group,
+    /// Family-wise, when it was found, and how many groups were tried then.
+    p_value: f64,
+    tried: f64,
+    /// Effects that would do in its place.
+    near: Vec<String>,
 }
 
 /// The estimates of other units of the same parameters, each beside the same effects: for every one of `shown` those of every
@@ -104,6 +90,59 @@ impl<'a> Fleet<'a> {
             }
         }
         Fleet { units, groups }
+    }
+
+    /// The effects that the fleet shows: forward, and back again.
+    fn search(&self) -> Vec<Found> {
+        let mut found: Vec<Found> = Vec::new();
+        // An effect that was dropped may return: the steps are counted.
+        for _ in 0..2 * MOST_SHARED {
+            let next = if found.len() < MOST_SHARED { self.strongest(&found) } else { None };
+            let Some(next) = next else { break };
+            found.push(next);
+            self.drop_needless(&mut found);
+        }
+        found
+    }
+
+    /// The strongest effect beside those found, where it is significant.
+    fn strongest(&self, found: &[Found]) -> Option<Found> {
+        let taken: Vec<&Group> = found.iter().map(|found| &found.group).collect();
+        let tried: Vec<(&Group, f64, f64)> = (self.groups.keys())
+            .filter(|group| taken.iter().all(|other| other.0 != group.0))
+            .filter_map(|group| self.strength(group, &taken).map(|(p, t)| (group, p, t)))
+            .collect();
+        let of = tried.len() as f64;
+        let strongest = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1).then(b.2.total_cmp(&a.2)));
+        let (group, p_value, t) = strongest.filter(|(_, p_value, _)| p_value * of < FALSE_ALARMS)?;
+        let beside = [&taken[..], &[*group]].concat();
+        let near: BTreeSet<String> = (tried.iter())
+            .filter(|(other, _, own)| other.0 != group.0 && *own > NEARLY_AS_STRONG * t)
+            .filter(|(other, ..)| !self.adds(other, &beside, of))
+            .map(|(other, ..)| other.0.clone())
+            .collect();
+        let near = near.into_iter().collect();
+        Some(Found { group: (*group).clone(), p_value: p_value * of, tried: of, near })
+    }
+
+    /// Drops what explains nothing beside the effect that was found last: that one is what it stood for.
+    fn drop_needless(&self, found: &mut Vec<Found>) {
+        let Some(mut last) = found.pop() else { return };
+        let mut k = 0;
+        while k < found.len() {
+            let others: Vec<&Group> = (0..found.len()).filter(|j| *j != k).map(|j| &found[j].group).collect();
+            if self.adds(&found[k].group, &[&others[..], &[&last.group]].concat(), last.tried) {
+                k += 1;
+            } else {
+                last.near.push(found.remove(k).group.0);
+            }
+        }
+        found.push(last);
+    }
+
+    /// Whether a group is significant beside others, among so many.
+    fn adds(&self, group: &Group, others: &[&Group], of: f64) -> bool {
+        self.strength(group, others).is_some_and(|(p_value, _)| p_value * of < FALSE_ALARMS)
     }
 
     /// For every parameter of a group the estimate of every unit, beside the other groups.
@@ -188,6 +227,8 @@ mod tests {
         let both = shared(&units(200, [1.0, 0.0, -0.7]), &none);
         assert_eq!(both.iter().map(|f| f.test.effect.as_str()).collect::<Vec<_>>(), ["a", "c"]);
         assert!(shared(&units(200, [0.0; 3]), &none).is_empty());
+        // The second column, which stood for the first until it was found, is no more than an alternative.
+        assert!(found[0].alternatives.iter().all(|other| other == "b"));
         let named = shared(&units(200, [0.0; 3]), &BTreeSet::from(["c".to_string()]));
         assert!(named.len() == 1 && named[0].found.is_none() && named[0].pooled.mean.abs() < 0.3);
     }
