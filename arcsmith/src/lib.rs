@@ -13,6 +13,7 @@ mod encode;
 mod excite;
 mod explore;
 mod fit;
+mod fleet;
 mod init;
 mod man;
 mod next;
@@ -34,6 +35,7 @@ use terminal::{Common, Result, program, say};
 pub mod shared {
     pub use crate::diagnose::{declared, motion, summary as diagnosis_summary};
     pub use crate::fit::{command_line, summary as fit_summary};
+    pub use crate::fleet::{answer as fleet_answer, choice as fleet_choice, table as fleet_table};
 }
 
 /// Calibration recordings of a mirror or an encoder in, proven firmware correction out.
@@ -82,6 +84,9 @@ enum Command {
     /// Say what changed between two recordings: of a device at two times, of a healthy and a suspect one
     #[command(after_help = compare::EXAMPLES)]
     Compare(compare::CompareArgs),
+    /// Diagnose many units of one kind, and pool what they show together
+    #[command(after_help = fleet::EXAMPLES)]
+    Fleet(Box<fleet::FleetArgs>),
     /// Generate the correction in Rust and C, with a proven bound
     ///
     /// Generates from the coefficients that are named, or from the one file of them that lies in the folder.
@@ -143,6 +148,7 @@ fn command(Cli { common, command }: Cli) -> Result<ExitCode> {
         Command::Schema => say(fitter::mirror::SCHEMA.trim_end()),
         Command::Diagnose(args) => diagnose::run(&args, common)?,
         Command::Compare(args) => compare::run(&args, common)?,
+        Command::Fleet(args) => fleet::run(&args, common)?,
         Command::Generate(arguments) => return arguments.generate(),
         Command::Check(check) => return check.run(),
         Command::Budget(args) => budget::run(&args)?,

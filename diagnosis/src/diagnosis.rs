@@ -11,6 +11,7 @@ use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, Place, catalogue};
 use crate::error::DiagnosisError;
 use crate::explain::Explanation;
+use crate::fleet::Forced;
 use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
@@ -107,6 +108,8 @@ pub struct Outcome {
     pub after: Model,
     /// What was found, the named first.
     pub(crate) found: Vec<FoundTerm>,
+    /// What the recording says of every effect, named or not.
+    pub forced: Forced,
 }
 
 /// Something that was found in a recording, for a comparison with another.
@@ -196,6 +199,7 @@ fn of_readings(
         false => named,
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } = best;
+    let forced = Forced::of(&explanation, &settled.joint);
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -240,7 +244,7 @@ fn of_readings(
     };
     let found = found_terms(&explanation, &wider, &settled.joint);
     let after = settled.handed;
-    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found }, far_out))
+    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found, forced }, far_out))
 }
 
 fn found_terms(explanation: &Explanation, catalogue: &[Effect], joint: &Model) -> Vec<FoundTerm> {

@@ -5,7 +5,7 @@
 //! floor and `correlation` how it hangs together in time, `dictionary` holds every candidate explanation, `calibrate`
 //! learns by resampling how strong the strongest of them is when there is nothing, `search` chooses among them, `model`
 //! fits what was chosen, `held_out` shows it on rows that were not fitted, `judge` holds the answer against itself, and
-//! [`verdict`] says it. [`dynamic`] does the same for a moving mechanism.
+//! [`verdict`] says it. [`dynamic`] does the same for a moving mechanism, and [`fleet`] pools what many units show.
 //!
 //! ```
 //! use diagnosis::{Options, Verdict, diagnose};
@@ -36,6 +36,7 @@ pub mod effects;
 mod error;
 mod experiment;
 mod explain;
+pub mod fleet;
 mod generic;
 mod hand_on;
 mod held_out;

@@ -765,6 +765,31 @@ pub mod explain {
     pub const UNMEASURED: f64 = 1e6;
 }
 
+/// See [`crate::fleet`].
+pub mod fleet {
+    /// False alarms allowed among all effects that are tried at a step. By `trials fleet`.
+    pub const FALSE_ALARMS: f64 = 0.01;
+    /// Units from which on a parameter is pooled: with fewer its spread is hardly known.
+    pub const FEWEST_UNITS: usize = 5;
+    /// Effects that a fleet shows, at most. By judgement: a reader can weigh so many.
+    pub const MOST_SHARED: usize = 8;
+    /// Part of the strongest effect's t that an alternative reaches. By judgement.
+    pub const NEARLY_AS_STRONG: f64 = 0.9;
+    /// Steps within a decade at which a time constant or a width is set: neighbours share most of what they explain.
+    pub const SET_SHAPES: [f64; 2] = [1.0, 3.0];
+    /// Part of a column's square that base and unnamed terms must leave for it to be tried: less is rounding.
+    pub const OWN: f64 = 1e-6;
+    /// Units among which one can depart, at least. By judgement.
+    pub const FEWEST_TO_DEPART_FROM: usize = 10;
+    /// The median of |z| of normal numbers.
+    pub const NORMAL_QUARTILE: f64 = 0.674_489_75;
+    /// Degrees of freedom of a spread by the median deviation, for each of the usual: its efficiency. In simulation false
+    /// alarms at 1 % are 0.1 % of 10 units, 0.7 % of 50 and 0.8 % of 200.
+    pub const MEDIAN_FREEDOM: f64 = 0.37;
+    /// Halvings of an interval in which a variance lies: beyond, doubles hardly change.
+    pub const HALVINGS: usize = 60;
+}
+
 /// See [`crate::generic`].
 pub mod generic {
     /// How sharply what sets in at one value of an observable sets in, as a part of half its range.

@@ -30,7 +30,7 @@ impl Nominal {
     }
 }
 
-/// The program with its commands `fit`, `apply` and `diagnose`, and who watches what is done with it.
+/// The program with its commands `fit`, `apply`, `diagnose` and `fleet`, and who watches what is done with it.
 pub struct Programs<'a> {
     /// Where it lies.
     pub path: PathBuf,
@@ -96,6 +96,18 @@ impl Programs<'_> {
         let mut command = self.command("compare");
         command.current_dir(blind).args([then, now]).args(Nominal::Mirror.option_and_file());
         command.arg("--out").arg(out).args(["--no-report", "--quiet"]);
+        self.run(command)
+    }
+
+    /// Diagnoses `recordings` of a folder as a fleet, with its `mirror.toml` and `lots.csv`, into its `results`; whether it was
+    /// accepted.
+    ///
+    /// # Errors
+    /// [`CampaignError::Unstarted`].
+    pub fn fleet(&self, folder: &Path, jobs: usize) -> Result<Result<(), String>, CampaignError> {
+        let mut command = self.command("fleet");
+        command.current_dir(folder).args(["recordings", "--mirror", "mirror.toml", "--lots", "lots.csv"]);
+        command.args(["--out", "results", "--quiet", "--jobs", &jobs.to_string()]);
         self.run(command)
     }
 

@@ -226,7 +226,7 @@ fn known(ids: &[String], all: &[&str]) -> Result<()> {
 }
 
 /// As many threads as wanted, one per processor where nothing is said; more than a few per processor bring nothing.
-fn threads(wanted: Option<usize>) -> Result<rayon::ThreadPool> {
+pub fn threads(wanted: Option<usize>) -> Result<rayon::ThreadPool> {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let count = wanted.unwrap_or(processors).clamp(1, MOST_THREADS_PER_PROCESSOR * processors);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();

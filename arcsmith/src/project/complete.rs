@@ -36,8 +36,8 @@ struct Line {
 }
 
 /// The commands that a project completes.
-const COMPLETED: [&str; 9] =
-    ["fit", "diagnose", "apply", "report", "explore", "budget", "generate", "check", "verify"];
+const COMPLETED: [&str; 10] =
+    ["fit", "diagnose", "fleet", "apply", "report", "explore", "budget", "generate", "check", "verify"];
 /// Sources of another kind: where one is named, the command is about no project.
 const OTHER_SOURCES: [&str; 3] = ["demo", "devices", "recording"];
 /// Words that say how much is told.

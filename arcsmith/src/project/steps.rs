@@ -241,6 +241,15 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
             all.push(Given::places("recordings", &project.recordings));
         }
         _ if matches!(project.nominal, Nominal::Plant(_)) => {}
+        "fleet" => {
+            // As a unit is diagnosed, but for what belongs to one recording.
+            let of_all =
+                |one: &Given| ["without", "order", "turn_harmonics", "harmonics"].contains(&one.id.as_str());
+            all.push(nominal);
+            all.extend(map());
+            all.extend(project.effects.iter().map(|path| Given::option("effects", path)));
+            all.extend(of_table("diagnose").into_iter().filter(of_all));
+        }
         "fit" => {
             all.push(nominal);
             all.extend(map());

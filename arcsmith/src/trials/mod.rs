@@ -13,7 +13,7 @@ use trials::plan::{Counts, cells};
 use trials::programs::Programs;
 use trials::report::Report;
 use trials::workspace::{Campaign, put};
-use trials::{beyond, budget, compare, dynamic, examples, real};
+use trials::{beyond, budget, compare, dynamic, examples, fleet, real};
 
 use crate::terminal::{Common, Result, Watched, called};
 use summary::Summary;
@@ -29,7 +29,8 @@ Examples:
   arcsmith trials dynamic --trials 50 --seed 2 --json
   arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
   arcsmith trials budget --devices 100                                a minute or two
-  arcsmith trials compare --pairs 100                                 a minute or two")]
+  arcsmith trials compare --pairs 100                                 a minute or two
+  arcsmith trials fleet --pooled 6 --weak 1 --nulls 10                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
     command: Command,
@@ -47,6 +48,8 @@ enum Command {
     Budget(OfBudgets),
     /// Pairs of recordings of a device: what `compare` says changed, where nothing did, an effect moved, or one came
     Compare(OfPairs),
+    /// Fleets: pooled means and spreads, effects too weak for one unit, false alarms of many units together
+    Fleet(OfFleets),
 }
 
 /// What all trials take.
@@ -120,6 +123,27 @@ struct OfPairs {
 }
 
 #[derive(Args)]
+struct OfFleets {
+    /// Fleets of an effect whose parameter scatters from unit to unit
+    #[arg(long, default_value_t = 200)]
+    pooled: usize,
+    /// Fleets of 200 units with an effect of ρ 2 in each
+    #[arg(long, default_value_t = 6)]
+    weak: usize,
+    /// Fleets of nothing
+    #[arg(long, default_value_t = 400)]
+    nulls: usize,
+    /// Units of each other fleet
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(10..))]
+    units: u32,
+    #[command(flatten)]
+    running: Running,
+    /// The folder for recordings, results and the report (report.json)
+    #[arg(long, default_value = "target/trials-fleet")]
+    out: PathBuf,
+}
+
+#[derive(Args)]
 struct Dynamic {
     /// Trials: a fifth of them nulls, the others with something concealed
     #[arg(long, default_value_t = 500)]
@@ -175,6 +199,7 @@ pub fn run(args: &TrialsArgs, common: Common) -> Result<ExitCode> {
         Command::Beyond(args) => run_beyond(args, &mut summary, &programs)?,
         Command::Budget(args) => run_budgets(args, &mut summary, &watch)?,
         Command::Compare(args) => run_pairs(args, &mut summary, &programs)?,
+        Command::Fleet(args) => run_fleets(args, &mut summary, &programs)?,
     };
     watch.0.finish_and_clear();
     summary.end(reached);
@@ -266,6 +291,15 @@ fn run_pairs(args: &OfPairs, summary: &mut Summary, programs: &Programs) -> Resu
     std::fs::create_dir_all(&args.out)?;
     write(&args.out, "compare.json", &json!({"pairs": args.pairs, "seed": campaign.seed, "kinds": kinds}))?;
     Ok(reached)
+}
+
+fn run_fleets(args: &OfFleets, summary: &mut Summary, programs: &Programs) -> Result<bool> {
+    let OfFleets { pooled, weak, nulls, .. } = *args;
+    let counts = fleet::Counts { pooled, weak, nulls, units: args.units as usize };
+    let campaign = args.running.campaign(counts, &args.out)?;
+    let measured = campaign.fleets(programs)?;
+    write(&args.out, "report.json", &json!({"counts": counts, "seed": campaign.seed, "measured": measured}))?;
+    Ok(summary.set("Fleets", &measured.figures(), &[]))
 }
 
 const OPENED: &str = "Opened examples of an independent laboratory";

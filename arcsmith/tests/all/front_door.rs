@@ -21,7 +21,7 @@ fn text(output: &Output) -> String {
 }
 
 /// What there has to be.
-const COMMANDS: [&str; 22] = [
+const COMMANDS: [&str; 23] = [
     "init",
     "run",
     "status",
@@ -30,6 +30,7 @@ const COMMANDS: [&str; 22] = [
     "report",
     "schema",
     "diagnose",
+    "fleet",
     "generate",
     "check",
     "verify",

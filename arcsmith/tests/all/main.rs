@@ -8,6 +8,7 @@ mod budget;
 mod contradictions;
 mod diagnose;
 mod fitting;
+mod fleet;
 mod front_door;
 #[cfg(unix)]
 mod hostile;

@@ -54,6 +54,17 @@ impl Effect {
         &self.made.declared.parameters[index]
     }
 
+    /// Name and unit of each factor, as they are reported.
+    pub fn factors(&self) -> impl Iterator<Item = (&str, &str)> {
+        let own = self.made.factors.iter().map(|index| self.parameter(*index));
+        own.map(|parameter| (parameter.reported.as_str(), parameter.unit_text.as_str()))
+    }
+
+    /// Name of a number of the shape that is a parameter, as it is reported.
+    pub fn shape_name(&self, k: usize) -> &str {
+        &self.parameter(self.made.shaped[k]).reported
+    }
+
     /// The number of the form that a shape has.
     pub(super) fn form_of(&self, shape: &[f64]) -> usize {
         let forms = self.made.declared.adds.len();

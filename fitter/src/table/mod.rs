@@ -6,6 +6,8 @@
 
 #[cfg(feature = "fit")]
 mod columns;
+#[cfg(feature = "parquet")]
+pub mod dataset;
 mod dialect;
 #[cfg(feature = "fit")]
 mod error;

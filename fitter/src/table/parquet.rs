@@ -18,9 +18,17 @@ thread_local! {
     static QUIET: Flag<bool> = const { Flag::new(false) };
 }
 
-/// Reads the file; its hash is left blank. The crate panics at some files whose parts contradict each other: that is
-/// caught here, without a word of its own, and reported as damage.
+/// Reads the file; its hash is left blank.
 pub(super) fn read(file: &str, source: File, naming: &Naming, uses: &Uses) -> Result<Table, RecordingError> {
+    guarded(file, || read_trusting(file, source, naming, uses))
+}
+
+/// Runs what reads a file. The crate panics at some files whose parts contradict each other: that is caught here, without
+/// a word of its own, and reported as damage.
+pub(super) fn guarded<T, E: From<RecordingError>>(
+    file: &str,
+    read: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let usual = panic::take_hook();
@@ -31,13 +39,14 @@ pub(super) fn read(file: &str, source: File, naming: &Naming, uses: &Uses) -> Re
         }));
     });
     QUIET.set(true);
-    let read = panic::catch_unwind(AssertUnwindSafe(|| read_trusting(file, source, naming, uses)));
+    let read = panic::catch_unwind(AssertUnwindSafe(read));
     QUIET.set(false);
     read.unwrap_or_else(|panicked| {
         let text = panicked.downcast_ref::<String>().map(String::as_str);
         let text =
             text.or(panicked.downcast_ref::<&str>().copied()).unwrap_or("its parts contradict each other");
-        Err(RecordingError::Parquet { file: file.to_string(), reason: format!("it is damaged: {text}") })
+        Err(RecordingError::Parquet { file: file.to_string(), reason: format!("it is damaged: {text}") }
+            .into())
     })
 }
 
@@ -100,7 +109,7 @@ fn read_trusting(file: &str, source: File, naming: &Naming, uses: &Uses) -> Resu
 }
 
 /// The field as a number: times in seconds; none of text, dates and nulls.
-fn number_of(field: &Field) -> Option<f64> {
+pub(super) fn number_of(field: &Field) -> Option<f64> {
     match field {
         Field::Bool(value) => Some(f64::from(u8::from(*value))),
         Field::Byte(value) => Some(f64::from(*value)),

@@ -24,9 +24,11 @@ __all__ = [
     "Diagnosis",
     "Fit",
     "Generated",
+    "Rows",
     "__version__",
     "apply",
     "diagnose",
+    "diagnose_batch",
     "fit",
     "generate",
     "main",
@@ -170,6 +172,32 @@ def diagnose(
     name: str | None = None,
 ) -> Diagnosis:
     """Locate where a recording differs from its simulation, name the physics, and show that the fit improves."""
+
+@final
+class Rows:
+    """Rows of a fleet's tables."""
+
+    @property
+    def columns(self) -> list[str]: ...
+    def __len__(self) -> int: ...
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+def diagnose_batch(
+    batch: _ArrowStream | _ArrowArray | Mapping[str, Sequence[Any] | _ArrowStream | _ArrowArray],
+    *,
+    unit: str,
+    mirror: _Path,
+    lot: str | None = None,
+    time: str | None = None,
+    table: Literal["units", "parameters"] = "units",
+    map: _Map | None = None,
+    effects: _Path | None = None,
+    without: Sequence[str] | None = None,
+    harmonics: int | None = None,
+    order: int | None = None,
+    turn_harmonics: int | None = None,
+) -> Rows:
+    """Diagnose every unit of a table: the rows of one table of `arcsmith fleet`."""
 
 def generate(coefficients: _Model, **options: _Option) -> Generated:
     """Generate the correction for firmware, in Rust and C, with a proven bound."""
