@@ -199,7 +199,6 @@ fn of_readings(
         false => named,
     };
     let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } = best;
-    let forced = Forced::of(&explanation, &settled.joint);
     let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
@@ -242,9 +241,10 @@ fn of_readings(
         true => left::beyond_noise(recording, &settled.left, &explanation.search.noise.sigma),
         false => Vec::new(),
     };
-    let found = found_terms(&explanation, &wider, &settled.joint);
-    let after = settled.handed;
-    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found, forced }, far_out))
+    let (found, forced) =
+        (found_terms(&explanation, &wider, &settled.joint), Forced::of(&explanation, &settled.joint));
+    let (rows, after) = (rows.clone(), settled.handed);
+    Ok((Outcome { diagnosis, coefficients, rows, before, after, found, forced }, far_out))
 }
 
 fn found_terms(explanation: &Explanation, catalogue: &[Effect], joint: &Model) -> Vec<FoundTerm> {

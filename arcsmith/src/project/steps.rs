@@ -215,6 +215,11 @@ fn in_order(command: &str, given: Vec<Given>) -> Vec<String> {
     std::iter::once(command.to_string()).chain(given).collect()
 }
 
+/// Whether an option of a diagnosis holds for every unit of a fleet.
+fn of_every_unit(one: &Given) -> bool {
+    ["without", "order", "turn_harmonics", "harmonics"].contains(&one.id.as_str())
+}
+
 /// All that a project tells a command; of `generate`, `check` and `verify` about one target.
 pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec<Given> {
     let of_table = |command: &str| project.options.get(command).cloned().unwrap_or_default();
@@ -242,13 +247,10 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
         }
         _ if matches!(project.nominal, Nominal::Plant(_)) => {}
         "fleet" => {
-            // As a unit is diagnosed, but for what belongs to one recording.
-            let of_all =
-                |one: &Given| ["without", "order", "turn_harmonics", "harmonics"].contains(&one.id.as_str());
             all.push(nominal);
             all.extend(map());
             all.extend(project.effects.iter().map(|path| Given::option("effects", path)));
-            all.extend(of_table("diagnose").into_iter().filter(of_all));
+            all.extend(of_table("diagnose").into_iter().filter(of_every_unit));
         }
         "fit" => {
             all.push(nominal);

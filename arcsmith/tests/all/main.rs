@@ -5,6 +5,7 @@
 mod bad_cell;
 mod beyond;
 mod budget;
+mod compare;
 mod contradictions;
 mod diagnose;
 mod fitting;

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use crate::Verdict;
 use crate::base::base_columns;
-use crate::diagnosis::{Options, Outcome, diagnose};
+use crate::diagnosis::{Diagnosis, Options, Outcome, diagnose};
 use crate::error::DiagnosisError;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
@@ -122,6 +122,17 @@ pub struct Side {
     pub effects: Vec<String>,
     /// Standard deviation of a reading's noise.
     pub noise: f64,
+}
+
+impl Side {
+    fn of(diagnosis: &Diagnosis) -> Side {
+        Side {
+            recording: diagnosis.recording.clone(),
+            verdict: diagnosis.verdict,
+            effects: diagnosis.effects.iter().map(|effect| effect.id.clone()).collect(),
+            noise: diagnosis.noise_floor.value,
+        }
+    }
 }
 
 /// What changed between two recordings.
@@ -339,35 +350,15 @@ impl<'a> Pair<'a> {
         // Every part, and the noise.
         let looks = design.parts.len() + 1;
         let mut chosen = choose(&design, &white, freedom, looks);
+        let same = design.fit(&white, &[]);
         let shapes: Vec<What> =
             chosen.iter().map(|c| c.what).filter(|w| matches!(w, What::Shape(..))).collect();
         if !shapes.is_empty() {
             design.refine(&white, &[differ, shapes].concat());
-            // The shapes differ already: what is left of the difference is small, and so is its parameter's part of the fit.
         }
-        let mut taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
-        // What does not predict held-out rows better is withdrawn.
-        let mut proofs = Vec::new();
-        let mut k = 0;
-        while k < chosen.len() {
-            let part = self.of_same_effect(&design, &chosen, k);
-            match proof::prove(&design, &noise, &unmeasured, self.rows(1), &taken, &part) {
-                Some(proof) if proof.gain.value <= 0.0 => {
-                    let id = self.id(&design, chosen[k].what);
-                    self.notes
-                        .push(format!("{id}: a difference is not shown on held-out rows, and is withdrawn"));
-                    chosen.remove(k);
-                    taken = chosen.iter().filter_map(|c| design.part(c.what)).collect();
-                    (k, proofs) = (0, Vec::new());
-                }
-                proof => {
-                    proofs.push(proof);
-                    k += 1;
-                }
-            }
-        }
+        let mut proofs = self.shown(&design, &noise, &unmeasured, &mut chosen);
+        let taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
         let fitted = design.fit(&white, &taken);
-        let same = design.fit(&white, &[]);
         self.give_base_to_effects(&design, &fitted, &mut chosen, &mut proofs);
         let mut changes = self.changes(&design, &fitted, &chosen, proofs, freedom);
         changes.extend(self.noise_change(&noise, looks));
@@ -383,21 +374,12 @@ impl<'a> Pair<'a> {
         let points =
             points.map(|(i, (same, changed))| [self.both.rows.theta[i], *same, same - changed]).collect();
         let would_have_seen = self.would_have_seen(&design, &fitted, &white, noise[1].level, looks);
-        let side = |recording: usize| {
-            let diagnosis = &self.outcomes[recording].diagnosis;
-            Side {
-                recording: diagnosis.recording.clone(),
-                verdict: diagnosis.verdict,
-                effects: diagnosis.effects.iter().map(|effect| effect.id.clone()).collect(),
-                noise: diagnosis.noise_floor.value,
-            }
-        };
         let comparison = Comparison {
             schema: 1,
             verdict: if changes.is_empty() { "unchanged" } else { "changed" },
             unit: self.both.rows.unit.clone(),
-            then: side(0),
-            now: side(1),
+            then: Side::of(&self.outcomes[0].diagnosis),
+            now: Side::of(&self.outcomes[1].diagnosis),
             left: [rms(&left_same), rms(&left_changed)],
             changes,
             false_alarms: FALSE_ALARMS,
@@ -405,6 +387,33 @@ impl<'a> Pair<'a> {
             notes: self.notes,
         };
         Ok(Compared { comparison, points })
+    }
+
+    /// Withdraws the parts with which held-out rows of the later recording are not predicted better; the proofs of the others.
+    fn shown(
+        &mut self,
+        design: &Design,
+        noise: &[Noise; 2],
+        unmeasured: &[usize],
+        chosen: &mut Vec<Chosen>,
+    ) -> Vec<Option<proof::Proof>> {
+        let mut proofs = Vec::new();
+        while proofs.len() < chosen.len() {
+            let k = proofs.len();
+            let taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
+            let part = self.of_same_effect(design, chosen, k);
+            let proof = proof::prove(design, noise, unmeasured, self.rows(1), &taken, &part);
+            if proof.as_ref().is_some_and(|proof| proof.gain.value <= 0.0) {
+                let id = self.id(design, chosen[k].what);
+                self.notes
+                    .push(format!("{id}: a difference is not shown on held-out rows, and is withdrawn"));
+                chosen.remove(k);
+                proofs.clear();
+            } else {
+                proofs.push(proof);
+            }
+        }
+        proofs
     }
 
     /// Where an effect came or went, what differs of the base is taken for a part of it: what an effect refers to (a

@@ -140,12 +140,6 @@ impl Pair {
             rms: None,
             parameter: Some((one.then.name.clone(), visible(1, looks) * one.error())),
         };
-        let side = |d: &Diagnosis| Side {
-            recording: d.recording.clone(),
-            verdict: d.verdict,
-            effects: d.effects.iter().map(|effect| effect.id.clone()).collect(),
-            noise: d.noise_floor.value,
-        };
         let mut notes = Vec::new();
         for d in [then, now].into_iter().filter(|d| structured(d.verdict)) {
             notes.push(format!(
@@ -159,8 +153,8 @@ impl Pair {
             schema: 1,
             verdict: if changes.is_empty() { "unchanged" } else { "changed" },
             unit: self.unit.clone(),
-            then: side(then),
-            now: side(now),
+            then: Side::of(then),
+            now: Side::of(now),
             changes,
             left,
             false_alarms: FALSE_ALARMS,

@@ -1,0 +1,78 @@
+//! `compare`: what changed between two recordings, and what is refused.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn arcsmith(folder: &Path, line: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_arcsmith"));
+    command.current_dir(folder).args(line.split_whitespace()).output().unwrap()
+}
+
+fn run(folder: &Path, line: &str) -> String {
+    let output = arcsmith(folder, line);
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Records the same mirror with a zero drift of so many arcsec/K.
+fn record(folder: &Path, name: &str, seed: u32, schedule: &str, drift: f64) {
+    run(
+        folder,
+        &format!(
+            "record --protocol calibration --seed {seed} --device-seed 7 --schedule {schedule} --temperature chamber \
+             --effect thermal_zero_drift:coefficient_arcsec_per_k={drift} --out {name} -q"
+        ),
+    );
+}
+
+#[test]
+fn a_moved_parameter_is_named_and_an_unchanged_device_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, "init --out mirror.toml -q");
+    record(folder, "then.csv", 1, "paper", 0.2);
+    record(folder, "same.csv", 2, "fine", 0.2);
+    record(folder, "now.csv", 3, "fine", 0.4);
+    let same = run(folder, "compare then.csv same.csv --mirror mirror.toml --out same --json");
+    let same: Value = serde_json::from_str(&same).unwrap();
+    assert_eq!(same["verdict"], "unchanged", "{same}");
+    assert!(same["would_have_seen"].as_array().unwrap().len() > 2, "{same}");
+    let text = run(folder, "compare then.csv now.csv --mirror mirror.toml --out moved --json");
+    let moved: Value = serde_json::from_str(&text).unwrap();
+    let changes = moved["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{moved}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"thermal_zero_drift".into(), &"moved".into()));
+    // The intervals hold what was concealed.
+    for (side, truth) in [("then", 0.2), ("now", 0.4), ("difference", 0.2)] {
+        let ci95 = &changes[0]["parameters"][0][side]["ci95"];
+        let end = |k: usize| ci95[k].as_f64().unwrap();
+        assert!(end(0) < truth && truth < end(1), "{side}: {ci95}");
+    }
+    let held_out = &changes[0]["held_out"];
+    assert!(held_out["changed"].as_f64() < held_out["same"].as_f64(), "{held_out}");
+    let page = std::fs::read_to_string(folder.join("moved/compare.html")).unwrap();
+    assert!(page.contains("thermal_zero_drift changed") && page.contains("<svg"));
+}
+
+#[test]
+fn recordings_without_a_common_range_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let table = |from: f64| {
+        let row = |i: i32| {
+            let at = from + f64::from(i % 21) * 0.1;
+            format!("{i},{},{at},{}\n", i / 21, at + 1e-4 * f64::from(i * i % 7))
+        };
+        "t_s,pass,measured,reference\n".to_string() + &(0..126).map(row).collect::<String>()
+    };
+    std::fs::write(folder.join("a.csv"), table(0.0)).unwrap();
+    std::fs::write(folder.join("b.csv"), table(5.0)).unwrap();
+    run(folder, "init --kind direct --out direct.toml -q");
+    let output = arcsmith(folder, "compare a.csv b.csv --mirror direct.toml --out new");
+    let message = String::from_utf8_lossy(&output.stderr).to_string();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(message.contains("b.csv") && message.contains("too little in common"), "{message}");
+    assert!(!folder.join("new").exists());
+}
