@@ -208,7 +208,7 @@ fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Option<Pair> 
     let again = |effects: Vec<Injected>, seed: u64| -> Option<Trial> {
         let device = then.device.with_effects(effects).ok()?;
         // The same kind of noise: another one would be a change.
-        let protocol = Protocol { noise: then.protocol.noise.clone(), ..other.protocol.clone() };
+        let protocol = Protocol { noise: then.protocol.noise, ..other.protocol.clone() };
         protocol.suits(&device).ok()?;
         Some(Trial { truth: then.truth.clone(), device, protocol, seed, fresh_seed: seed })
     };

@@ -590,12 +590,11 @@ impl<'a> Pair<'a> {
             if matches!(what, What::Shape(..)) {
                 continue;
             }
-            let Some((rms, rank, parameter)) =
+            let Some((rms, parameter)) =
                 quantity::smallest(design, fitted, white, part, |rank| visible(rank, looks))
             else {
                 continue;
             };
-            let parameter = parameter.filter(|_| rank == 1);
             seen.push(Visible { id: self.id(design, what), rms: Some(rms), parameter });
         }
         let now = self.rows(1).len() as f64;

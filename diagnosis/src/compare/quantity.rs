@@ -189,15 +189,15 @@ pub fn add_moved_shape(design: &Design, k: usize, difference: &mut [f64]) {
     }
 }
 
-/// The smallest difference of a part that would have been seen: its rms over the later recording, its degrees of freedom,
-/// and the same of its one parameter. None where nothing of it is determined.
+/// The smallest difference of a part that would have been seen: its rms over the later recording, and the same of
+/// its one parameter. None where nothing of it is determined.
 pub fn smallest(
     design: &Design,
     fitted: &Fitted,
     white: &White,
     part: usize,
     visible: impl Fn(usize) -> f64,
-) -> Option<(f64, usize, Option<(String, f64)>)> {
+) -> Option<(f64, Option<(String, f64)>)> {
     let mut changed = fitted.changed.clone();
     if !changed.contains(&part) {
         changed.push(part);
@@ -229,5 +229,5 @@ pub fn smallest(
         }
         _ => None,
     };
-    Some((length * (variance / rank as f64).max(0.0).sqrt(), rank, parameter))
+    Some((length * (variance / rank as f64).max(0.0).sqrt(), parameter))
 }
