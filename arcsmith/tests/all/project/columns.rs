@@ -113,6 +113,8 @@ fn counts_of_milliseconds_since_1970_are_converted_and_that_is_said() {
     let fit = folder.json("fit");
     assert!(fit["notes"].to_string().contains("1795521602970 ms since 1970"), "{}", fit["notes"]);
     assert!(folder.ok("apply").contains("timestamps"));
+    let diagnosed = folder.run("diagnose");
+    assert!(String::from_utf8_lossy(&diagnosed.stderr).contains("timestamps"), "{diagnosed:?}");
     assert!(folder.read("results/angles.csv").lines().nth(1).unwrap().starts_with("0,"));
 }
 
@@ -158,4 +160,7 @@ fn timestamps_of_a_motion_become_seconds_and_that_is_said() {
     assert_eq!(stamped, seconds);
     let wanted = "stamped.csv: column `t_s` holds timestamps: taken as seconds since its first row, 2026-11-24T12:00:00.000000Z";
     assert!(said.contains(wanted), "{said}");
+    let plant = "results/diagnosis/stamped.plant.toml";
+    let simulated = folder.run(&format!("simulate --plant {plant} --drive stamped.csv --out simulated.csv"));
+    assert!(String::from_utf8_lossy(&simulated.stderr).contains(wanted), "{simulated:?}");
 }
