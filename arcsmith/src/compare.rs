@@ -15,8 +15,7 @@ use fitter::plant::PlantFile;
 use fitter::recording::{Purpose, Reading};
 use fitter::{Mirror, Recording, text_safety};
 
-use crate::diagnose::{declared, motion};
-use crate::fit::MapArgs;
+use crate::diagnose::{DeviceArgs, declared, motion};
 use crate::terminal::{Common, FIGURE, Result, WARNING, line, summarise};
 
 /// Examples for the help.
@@ -35,31 +34,19 @@ pub struct CompareArgs {
     /// The later one, or that of the suspect device
     #[arg(value_parser = recording())]
     now: PathBuf,
-    /// The nominal mirror (mirror.toml), for static calibration recordings
-    #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
-    mirror: Option<PathBuf>,
-    /// The nominal plant (plant.toml), for recordings in motion
-    #[arg(long)]
-    plant: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// The folder to write into; it is made if it is not there
     #[arg(long)]
     out: PathBuf,
-    /// Effects of your own (TOML), which take part beside the catalogue
-    #[arg(long, value_name = "FILE")]
-    effects: Option<PathBuf>,
-    #[command(flatten)]
-    map: MapArgs,
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
-    /// Leave these effects out of the catalogue (ids, separated by commas)
-    #[arg(long, value_delimiter = ',')]
-    without: Vec<String>,
 }
 
 pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
     let bar = common.progress(2, "{spinner} comparing, {elapsed}");
-    let (comparison, points) = match (&args.mirror, &args.plant) {
+    let (comparison, points) = match (&args.device.mirror, &args.device.plant) {
         (_, Some(plant)) => (in_motion(args, plant)?, Vec::new()),
         (Some(mirror), None) => of_calibrations(args, mirror)?,
         (None, None) => return Err(refused!("--mirror is missing").mend("give the mirror.toml")),
@@ -84,11 +71,12 @@ pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
 
 fn of_calibrations(args: &CompareArgs, mirror: &Path) -> Result<(Comparison, Vec<[f64; 3]>)> {
     let mirror = Mirror::read(mirror)?;
-    let declared = declared(&mirror.sensor, args.effects.as_deref(), &args.without)?;
-    let reading = Reading { purpose: Purpose::Fit, mappings: &args.map.map, sensor: Some(&mirror.sensor) };
+    let declared = declared(&mirror.sensor, args.device.effects.as_deref(), &args.device.without)?;
+    let reading =
+        Reading { purpose: Purpose::Fit, mappings: &args.device.map.map, sensor: Some(&mirror.sensor) };
     let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {});
     let (then, now) = (read(&args.then)?, read(&args.now)?);
-    let options = Options { skip: args.without.clone(), declared, ..Options::default() };
+    let options = Options { skip: args.device.without.clone(), declared, ..Options::default() };
     let Compared { comparison, points, .. } = compare(&then, &now, &mirror, &options)?;
     Ok((comparison, points))
 }
@@ -96,8 +84,8 @@ fn of_calibrations(args: &CompareArgs, mirror: &Path) -> Result<(Comparison, Vec
 fn in_motion(args: &CompareArgs, plant: &Path) -> Result<Comparison> {
     let file = PlantFile::read(plant)?;
     let name = text_safety::path(plant);
-    let options = motion::options(plant, &file, args.effects.as_deref(), &args.without)?;
-    let reading = motion::reading(&file, &args.map.map);
+    let options = motion::options(plant, &file, args.device.effects.as_deref(), &args.device.without)?;
+    let reading = motion::reading(&file, &args.device.map.map);
     let then = DynamicRecording::read(&args.then, &reading)?;
     let now = DynamicRecording::read(&args.now, &reading)?;
     let case = Case {

@@ -108,8 +108,8 @@ pub struct Outcome {
     pub after: Model,
     /// What was found, the named first.
     pub(crate) found: Vec<FoundTerm>,
-    /// What the recording says of every effect, named or not.
-    pub forced: Forced,
+    /// What the recording says of every effect, named or not, where that was asked.
+    pub forced: Option<Forced>,
 }
 
 /// Something that was found in a recording, for a comparison with another.
@@ -137,6 +137,8 @@ pub struct Options {
     pub base: Wanted,
     /// Most harmonics of a periodic error that are handed on; all that were found where none.
     pub harmonics: Option<usize>,
+    /// Whether every effect is fitted, named or not, as a fleet needs it.
+    pub forced: bool,
     /// The command, as it is to stand in the coefficients file.
     pub command: String,
 }
@@ -190,16 +192,17 @@ fn of_readings(
         simulated: simulated.is_some(),
     };
     let accuracy = mirror.reference.accuracy.filter(|_| rows.pair);
-    let unusable = |reason| unusable(recording, reason);
-    let named = attempt::best(&hand_on, &options.skip, accuracy).map_err(unusable)?;
+    let named =
+        attempt::best(&hand_on, &options.skip, accuracy).map_err(|reason| unusable(recording, reason))?;
     let wider = compose::with_forms(&effects, &named, &mirror.sensor);
     let hand_on = HandOn { catalogue: &wider, ..hand_on };
     let best = match wider.len() > effects.len() {
-        true => attempt::with_forms(&hand_on, &options.skip, accuracy, named).map_err(unusable)?,
+        true => attempt::with_forms(&hand_on, &options.skip, accuracy, named)
+            .map_err(|reason| unusable(recording, reason))?,
         false => named,
     };
-    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, said } = best;
-    let file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
+    let Attempt { explanation, before, before_file, mut settled, mut fit, noise_floor, mut said } = best;
+    let mut file = match (simulated.is_some(), hand_on.file(&settled.refitted, &settled.handed)) {
         (true, _) => {
             Err("the model holds beside your own simulation only, which no coefficients file holds".into())
         }
@@ -208,16 +211,10 @@ fn of_readings(
     if let Some((other, other_rows)) = &other {
         score_on(other, other_rows, &mut fit, &before_file, file.as_ref().ok());
     }
-    let mut said = said;
     said.unidentifiable.extend(screened.notes());
     if fit.after.held_out_rms.is_none() {
-        said.unidentifiable.push(format!(
-            "too short to hold anything out ({} readings, passes: {}): the improvement is shown on the fitted rows only",
-            full.len(),
-            full.passes().len()
-        ));
+        said.unidentifiable.push(too_short(&full));
     }
-    let mut file = file;
     compose::number(&mut said, &mut settled.judged, file.as_mut().ok());
     let (coefficients, withheld) = match file {
         Ok(mut file) => {
@@ -241,10 +238,19 @@ fn of_readings(
         true => left::beyond_noise(recording, &settled.left, &explanation.search.noise.sigma),
         false => Vec::new(),
     };
-    let (found, forced) =
-        (found_terms(&explanation, &wider, &settled.joint), Forced::of(&explanation, &settled.joint));
-    let (rows, after) = (rows.clone(), settled.handed);
-    Ok((Outcome { diagnosis, coefficients, rows, before, after, found, forced }, far_out))
+    let found = found_terms(&explanation, &wider, &settled.joint);
+    let forced = options.forced.then(|| Forced::of(&explanation, &settled.joint));
+    let after = settled.handed;
+    Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found, forced }, far_out))
+}
+
+/// What is said where no rows can be held out.
+fn too_short(rows: &Rows) -> String {
+    format!(
+        "too short to hold anything out ({} readings, passes: {}): the improvement is shown on the fitted rows only",
+        rows.len(),
+        rows.passes().len()
+    )
 }
 
 fn found_terms(explanation: &Explanation, catalogue: &[Effect], joint: &Model) -> Vec<FoundTerm> {

@@ -234,7 +234,7 @@ fn of_calibration(asked: Asked, mirror: &Mirror, word: &str) -> Result<Diagnosis
     let recording = asked.given.recording(&reading)?;
     let simulated = simulated.map(|(_, simulation)| simulation.for_recording(&recording)).transpose()?;
     let options =
-        Options { skip: asked.without, declared, base: asked.base, harmonics: asked.harmonics, command };
+        Options { skip: asked.without, declared, base: asked.base, harmonics: asked.harmonics, command, ..Options::default() };
     let outcome = diagnosis::diagnose(&recording, mirror, simulated.as_ref(), held_out.as_ref(), &options)?;
     Ok(Diagnosis { found: Found::OfCalibration(Box::new(outcome)), notes: recording.notes })
 }

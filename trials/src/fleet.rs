@@ -76,6 +76,8 @@ pub struct Measured {
     lots: Share,
     trends: Share,
     named: Share,
+    /// What was said where there is nothing to say.
+    alarms: Vec<String>,
 }
 
 /// How strong an effect is in each unit.
@@ -244,6 +246,10 @@ fn normal(generator: &mut ChaCha12Rng) -> f64 {
     Normal::standard().inverse_cdf(uniform.clamp(1e-12, 1.0 - 1e-12))
 }
 
+fn list<'a>(answer: &'a Value, name: &str) -> impl Iterator<Item = &'a Value> {
+    answer[name].as_array().into_iter().flatten()
+}
+
 impl Measured {
     fn count_pooled(&mut self, answer: &Value, [id, parameter]: [&str; 2], [mean, spread]: [f64; 2]) {
         let all = answer["parameters"].as_array();
@@ -276,23 +282,35 @@ impl Measured {
     }
 
     fn count_nothing(&mut self, answer: &Value) {
-        let parameters = answer["parameters"].as_array();
-        self.shown
-            .count(parameters.is_some_and(|all| all.iter().any(|one| one["shown_by_fleet"].is_number())));
+        let shown: Vec<String> = list(answer, "parameters")
+            .filter(|one| one["shown_by_fleet"].is_number())
+            .map(|one| format!("{} {}: is shown", one["effect"], one["at"]))
+            .collect();
+        self.shown.count(!shown.is_empty());
+        self.alarms.extend(shown);
+        self.named.of += answer["units"].as_u64().unwrap_or(0);
+        self.named.hits += list(answer, "physics").filter_map(|one| one["units"].as_u64()).sum::<u64>();
+        self.count_alarms(answer);
     }
 
     /// What is said of units, lots and times, of which there is nothing to say.
     fn count_alarms(&mut self, answer: &Value) {
-        let parameters = answer["parameters"].as_array().map_or(&[][..], Vec::as_slice);
-        let any =
-            |of: &dyn Fn(&Value) -> Option<f64>| parameters.iter().filter_map(of).any(|p| p < FALSE_ALARMS);
-        self.lots.count(any(&|one| one["lots"]["p_value"].as_f64()));
-        self.trends.count(any(&|one| one["trend"]["p_value"].as_f64()));
-        self.outlying.count(answer["outlying"].as_array().is_some_and(|all| !all.is_empty()));
-        let named =
-            answer["physics"].as_array().into_iter().flatten().filter_map(|one| one["units"].as_u64());
-        self.named.of += answer["units"].as_u64().unwrap_or(0);
-        self.named.hits += named.sum::<u64>();
+        let mut said = |what: &str, of: &dyn Fn(&Value) -> Option<f64>| {
+            let alarms = list(answer, "parameters").filter(|one| of(one).is_some_and(|p| p < FALSE_ALARMS));
+            let alarms: Vec<String> =
+                alarms.map(|one| format!("{} {}: {what}", one["effect"], one["parameter"])).collect();
+            self.alarms.extend(alarms.iter().cloned());
+            !alarms.is_empty()
+        };
+        let lots = said("lots differ", &|one| one["lots"]["p_value"].as_f64());
+        let trend = said("a trend", &|one| one["trend"]["p_value"].as_f64());
+        self.lots.count(lots);
+        self.trends.count(trend);
+        let outlying: Vec<String> = list(answer, "outlying")
+            .map(|one| format!("{} {}: {} stands out", one["effect"], one["parameter"], one["unit"]))
+            .collect();
+        self.outlying.count(!outlying.is_empty());
+        self.alarms.extend(outlying);
     }
 
     /// Held against what is wanted.

@@ -35,26 +35,36 @@ Examples:
 /// More threads than this for every processor bring nothing.
 const MOST_THREADS_PER_PROCESSOR: usize = 4;
 
+/// What is stated of the device and of its recordings.
+#[derive(Args)]
+pub struct DeviceArgs {
+    /// The nominal mirror (mirror.toml), for static calibration recordings
+    #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
+    pub mirror: Option<PathBuf>,
+    /// The nominal plant (plant.toml), for dynamic recordings
+    #[arg(long)]
+    pub plant: Option<PathBuf>,
+    /// Effects of your own (TOML), which take part beside the catalogue: in calibrations, and in motion beside a second-order plant or one in equations
+    #[arg(long, value_name = "FILE")]
+    pub effects: Option<PathBuf>,
+    #[command(flatten)]
+    pub map: MapArgs,
+    /// Leave these effects out of the catalogue (ids, separated by commas)
+    #[arg(long, value_delimiter = ',')]
+    pub without: Vec<String>,
+}
+
 /// Arguments of `diagnose`.
 #[derive(Args)]
 pub struct Arguments {
     /// The recordings (CSV, CSV.gz, or Parquet; `-`: standard input)
     #[arg(required = true, value_parser = recording())]
     recordings: Vec<PathBuf>,
-    /// The nominal mirror (mirror.toml), for static calibration recordings
-    #[arg(long, required_unless_present = "plant", conflicts_with = "plant")]
-    mirror: Option<PathBuf>,
-    /// The nominal plant (plant.toml), for dynamic recordings
-    #[arg(long)]
-    plant: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// The folder to write into; it is made if it is not there
     #[arg(long)]
     out: PathBuf,
-    /// Effects of your own (TOML), which take part beside the catalogue: in calibrations, and in motion beside a second-order plant or one in equations
-    #[arg(long, value_name = "FILE")]
-    effects: Option<PathBuf>,
-    #[command(flatten)]
-    map: MapArgs,
     /// Another recording of the same device, for the held-out figures
     #[arg(long)]
     held_out: Option<PathBuf>,
@@ -64,9 +74,6 @@ pub struct Arguments {
     /// Write no HTML report
     #[arg(long)]
     no_report: bool,
-    /// Leave these effects out of the catalogue (ids, separated by commas)
-    #[arg(long, value_delimiter = ',')]
-    without: Vec<String>,
     /// Hand on only this many harmonics of a periodic error, the strongest, fitted again without the others
     #[arg(long, value_name = "N", conflicts_with = "plant", value_parser = clap::value_parser!(u16).range(1..))]
     harmonics: Option<u16>,
@@ -82,7 +89,7 @@ pub struct Arguments {
 }
 
 pub fn run(cli: &Arguments, common: Common) -> Result<()> {
-    match (&cli.mirror, &cli.plant) {
+    match (&cli.device.mirror, &cli.device.plant) {
         (_, Some(plant)) => motion::run(cli, plant, common),
         (Some(mirror), None) => run_static(cli, mirror, common),
         (None, None) => Err(refused!("--mirror is missing").mend("give the mirror.toml")),
@@ -92,9 +99,10 @@ pub fn run(cli: &Arguments, common: Common) -> Result<()> {
 fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
     let mirror = Mirror::read(mirror)?;
     let stems = stems(&cli.recordings)?;
-    let declared = declared(&mirror.sensor, cli.effects.as_deref(), &cli.without)?;
+    let declared = declared(&mirror.sensor, cli.device.effects.as_deref(), &cli.device.without)?;
     one_simulation(cli)?;
-    let reading = Reading { purpose: Purpose::Fit, mappings: &cli.map.map, sensor: Some(&mirror.sensor) };
+    let reading =
+        Reading { purpose: Purpose::Fit, mappings: &cli.device.map.map, sensor: Some(&mirror.sensor) };
     let read = |path: &Path| Recording::read_as(path, &reading, &mut |_| {});
     let held_out = cli.held_out.as_deref().map(read).transpose()?;
     let simulated = cli.simulated.as_deref().map(simulated::read).transpose()?;
@@ -103,13 +111,14 @@ fn run_static(cli: &Arguments, mirror: &Path, common: Common) -> Result<()> {
         cli.recordings.iter().map(|path| read(path)).collect::<Result<_, _>>()?;
     recordings.iter().for_each(|recording| tell_times(&recording.file, &recording.notes, common));
     let options = Options {
-        skip: cli.without.clone(),
+        skip: cli.device.without.clone(),
         declared,
         base: Wanted {
             order: cli.order.map(usize::from),
             turn_harmonics: cli.turn_harmonics.map(usize::from),
         },
         harmonics: cli.harmonics.map(usize::from),
+        forced: false,
         command: command(cli),
     };
     let outcomes = all(cli, common, &recordings, |recording| {
@@ -239,11 +248,11 @@ pub fn threads(wanted: Option<usize>) -> Result<rayon::ThreadPool> {
 fn command(cli: &Arguments) -> String {
     let name = |p: &Path| text_safety::file_name(p);
     let recordings: Vec<String> = cli.recordings.iter().map(|p| name(p)).collect();
-    let mirror = cli.mirror.as_deref().map_or_else(String::new, name);
+    let mirror = cli.device.mirror.as_deref().map_or_else(String::new, name);
     let harmonics = cli.harmonics.map_or_else(String::new, |n| format!(" --harmonics {n}"));
     let order = cli.order.map_or_else(String::new, |n| format!(" --order {n}"));
     let turn = cli.turn_harmonics.map_or_else(String::new, |n| format!(" --turn-harmonics {n}"));
-    let map: String = cli.map.map.iter().map(|mapping| format!(" --map '{mapping}'")).collect();
+    let map: String = cli.device.map.map.iter().map(|mapping| format!(" --map '{mapping}'")).collect();
     let command = format!("diagnose {} --mirror {mirror}{map}{order}{turn}{harmonics}", recordings.join(" "));
     text_safety::command(&command)
 }
@@ -253,9 +262,10 @@ fn write(set: &mut FileSet, cli: &Arguments, stem: &str, outcome: &Outcome) -> R
     let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
     let coefficients = at("coefficients.json");
     if !cli.no_report {
-        let mirror = cli.mirror.as_deref().map(next::quoted_path).unwrap_or_default();
+        let mirror = cli.device.mirror.as_deref().map(next::quoted_path).unwrap_or_default();
         let out = next::quoted_path(&cli.out);
-        let again = format!("arcsmith diagnose NEXT.csv --mirror {mirror}{} --out {out}", cli.map.typed());
+        let again =
+            format!("arcsmith diagnose NEXT.csv --mirror {mirror}{} --out {out}", cli.device.map.typed());
         let mut written = vec![at("html"), at("json")];
         written.extend(outcome.coefficients.as_ref().map(|_| coefficients.clone()));
         let beside = Beside {

@@ -28,10 +28,10 @@ use crate::terminal::{Common, Result};
 pub fn run(cli: &Arguments, plant: &Path, common: Common) -> Result<()> {
     let file = PlantFile::read(plant)?;
     let name = text_safety::path(plant);
-    let options = options(plant, &file, cli.effects.as_deref(), &cli.without)?;
+    let options = options(plant, &file, cli.device.effects.as_deref(), &cli.device.without)?;
     let stems = stems(&cli.recordings)?;
     one_simulation(cli)?;
-    let reading = reading(&file, &cli.map.map);
+    let reading = reading(&file, &cli.device.map.map);
     let read = |path: &Path| -> Result<_> { Ok(DynamicRecording::read(path, &reading)?) };
     let recordings: Vec<DynamicRecording> =
         cli.recordings.par_iter().map(|path| read(path)).collect::<Result<_>>()?;

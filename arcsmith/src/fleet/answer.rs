@@ -93,7 +93,8 @@ impl Asked {
 impl Found {
     fn of(rows: usize, outcome: Outcome) -> Found {
         let Outcome { diagnosis, coefficients, forced, .. } = outcome;
-        Found { rows, diagnosis, forced, coefficients: coefficients.map(|file| file.to_sealed_json()) }
+        let coefficients = coefficients.map(|file| file.to_sealed_json());
+        Found { rows, diagnosis, forced: forced.unwrap_or_default(), coefficients }
     }
 
     /// The parameters of the effects that are named, as their intervals have them, and of all that are forced.

@@ -45,6 +45,7 @@ impl Choice {
             skip: self.without.clone(),
             base: Wanted { order: self.order, turn_harmonics: self.turn_harmonics },
             harmonics: self.harmonics,
+            forced: true,
             command: "fleet".into(),
         };
         Ok(Asked { mirror, mappings: self.mappings.clone(), options })

@@ -6,7 +6,7 @@ use fitter::report::{Chart, Colour, Figure, Mark, STYLE, Series};
 use minijinja::{Environment, Value, context};
 
 use super::results::Results;
-use super::summary::{LEVEL, Parameter, Summary};
+use super::summary::{LEFT, LEVEL, Parameter, Summary};
 
 /// Rows of a table, and parameters that are drawn, at most; the tables hold all.
 const MOST_ROWS: usize = 50;
@@ -95,7 +95,7 @@ pub fn page(summary: &Summary, results: &Results) -> String {
 /// A parameter's name for a reader, without the unit that stands beside its value.
 pub fn name(effect: &str, parameter: &str, unit_of_measure: &str) -> String {
     let parameter = match parameter {
-        "rms_after" => "rms of what is left".to_string(),
+        LEFT => "rms of what is left".to_string(),
         other => without_unit(other, unit_of_measure),
     };
     format!("{effect} {parameter}").trim().replace('_', " ")

@@ -228,6 +228,8 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
         Nominal::Mirror(path) => Given::option("mirror", path),
         Nominal::Plant(path) => Given::option("plant", path),
     };
+    let device = || std::iter::once(nominal.clone()).chain(map());
+    let effects = || project.effects.iter().map(|path| Given::option("effects", path));
     let coefficients = || Given::option("coefficients", &project.coefficients());
     let out = |own: &[Given], file: &str| {
         let own_out = own.iter().any(|one| one.id == "out");
@@ -238,23 +240,18 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
     let mut all = Vec::new();
     match command {
         "diagnose" => {
-            all.push(nominal);
-            all.extend(map());
-            all.extend(project.effects.iter().map(|path| Given::option("effects", path)));
+            all.extend(device().chain(effects()));
             all.extend(of_table("diagnose"));
             all.push(Given::option("out", &project.diagnosed()));
             all.push(Given::places("recordings", &project.recordings));
         }
         _ if matches!(project.nominal, Nominal::Plant(_)) => {}
         "fleet" => {
-            all.push(nominal);
-            all.extend(map());
-            all.extend(project.effects.iter().map(|path| Given::option("effects", path)));
+            all.extend(device().chain(effects()));
             all.extend(of_table("diagnose").into_iter().filter(of_every_unit));
         }
         "fit" => {
-            all.push(nominal);
-            all.extend(map());
+            all.extend(device());
             all.extend(of_table("fit"));
             all.extend(out(&[], "coefficients.json"));
             all.push(Given::places("recording", &first));
@@ -263,8 +260,7 @@ pub fn offered(project: &Project, command: &str, target: Option<&Target>) -> Vec
             let own = of_table("report");
             let as_fitted =
                 of_table("fit").into_iter().filter(|one| !own.iter().any(|other| other.id == one.id));
-            all.push(nominal);
-            all.extend(map());
+            all.extend(device());
             all.extend(as_fitted);
             all.extend(out(&own, "report.html"));
             all.extend(own.iter().cloned());

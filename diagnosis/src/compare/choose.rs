@@ -10,6 +10,7 @@ use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, MOST_CHANGES, POWER};
 
 use super::design::{Design, What, White};
+use super::proof::Proof;
 
 /// A part that differs.
 pub struct Chosen {
@@ -19,23 +20,25 @@ pub struct Chosen {
     pub p_value: f64,
     /// Others that would do nearly as well in its place.
     pub alternatives: Vec<What>,
+    /// How held-out rows show it, once that was asked.
+    pub proof: Option<Proof>,
 }
 
-/// The parts that differ. `looks` is how many differences are looked for in all.
-pub fn choose(design: &Design, white: &White, freedom: f64, looks: usize) -> Vec<Chosen> {
+/// The parts that differ. `tests` is how many differences are tested in all.
+pub fn choose(design: &Design, white: &White, freedom: f64, tests: usize) -> Vec<Chosen> {
     let mut chosen: Vec<Chosen> = Vec::new();
     while chosen.len() < MOST_CHANGES {
         let taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
         let tails = surprises(design, white, &taken, freedom);
         let Some(best) = (0..tails.len()).max_by(|a, b| tails[*a].total_cmp(&tails[*b])) else { break };
         let what = design.parts[best].what;
-        let p_value = family_wise(design, what, tails[best], looks);
+        let p_value = family_wise(design, what, tails[best], tests);
         if p_value > FALSE_ALARMS {
             break;
         }
         let near = |k: &usize| *k != best && tails[*k] > tails[best] - ALTERNATIVE;
         let alternatives = (0..tails.len()).filter(near).map(|k| design.parts[k].what).collect();
-        chosen.push(Chosen { what, p_value, alternatives });
+        chosen.push(Chosen { what, p_value, alternatives, proof: None });
     }
     // What another that came later explains as well is not needed.
     let mut k = 0;
@@ -47,7 +50,7 @@ pub fn choose(design: &Design, white: &White, freedom: f64, looks: usize) -> Vec
             .filter_map(|(_, c)| design.part(c.what))
             .collect();
         let tail = design.part(chosen[k].what).map_or(0.0, |p| surprises(design, white, &others, freedom)[p]);
-        chosen[k].p_value = family_wise(design, chosen[k].what, tail, looks);
+        chosen[k].p_value = family_wise(design, chosen[k].what, tail, tests);
         if chosen[k].p_value > FALSE_ALARMS {
             chosen.remove(k);
             k = 0;
@@ -69,8 +72,8 @@ fn surprises(design: &Design, white: &White, changed: &[usize], freedom: f64) ->
 }
 
 /// The p-value over all that is looked for. What was found in one recording only was looked for there, too.
-fn family_wise(design: &Design, what: What, surprise: f64, looks: usize) -> f64 {
-    let own = (looks as f64 * (-surprise).exp()).min(1.0);
+fn family_wise(design: &Design, what: What, surprise: f64, tests: usize) -> f64 {
+    let own = (tests as f64 * (-surprise).exp()).min(1.0);
     match what {
         What::Amplitude(k) => match design.shared[k].found {
             [Some(p), None] | [None, Some(p)] => own.max(p),
@@ -82,9 +85,9 @@ fn family_wise(design: &Design, what: What, surprise: f64, looks: usize) -> f64 
 
 /// The length, in standard deviations, of a difference of `rank` degrees of freedom that is found in 95 of 100 recordings
 /// (Fisher's normal approximation of the root of a χ² value).
-pub fn visible(rank: usize, looks: usize) -> f64 {
+pub fn visible(rank: usize, tests: usize) -> f64 {
     let quantile = ChiSquared::new(rank.max(1) as f64)
-        .map_or(f64::NAN, |c| c.inverse_cdf(1.0 - FALSE_ALARMS / looks as f64));
+        .map_or(f64::NAN, |c| c.inverse_cdf(1.0 - FALSE_ALARMS / tests as f64));
     ((quantile.sqrt() + POWER).powi(2) - rank as f64 + 0.5).max(0.0).sqrt()
 }
 

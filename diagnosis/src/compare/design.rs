@@ -2,134 +2,14 @@
 
 use crate::base::base_columns;
 use crate::correlation::Whitener;
-use crate::diagnosis::FoundTerm;
 use crate::effects::{Effect, Place, Range};
-use crate::generic;
 use crate::noise::Noise;
 use crate::numerics::{Basis, LeastSquares, add_scaled, dot, least_squares};
-use crate::thresholds::compare::{HALVINGS, SAME, SHAPE_STEP, TURNS};
+use crate::thresholds::compare::{HALVINGS, TURNS};
 use crate::thresholds::explain::UNMEASURED;
 
 use super::joined::Joined;
-
-/// An effect, or structure without a name, that was found in at least one of the recordings.
-#[derive(Clone)]
-pub struct Shared {
-    /// The effect; none of structure.
-    pub effect: Option<Effect>,
-    /// Where it lives.
-    pub place: Place,
-    /// Its shape in each recording.
-    pub shape: [Vec<f64>; 2],
-    /// Its shape as the weaker recording has it, where both do.
-    pub otherwise: Option<Vec<f64>>,
-    /// Its family-wise p-value in each recording in which it was found.
-    pub found: [Option<f64>; 2],
-    /// The amplitudes in each recording, as last fitted.
-    pub amplitudes: [Vec<f64>; 2],
-}
-
-impl Shared {
-    /// What was found in one of the recordings (0: then, 1: now).
-    pub fn of(term: &FoundTerm, recording: usize) -> Shared {
-        let mut found = [None; 2];
-        found[recording] = Some(term.p_value);
-        Shared {
-            effect: term.effect.clone(),
-            place: term.place.clone(),
-            shape: [term.shape.clone(), term.shape.clone()],
-            otherwise: None,
-            found,
-            amplitudes: [Vec::new(), Vec::new()],
-        }
-    }
-
-    /// Takes note that it was found in the later recording as well, where it is the stronger or not. Which of an effect's forms
-    /// it is (how it began) is each recording's own.
-    pub fn meets(&mut self, term: &FoundTerm, stronger: bool, both: &Joined) {
-        self.found[1] = Some(self.found[1].unwrap_or(1.0).min(term.p_value));
-        let Some(effect) = &self.effect else { return };
-        let then = self.shape[0].clone();
-        let with_form_of = |shape: &[f64], form: &[f64]| -> Vec<f64> {
-            let ranges = effect.ranges(&both.rows);
-            let own =
-                shape.iter().zip(form).zip(&ranges).map(|((s, f), range)| if range.whole { *f } else { *s });
-            let mixed: Vec<f64> = own.collect();
-            let same =
-                effect.signature(&both.rows, &mixed).len() == effect.signature(&both.rows, shape).len();
-            if same { mixed } else { shape.to_vec() }
-        };
-        let (taken, other) = if stronger { (&term.shape, &then) } else { (&then, &term.shape) };
-        self.shape = [with_form_of(taken, &then), with_form_of(taken, &term.shape)];
-        self.otherwise = Some(other.clone());
-    }
-
-    /// With the shape that the weaker recording has.
-    fn turned(&self) -> Option<Shared> {
-        let other = self.otherwise.as_ref()?;
-        let effect = self.effect.as_ref()?;
-        let mut turned = self.clone();
-        for shape in &mut turned.shape {
-            shape.clone_from(other);
-        }
-        (!effect.begins_at_a_row && other != &self.shape[0]).then_some(turned)
-    }
-
-    /// Its columns over both recordings.
-    pub fn columns(&self, both: &Joined) -> Vec<Vec<f64>> {
-        let Some(effect) = &self.effect else {
-            let families = generic::families(&both.rows);
-            let here = families.into_iter().find(|family| family.place == self.place);
-            return here.and_then(|family| family.groups.into_iter().next_back()).unwrap_or_default();
-        };
-        let [then, now] = &self.shape;
-        let mut columns = both.columns(|rows| effect.signature(rows, then));
-        if then != now {
-            let later = both.columns(|rows| effect.signature(rows, now));
-            columns
-                .iter_mut()
-                .zip(later)
-                .for_each(|(c, l)| c[both.split..].copy_from_slice(&l[both.split..]));
-        }
-        columns
-    }
-
-    /// The shape parameters that can be fitted.
-    fn free(&self, both: &Joined) -> Vec<(usize, Range)> {
-        let Some(effect) = self.effect.as_ref().filter(|e| !e.shape_follows && !e.begins_at_a_row) else {
-            return Vec::new();
-        };
-        let ranges = effect.ranges(&both.rows).into_iter().enumerate();
-        ranges
-            .filter(|(j, range)| !range.whole && range.high > range.low && *j < self.shape[0].len())
-            .collect()
-    }
-
-    /// What it adds changes so with shape parameter `j` at its amplitudes.
-    fn derivative(&self, both: &Joined, j: usize, range: &Range) -> Vec<f64> {
-        let Some(effect) = &self.effect else { return vec![0.0; both.rows.len()] };
-        let mut derivative = vec![0.0; both.rows.len()];
-        for (recording, rows) in [(0, 0..both.split), (1, both.split..both.rows.len())] {
-            let at = |by: f64| {
-                let mut shape = self.shape[recording].clone();
-                shape[j] = (shape[j] + by).clamp(range.low, range.high);
-                (shape[j], both.columns(|rows| effect.signature(rows, &shape)))
-            };
-            let step = SHAPE_STEP
-                * if range.logarithmic { self.shape[recording][j] } else { range.high - range.low };
-            let ((high, above), (low, below)) = (at(step), at(-step));
-            if high <= low {
-                continue;
-            }
-            for ((a, b), amplitude) in above.iter().zip(&below).zip(&self.amplitudes[recording]) {
-                for i in rows.clone() {
-                    derivative[i] += amplitude * (a[i] - b[i]) / (high - low);
-                }
-            }
-        }
-        derivative
-    }
-}
+use super::shared::Shared;
 
 /// What a part of the common model is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,6 +22,21 @@ pub enum What {
     Amplitude(usize),
     /// Shape parameter `j` of shared effect number `k`.
     Shape(usize, usize),
+}
+
+impl What {
+    /// The number of the shared effect that it belongs to; none of the base.
+    pub fn effect(self) -> Option<usize> {
+        match self {
+            What::Amplitude(k) | What::Shape(k, _) => Some(k),
+            What::Gain | What::Base => None,
+        }
+    }
+
+    /// Whether both belong to one effect, or are the same part of the base.
+    pub fn belongs_to(self, other: What) -> bool {
+        self == other || self.effect().is_some() && self.effect() == other.effect()
+    }
 }
 
 /// A part of the common model, which may differ between the recordings.
@@ -268,7 +163,7 @@ impl<'a> Design<'a> {
             push(What::Amplitude(k), shared.columns(self.both));
             // A shape that one recording does not show cannot differ from that of the other.
             if shared.found.iter().all(Option::is_some) && !shared.amplitudes[0].is_empty() {
-                for (j, range) in shared.free(self.both) {
+                for (j, range) in shared.free_shapes(self.both) {
                     push(What::Shape(k, j), vec![shared.derivative(self.both, j, &range)]);
                 }
             }
@@ -284,6 +179,36 @@ impl<'a> Design<'a> {
             later
         };
         self.parts[part].columns.iter().map(later)
+    }
+
+    /// The id of what a part belongs to: an effect's, that of a form by its number, `structure`, `gain` or `base`.
+    pub fn id(&self, what: What) -> String {
+        let Some(k) = what.effect() else {
+            return if what == What::Gain { "gain".into() } else { "base".into() };
+        };
+        let is_form = |shared: &Shared| shared.effect.as_ref().is_some_and(Effect::is_form);
+        match &self.shared[k].effect {
+            None => "structure".into(),
+            Some(_) if is_form(&self.shared[k]) => {
+                format!("empirical_{}", self.shared[..=k].iter().filter(|shared| is_form(shared)).count())
+            }
+            Some(effect) => effect.id.clone(),
+        }
+    }
+
+    /// Its name for a reader.
+    pub fn title(&self, what: What) -> String {
+        match what.effect().map(|k| &self.shared[k].effect) {
+            Some(Some(effect)) => effect.title.clone(),
+            Some(None) => "a dependence without a name".into(),
+            None if what == What::Gain => "the gain".into(),
+            None => "the shape of the base".into(),
+        }
+    }
+
+    /// Where it lives.
+    pub fn place(&self, what: What) -> Place {
+        what.effect().map_or_else(|| Place::on("angle_deg"), |k| self.shared[k].place.clone())
     }
 
     /// The part that is this.
@@ -381,9 +306,9 @@ impl<'a> Design<'a> {
     pub fn settle(&mut self, white: &White, amplitudes: &[What]) {
         self.refine(white, amplitudes);
         for k in 0..self.shared.len() {
-            let Some(turned) = self.shared[k].turned() else { continue };
+            let Some(otherwise) = self.shared[k].with_other_shape() else { continue };
             let mut other = self.clone();
-            other.shared[k] = turned;
+            other.shared[k] = otherwise;
             other.assemble();
             other.refine(white, amplitudes);
             let rss = |design: &Design| design.fit(white, &design.parts_of(amplitudes)).solution.rss;
@@ -410,7 +335,7 @@ impl<'a> Design<'a> {
             match self.parts[part].what {
                 What::Amplitude(k) => self.shared[k].amplitudes = [then, now],
                 What::Shape(k, j) => {
-                    let ranges = self.shared[k].free(self.both);
+                    let ranges = self.shared[k].free_shapes(self.both);
                     let Some((_, range)) = ranges.into_iter().find(|(of, _)| *of == j) else { continue };
                     let limited = |recording: usize, by: f64| {
                         let scale = if range.logarithmic {
@@ -428,10 +353,4 @@ impl<'a> Design<'a> {
         }
         moves
     }
-}
-
-/// Whether columns say nearly what others say.
-pub fn alike(columns: &[Vec<f64>], others: &[Vec<f64>]) -> bool {
-    let left: f64 = columns.iter().map(|column| least_squares(others, column).rss).sum();
-    left < SAME * columns.iter().map(|column| dot(column, column)).sum::<f64>()
 }

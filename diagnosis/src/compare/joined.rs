@@ -11,7 +11,7 @@ pub struct Joined {
     /// The later after the earlier.
     pub rows: Rows,
     /// The earlier after the later.
-    turned: Rows,
+    swapped: Rows,
     /// The first row of the later in `rows`.
     pub split: usize,
 }
@@ -19,7 +19,7 @@ pub struct Joined {
 impl Joined {
     /// Of the earlier and the later recording.
     pub fn new(then: &Rows, now: &Rows) -> Joined {
-        Joined { rows: joined(then, now), turned: joined(now, then), split: then.len() }
+        Joined { rows: joined(then, now), swapped: joined(now, then), split: then.len() }
     }
 
     /// Columns over the rows of each recording, with that recording first.
@@ -28,7 +28,7 @@ impl Joined {
         let n = self.rows.len() - self.split;
         columns
             .iter_mut()
-            .zip(of(&self.turned))
+            .zip(of(&self.swapped))
             .for_each(|(c, later)| c[self.split..].copy_from_slice(&later[..n]));
         columns
     }
@@ -37,7 +37,7 @@ impl Joined {
     pub fn move_zero(&mut self, by: f64) {
         let n = self.rows.len() - self.split;
         self.rows.truth[self.split..].iter_mut().for_each(|truth| *truth += by);
-        self.turned.truth[..n].iter_mut().for_each(|truth| *truth += by);
+        self.swapped.truth[..n].iter_mut().for_each(|truth| *truth += by);
     }
 }
 

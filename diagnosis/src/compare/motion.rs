@@ -99,7 +99,7 @@ impl Pair {
 
     fn comparison(&self) -> Comparison {
         let both = self.both();
-        let looks = (both.len() + self.alone(0).len() + self.alone(1).len()).max(1);
+        let tests = (both.len() + self.alone(0).len() + self.alone(1).len()).max(1);
         let [then, now] = self.sides();
         // The later recording by the earlier one's model, and by its own.
         let own = now.fit.after.train_rms;
@@ -114,7 +114,7 @@ impl Pair {
         for id in ids {
             let of: Vec<&Both> = both.iter().filter(|one| one.id == id).collect();
             let z = of.iter().map(|one| one.z()).fold(0.0, f64::max);
-            let p_value = (looks as f64 * erfc(z * std::f64::consts::FRAC_1_SQRT_2)).min(1.0);
+            let p_value = (tests as f64 * erfc(z * std::f64::consts::FRAC_1_SQRT_2)).min(1.0);
             if p_value <= FALSE_ALARMS {
                 changes.push(Change {
                     id: id.into(),
@@ -131,14 +131,14 @@ impl Pair {
         }
         for (recording, kind) in [(1, Kind::Came), (0, Kind::Went)] {
             let found =
-                self.alone(recording).into_iter().filter(|e| looks as f64 * e.p_value <= FALSE_ALARMS);
-            changes.extend(found.map(|e| self.one_sided(e, recording, kind, looks)));
+                self.alone(recording).into_iter().filter(|e| tests as f64 * e.p_value <= FALSE_ALARMS);
+            changes.extend(found.map(|e| self.one_sided(e, recording, kind, tests)));
         }
         changes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
         let smallest = |one: &Both| Visible {
             id: one.id.into(),
             rms: None,
-            parameter: Some((one.then.name.clone(), visible(1, looks) * one.error())),
+            parameter: Some((one.then.name.clone(), visible(1, tests) * one.error())),
         };
         let mut notes = Vec::new();
         for d in [then, now].into_iter().filter(|d| structured(d.verdict)) {
@@ -163,7 +163,7 @@ impl Pair {
         }
     }
 
-    fn one_sided(&self, e: &NamedEffect, recording: usize, kind: Kind, looks: usize) -> Change {
+    fn one_sided(&self, e: &NamedEffect, recording: usize, kind: Kind, tests: usize) -> Change {
         let of = |p: &Parameter| {
             let estimate = Some(Estimate { value: p.value, ci95: p.ci95 });
             let (then, now) = if recording == 0 { (estimate, None) } else { (None, estimate) };
@@ -174,7 +174,7 @@ impl Pair {
             title: e.title.clone(),
             kind,
             place: None,
-            p_value: (looks as f64 * e.p_value).min(1.0),
+            p_value: (tests as f64 * e.p_value).min(1.0),
             rms: None,
             parameters: e.parameters.iter().map(of).collect(),
             alternatives: e.alternatives.clone(),

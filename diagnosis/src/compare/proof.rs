@@ -8,7 +8,7 @@ use crate::thresholds::held_out::FOLDS;
 
 use super::design::{Design, White};
 
-/// What is left of held-out rows of the later recording.
+/// What is left of held-out rows of the later recording, in its unit.
 pub struct Proof {
     /// Root mean square with the part the same in both.
     pub without: f64,
@@ -18,15 +18,15 @@ pub struct Proof {
     pub gain: Gain,
 }
 
-/// Holds out the later recording's passes (or blocks) in turn, and predicts them by the rest and the earlier recording:
-/// with `changed` differing, and without `part` of them. None where nothing can be held out.
+/// Holds out the later recording's passes (or blocks) in turn, and predicts them by the rest and the earlier recording: with the
+/// parts `changed` differing, and with `fewer` of them. None where nothing can be held out.
 pub fn prove(
     design: &Design,
     noise: &[Noise; 2],
     unmeasured: &[usize],
     now: &Rows,
     changed: &[usize],
-    part: &[usize],
+    fewer: &[usize],
 ) -> Option<Proof> {
     let (group, count, by) = groups(now, Groups::Passes);
     let folds = count.min(FOLDS);
@@ -34,13 +34,12 @@ pub fn prove(
         return None;
     }
     let fold = |g: usize| if by == "pass" { g * folds / count } else { g % folds };
-    let fewer: Vec<usize> = changed.iter().copied().filter(|c| !part.contains(c)).collect();
     let mut left = [vec![0.0; now.len()], vec![0.0; now.len()]];
     for f in 0..folds {
         let held: Vec<bool> = group.iter().map(|g| fold(*g) == f).collect();
         let rows = (0..now.len()).filter(|i| held[*i]).map(|i| design.both.split + i);
         let white = White::new(noise, &unmeasured.iter().copied().chain(rows).collect::<Vec<_>>());
-        for (left, differ) in left.iter_mut().zip([&fewer, &changed.to_vec()]) {
+        for (left, differ) in left.iter_mut().zip([fewer, changed]) {
             let value = design.fit(&white, differ).value();
             for (i, _) in held.iter().enumerate().filter(|(_, held)| **held) {
                 left[i] = noise[1].clean[i] - value[design.both.split + i];

@@ -5,9 +5,9 @@ use serde::Serialize;
 use crate::calibrate::log_tail;
 use crate::effects::Reading;
 use crate::numerics::{centred, dot};
+use crate::thresholds::NORMAL_95;
 
 use super::design::{Design, Fitted, What, White};
-use super::half;
 
 /// An estimate with its 95 % interval.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -81,7 +81,7 @@ fn readings(design: &Design, fitted: &Fitted, k: usize, wide: f64) -> Vec<Quanti
     let shared = &design.shared[k];
     let Some(effect) = &shared.effect else { return Vec::new() };
     let involved: Vec<(What, Vec<usize>, Option<Vec<usize>>)> = (0..design.parts.len())
-        .filter(|part| matches!(design.parts[*part].what, What::Amplitude(e) | What::Shape(e, _) if e == k))
+        .filter(|part| design.parts[*part].what.effect() == Some(k))
         .map(|part| {
             let (common, differences) = fitted.of(design, part);
             (design.parts[part].what, common, differences)
@@ -230,4 +230,9 @@ pub fn smallest(
         _ => None,
     };
     Some((length * (variance / rank as f64).max(0.0).sqrt(), parameter))
+}
+
+/// Half width of a normal 95 % interval.
+fn half(error: f64, wide: f64) -> f64 {
+    NORMAL_95 * wide * error
 }
