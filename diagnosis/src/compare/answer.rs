@@ -54,7 +54,8 @@ pub struct Change {
     pub held_out: Option<HeldOut>,
 }
 
-/// What is left of held-out rows of the later recording.
+/// What is left of held-out rows of both recordings, in the later one's unit; the earlier one's count by the ratio of their
+/// noise.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct HeldOut {
@@ -62,7 +63,7 @@ pub struct HeldOut {
     pub same: f64,
     /// Where it differs.
     pub changed: f64,
-    /// The mean improvement over the passes that were held out.
+    /// The mean improvement over the passes (or blocks) that were held out.
     pub gain: Gain,
 }
 

@@ -4,8 +4,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::erfc;
 
 use crate::calibrate::log_tail;
+use crate::correlation::Process;
 use crate::noise::Noise;
-use crate::numerics::{mean, widening};
+use crate::numerics::{mean, rms, widening};
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, MOST_CHANGES, POWER};
 
@@ -92,16 +93,26 @@ pub fn visible(rank: usize, tests: usize) -> f64 {
 }
 
 /// The noise of the later recording over that of the earlier, with its 95 % interval and the p-value that they are equal.
-/// The variance of a variance is taken from the fourth moment of what is left.
 pub fn noise_ratio(noise: &[Noise; 2], level: [f64; 2]) -> (f64, [f64; 2], f64) {
-    let variance = |noise: &Noise| {
-        let squares: Vec<f64> = noise.whitened_residual.iter().map(|r| r * r).collect();
-        let fourth: Vec<f64> = squares.iter().map(|s| s * s).collect();
-        (mean(&fourth) / mean(&squares).powi(2) - 1.0).max(2.0) / noise.freedom.max(1.0)
-    };
-    // Of the logarithm of a standard deviation.
-    let error = 0.5 * (variance(&noise[0]) + variance(&noise[1])).sqrt();
+    let error = noise.iter().map(|noise| log_level_error(noise).powi(2)).sum::<f64>().sqrt();
     let log = (level[1] / level[0]).ln();
     let p = erfc(log.abs() / error * std::f64::consts::FRAC_1_SQRT_2);
     (log.exp(), [(log - NORMAL_95 * error).exp(), (log + NORMAL_95 * error).exp()], p)
+}
+
+/// Standard error of the logarithm of the level. The variance of a variance is taken from the fourth moment of what is left;
+/// slow noise has a level that depends on how slow it is, of which the posterior knows how well it is known.
+fn log_level_error(noise: &Noise) -> f64 {
+    let squares: Vec<f64> = noise.whitened_residual.iter().map(|r| r * r).collect();
+    let fourth: Vec<f64> = squares.iter().map(|s| s * s).collect();
+    let of_rows = 0.25 * (mean(&fourth) / mean(&squares).powi(2) - 1.0).max(2.0) / noise.freedom.max(1.0);
+    let coloured = noise.correlation.colour(noise.whitened_residual.iter().copied());
+    let level = |process: &Process| {
+        rms(&noise.correlation.with(process).whiten(coloured.iter().copied())).max(f64::MIN_POSITIVE).ln()
+    };
+    let levels: Vec<(f64, f64)> =
+        noise.posterior.iter().map(|(process, weight)| (level(process), *weight)).collect();
+    let centre: f64 = levels.iter().map(|(level, weight)| level * weight).sum();
+    let of_process: f64 = levels.iter().map(|(level, weight)| weight * (level - centre).powi(2)).sum();
+    (of_rows + of_process).sqrt()
 }

@@ -290,14 +290,18 @@ impl<'a> Design<'a> {
         }
     }
 
-    /// Puts shapes that follow from the amplitudes where these put them.
+    /// Puts shapes that follow from the amplitudes where those of the recording put them that has more of the effect: in the
+    /// other its columns would vanish, and an amplitude that differs would not be missed.
     fn follow(&mut self) {
+        let strength = |amplitudes: &[f64]| dot(amplitudes, amplitudes);
         for shared in &mut self.shared {
             let Some(effect) = shared.effect.as_ref().filter(|effect| effect.shape_follows) else { continue };
-            for (shape, amplitudes) in shared.shape.iter_mut().zip(&shared.amplitudes) {
-                if !amplitudes.is_empty() {
-                    *shape = effect.consistent_shape(shape, amplitudes, &self.both.rows);
-                }
+            let [then, now] = &shared.amplitudes;
+            let more = usize::from(strength(now) > strength(then));
+            if !shared.amplitudes[more].is_empty() {
+                let shape =
+                    effect.consistent_shape(&shared.shape[more], &shared.amplitudes[more], &self.both.rows);
+                shared.shape = [shape.clone(), shape];
             }
         }
     }

@@ -2,8 +2,7 @@
 //!
 //! Both are diagnosed. What was found in either, and the base, make one linear model of both recordings, in which each part
 //! may be the same or differ; offsets, noise, and what happened at one time belong to each recording by itself. The parts
-//! that differ are chosen one by one at a family-wise false-alarm rate, and each must predict held-out rows of the later
-//! recording better.
+//! that differ are chosen one by one at a family-wise false-alarm rate, and each must predict held-out rows better.
 
 mod answer;
 mod changes;

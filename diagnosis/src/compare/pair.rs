@@ -1,13 +1,15 @@
 //! The model of two diagnosed recordings, and the parts of it that differ.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use crate::base::base_columns;
+use crate::calibrate::log_tail;
 use crate::diagnosis::Outcome;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
 use crate::noise::{Noise, estimate};
-use crate::numerics::{centred, least_squares, rms};
+use crate::numerics::{Basis, centred, dot, least_squares, rms};
 use crate::rows::Rows;
 use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
 
@@ -50,8 +52,14 @@ impl<'a> Pair<'a> {
         let shared = shared(self.outcomes, &self.both, &mut self.notes);
         self.note_ranges();
         let unmeasured = self.undetermined(&shared);
-        let mut design = Design::new(&self.both, order(self.outcomes), [self.own(0), self.own(1)], shared);
-        let noise = [self.noise(&design, 0), self.noise(&design, 1)];
+        let events = [self.events(0), self.events(1)];
+        let mut design = Design::new(&self.both, order(self.outcomes), own(&self.both, &events), shared);
+        let noise = [self.noise(&design, &events[0], 0), self.noise(&design, &events[1], 1)];
+        let needed =
+            [0, 1].map(|recording| self.needed(&design, &noise[recording], &events[recording], recording));
+        if needed != events {
+            design = Design::new(&self.both, order(self.outcomes), own(&self.both, &needed), design.shared);
+        }
         let white = White::new(&noise, &unmeasured);
         // Each effect about its own strength in each recording; then its shape, the same in both.
         let amplitudes: Vec<What> = (0..design.shared.len())
@@ -64,7 +72,7 @@ impl<'a> Pair<'a> {
         let tests = design.parts.len() + 1;
         let mut notes = Vec::new();
         let mut chosen = choose(&design, &white, freedom, tests);
-        keep_shown(&design, &noise, &unmeasured, self.rows(1), &mut chosen, &mut notes);
+        keep_shown(&design, &noise, &unmeasured, [self.rows(0), self.rows(1)], &mut chosen, &mut notes);
         let same = design.fit(&white, &[]);
         let shapes: Vec<What> =
             chosen.iter().map(|c| c.what).filter(|what| matches!(what, What::Shape(..))).collect();
@@ -112,24 +120,66 @@ impl<'a> Pair<'a> {
         of(0).chain(of(1).map(|row| row + self.both.split)).collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
-    /// What a recording has for itself: an offset, and what happened at one time.
-    fn own(&self, recording: usize) -> Vec<Vec<f64>> {
+    /// What happened at one time in a recording, over its rows.
+    fn events(&self, recording: usize) -> Vec<Vec<Vec<f64>>> {
         let rows = self.rows(recording);
         let once = self.outcomes[recording].found.iter().filter_map(|term| {
             let effect = term.effect.as_ref().filter(|effect| effect.of_one_time)?;
             Some(effect.signature(rows, &term.shape))
         });
-        std::iter::once(vec![1.0; rows.len()]).chain(once.flatten()).collect()
+        once.collect()
+    }
+
+    /// The events that the effects of either recording do not explain as well.
+    fn needed(
+        &self,
+        design: &Design,
+        noise: &Noise,
+        events: &[Vec<Vec<f64>>],
+        recording: usize,
+    ) -> Vec<Vec<Vec<f64>>> {
+        let whitener = noise.whitener();
+        let mut basis = Basis::new(noise.clean.len());
+        self.model(design, recording).iter().for_each(|column| {
+            basis.add(&whitener.whiten(column));
+        });
+        let mut left = whitener.whiten(&noise.clean);
+        basis.project_off(&mut left);
+        let mut needed = Vec::new();
+        for event in events {
+            let first = basis.rank();
+            event.iter().for_each(|column| {
+                basis.add(&whitener.whiten(column));
+            });
+            let new = first..basis.rank();
+            let freedom = new.len();
+            let explained: f64 = new.map(|k| dot(basis.columns.get(k), &left).powi(2)).sum();
+            if (-log_tail(explained, freedom)).exp() <= FALSE_ALARMS {
+                needed.push(event.clone());
+            }
+        }
+        needed
+    }
+
+    /// The common model of a recording, over its rows.
+    fn model(&self, design: &Design, recording: usize) -> Vec<Vec<f64>> {
+        let here = self.recording(recording);
+        let mut model = base_columns(&self.both.rows, 0);
+        model.truncate(1);
+        model.extend(design.parts.iter().flat_map(|part| part.columns.iter().cloned()));
+        let of_rows = model.iter().map(|column| column[here.clone()].to_vec());
+        std::iter::once(vec![1.0; here.len()]).chain(of_rows).collect()
+    }
+
+    /// The rows of a recording among those of both.
+    fn recording(&self, recording: usize) -> Range<usize> {
+        if recording == 0 { 0..self.both.split } else { self.both.split..self.both.rows.len() }
     }
 
     /// The noise of a recording beside its part of the model.
-    fn noise(&self, design: &Design, recording: usize) -> Noise {
-        let (rows, split) = (self.rows(recording), self.both.split);
-        let here = if recording == 0 { 0..split } else { split..self.both.rows.len() };
-        let mut model = self.own(recording);
-        let parts = design.parts.iter().flat_map(|part| &part.columns);
-        model.extend(parts.map(|column| column[here.clone()].to_vec()));
-        model.push(base_columns(&self.both.rows, 0)[0][here].to_vec());
+    fn noise(&self, design: &Design, events: &[Vec<Vec<f64>>], recording: usize) -> Noise {
+        let rows = self.rows(recording);
+        let model = [self.model(design, recording), events.concat()].concat();
         estimate(&rows.error, &rows.t_s, &model, &model, &covariates(rows), &slow_structure(rows))
     }
 
@@ -144,6 +194,12 @@ impl<'a> Pair<'a> {
             }
         }
     }
+}
+
+/// What each recording has for itself over its rows: an offset, and what happened at one time.
+fn own(both: &Joined, events: &[Vec<Vec<Vec<f64>>>; 2]) -> [Vec<Vec<f64>>; 2] {
+    let rows = [both.split, both.rows.len() - both.split];
+    [0, 1].map(|r| std::iter::once(vec![1.0; rows[r]]).chain(events[r].iter().flatten().cloned()).collect())
 }
 
 /// The higher of the orders of the base.
@@ -164,12 +220,12 @@ fn parts_of(design: &Design, chosen: &[Chosen]) -> Vec<usize> {
     chosen.iter().filter_map(|c| design.part(c.what)).collect()
 }
 
-/// Withdraws the parts with which held-out rows of the later recording are not predicted better, and says so.
+/// Withdraws the parts with which held-out rows are not predicted better, and says so.
 fn keep_shown(
     design: &Design,
     noise: &[Noise; 2],
     unmeasured: &[usize],
-    now: &Rows,
+    recordings: [&Rows; 2],
     chosen: &mut Vec<Chosen>,
     notes: &mut Vec<String>,
 ) {
@@ -178,7 +234,7 @@ fn keep_shown(
         let changed = parts_of(design, chosen);
         let others = chosen.iter().filter(|c| !c.what.belongs_to(chosen[k].what));
         let fewer: Vec<usize> = others.filter_map(|c| design.part(c.what)).collect();
-        chosen[k].proof = prove(design, noise, unmeasured, now, &changed, &fewer);
+        chosen[k].proof = prove(design, noise, unmeasured, recordings, &changed, &fewer);
         if chosen[k].proof.as_ref().is_some_and(|proof| proof.gain.value <= 0.0) {
             let id = design.id(chosen.remove(k).what);
             notes.push(format!("{id}: a difference is not shown on held-out rows, and is withdrawn"));

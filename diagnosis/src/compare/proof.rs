@@ -1,4 +1,4 @@
-//! Whether the later recording's held-out rows are predicted better where a part may differ.
+//! Whether held-out rows of both recordings are predicted better where a part may differ.
 
 use crate::held_out::{Gain, Groups, gain, groups};
 use crate::noise::Noise;
@@ -8,7 +8,7 @@ use crate::thresholds::held_out::FOLDS;
 
 use super::design::{Design, White};
 
-/// What is left of held-out rows of the later recording, in its unit.
+/// What is left of held-out rows, in the later recording's unit; the earlier one's count by the ratio of their noise.
 pub struct Proof {
     /// Root mean square with the part the same in both.
     pub without: f64,
@@ -18,39 +18,74 @@ pub struct Proof {
     pub gain: Gain,
 }
 
-/// Holds out the later recording's passes (or blocks) in turn, and predicts them by the rest and the earlier recording: with the
-/// parts `changed` differing, and with `fewer` of them. None where nothing can be held out.
+/// The rows of a recording that are held out together.
+struct Held {
+    /// The group of every row, and how many there are.
+    group: Vec<usize>,
+    count: usize,
+    /// The fold of every row; none where nothing can be held out.
+    fold: Vec<Option<usize>>,
+}
+
+impl Held {
+    fn of(rows: &Rows) -> Held {
+        let (group, count, by) = groups(rows, Groups::Passes);
+        let folds = count.min(FOLDS);
+        let fold = |g: &usize| if by == "pass" { g * folds / count } else { g % folds };
+        let fold = group.iter().map(|g| (folds >= 2).then(|| fold(g))).collect();
+        Held { group, count, fold }
+    }
+}
+
+/// Holds out passes (or blocks) of both recordings in turn, and predicts them by the rest: with the parts `changed` differing,
+/// and with `fewer` of them. None where nothing can be held out.
 pub fn prove(
     design: &Design,
     noise: &[Noise; 2],
     unmeasured: &[usize],
-    now: &Rows,
+    recordings: [&Rows; 2],
     changed: &[usize],
     fewer: &[usize],
 ) -> Option<Proof> {
-    let (group, count, by) = groups(now, Groups::Passes);
-    let folds = count.min(FOLDS);
-    if folds < 2 {
-        return None;
-    }
-    let fold = |g: usize| if by == "pass" { g * folds / count } else { g % folds };
-    let mut left = [vec![0.0; now.len()], vec![0.0; now.len()]];
-    for f in 0..folds {
-        let held: Vec<bool> = group.iter().map(|g| fold(*g) == f).collect();
-        let rows = (0..now.len()).filter(|i| held[*i]).map(|i| design.both.split + i);
-        let white = White::new(noise, &unmeasured.iter().copied().chain(rows).collect::<Vec<_>>());
+    let held = recordings.map(Held::of);
+    let folds: Vec<Option<usize>> = held.iter().flat_map(|held| held.fold.iter().copied()).collect();
+    let clean = [&noise[0].clean[..], &noise[1].clean[..]].concat();
+    let mut left = [vec![0.0; clean.len()], vec![0.0; clean.len()]];
+    for f in 0..FOLDS {
+        let rows: Vec<usize> = (0..clean.len()).filter(|i| folds[*i] == Some(f)).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let white = White::new(noise, &[unmeasured, &rows[..]].concat());
         for (left, differ) in left.iter_mut().zip([fewer, changed]) {
             let value = design.fit(&white, differ).value();
-            for (i, _) in held.iter().enumerate().filter(|(_, held)| **held) {
-                left[i] = noise[1].clean[i] - value[design.both.split + i];
-            }
+            rows.iter().for_each(|i| left[*i] = clean[*i] - value[*i]);
         }
     }
-    let of = |left: &[f64], g: usize| {
-        let own: Vec<f64> = left.iter().zip(&group).filter(|(_, of)| **of == g).map(|(l, _)| *l).collect();
-        rms(&own)
-    };
-    let gains: Vec<f64> = (0..count).map(|g| of(&left[0], g) - of(&left[1], g)).collect();
-    let [without, with] = left.map(|left| rms(&centred(&left)));
-    Some(Proof { without, with, gain: gain(&gains) })
+    let (mut gains, mut squares) = (Vec::new(), [Vec::new(), Vec::new()]);
+    for (recording, held) in held.iter().enumerate() {
+        if held.fold.iter().all(Option::is_none) {
+            continue;
+        }
+        let scale = noise[1].level / noise[recording].level;
+        let own = |left: &[f64]| {
+            let (then, now) = left.split_at(design.both.split);
+            [then, now][recording].iter().map(|left| left * scale).collect::<Vec<f64>>()
+        };
+        let own = [own(&left[0]), own(&left[1])];
+        for g in 0..held.count {
+            let of = |left: &[f64]| {
+                rms(&left
+                    .iter()
+                    .zip(&held.group)
+                    .filter(|(_, of)| **of == g)
+                    .map(|(l, _)| *l)
+                    .collect::<Vec<_>>())
+            };
+            gains.push(of(&own[0]) - of(&own[1]));
+        }
+        squares.iter_mut().zip(&own).for_each(|(squares, own)| squares.extend(centred(own)));
+    }
+    let [without, with] = squares.map(|left| rms(&left));
+    (!gains.is_empty()).then(|| Proof { without, with, gain: gain(&gains) })
 }
