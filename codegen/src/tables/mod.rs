@@ -5,6 +5,7 @@
 //! the choice of the entries. `ring` says what is wanted at every count, `interpolate` and `chain` find entries between
 //! which straight lines lie as close to it as they can.
 
+mod axis;
 mod chain;
 mod describe;
 mod interpolate;
