@@ -161,7 +161,7 @@ impl Axis {
             Operator::Periodic(periodic) => {
                 self.periods = self.periods.max(self.periods_of(periodic));
                 for (k, pair) in periodic.harmonics.iter().zip(term.coefficients.chunks_exact(2)) {
-                    let (harmonic, period) = (*k, periodic.period);
+                    let (harmonic, period) = (u32::from(*k), periodic.period);
                     self.waves.push(Wave { harmonic, period, cosine: pair[0], sine: pair[1] });
                 }
                 return Ok(());
