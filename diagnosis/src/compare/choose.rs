@@ -31,7 +31,7 @@ pub fn choose(design: &Design, white: &White, freedom: f64, tests: usize) -> Vec
     while chosen.len() < MOST_CHANGES {
         let taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
         let tails = surprises(design, white, &taken, freedom);
-        let Some(best) = (0..tails.len()).max_by(|a, b| tails[*a].total_cmp(&tails[*b])) else { break };
+        let Some(best) = strongest(design, &tails) else { break };
         let what = design.parts[best].what;
         let p_value = family_wise(design, what, tails[best], tests);
         if p_value > FALSE_ALARMS {
@@ -60,6 +60,17 @@ pub fn choose(design: &Design, white: &White, freedom: f64, tests: usize) -> Vec
         }
     }
     chosen
+}
+
+/// The part whose difference is least likely by chance; in the place of the base an effect that does nearly as well: the base
+/// takes what no effect explains.
+fn strongest(design: &Design, tails: &[f64]) -> Option<usize> {
+    let of = |wanted: &dyn Fn(usize) -> bool| {
+        (0..tails.len()).filter(|k| wanted(*k)).max_by(|a, b| tails[*a].total_cmp(&tails[*b]))
+    };
+    let best = of(&|_| true)?;
+    let effect = of(&|k| design.parts[k].what.effect().is_some());
+    Some(effect.filter(|k| tails[*k] > tails[best] - ALTERNATIVE).unwrap_or(best))
 }
 
 /// −ln of the p-value that each part differs, beside those that do.

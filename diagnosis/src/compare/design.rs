@@ -95,6 +95,15 @@ impl Fitted {
         value
     }
 
+    /// Variance of that in one row.
+    pub fn variance(&self, row: usize) -> f64 {
+        let n = self.columns.len();
+        let term = |i: usize, j: usize| {
+            self.columns[i][row] * self.solution.inverse[i * n + j] * self.columns[j][row]
+        };
+        (0..n * n).map(|k| term(k / n, k % n)).sum::<f64>().max(0.0)
+    }
+
     /// What the differences of a changed part add to every row.
     pub fn difference(&self, design: &Design, part: usize) -> Vec<f64> {
         let mut value = vec![0.0; self.columns.first().map_or(0, Vec::len)];

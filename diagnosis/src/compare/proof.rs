@@ -1,8 +1,9 @@
-//! Whether held-out rows of both recordings are predicted better where a part may differ.
+//! Whether held-out rows of both recordings are predicted better where a part may differ. A row that the others hardly determine
+//! (its pass alone was as warm, or went as far) counts as little as its prediction is worth.
 
 use crate::held_out::{Gain, Groups, gain, groups};
 use crate::noise::Noise;
-use crate::numerics::{centred, rms};
+use crate::numerics::rms;
 use crate::rows::Rows;
 use crate::thresholds::held_out::FOLDS;
 
@@ -51,6 +52,7 @@ pub fn prove(
     let folds: Vec<Option<usize>> = held.iter().flat_map(|held| held.fold.iter().copied()).collect();
     let clean = [&noise[0].clean[..], &noise[1].clean[..]].concat();
     let mut left = [vec![0.0; clean.len()], vec![0.0; clean.len()]];
+    let mut weight = vec![1.0; clean.len()];
     for f in 0..FOLDS {
         let rows: Vec<usize> = (0..clean.len()).filter(|i| folds[*i] == Some(f)).collect();
         if rows.is_empty() {
@@ -58,34 +60,33 @@ pub fn prove(
         }
         let white = White::new(noise, &[unmeasured, &rows[..]].concat());
         for (left, differ) in left.iter_mut().zip([fewer, changed]) {
-            let value = design.fit(&white, differ).value();
-            rows.iter().for_each(|i| left[*i] = clean[*i] - value[*i]);
+            let fitted = design.fit(&white, differ);
+            let value = fitted.value();
+            for i in &rows {
+                let level = noise[usize::from(*i >= design.both.split)].level;
+                left[*i] = clean[*i] - value[*i];
+                // In the end that of the wider model.
+                weight[*i] = 1.0 / (1.0 + fitted.variance(*i) / (level * level));
+            }
         }
     }
-    let (mut gains, mut squares) = (Vec::new(), [Vec::new(), Vec::new()]);
+    let mut groups_left = Vec::new();
     for (recording, held) in held.iter().enumerate() {
         if held.fold.iter().all(Option::is_none) {
             continue;
         }
         let scale = noise[1].level / noise[recording].level;
-        let own = |left: &[f64]| {
-            let (then, now) = left.split_at(design.both.split);
-            [then, now][recording].iter().map(|left| left * scale).collect::<Vec<f64>>()
-        };
-        let own = [own(&left[0]), own(&left[1])];
+        let first = recording * design.both.split;
         for g in 0..held.count {
+            let rows = || (0..held.group.len()).filter(|i| held.group[*i] == g).map(|i| first + i);
             let of = |left: &[f64]| {
-                rms(&left
-                    .iter()
-                    .zip(&held.group)
-                    .filter(|(_, of)| **of == g)
-                    .map(|(l, _)| *l)
-                    .collect::<Vec<_>>())
+                let sum: f64 = rows().map(|i| weight[i] * left[i] * left[i]).sum();
+                scale * (sum / rows().count() as f64).sqrt()
             };
-            gains.push(of(&own[0]) - of(&own[1]));
+            groups_left.push([of(&left[0]), of(&left[1])]);
         }
-        squares.iter_mut().zip(&own).for_each(|(squares, own)| squares.extend(centred(own)));
     }
-    let [without, with] = squares.map(|left| rms(&left));
-    (!gains.is_empty()).then(|| Proof { without, with, gain: gain(&gains) })
+    let gains: Vec<f64> = groups_left.iter().map(|[same, changed]| same - changed).collect();
+    let of = |k: usize| rms(&groups_left.iter().map(|left| left[k]).collect::<Vec<f64>>());
+    (!gains.is_empty()).then(|| Proof { without: of(0), with: of(1), gain: gain(&gains) })
 }
