@@ -68,7 +68,8 @@ pub fn least_distance(
         let upward = (errors[kept[0]] > 0.0) == (k % 2 == 0);
         (if upward { there } else { -there }).lower()
     });
-    let least = distances.reduce(|a, b| if a.certainly_le(&b) { a } else { b }).unwrap_or_else(Interval::zero);
+    let least =
+        distances.reduce(|a, b| if a.certainly_le(&b) { a } else { b }).unwrap_or_else(Interval::zero);
     if least.certainly_le(&Interval::zero()) { Interval::zero() } else { least }
 }
 

@@ -109,8 +109,8 @@ pub enum Op {
     MulAddSplit { a: Operand, b: Operand, shift: u32, c: Operand },
     /// c + ⌊a·b·2^−by⌋ of two 16-bit numbers, 0 < by: the product fits 32 bits.
     MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },
-    /// c + a·b of floats, rounded after the product and after the sum.
-    MulAddF32 { a: Operand, b: Operand, c: Operand },
+    /// c + a·b of floats, rounded after the product and after the sum; `fused`, once.
+    MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
 }
 
 impl Op {
@@ -150,7 +150,7 @@ impl Op {
             | Op::MulAddSplit { a, b, c, .. }
             | Op::MulAddShort { a, b, c, .. }
             | Op::MulAddWide { a, b, c }
-            | Op::MulAddF32 { a, b, c } => vec![a, b, c],
+            | Op::MulAddF32 { a, b, c, .. } => vec![a, b, c],
         }
     }
 }

@@ -181,7 +181,10 @@ pub fn bound(
         largest = largest.magnitude_max(&middle);
         let sum = &middle + &beside;
         reached = reached.magnitude_max(&sum);
-        followed.push((sum, Followed { from: a, to: b, difference, remainder, input, evaluation, output, beside }));
+        followed.push((
+            sum,
+            Followed { from: a, to: b, difference, remainder, input, evaluation, output, beside },
+        ));
     }
     // The largest first: then most others are seen to be smaller at once.
     followed.sort_by(|(a, _), (b, _)| b.to_f64().total_cmp(&a.to_f64()));

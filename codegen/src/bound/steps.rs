@@ -122,9 +122,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             };
             product.rounded(step, &rounding, piece)
         }
-        Op::MulAddF32 { a, b, c } => {
+        Op::MulAddF32 { a, b, c, fused } => {
             let product = value(a).times(&value(b));
-            let first = half_ulp(&product.range(&Interval::zero(), piece));
+            let first =
+                if *fused { Interval::zero() } else { half_ulp(&product.range(&Interval::zero(), piece)) };
             let sum = product.plus(&value(c).sum);
             let rounding = (&first + &half_ulp(&sum.range(&first, piece))).upper();
             sum.rounded(step, &rounding, piece)

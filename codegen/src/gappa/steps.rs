@@ -167,6 +167,7 @@ impl Writer<'_> {
             Op::MulAddHigh { shift, .. } => ("mul_add_high", false, 1u64 << shift, 32, ""),
             Op::MulAddSplit { shift, .. } => ("mul_add_split", false, 1 << shift, 32, ""),
             Op::MulAddShort { by, .. } => ("mul_add_high", false, 1, *by, ""),
+            Op::MulAddF32 { fused: true, .. } => ("fused_f32", false, 1, 0, ""),
             Op::MulAddF32 { .. } => ("mul_add_f32", false, 1, 0, ""),
             Op::MulF32 { .. } => ("mul_f32", false, 1, 0, ""),
             Op::ToF32 { .. } => ("to_f32", false, 1, 0, ""),

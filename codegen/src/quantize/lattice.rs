@@ -69,7 +69,8 @@ impl Lattice {
     /// Babai: the coordinates of a point near a Chebyshev series.
     pub(super) fn nearest_plane(&self, series: &[f64]) -> Vec<i64> {
         let (vectors, lengths) = self.orthogonal();
-        let mut rest: Vec<f64> = series.iter().copied().chain(std::iter::repeat(0.0)).take(self.basis.len()).collect();
+        let mut rest: Vec<f64> =
+            series.iter().copied().chain(std::iter::repeat(0.0)).take(self.basis.len()).collect();
         rest[0] *= std::f64::consts::SQRT_2;
         let mut point = vec![0; self.basis.len()];
         for k in (0..self.basis.len()).rev() {

@@ -76,7 +76,11 @@ fn column(functions: &[Vec<f64>], (i, s): (usize, f64)) -> Vec<f64> {
 /// The columns of the active points; for a missing one a unit vector.
 fn matrix(functions: &[Vec<f64>], active: &[Active]) -> Vec<Vec<f64>> {
     let unit = |j: usize| (0..active.len()).map(|k| f64::from(k == j)).collect();
-    active.iter().enumerate().map(|(j, a)| a.map_or_else(|| unit(j), |point| column(functions, point))).collect()
+    active
+        .iter()
+        .enumerate()
+        .map(|(j, a)| a.map_or_else(|| unit(j), |point| column(functions, point)))
+        .collect()
 }
 
 /// Solves Mx = b, or xᵀM = bᵀ where `transposed`, M being given by its columns; `None` where it is singular.
@@ -115,7 +119,8 @@ mod tests {
     /// Of xⁿ on [−1, 1] the best combination of lower powers leaves 2^(1 − n) (Chebyshev).
     #[test]
     fn the_level_of_a_power_is_chebyshev_s() {
-        let points: Vec<f64> = (0..400).map(|i| -(std::f64::consts::PI * f64::from(i) / 399.0).cos()).collect();
+        let points: Vec<f64> =
+            (0..400).map(|i| -(std::f64::consts::PI * f64::from(i) / 399.0).cos()).collect();
         for n in 1..10 {
             let power = |k: i32| -> Vec<f64> { points.iter().map(|x| x.powi(k)).collect() };
             let lower: Vec<Vec<f64>> = (0..n).map(power).collect();

@@ -285,7 +285,10 @@ mod tests {
             for box_ in 0..9 * 9 * 9 {
                 let delta = [box_ % 9 - 4, box_ / 9 % 9 - 4, box_ / 81 - 4];
                 let there = supremum(&residual, &delta, &lsb);
-                assert!(found <= there * (1.0 + 1e-4), "{exact:?}: {delta:?} gives {there}, found was {found}");
+                assert!(
+                    found <= there * (1.0 + 1e-4),
+                    "{exact:?}: {delta:?} gives {there}, found was {found}"
+                );
             }
         }
     }
