@@ -114,6 +114,15 @@ pub enum Op {
 }
 
 impl Op {
+    /// Whether it multiplies floats by a power of two: exactly, but for what falls below the smallest normal number.
+    pub fn scales(&self) -> bool {
+        let power = |operand: &Operand| matches!(operand, Operand::Float(f) if f.to_bits() << 9 == 0);
+        match self {
+            Op::MulF32 { a, b } | Op::MulAddF32 { a, b, .. } => power(a) || power(b),
+            _ => false,
+        }
+    }
+
     /// What the operation reads, in the order of its fields.
     pub fn operands(&self) -> Vec<Operand> {
         self.clone().places().into_iter().map(|place| *place).collect()

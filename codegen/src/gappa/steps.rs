@@ -180,7 +180,8 @@ impl Writer<'_> {
         // Strict templates want every name: what an operation has not is nothing.
         let [a, b, c] = [0, 1, 2].map(|k| read.get(k).cloned().unwrap_or(Value::from(())));
         let split = 3.0 * mean;
-        Some((context! { i, kind, a, b, c, mean, split, exact, factor, by, scale, sign }, !exact))
+        let scales = op.scales();
+        Some((context! { i, kind, a, b, c, mean, split, exact, factor, by, scale, sign, scales }, !exact))
     }
 }
 
