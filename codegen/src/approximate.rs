@@ -19,14 +19,7 @@ const LEVEL: f64 = 1e-5;
 pub fn minimax(function: &Polynomial, degree: usize, from: &Interval, to: &Interval) -> Polynomial {
     let centre = from.hull(to).midpoint();
     let radius = (to - &centre).upper();
-    // In u = (v − centre)/radius, |u| ≤ 1.
-    let mut power = Interval::from_int(1);
-    let mut in_u = function.shift(&centre).coefficients().to_vec();
-    for c in &mut in_u {
-        *c = (&*c * &power).midpoint();
-        power = (&power * &radius).midpoint();
-    }
-    let mut series = to_chebyshev(&in_u);
+    let mut series = chebyshev(function, &centre, &radius);
     if series.len() > degree + 1 {
         let tail: Vec<f64> =
             series.iter().enumerate().map(|(k, c)| if k <= degree { 0.0 } else { c.to_f64() }).collect();
@@ -44,6 +37,51 @@ pub fn minimax(function: &Polynomial, degree: usize, from: &Interval, to: &Inter
     }
     let in_v = Polynomial::new(in_u).shift(&-centre);
     Polynomial::new(in_v.coefficients().iter().map(Interval::midpoint).collect())
+}
+
+/// A lower bound of the distance of every polynomial of degree ≤ `degree` from `function` for v from `from` to `to`
+/// (points), given the best one: where its distance alternates in sign at degree + 2 points, none is nearer than the
+/// least of these (de la Vallée-Poussin). The points are searched in `f64`, the distances enclosed.
+pub fn least_distance(
+    function: &Polynomial,
+    best: &Polynomial,
+    degree: usize,
+    from: &Interval,
+    to: &Interval,
+) -> Interval {
+    let centre = from.hull(to).midpoint();
+    // Not beyond either end.
+    let (above, below) = ((to - &centre).lower(), (&centre - from).lower());
+    let radius = if above.certainly_le(&below) { above } else { below };
+    let difference = function.sub(best);
+    let series: Vec<f64> = chebyshev(&difference, &centre, &radius).iter().map(Interval::to_f64).collect();
+    let cells = GRID_PER_EXTREMUM * (degree + 2);
+    let grid: Vec<f64> =
+        (0..=cells).map(|i| -(std::f64::consts::PI * i as f64 / cells as f64).cos()).collect();
+    let errors: Vec<f64> = grid.iter().map(|&u| clenshaw(&series, u)).collect();
+    let Some(kept) = strongest_run(&errors, alternating_extrema(&errors), degree + 2) else {
+        return Interval::zero();
+    };
+    let distances = kept.iter().enumerate().map(|(k, &i)| {
+        let u = refine(&grid, &errors, i).clamp(-1.0, 1.0);
+        let there = difference.at(&(&centre + &(&radius * &Interval::from_f64(u))).midpoint());
+        let upward = (errors[kept[0]] > 0.0) == (k % 2 == 0);
+        (if upward { there } else { -there }).lower()
+    });
+    let least =
+        distances.reduce(|a, b| if a.certainly_le(&b) { a } else { b }).unwrap_or_else(Interval::zero);
+    if least.certainly_le(&Interval::zero()) { Interval::zero() } else { least }
+}
+
+/// Chebyshev coefficients of a function of v = centre + radius·u in u, as points near them.
+pub(crate) fn chebyshev(function: &Polynomial, centre: &Interval, radius: &Interval) -> Vec<Interval> {
+    let mut power = Interval::from_int(1);
+    let mut in_u = function.shift(centre).coefficients().to_vec();
+    for c in &mut in_u {
+        *c = (&*c * &power).midpoint();
+        power = (&power * radius).midpoint();
+    }
+    to_chebyshev(&in_u)
 }
 
 /// Chebyshev coefficients of Σcₖuᵏ, by Horner with u·Tₖ = (Tₖ₊₁ + T|ₖ₋₁|)/2.
@@ -161,7 +199,7 @@ fn levelled_interpolant(at: &[f64], tail: &[f64], degree: usize) -> Vec<f64> {
 }
 
 /// ΣcₖTₖ(u) by Clenshaw's recurrence.
-fn clenshaw(series: &[f64], u: f64) -> f64 {
+pub(crate) fn clenshaw(series: &[f64], u: f64) -> f64 {
     let (mut b1, mut b2) = (0.0, 0.0);
     for c in series.iter().skip(1).rev() {
         (b1, b2) = (2.0 * u * b1 - b2 + c, b1);

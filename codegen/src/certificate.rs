@@ -75,7 +75,8 @@ pub struct Entry {
     pub bound: f64,
     /// What the bound is made of; the values sum up to it.
     pub parts: Vec<Part>,
-    /// Supremum error of the best polynomial of this degree, before its coefficients were rounded.
+    /// A lower bound of the supremum error of any polynomial of this degree (a table: of any with its segments), whatever
+    /// its coefficients; the best one's is more by less than a thousandth.
     pub minimax: f64,
     /// What one step of the input stands for, in `unit`; 0 for floats. Not part of the bound.
     pub input_resolution: f64,

@@ -70,6 +70,11 @@ impl Core {
         }
     }
 
+    /// Whether it multiplies and adds floats in one instruction, rounded once.
+    pub fn fuses(self) -> bool {
+        matches!(self, Core::CortexM4f)
+    }
+
     /// Instructions of fully defined C as gcc translates it at -O2, fitted by hand to the counted table.
     fn weights(self) -> Weights {
         let common = Weights {
@@ -169,6 +174,7 @@ impl Core {
                 Op::MulAddHigh { .. } => w.product_high,
                 Op::MulAddSplit { .. } => w.product_split,
                 Op::MulAddShort { .. } => w.product_short,
+                Op::MulAddF32 { fused: true, .. } => w.float_operation,
                 Op::MulAddF32 { .. } => 2.0 * w.float_operation,
             };
             instructions += loads + operation;

@@ -51,11 +51,27 @@ pub fn described<'a>(
         fixed => program.steps.iter().any(|s| s.ty == Type::I32),
         method,
         parts => entry.parts_in_words(|lsb| format!("{:>13}", format!("({lsb:.2} LSB)"))),
+        best_text => best_text(&entry),
         resolution_text => (entry.input_resolution > 0.0)
             .then(|| format!("{} {unit}", text::rounded_up(entry.input_resolution))),
     };
     let budget = budget::of_routine(routine, quantity, coefficients);
     Described { entry, budget, program, counts: false, words }
+}
+
+/// How far the bound lies above what the degree can reach; nothing where a polynomial of it may be the function.
+fn best_text(entry: &Entry) -> Option<String> {
+    let of = match entry.segments {
+        1 => "polynomial".into(),
+        segments => format!("table of {segments} polynomials"),
+    };
+    let (degree, unit, ratio) = (entry.degree, &entry.unit, entry.bound / entry.minimax);
+    let least = text::rounded_down(entry.minimax);
+    (entry.minimax > 0.0).then(|| {
+        format!(
+            "No {of} of degree {degree} is nearer than {least} {unit}: the bound is {ratio:.2} times that."
+        )
+    })
 }
 
 /// What the certificate says.

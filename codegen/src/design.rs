@@ -17,7 +17,8 @@ pub struct Design {
     pub degree: usize,
     /// Number of segments; 1 without a table.
     pub segments: usize,
-    /// Supremum error of the best polynomial of this degree, before its coefficients were rounded.
+    /// No polynomial of this degree, whatever its coefficients, is nearer to the function than this; the best one is
+    /// further by less than a thousandth.
     pub minimax: f64,
     /// What one output word (float: 1) stands for, in the reference's unit.
     pub unit: Interval,

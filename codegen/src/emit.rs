@@ -135,7 +135,7 @@ impl<'a> Printer<'a> {
         // What only some routines have.
         let nothing = context! {
             turn => (), page => (), formula => "", symbol => "", terms => (), extrapolated => (), line => false, fixed => false,
-            parts => (), resolution_text => (),
+            parts => (), resolution_text => (), best_text => (),
         };
         let said = context! { ..words.clone(), ..said, ..nothing };
         let listed = context! { inputs, state };

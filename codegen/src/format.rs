@@ -14,10 +14,13 @@ pub enum Format {
     Q15,
     /// IEEE binary32.
     F32,
+    /// The same with products and sums rounded once together, by cores that do so in one instruction.
+    #[cfg_attr(feature = "program", value(skip))]
+    F32Fma,
 }
 
 impl Format {
-    /// All formats.
+    /// All formats that every core has.
     pub const ALL: [Format; 4] = [Format::Q31, Format::Q31Split, Format::Q15, Format::F32];
 
     /// The name by which users ask for it.
@@ -27,12 +30,19 @@ impl Format {
             Format::Q31Split => "q31-split",
             Format::Q15 => "q15",
             Format::F32 => "f32",
+            Format::F32Fma => "f32-fma",
         }
+    }
+
+    /// The same with products and sums rounded once together, where that is wanted and the format has it.
+    #[must_use]
+    pub fn fused(self, wanted: bool) -> Format {
+        if wanted && self == Format::F32 { Format::F32Fma } else { self }
     }
 
     /// Whether it is a fixed-point format.
     pub fn is_fixed(self) -> bool {
-        !matches!(self, Format::F32)
+        !matches!(self, Format::F32 | Format::F32Fma)
     }
 
     /// Bits of a word's magnitude; 24 for floats.
@@ -40,7 +50,7 @@ impl Format {
         match self {
             Format::Q31 | Format::Q31Split => 31,
             Format::Q15 => 15,
-            Format::F32 => 24,
+            Format::F32 | Format::F32Fma => 24,
         }
     }
 
@@ -55,7 +65,7 @@ impl Format {
             Format::Q31 => Op::MulAddHigh { a, b, shift, c },
             Format::Q31Split => Op::MulAddSplit { a, b, shift, c },
             Format::Q15 => Op::MulAddShort { a, b, by: 16 - shift.min(15), c },
-            Format::F32 => Op::MulAddF32 { a, b, c },
+            Format::F32 | Format::F32Fma => Op::MulAddF32 { a, b, c, fused: self == Format::F32Fma },
         }
     }
 
@@ -68,7 +78,7 @@ impl Format {
     pub fn scale_high(self, a: Operand, b: Operand, shift: u32) -> Op {
         let c = Operand::Int(0);
         match self {
-            Format::Q31 | Format::F32 => Op::MulAddHigh { a, b, shift, c },
+            Format::Q31 | Format::F32 | Format::F32Fma => Op::MulAddHigh { a, b, shift, c },
             Format::Q31Split | Format::Q15 => Op::MulAddSplit { a, b, shift, c },
         }
     }

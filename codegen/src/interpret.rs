@@ -126,7 +126,8 @@ fn float(program: &Program, index: usize, results: &[Word]) -> Option<Word> {
         }
         Op::ToF32 { a } => float(a),
         Op::MulF32 { a, b } => float(a) * float(b),
-        Op::MulAddF32 { a, b, c } => float(a) * float(b) + float(c),
+        Op::MulAddF32 { a, b, c, fused: true } => float(a).mul_add(float(b), float(c)),
+        Op::MulAddF32 { a, b, c, fused: false } => float(a) * float(b) + float(c),
         Op::Sub { a, b } if step.ty == Type::F32 => float(a) - float(b),
         _ => return None,
     }))

@@ -75,7 +75,7 @@ impl RoutineOptions {
     /// The usual input and output of a format: the reading as a word of the same kind.
     pub fn of(format: Format) -> Self {
         let (encoding, output) = match format {
-            Format::F32 => (Encoding::F32, Output::F32),
+            Format::F32 | Format::F32Fma => (Encoding::F32, Output::F32),
             _ => (Encoding::Q31 { full_scale: None }, Output::PowerOfTwo),
         };
         RoutineOptions {

@@ -6,7 +6,7 @@
 //! comes too close to the end of the word for that, segments begin at multiples instead, and the half width is
 //! added for the place. A row is padded to a power of two of words: its address is one shift.
 
-use crate::approximate::minimax;
+use crate::approximate::{least_distance, minimax};
 use crate::bound;
 use crate::design::{Design, DesignError};
 use crate::exact::{Interval, Polynomial};
@@ -44,7 +44,7 @@ pub fn design(
         .collect();
     let reach =
         segments.iter().map(|s| s.reach.clone()).reduce(|a, b| a.hull(&b)).unwrap_or_else(Interval::zero);
-    let minimax = segments.iter().map(|s| s.distance.to_f64_up()).fold(0.0, f64::max);
+    let minimax = segments.iter().map(|s| s.distance.to_f64_down()).fold(0.0, f64::max);
     let build = |headroom: i64| -> Result<Design, DesignError> {
         let bits =
             format.bits() - 1 - least_headroom - headroom - reach.log2_floor().unwrap_or(-120).max(-120);
@@ -62,7 +62,7 @@ pub fn design(
             // Which correction brings the program, with its biases, nearest on this segment.
             let there = bound::output_polynomial(&rough, plan, &s.from, &s.to)?.scale(&unit);
             let residual = s.in_place(&reference.polynomial.sub(&there));
-            let correction = quantize::nearest(&residual, &lsb, &s.ends().0, &s.ends().1);
+            let correction = quantize::nearest(&residual, &lsb, (&s.ends().0, &s.ends().1), &[]);
             if let Some(row) = table.get_mut(s.row) {
                 row.iter_mut().zip(correction).for_each(|(c, d)| *c += d);
             }
@@ -131,6 +131,7 @@ struct Segment {
     local: Polynomial,
     /// The largest value on the way of evaluating it.
     reach: Interval,
+    /// No polynomial of the degree is nearer than this.
     distance: Interval,
 }
 
@@ -156,9 +157,8 @@ impl Segment {
         let (a, b) = segment.ends();
         let function = segment.in_place(&reference.polynomial);
         segment.local = minimax(&function, degree, &a, &b);
-        let difference = segment.local.sub(&function);
-        let rough = difference.at(&a).magnitude().hull(&Interval::pow2(-60)).magnitude();
-        segment.distance = difference.supremum(&a, &b, &rough.mul_pow2(-6)).upper();
+        let least = &least_distance(&function, &segment.local, degree, &a, &b) - &reference.remainder;
+        segment.distance = least.lower().magnitude_max(&Interval::zero());
         let c = segment.local.coefficients();
         segment.reach = (0..c.len())
             .map(|k| Polynomial::new(c[k..].to_vec()).range(&a, &b).hull(&c[k]))

@@ -109,11 +109,20 @@ pub enum Op {
     MulAddSplit { a: Operand, b: Operand, shift: u32, c: Operand },
     /// c + ⌊a·b·2^−by⌋ of two 16-bit numbers, 0 < by: the product fits 32 bits.
     MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },
-    /// c + a·b of floats, rounded after the product and after the sum.
-    MulAddF32 { a: Operand, b: Operand, c: Operand },
+    /// c + a·b of floats, rounded after the product and after the sum; `fused`, once.
+    MulAddF32 { a: Operand, b: Operand, c: Operand, fused: bool },
 }
 
 impl Op {
+    /// Whether it multiplies floats by a power of two: exactly, but for what falls below the smallest normal number.
+    pub fn scales(&self) -> bool {
+        let power = |operand: &Operand| matches!(operand, Operand::Float(f) if f.to_bits() << 9 == 0);
+        match self {
+            Op::MulF32 { a, b } | Op::MulAddF32 { a, b, .. } => power(a) || power(b),
+            _ => false,
+        }
+    }
+
     /// What the operation reads, in the order of its fields.
     pub fn operands(&self) -> Vec<Operand> {
         self.clone().places().into_iter().map(|place| *place).collect()
@@ -150,7 +159,7 @@ impl Op {
             | Op::MulAddSplit { a, b, c, .. }
             | Op::MulAddShort { a, b, c, .. }
             | Op::MulAddWide { a, b, c }
-            | Op::MulAddF32 { a, b, c } => vec![a, b, c],
+            | Op::MulAddF32 { a, b, c, .. } => vec![a, b, c],
         }
     }
 }

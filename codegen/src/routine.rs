@@ -199,6 +199,7 @@ impl<'a> Task<'a> {
             Some(degree) => degree..=degree,
             None => 1..=LARGEST_DEGREE,
         };
+        let enough = self.target / self.quantity.bound_units_per_unit;
         let mut best: Option<(f64, usize, Design)> = None;
         for degree in degrees {
             let approximation = fused::best_error(&self.plan, &self.reference, degree).to_f64_down();
@@ -207,7 +208,7 @@ impl<'a> Task<'a> {
             if approximation > self.target && degree < LARGEST_DEGREE && self.options.degree.is_none() {
                 continue;
             }
-            let made = |headroom| fused::design(&self.plan, &self.reference, words, degree, headroom);
+            let made = |headroom| fused::design(&self.plan, &self.reference, words, degree, headroom, enough);
             let design = self.extended(&made)?;
             let bound = self.quantity.in_bound_unit(design.bound.total);
             if bound <= self.target {

@@ -2,16 +2,25 @@
 
 /// Three significant digits, rounded up: `9.15e-5`.
 pub fn rounded_up(value: f64) -> String {
+    rounded(value, |shown| shown < value, 1.0)
+}
+
+/// Three significant digits, rounded down.
+pub fn rounded_down(value: f64) -> String {
+    rounded(value, |shown| shown > value, -1.0)
+}
+
+/// The nearest number of three digits, or the one a unit further where that is wrong.
+fn rounded(value: f64, wrong: impl Fn(f64) -> bool, further: f64) -> String {
     if value <= 0.0 {
         return "0".into();
     }
     let nearest = format!("{value:.2e}");
     match nearest.parse::<f64>() {
-        Ok(shown) if shown < value => {
-            // The next number of three digits; formatting has shown 'value' below 'nearest + 1 unit'.
+        Ok(shown) if wrong(shown) => {
             let exponent = nearest.rsplit('e').next().and_then(|e| e.parse::<i32>().ok()).unwrap_or(0);
             let unit = format!("1e{}", exponent - 2).parse::<f64>().unwrap_or(0.0);
-            format!("{:.2e}", shown + unit)
+            format!("{:.2e}", shown + further * unit)
         }
         _ => nearest,
     }
@@ -112,6 +121,8 @@ mod tests {
         fn a_bound_is_never_rounded_down(value in 1e-30..1e6f64) {
             let shown: f64 = rounded_up(value).parse().unwrap();
             prop_assert!(shown >= value && shown <= value * 1.011);
+            let below: f64 = rounded_down(value).parse().unwrap();
+            prop_assert!(below <= value && below >= value * 0.989);
         }
     }
 }

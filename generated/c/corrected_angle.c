@@ -58,14 +58,14 @@ static int32_t mul_high(int32_t a, int32_t b)
 float corrected_angle_f32(float s_mm)
 {
     const float x = limit_f32(s_mm, -0x1.6cb3c2p-2f, 0x1.6cb314p-2f); /* the valid range */
-    float y = (-0x1.c52e26p-2f * x) - 0x1.5e3a22p-3f; /* c7 */
-    y = (y * x) + 0x1.331c96p-3f; /* c6 */
-    y = (y * x) + 0x1.6565f8p-5f; /* c5 */
-    y = (y * x) - 0x1.30cacep-6f; /* c4 */
-    y = (y * x) - 0x1.606658p-7f; /* c3 */
-    y = (y * x) + 0x1.b3c2f8p-9f; /* c2 */
-    y = (y * x) + 0x1.257f06p-4f; /* c1 */
-    y = (y * x) + 0x1.63f366p-20f; /* c0 */
+    float y = (-0x1.c4f978p-2f * x) - 0x1.5e14c2p-3f; /* c7 */
+    y = (y * x) + 0x1.32fde2p-3f; /* c6 */
+    y = (y * x) + 0x1.6540c6p-5f; /* c5 */
+    y = (y * x) - 0x1.30b31ep-6f; /* c4 */
+    y = (y * x) - 0x1.605b0cp-7f; /* c3 */
+    y = (y * x) + 0x1.b3bc68p-9f; /* c2 */
+    y = (y * x) + 0x1.257efep-4f; /* c1 */
+    y = (y * x) + 0x1.645dc4p-20f; /* c0 */
 
     return y;
 }
@@ -73,13 +73,13 @@ float corrected_angle_f32(float s_mm)
 int32_t corrected_angle_q31(int32_t s_q31)
 {
     const int32_t x = limit_i32(s_q31, -1529671929, 1529660762); /* the valid range */
-    int32_t y = mul_high(-1900714611, x) - 734430069; /* c7 = -1.709978257e-1, in 2^-32 */
-    y = mul_high(y, x) + 644042146; /* c6 = 1.499527474e-1, in 2^-32 */
-    y = mul_high(y, x) + 187367499; /* c5 = 4.362489539e-2, in 2^-32 */
-    y = mul_high(y, x) - 79897793; /* c4 = -1.860265457e-2, in 2^-32 */
-    y = mul_high(y, x) - 46188825; /* c3 = -1.075417385e-2, in 2^-32 */
-    y = mul_high(y, x) + 14278984; /* c2 = 3.324585035e-3, in 2^-32 */
-    y = mul_high(y, x) + 307753036; /* c1 = 7.165433746e-2, in 2^-32 */
+    int32_t y = mul_high(-1900509227, x) - 734464386; /* c7 = -1.710058157e-1, in 2^-32 */
+    y = mul_high(y, x) + 643994442; /* c6 = 1.499416404e-1, in 2^-32 */
+    y = mul_high(y, x) + 187374999; /* c5 = 4.362664162e-2, in 2^-32 */
+    y = mul_high(y, x) - 79894552; /* c4 = -1.860189997e-2, in 2^-32 */
+    y = mul_high(y, x) - 46189290; /* c3 = -1.075428212e-2, in 2^-32 */
+    y = mul_high(y, x) + 14278926; /* c2 = 3.324571531e-3, in 2^-32 */
+    y = mul_high(y, x) + 307753043; /* c1 = 7.165433909e-2, in 2^-32 */
     y = mul_high(y, x) + 5696; /* c0 = 1.326203346e-6, in 2^-32 */
 
     return y;

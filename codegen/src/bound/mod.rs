@@ -17,6 +17,7 @@ mod value;
 use crate::exact::{Interval, Polynomial};
 use crate::input::InputPlan;
 use crate::program::{Program, Stage, Type};
+use crate::quantize::Rounding;
 use crate::reference::Reference;
 
 use piece::{Piece, pieces};
@@ -24,8 +25,9 @@ pub use piece::{reach, segments, variable_error, words};
 use steps::run;
 pub(crate) use value::of_type;
 
-/// The certified supremum may exceed the true one by this part of itself or of an output unit, 2⁻⁷.
-const SUPREMUM_SLACK_LOG2: i64 = -7;
+/// The certified supremum may exceed the true one by this part of itself, 2⁻¹⁸, 4 parts in a million.
+const SUPREMUM_SLACK_LOG2: i64 = -18;
+
 /// A routine's bound and what it is made of, on the piece where it is largest; in the output's unit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Bound {
@@ -111,6 +113,43 @@ pub fn rounding(program: &Program, plan: &InputPlan) -> Result<f64, Overflows> {
     Ok(largest)
 }
 
+/// What the operations round on each piece, in the reference's unit: what the search of coefficients has to add to the
+/// distance of the polynomial.
+///
+/// # Errors
+/// [`Overflows`] as for [`bound`].
+pub fn roundings(program: &Program, plan: &InputPlan, unit: &Interval) -> Result<Vec<Rounding>, Overflows> {
+    let in_v = |w: &Interval| w.mul_pow2(-program.variable_exponent).to_f64();
+    let of = |(a, b): (Interval, Interval)| {
+        let out = run(program, &Piece::new(program, plan, &a, &b))?;
+        let most = (&(&out.sum.evaluation + &out.sum.output) * unit).to_f64_up();
+        Ok(Rounding { from: in_v(&a), to: in_v(&b), most })
+    };
+    pieces(program, words(program, plan)).into_iter().map(of).collect()
+}
+
+/// What is known of a piece before the distance of the polynomial from the reference is.
+struct Followed {
+    from: Interval,
+    to: Interval,
+    difference: Polynomial,
+    remainder: Interval,
+    input: Interval,
+    evaluation: Interval,
+    output: Interval,
+    /// Their sum: all but the distance.
+    beside: Interval,
+}
+
+impl Followed {
+    fn bound(&self, total: &Interval, supremum: &Interval) -> Bound {
+        let approximation = (supremum + &self.remainder).upper();
+        let [total, approximation, input, evaluation, output] =
+            [total, &approximation, &self.input, &self.evaluation, &self.output].map(Interval::to_f64_up);
+        Bound { total, approximation, input, evaluation, output, ..Bound::default() }
+    }
+}
+
 /// Bounds `program` against `reference`; one output word (float: 1) stands for `unit` of the reference's unit.
 ///
 /// # Errors
@@ -122,31 +161,44 @@ pub fn bound(
     unit: &Interval,
 ) -> Result<Bound, Overflows> {
     let slope = reference.polynomial.derivative();
-    let mut worst: Option<(Interval, Bound)> = None;
+    let mut followed = Vec::new();
     let mut output_range: Option<Interval> = None;
     let mut rounding = 0.0f64;
+    // What the distance and the bound come to somewhere.
+    let (mut largest, mut reached) = (Interval::zero(), Interval::zero());
     for (a, b) in pieces(program, words(program, plan)) {
         let piece = Piece::new(program, plan, &a, &b);
         let out = run(program, &piece)?;
         output_range = Some(output_range.map_or(out.range.clone(), |r| r.hull(&out.range)));
         rounding = rounding.max((&out.sum.evaluation + &out.sum.output).to_f64_up());
         let difference = out.sum.polynomial.scale(unit).sub(&reference.polynomial);
-        let rough = difference.at(&piece.centre).magnitude().upper();
-        let tolerance =
-            rough.mul_pow2(SUPREMUM_SLACK_LOG2).hull(&unit.mul_pow2(SUPREMUM_SLACK_LOG2)).magnitude();
-        let v = |w: &Interval| w.mul_pow2(-program.variable_exponent);
-        let supremum = difference.supremum(&v(&a), &v(&b), &tolerance).upper();
         let input = (&slope.range(&piece.wide_from, &piece.wide_to).magnitude() * &piece.input_error).upper();
         let remainder = &reference.remainder + &reference.remainder;
-        let approximation = (&supremum + &remainder).upper();
         let evaluation = (&out.sum.evaluation * unit).upper();
         let output = (&out.sum.output * unit).upper();
-        let sum = &(&approximation + &input) + &(&evaluation + &output);
-        if worst.as_ref().is_none_or(|(w, _)| w.certainly_le(&sum)) {
-            let [total, approximation, input, evaluation, output] =
-                [&sum, &approximation, &input, &evaluation, &output].map(Interval::to_f64_up);
-            let bound = Bound { total, approximation, input, evaluation, output, ..Bound::default() };
-            worst = Some((sum, bound));
+        let beside = (&(&remainder + &input) + &(&evaluation + &output)).upper();
+        let middle = difference.at(&piece.centre).magnitude_lower();
+        largest = largest.magnitude_max(&middle);
+        let sum = &middle + &beside;
+        reached = reached.magnitude_max(&sum);
+        followed.push((
+            sum,
+            Followed { from: a, to: b, difference, remainder, input, evaluation, output, beside },
+        ));
+    }
+    // The largest first: then most others are seen to be smaller at once.
+    followed.sort_by(|(a, _), (b, _)| b.to_f64().total_cmp(&a.to_f64()));
+    let tolerance = largest.hull(&Interval::pow2(-300)).magnitude().mul_pow2(SUPREMUM_SLACK_LOG2);
+    let mut worst: Option<(Interval, Bound)> = None;
+    for (_, piece) in followed {
+        let least = (&reached - &piece.beside).magnitude_max(&Interval::zero());
+        let v = |w: &Interval| w.mul_pow2(-program.variable_exponent);
+        let supremum =
+            piece.difference.supremum_beside(&v(&piece.from), &v(&piece.to), &tolerance, &least).upper();
+        let sum = (&supremum + &piece.beside).upper();
+        if worst.as_ref().is_none_or(|(w, _)| !sum.certainly_le(w)) {
+            reached = reached.magnitude_max(&(&sum - &tolerance));
+            worst = Some((sum.clone(), piece.bound(&sum, &supremum)));
         }
     }
     if plan.reach != (plan.word_from.clone(), plan.word_to.clone()) {

@@ -114,17 +114,12 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
         }
         Op::MulF32 { a, b } => {
             let product = value(a).times(&value(b));
-            let power_of_two = matches!(b, Operand::Float(f) if f.to_bits() << 9 == 0);
-            let rounding = if power_of_two {
-                Interval::pow2(-150)
-            } else {
-                half_ulp(&product.range(&Interval::zero(), piece))
-            };
+            let rounding = of_product(step, &product, piece);
             product.rounded(step, &rounding, piece)
         }
-        Op::MulAddF32 { a, b, c } => {
+        Op::MulAddF32 { a, b, c, fused } => {
             let product = value(a).times(&value(b));
-            let first = half_ulp(&product.range(&Interval::zero(), piece));
+            let first = if *fused { Interval::zero() } else { of_product(step, &product, piece) };
             let sum = product.plus(&value(c).sum);
             let rounding = (&first + &half_ulp(&sum.range(&first, piece))).upper();
             sum.rounded(step, &rounding, piece)
@@ -136,6 +131,11 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
         }
         other => unreachable!("{other:?} is no step of an evaluation"),
     }
+}
+
+/// What a product of floats is rounded by: of a power of two only what falls below the smallest float.
+fn of_product(step: &Step, product: &Inexact, piece: &Piece) -> Interval {
+    if step.op.scales() { Interval::pow2(-150) } else { half_ulp(&product.range(&Interval::zero(), piece)) }
 }
 
 /// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a

@@ -87,6 +87,9 @@ pub struct Arguments {
     /// Number formats of the evaluation, one routine each [default: q31,f32; with --target: any].
     #[arg(long, value_enum, value_delimiter = ',')]
     pub format: Vec<Format>,
+    /// Products and sums of floats rounded once together, by cores that do so in one instruction: in place of format f32.
+    #[arg(long)]
+    pub fma: bool,
     /// Choose method and format: the fewest instructions on this core that meet the bound.
     #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
     pub target: Option<Core>,

@@ -43,10 +43,11 @@ impl Arguments {
 
     /// The formats that the user named, or all that both languages have.
     pub fn formats(&self) -> Vec<Format> {
-        match &self.format[..] {
-            [] => Format::ALL.to_vec(),
-            named => named.to_vec(),
-        }
+        let named = match &self.format[..] {
+            [] => &Format::ALL[..],
+            named => named,
+        };
+        named.iter().map(|format| format.fused(self.fma)).collect()
     }
 
     /// Progress on standard error, where someone watches.

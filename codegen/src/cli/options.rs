@@ -49,9 +49,12 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
     let formats = match &arguments.format[..] {
         // Terms of further physics need long products.
         [] if terms => vec![Format::Q31],
-        [] => Options::default().routines.iter().map(|r| r.format).collect(),
-        named => named.to_vec(),
+        [] => Options::default().routines.iter().map(|r| r.format.fused(arguments.fma)).collect(),
+        named => named.iter().map(|format| format.fused(arguments.fma)).collect(),
     };
+    if arguments.fma {
+        fma(arguments, &formats)?;
+    }
     let options = Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
         leave_out_unreachable: arguments.format.is_empty(),
@@ -81,6 +84,20 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
     Ok(options)
 }
 
+/// Whether floats that are rounded once for a product and its sum can be had.
+fn fma(arguments: &Arguments, formats: &[Format]) -> Result<()> {
+    if arguments.target.is_none() && !formats.contains(&Format::F32Fma) {
+        return Err(refused!("--fma belongs to floats").mend("add --format f32, or leave it out"));
+    }
+    match arguments.target {
+        Some(core) if !core.fuses() => {
+            let has = format!("{} has no fused multiply-add: every one would be a call", core.name());
+            Err(refused!("--fma: {has}").mend("leave it out"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// What the arguments ask for of the routine of an encoder.
 pub fn encoder_options(arguments: &Arguments, unit: &str) -> Result<Options> {
     if let Some(option) = of_other_sensors(arguments).first() {
@@ -97,6 +114,7 @@ pub fn of_other_sensors(arguments: &Arguments) -> Vec<&'static str> {
         ("--from and --to", a.from.is_some()),
         ("--extrapolate", a.extrapolate),
         ("--format", !a.format.is_empty()),
+        ("--fma", a.fma),
         ("--table", a.table.is_some()),
         ("--input", a.input.is_some()),
         ("--full-scale", a.full_scale.is_some()),

@@ -212,7 +212,7 @@ impl Piece {
 
 impl Interval {
     /// The smallest absolute value that is certainly reached by the enclosed number, as a point.
-    fn magnitude_lower(&self) -> Interval {
+    pub(crate) fn magnitude_lower(&self) -> Interval {
         let (lo, hi) = (self.lower(), self.upper());
         let zero = Interval::zero();
         if zero.certainly_le(&lo) {
@@ -224,7 +224,8 @@ impl Interval {
         }
     }
 
-    fn magnitude_max(&self, other: &Interval) -> Interval {
+    /// The larger of two magnitudes, as points.
+    pub(crate) fn magnitude_max(&self, other: &Interval) -> Interval {
         if self.certainly_le(other) { other.clone() } else { self.clone() }
     }
 }

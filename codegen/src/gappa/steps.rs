@@ -167,6 +167,7 @@ impl Writer<'_> {
             Op::MulAddHigh { shift, .. } => ("mul_add_high", false, 1u64 << shift, 32, ""),
             Op::MulAddSplit { shift, .. } => ("mul_add_split", false, 1 << shift, 32, ""),
             Op::MulAddShort { by, .. } => ("mul_add_high", false, 1, *by, ""),
+            Op::MulAddF32 { fused: true, .. } => ("fused_f32", false, 1, 0, ""),
             Op::MulAddF32 { .. } => ("mul_add_f32", false, 1, 0, ""),
             Op::MulF32 { .. } => ("mul_f32", false, 1, 0, ""),
             Op::ToF32 { .. } => ("to_f32", false, 1, 0, ""),
@@ -179,7 +180,8 @@ impl Writer<'_> {
         // Strict templates want every name: what an operation has not is nothing.
         let [a, b, c] = [0, 1, 2].map(|k| read.get(k).cloned().unwrap_or(Value::from(())));
         let split = 3.0 * mean;
-        Some((context! { i, kind, a, b, c, mean, split, exact, factor, by, scale, sign }, !exact))
+        let scales = op.scales();
+        Some((context! { i, kind, a, b, c, mean, split, exact, factor, by, scale, sign, scales }, !exact))
     }
 }
 

@@ -149,7 +149,8 @@ impl Language for C {
                     CShift::Strict => format!("shift_right({product}, {by}u){}", plus(c)),
                 }
             }
-            Op::MulAddF32 { a, b, c } => {
+            Op::MulAddF32 { a, b, c, fused: true } => format!("fmaf({}, {}, {})", text(a), text(b), text(c)),
+            Op::MulAddF32 { a, b, c, .. } => {
                 format!("({} * {}){}", text(a), text(b), self.plus_float(program, c))
             }
             Op::Bits { .. } | Op::Shifted { .. } | Op::Around { .. } => unreachable!("of counts"),
@@ -251,6 +252,8 @@ impl Checker for C {
         let mut arguments: Vec<String> = arguments.into_iter().map(String::from).collect();
         arguments.extend([format!("-I{}", place.generated.join("c").display()), "-o".into()]);
         arguments.extend([executable.display().to_string(), source.display().to_string()]);
+        // Where a compiler calls the library's fmaf.
+        arguments.push("-lm".into());
         (Tool::cc(), arguments)
     }
 

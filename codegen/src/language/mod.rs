@@ -121,6 +121,7 @@ impl<'a> Body<'a> {
         }
         for step in steps() {
             match &step.op {
+                Op::MulAddF32 { fused: true, .. } => add("fused"),
                 // Of counts, in place.
                 Op::Clamp { .. } if step.ty == Type::U32 => {}
                 Op::Clamp { a, .. } => add(limit(self.type_of(a))),

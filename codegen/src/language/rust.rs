@@ -184,7 +184,8 @@ impl Language for Rust {
             Op::MulAddShort { a, b, by, c } => {
                 format!("mul_short({}, {}, {by}){}", text(a), text(b), plus(c))
             }
-            Op::MulAddF32 { a, b, c } => {
+            Op::MulAddF32 { a, b, c, fused: true } => format!("fused({}, {}, {})", text(a), text(b), text(c)),
+            Op::MulAddF32 { a, b, c, .. } => {
                 format!("{} * {}{}", text(a), text(b), self.plus_float(program, c))
             }
             Op::Bits { .. } | Op::Shifted { .. } | Op::Around { .. } => unreachable!("of counts"),
@@ -221,7 +222,7 @@ impl Language for Rust {
     fn helpers(&self, body: &Body<'_>, which: &[usize]) -> Vec<&'static str> {
         let mut helpers = body.helpers(which);
         helpers.retain(|helper| {
-            helper.starts_with("limit_") || helper.starts_with("mul_") || *helper == "around"
+            helper.starts_with("limit_") || helper.starts_with("mul_") || ["around", "fused"].contains(helper)
         });
         helpers.sort_by_key(|helper| *helper != "around");
         helpers

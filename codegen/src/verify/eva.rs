@@ -14,7 +14,7 @@ use super::external::{Checked, ToolReport, laid_out};
 use super::harness::Subject;
 use crate::language::Language;
 use crate::options::CShift;
-use crate::program::{Op, Type};
+use crate::program::{Op, Step, Type};
 use crate::render::Renderer;
 
 /// How the helper with the contract begins in the generated C.
@@ -71,6 +71,10 @@ fn covered(subjects: &[Subject<'_>]) -> &'static str {
     }
 }
 
+fn fuses(step: &Step) -> bool {
+    matches!(step.op, Op::MulAddF32 { fused: true, .. })
+}
+
 fn takes_floats(subjects: &[Subject<'_>]) -> bool {
     subjects.iter().any(|s| s.program().arguments[0].ty == Type::F32)
 }
@@ -84,6 +88,7 @@ fn analyse(language: &dyn Language, of: &Checked<'_>, by_contract: bool) -> Resu
         source => format!("{base}.c"),
         shift_right_contract => by_contract,
         any_float,
+        fused => subjects.iter().any(|s| s.program().steps.iter().any(fuses)),
     };
     write(&source, &Renderer::new()?.render("verify/eva.c", context)?)?;
     let tool = Tool::named("frama-c", "apt-get install frama-c-base");

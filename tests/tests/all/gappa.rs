@@ -19,7 +19,7 @@ const CONTROL_SECONDS: u64 = 2;
 
 fn variants() -> Vec<RoutineOptions> {
     let table = |degree, segments_log2| Method::Piecewise { degree, segments_log2 };
-    let fused = Format::ALL.into_iter().map(RoutineOptions::of);
+    let fused = Format::ALL.into_iter().chain([Format::F32Fma]).map(RoutineOptions::of);
     let tables = [Format::Q31, Format::Q31Split].into_iter().flat_map(|format| {
         [table(1, 8), table(2, 5), table(3, 4), table(1, 12)]
             .map(|method| RoutineOptions { method, ..RoutineOptions::of(format) })

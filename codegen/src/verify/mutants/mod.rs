@@ -199,6 +199,7 @@ mod tests {
                 RoutineOptions { method: table, ..q31 },
                 RoutineOptions::of(Format::Q31Split),
                 RoutineOptions::of(Format::F32),
+                RoutineOptions::of(Format::F32Fma),
             ],
             ..Options::default()
         };
@@ -208,7 +209,7 @@ mod tests {
         let checks = Checks::default();
         let report = verify(folder.path(), &anew, &options, checks, &hidden).unwrap();
         assert!(report.holds(), "{}", report.text());
-        assert_eq!(report.sweeps.len(), 8);
+        assert_eq!(report.sweeps.len(), 10);
         for sweep in &report.sweeps {
             assert!(sweep.inputs >= 10_000_000 && sweep.margin < 1.5, "{sweep:?}");
         }
