@@ -6,6 +6,7 @@ use crate::accepted::NotAccepted;
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
+use crate::piecewise::Place;
 use crate::physics::{Further, FurtherEncoding};
 use crate::turn::Encoder;
 
@@ -44,6 +45,10 @@ pub enum Method {
         degree: usize,
         /// Their number as a power of two.
         segments_log2: u32,
+        /// Whether rows of three words are padded to four, so that their address is one shift.
+        padded: bool,
+        /// What its polynomials are of; `None`: the one that is proven closest.
+        place: Option<Place>,
     },
 }
 
@@ -66,7 +71,7 @@ impl RoutineOptions {
         let format = self.format.name().replace('-', "_");
         match self.method {
             Method::Fused => format,
-            Method::Piecewise { degree, segments_log2 } => {
+            Method::Piecewise { degree, segments_log2, .. } => {
                 format!("{format}_{degree}x{}", 1 << segments_log2)
             }
         }

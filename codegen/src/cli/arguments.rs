@@ -93,7 +93,8 @@ pub struct Arguments {
     /// Bytes of flash that the chosen routine may take [default: any; of an encoder 2048].
     #[arg(long)]
     pub flash_bytes: Option<usize>,
-    /// A table of polynomials instead of one, as degree and number of segments: 2x32.
+    /// A table of polynomials instead of one, as degree and number of segments: 2x32. Rows of three words are packed;
+    /// `2x32-padded` makes them four, so that their address is one shift.
     #[arg(long)]
     pub table: Option<String>,
     /// What the routines are given [default: the reading, q31 for q31 and f32 for f32].
