@@ -142,6 +142,7 @@ impl Core {
         match self {
             Core::CortexM4f | Core::CortexM7 | Core::CortexM33 => Weights {
                 constant: 0.9,
+                address: 2.05,
                 product_high: 1.0,
                 product_shift: 1.0,
                 spill: 2.0,
@@ -149,6 +150,8 @@ impl Core {
                 ..common
             },
             Core::CortexM3 => Weights {
+                packed: 0.5,
+                entry: 1.1,
                 clamp_f32: 45.0,
                 float_operation: 47.0,
                 float_conversion: 20.0,
@@ -221,7 +224,7 @@ impl Core {
                     let packed = if width.is_power_of_two() { 0.0 } else { w.packed };
                     w.shift + sum + w.address + packed + if width > 3 { w.spill } else { 0.0 }
                 }
-                Op::Wrap { add, .. } => w.shift + if_any(*add, w.subtract),
+                Op::Wrap { add, .. } => w.shift + if_any(*add, w.constant + w.subtract),
                 Op::Bits { .. } => w.bits,
                 // A constant, and twice a comparison and a conditional sum.
                 Op::Around { .. } => w.constant + w.clamp,

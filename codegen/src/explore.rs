@@ -12,8 +12,7 @@ use crate::cost::{Core, Cost};
 use crate::format::Format;
 use crate::fused::LARGEST_DEGREE;
 use crate::input::{Arity, Encoding, Input};
-use crate::options::{Ends, Method, Options, OutOfRange, RoutineOptions};
-use crate::piecewise::Place;
+use crate::options::{Ends, Method, Options, OutOfRange, Place, RoutineOptions};
 use crate::quantity::Quantity;
 use crate::routine::{self, Routine, RoutineError};
 

@@ -6,7 +6,6 @@ use crate::accepted::NotAccepted;
 use crate::format::Format;
 use crate::input::{Arity, Encoding, Input};
 use crate::output::Output;
-use crate::piecewise::Place;
 use crate::physics::{Further, FurtherEncoding};
 use crate::turn::Encoder;
 
@@ -32,6 +31,22 @@ pub enum CShift {
     Strict,
     /// Right shift of negatives, checked at compile time.
     Arithmetic,
+}
+
+/// What the polynomial of a table's row is one of, the cheapest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The variable; segments begin at multiples of their width.
+    Whole,
+    /// The variable; segments are centred there.
+    Centred,
+    /// The place in a segment that is centred there.
+    Segment,
+}
+
+impl Place {
+    /// All of them.
+    pub const ALL: [Place; 3] = [Place::Whole, Place::Centred, Place::Segment];
 }
 
 /// How the function is evaluated.

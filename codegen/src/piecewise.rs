@@ -18,26 +18,11 @@ use crate::design::{Design, DesignError};
 use crate::exact::{Interval, Polynomial};
 use crate::format::Format;
 use crate::input::InputPlan;
+use crate::options::Place;
 use crate::output::Output;
 use crate::program::{Op, Operand, Program, Stage, Type};
 use crate::quantize;
 use crate::reference::Reference;
-
-/// What a row's polynomial is one of, the cheapest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// The variable; segments begin at multiples of their width.
-    Whole,
-    /// The variable; segments are centred there.
-    Centred,
-    /// The place in a segment that is centred there.
-    Segment,
-}
-
-impl Place {
-    /// All of them.
-    pub const ALL: [Place; 3] = [Place::Whole, Place::Centred, Place::Segment];
-}
 
 /// The form of a table.
 #[derive(Debug, Clone, Copy)]
