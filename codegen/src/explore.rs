@@ -279,10 +279,8 @@ fn search(
         if best.iter().zip(least).any(|((cost, _), least)| order(*cost, least).is_le()) {
             break;
         }
-        let found: Vec<_> = next
-            .par_iter()
-            .map(|(_, form)| designed(coefficients, options, form, (bound, bound)))
-            .collect();
+        let found: Vec<_> =
+            next.par_iter().map(|(_, form)| designed(coefficients, options, form, (bound, bound))).collect();
         for ((outlined, _), candidate) in next.into_iter().zip(found) {
             let Some(candidate) = candidate? else { continue };
             let cost = candidate.cost(wanted.core);

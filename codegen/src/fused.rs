@@ -103,8 +103,7 @@ pub fn least_error(plan: &InputPlan, reference: &Reference, format: Format, degr
     let radius = (&to - &centre).to_f64();
     let local = reference.polynomial.shift(&centre);
     let scaled = local.coefficients().iter().zip(0..);
-    let in_u: Vec<Interval> =
-        scaled.map(|(c, k)| Interval::from_f64(c.to_f64() * radius.powi(k))).collect();
+    let in_u: Vec<Interval> = scaled.map(|(c, k)| Interval::from_f64(c.to_f64() * radius.powi(k))).collect();
     let further = to_chebyshev(&in_u).into_iter().skip(degree + 1);
     let approximation = std::f64::consts::FRAC_PI_4 * further.map(|c| c.to_f64().abs()).fold(0.0, f64::max);
     let span = (&reference.polynomial.at(&to) - &reference.polynomial.at(&from)).to_f64().abs();

@@ -330,7 +330,8 @@ mod tests {
     use crate::routine::{self, Routine};
 
     fn table(full_scale: f64, out_of_range: OutOfRange) -> (Routine, f64) {
-        let method = Method::Piecewise { degree: 2, segments_log2: 5, padded: false, place: Some(Place::Whole) };
+        let method =
+            Method::Piecewise { degree: 2, segments_log2: 5, padded: false, place: Some(Place::Whole) };
         let encoding = Encoding::Q31 { full_scale: Some(full_scale) };
         let input = Input { arity: Arity::Reading, encoding };
         let wanted = RoutineOptions { method, format: Format::Q31, input, output: Output::PowerOfTwo };

@@ -319,7 +319,8 @@ impl<'a> Task<'a> {
             return None;
         }
         TABLES_LOG2.into_iter().find_map(|segments_log2| {
-            let method = Method::Piecewise { degree: TABLE_DEGREE, segments_log2, padded: false, place: None };
+            let method =
+                Method::Piecewise { degree: TABLE_DEGREE, segments_log2, padded: false, place: None };
             let bounded = Options { bound: Some(self.target), ..self.options.clone() };
             design(self.coefficients, &bounded, &RoutineOptions { method, ..self.wanted.clone() }).ok()
         })

@@ -172,7 +172,10 @@ pub fn ends(arguments: &Arguments) -> Result<Ends> {
 fn table(text: &str) -> Result<Method> {
     let form = text.strip_suffix("-padded");
     let padded = form.is_some();
-    let parts = form.unwrap_or(text).split_once('x').and_then(|(d, n)| Some((d.parse().ok()?, n.parse::<u32>().ok()?)));
+    let parts = form
+        .unwrap_or(text)
+        .split_once('x')
+        .and_then(|(d, n)| Some((d.parse().ok()?, n.parse::<u32>().ok()?)));
     match parts {
         Some((degree, segments)) if segments.is_power_of_two() => {
             Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros(), padded, place: None })

@@ -45,9 +45,8 @@ pub fn script(
     // Whether the function of the reading is a table, and not only one of a term.
     let account = routine.design.account.as_ref();
     let of_term = |i: &usize| account.is_some_and(|account| account.steps.contains_key(i));
-    let own = |of: &dyn Fn(&Op) -> bool| {
-        (0..program.steps.len()).any(|i| !of_term(&i) && of(&program.steps[i].op))
-    };
+    let own =
+        |of: &dyn Fn(&Op) -> bool| (0..program.steps.len()).any(|i| !of_term(&i) && of(&program.steps[i].op));
     let table = own(&|op| matches!(op, Op::Index { .. }));
     let mut variables = Vec::new();
     let place = own(&|op| matches!(op, Op::Wrap { .. }));

@@ -1,10 +1,10 @@
 //! The cost model against instructions that were counted on the cores (`tests/firmware/instructions.json`).
 
 use codegen::cost::Core;
-use codegen::format::Format;
-use codegen::options::OutOfRange::{Clamp, Continue};
 use codegen::explore::{self, Wanted};
+use codegen::format::Format;
 use codegen::input::Encoding;
+use codegen::options::OutOfRange::{Clamp, Continue};
 use codegen::options::{Ends, Method, Options, Place};
 use codegen::routine;
 use fitter::coefficients::Coefficients;
@@ -70,7 +70,10 @@ fn a_target_gets_what_is_cheapest_on_it() {
         let chosen = &options.routines[0];
         let routine = routine::design(&paper(), &options, chosen).unwrap();
         assert!(routine.design.bound.total * 206_264.8 <= bound * 1.0001);
-        assert!(matches!(chosen.input.encoding, Encoding::Q31 { full_scale: Some(f) } if f == 0.76), "{chosen:?}");
+        assert!(
+            matches!(chosen.input.encoding, Encoding::Q31 { full_scale: Some(f) } if f == 0.76),
+            "{chosen:?}"
+        );
         let cost = core.cost(&routine.design.program);
         assert!(cost.instructions <= most.0 && cost.flash_bytes <= most.1, "{core:?}, {bound:e}: {cost:?}");
     };

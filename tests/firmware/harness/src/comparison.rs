@@ -82,13 +82,7 @@ const ALTERNATIVES: [Alternative; 7] = [
         1.0 / 8_589_934_592.0,
         Some(FULL_SCALE_MM),
     ),
-    (
-        "horner_smmla",
-        "polynomial of degree 9, smmla by hand",
-        "int32_t",
-        1.0 / 8_589_934_592.0,
-        Some(0.4),
-    ),
+    ("horner_smmla", "polynomial of degree 9, smmla by hand", "int32_t", 1.0 / 8_589_934_592.0, Some(0.4)),
     (
         "parabolas_smmla",
         "table of 32 parabolas, smmla by hand",
