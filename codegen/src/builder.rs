@@ -115,7 +115,8 @@ impl Builder {
         self
     }
 
-    /// Choose format and method: the fewest instructions on this core that meet the bound.
+    /// Choose format and method: what meets the bound at the least cost on this core
+    /// ([`Cost::worth`](crate::cost::Cost::worth)).
     pub fn target(mut self, core: Core) -> Self {
         self.target = Some(core);
         self

@@ -17,8 +17,12 @@ pub enum Core {
     CortexM0,
     /// ARMv7-M: long multiplication, no floats.
     CortexM3,
-    /// ARMv7E-M with single-precision floats.
+    /// ARMv7E-M with single-precision floats, and a high product with its sum as one instruction.
     CortexM4f,
+    /// The same instructions, with floats of either precision.
+    CortexM7,
+    /// ARMv8-M with the DSP extension and single-precision floats.
+    CortexM33,
 }
 
 /// The estimate.
@@ -28,6 +32,33 @@ pub struct Cost {
     pub instructions: f64,
     /// Bytes of flash: code, constants and table.
     pub flash_bytes: usize,
+}
+
+/// Eleven times the flash is accepted for half of the instructions, by judgement: a table of hundreds of rows has to save
+/// much, a short one little.
+const FLASH_EXPONENT: f64 = 0.29;
+
+impl Cost {
+    /// What is to be small: instructions where the flash that there is is known, otherwise instructions times a power of the
+    /// bytes of flash.
+    pub fn worth(self, flash_is_given: bool) -> f64 {
+        let flash = if flash_is_given { 1.0 } else { (self.flash_bytes as f64).powf(FLASH_EXPONENT) };
+        self.instructions * flash
+    }
+
+    /// With what is added.
+    #[must_use]
+    pub fn plus(self, added: Cost) -> Cost {
+        let flash_bytes = self.flash_bytes + added.flash_bytes;
+        Cost { instructions: self.instructions + added.instructions, flash_bytes }
+    }
+
+    /// What it is more than another.
+    #[must_use]
+    pub fn less(self, other: Cost) -> Cost {
+        let flash_bytes = self.flash_bytes.saturating_sub(other.flash_bytes);
+        Cost { instructions: (self.instructions - other.instructions).max(0.0), flash_bytes }
+    }
 }
 
 /// Instructions of every kind of operation.
@@ -40,16 +71,24 @@ struct Weights {
     subtract: f64,
     shift: f64,
     product_high: f64,
+    /// Its shift to the left before the sum.
+    product_shift: f64,
     product_split: f64,
     product_short: f64,
     /// Of a row of the table.
     address: f64,
+    /// Of a row of three words, more.
+    packed: f64,
     entry: f64,
+    /// Of the registers that a row of four words takes.
+    spill: f64,
     /// A field of bits.
     bits: f64,
     float_operation: f64,
     float_conversion: f64,
     bytes_per_instruction: f64,
+    /// The return, and the address of a table.
+    bytes_of_ends: usize,
     /// What a routine of the compiler's library takes, once, where an operation is a call.
     library_bytes: usize,
 }
@@ -59,7 +98,11 @@ const CALL: f64 = 6.0;
 
 impl Core {
     /// All cores.
-    pub const ALL: [Core; 3] = [Core::CortexM0, Core::CortexM3, Core::CortexM4f];
+    pub const ALL: [Core; 5] =
+        [Core::CortexM0, Core::CortexM3, Core::CortexM4f, Core::CortexM7, Core::CortexM33];
+
+    /// Those that a routine costs something else on: M7 and M33 have the instructions of M4F that routines are made of.
+    pub const APART: [Core; 3] = [Core::CortexM0, Core::CortexM3, Core::CortexM4f];
 
     /// The name by which users ask for it.
     pub fn name(self) -> &'static str {
@@ -67,6 +110,8 @@ impl Core {
             Core::CortexM0 => "cortex-m0",
             Core::CortexM3 => "cortex-m3",
             Core::CortexM4f => "cortex-m4f",
+            Core::CortexM7 => "cortex-m7",
+            Core::CortexM33 => "cortex-m33",
         }
     }
 
@@ -85,19 +130,33 @@ impl Core {
             subtract: 1.0,
             shift: 1.0,
             product_high: 2.0,
+            product_shift: 0.0,
             product_split: 8.4,
             product_short: 1.7,
-            address: 3.0,
-            entry: 0.8,
+            address: 2.0,
+            packed: 0.0,
+            entry: 1.0,
+            spill: 1.0,
             bits: 1.0,
             float_operation: 1.0,
             float_conversion: 2.0,
-            bytes_per_instruction: 2.6,
+            bytes_per_instruction: 2.8,
+            bytes_of_ends: 6,
             library_bytes: 0,
         };
         match self {
-            Core::CortexM4f => common,
+            Core::CortexM4f | Core::CortexM7 | Core::CortexM33 => Weights {
+                constant: 0.9,
+                address: 2.05,
+                product_high: 1.0,
+                product_shift: 1.0,
+                spill: 2.0,
+                bytes_per_instruction: 3.4,
+                ..common
+            },
             Core::CortexM3 => Weights {
+                packed: 0.5,
+                entry: 1.1,
                 clamp_f32: 45.0,
                 float_operation: 47.0,
                 float_conversion: 20.0,
@@ -110,7 +169,9 @@ impl Core {
                 product_split: 13.0,
                 product_short: 3.5,
                 saturate: 8.0,
-                entry: 1.2,
+                address: 3.0,
+                packed: 2.0,
+                entry: 1.7,
                 bits: 2.0,
                 float_operation: 100.0,
                 float_conversion: 40.0,
@@ -161,9 +222,14 @@ impl Core {
                 Op::Sub { .. } => w.subtract,
                 Op::ShiftLeft { .. } => w.shift,
                 Op::ShiftRight { add, .. } => w.shift + if_any(*add, w.constant + w.subtract),
-                // The constant is one that an instruction holds.
-                Op::Index { .. } => w.shift + w.subtract + w.address,
-                Op::Wrap { add, .. } => w.shift + if_any(*add, w.subtract),
+                // The constant is one that an instruction holds, or part of the table's address.
+                Op::Index { .. } => {
+                    let width = program.table.first().map_or(0, Vec::len);
+                    let sum = if step.ty == Type::U32 { w.subtract } else { 0.0 };
+                    let packed = if width.is_power_of_two() { 0.0 } else { w.packed };
+                    w.shift + sum + w.address + packed + if width > 3 { w.spill } else { 0.0 }
+                }
+                Op::Wrap { add, .. } => w.shift + if_any(*add, w.constant + w.subtract),
                 Op::Bits { .. } => w.bits,
                 // A constant, and twice a comparison and a conditional sum.
                 Op::Around { .. } => w.constant + w.clamp,
@@ -171,7 +237,9 @@ impl Core {
                 Op::Entry { .. } | Op::Word { .. } => w.entry,
                 Op::Truncate { .. } | Op::ToF32 { .. } => w.float_conversion,
                 Op::MulF32 { .. } => w.float_operation,
-                Op::MulAddHigh { .. } => w.product_high,
+                Op::MulAddHigh { shift, .. } => {
+                    w.product_high + if *shift > 0 { w.product_shift } else { 0.0 }
+                }
                 Op::MulAddSplit { .. } => w.product_split,
                 Op::MulAddShort { .. } => w.product_short,
                 Op::MulAddF32 { fused: true, .. } => w.float_operation,
@@ -184,6 +252,7 @@ impl Core {
             }
         }
         let code = (inline * w.bytes_per_instruction).ceil() as usize;
-        Cost { instructions, flash_bytes: code + library + 4 * constants + program.table_bytes() }
+        let flash_bytes = code + w.bytes_of_ends + library + 4 * constants + program.table_bytes();
+        Cost { instructions, flash_bytes }
     }
 }

@@ -11,7 +11,8 @@ use serde::Serialize;
 use crate::cost::{Core, Cost};
 use crate::format::Format;
 use crate::fused::LARGEST_DEGREE;
-use crate::options::{Ends, Method, Options, RoutineOptions};
+use crate::input::{Arity, Encoding, Input};
+use crate::options::{Ends, Method, Options, OutOfRange, Place, RoutineOptions};
 use crate::quantity::Quantity;
 use crate::routine::{self, Routine, RoutineError};
 
@@ -38,8 +39,9 @@ impl Candidate {
         let RoutineOptions { method, format, .. } = &self.routine.options;
         match method {
             Method::Fused => format!("{}, degree {}", format.name(), self.routine.design.degree),
-            Method::Piecewise { degree, segments_log2 } => {
-                format!("{}, {degree}x{}", format.name(), 1 << segments_log2)
+            Method::Piecewise { degree, segments_log2, padded, .. } => {
+                let padded = if *padded { ", padded" } else { "" };
+                format!("{}, {degree}x{}{padded}", format.name(), 1 << segments_log2)
             }
         }
     }
@@ -67,6 +69,75 @@ pub struct Row {
     pub flash_bytes: usize,
 }
 
+/// A routine that may be designed, and its degree.
+type Form = (RoutineOptions, usize);
+
+/// All that may be designed in some formats with these ends; of one format, input and output one after the other.
+fn forms(coefficients: &Coefficients, options: &Options, ends: Ends, formats: &[Format]) -> Vec<Form> {
+    let mut forms = Vec::new();
+    for &format in formats {
+        let mut usual = ends.routine(Method::Fused, format);
+        usual.input = free_scale(coefficients, options, usual.input);
+        let with = |method| RoutineOptions { method, ..usual.clone() };
+        forms.extend((1..=LARGEST_DEGREE).map(|degree| (with(Method::Fused), degree)));
+        if format.bits() != 31 {
+            continue;
+        }
+        for (degree, segments_log2) in TABLE_DEGREES.flat_map(|d| SEGMENTS_LOG2.map(move |log2| (d, log2))) {
+            for place in Place::ALL.map(Some) {
+                // Only three words are fewer than a power of two.
+                for padded in [false, true].into_iter().take(if degree == 2 { 2 } else { 1 }) {
+                    forms.push((with(Method::Piecewise { degree, segments_log2, padded, place }), degree));
+                }
+            }
+        }
+    }
+    forms
+}
+
+/// The input, where its scale is nobody's: of a range that is symmetric so that one instruction limits it, or nothing has
+/// to.
+fn free_scale(coefficients: &Coefficients, options: &Options, input: Input) -> Input {
+    let covered = &coefficients.valid_range;
+    let (from, to) = options.range.unwrap_or((covered.from, covered.to));
+    let limited = options.out_of_range != OutOfRange::Continue;
+    match input {
+        Input { arity: Arity::Reading, encoding: Encoding::Q31 { full_scale: None } } if from == -to => {
+            let full_scale = Some(if limited { 2.0 * to } else { to });
+            Input { encoding: Encoding::Q31 { full_scale }, ..input }
+        }
+        other => other,
+    }
+}
+
+/// Designs a form within `bound`; `None` where it is not good enough or does not fit its words: others may.
+///
+/// # Errors
+/// What concerns every form.
+fn designed(
+    coefficients: &Coefficients,
+    options: &Options,
+    (wanted, degree): &Form,
+    (bound, terms_bound): (f64, f64),
+) -> Result<Option<Candidate>, RoutineError> {
+    let quantity = Quantity::of(&coefficients.error_model());
+    let (bound, terms_bound) = (Some(bound), Some(terms_bound));
+    let options = Options { degree: Some(*degree), bound, terms_bound, ..options.clone() };
+    match routine::design(coefficients, &options, wanted) {
+        Ok(routine) => {
+            let bound = quantity.in_bound_unit(routine.design.bound.total);
+            Ok(Some(Candidate { routine, bound }))
+        }
+        Err(
+            RoutineError::Unreachable { .. }
+            | RoutineError::CoarseOutput { .. }
+            | RoutineError::TableUnreachable { .. }
+            | RoutineError::Design(_),
+        ) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
 /// Designs all candidates whose best polynomials come within `bound`; `done` is told how many are through.
 ///
 /// # Errors
@@ -79,47 +150,21 @@ pub fn candidates(
     bound: f64,
     done: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<Vec<Candidate>, RoutineError> {
-    let mut wanted: Vec<(RoutineOptions, Option<usize>)> = Vec::new();
-    for &format in formats {
-        let with = |method| ends.routine(method, format);
-        wanted.extend((1..=LARGEST_DEGREE).map(|degree| (with(Method::Fused), Some(degree))));
-        if format.bits() == 31 {
-            for degree in TABLE_DEGREES {
-                let table = |segments_log2| (with(Method::Piecewise { degree, segments_log2 }), None);
-                wanted.extend(SEGMENTS_LOG2.map(table));
-            }
-        }
-    }
-    let (total, through) = (wanted.len(), AtomicUsize::new(0));
+    let forms = forms(coefficients, options, ends, formats);
+    let (total, through) = (forms.len(), AtomicUsize::new(0));
     let quantity = Quantity::of(&coefficients.error_model());
-    let terms_bound = Some(wanted_bound(coefficients, options, &quantity).min(bound));
-    let designed: Vec<Result<Candidate, RoutineError>> = wanted
+    let terms_bound = wanted_bound(coefficients, options, &quantity).min(bound);
+    let found: Vec<Result<Option<Candidate>, RoutineError>> = forms
         .par_iter()
-        .map(|(wanted, degree)| {
-            let options = Options { degree: *degree, bound: Some(bound), terms_bound, ..options.clone() };
-            let routine = routine::design(coefficients, &options, wanted);
+        .map(|form| {
+            let candidate = designed(coefficients, options, form, (bound, terms_bound));
             done(through.fetch_add(1, atomic::Ordering::Relaxed) + 1, total);
-            let routine = routine?;
-            let bound = quantity.in_bound_unit(routine.design.bound.total);
-            Ok(Candidate { routine, bound })
+            candidate
         })
         .collect();
-    let mut found = Vec::new();
-    let mut unusable = None;
-    for candidate in designed {
-        match candidate {
-            Ok(candidate) => found.push(candidate),
-            // This one is not good enough or does not fit its words; others may.
-            Err(
-                RoutineError::Unreachable { .. }
-                | RoutineError::CoarseOutput { .. }
-                | RoutineError::TableUnreachable { .. }
-                | RoutineError::Design(_),
-            ) => {}
-            Err(error) => unusable = Some(error),
-        }
-    }
-    match unusable {
+    let (found, unusable): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
+    let found: Vec<Candidate> = found.into_iter().flatten().flatten().collect();
+    match unusable.into_iter().find_map(Result::err) {
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
@@ -192,15 +237,65 @@ pub fn choose(
     let quantity = Quantity::of(&coefficients.error_model());
     let bound = wanted_bound(coefficients, options, &quantity);
     let formats = if wanted.formats.is_empty() { &Format::ALL } else { wanted.formats };
-    let candidates = candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
-    let best = cheapest(&candidates, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?;
+    let best = match search(coefficients, options, wanted, formats, bound)? {
+        Some(best) => best,
+        // The message names the nearest.
+        None => {
+            let all = candidates(coefficients, options, wanted.ends, formats, f64::MAX, done)?;
+            cheapest(&all, wanted.core, bound, wanted.flash_bytes, &quantity.bound_unit)?.clone()
+        }
+    };
     options.degree = Some(best.routine.design.degree);
-    options.routines = vec![best.routine.options.clone()];
+    options.routines = vec![best.routine.options];
     Ok(())
 }
 
-/// The candidate with the fewest instructions that is proven within `bound` and fits `flash_bytes`; of equal
-/// ones the smaller, then the more exact.
+/// The cheapest that is proven within `bound` and fits the flash. Forms are designed in the order of what they will cost, and
+/// none that no coefficients bring within the bound, until the rest cannot be cheaper.
+fn search(
+    coefficients: &Coefficients,
+    options: &Options,
+    wanted: &Wanted,
+    formats: &[Format],
+    bound: f64,
+) -> Result<Option<Candidate>, RoutineError> {
+    let forms = forms(coefficients, options, wanted.ends, formats);
+    let outlined = routine::outlines(coefficients, options, &forms);
+    let mut open: Vec<(Cost, Form)> = (forms.into_iter().zip(outlined))
+        .filter_map(|(form, outline)| outline.filter(|o| o.least <= bound).map(|o| (o, form)))
+        .map(|(outline, form)| (wanted.core.cost(&outline.program), form))
+        .collect();
+    let order = |a: Cost, b: Cost| {
+        let key = |c: Cost| c.worth(wanted.flash_bytes.is_some());
+        key(a).total_cmp(&key(b)).then(a.flash_bytes.cmp(&b.flash_bytes))
+    };
+    open.sort_by(|a, b| order(b.0, a.0));
+    // What terms add is the same to all of them, about.
+    let mut added = Cost { instructions: 0.0, flash_bytes: 0 };
+    let mut best: Option<(Cost, Candidate)> = None;
+    while !open.is_empty() {
+        let next = open.split_off(open.len().saturating_sub(rayon::current_num_threads()));
+        let least = next.iter().map(|(cost, _)| cost.plus(added)).min_by(|a, b| order(*a, *b));
+        if best.iter().zip(least).any(|((cost, _), least)| order(*cost, least).is_le()) {
+            break;
+        }
+        let found: Vec<_> =
+            next.par_iter().map(|(_, form)| designed(coefficients, options, form, (bound, bound))).collect();
+        for ((outlined, _), candidate) in next.into_iter().zip(found) {
+            let Some(candidate) = candidate? else { continue };
+            let cost = candidate.cost(wanted.core);
+            added = cost.less(outlined);
+            let fits = wanted.flash_bytes.is_none_or(|most| cost.flash_bytes <= most);
+            if fits && best.as_ref().is_none_or(|(so_far, _)| order(cost, *so_far).is_lt()) {
+                best = Some((cost, candidate));
+            }
+        }
+    }
+    Ok(best.map(|(_, candidate)| candidate))
+}
+
+/// The cheapest candidate that is proven within `bound` and fits `flash_bytes` ([`Cost::worth`]); of equal ones the smaller,
+/// then the more exact.
 ///
 /// # Errors
 /// [`RoutineError`], which names the nearest candidate that can be had.
@@ -231,7 +326,7 @@ pub fn cheapest<'a>(
     let small = exact.iter().filter(|c| flash_bytes.is_none_or(|f| c.cost(core).flash_bytes <= f));
     let key = |c: &Candidate| {
         let cost = c.cost(core);
-        (cost.instructions, cost.flash_bytes, c.bound)
+        (cost.worth(flash_bytes.is_some()), cost.flash_bytes, c.bound)
     };
     let order = |a: &&&Candidate, b: &&&Candidate| key(a).partial_cmp(&key(b)).unwrap_or(Ordering::Equal);
     small.min_by(order).copied().ok_or_else(|| {

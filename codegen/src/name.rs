@@ -48,8 +48,8 @@ fn reserved(name: &str) -> Option<&'static str> {
 }
 
 /// Parameters, variables and helper functions of the templates.
-const OWN: &str = "limit limit_f32 limit_i32 limit_i64 high_word mul_high mul_short mul_split phase_of shift_right to_signed \
-    around table row state result count coefficients page bytes s x1 x2 measured";
+const OWN: &str = "limit limit_f32 limit_i32 limit_i64 loaded constants constant high_word mul_add_high mul_high mul_short \
+    mul_split phase_of shift_right to_signed around table row state result count coefficients page bytes s x1 x2 measured";
 
 /// Names that Windows gives to devices.
 const DEVICES: &str = "aux con nul prn com1 com2 com3 com4 com5 com6 com7 com8 com9 lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 lpt7 lpt8 \

@@ -33,6 +33,22 @@ pub enum CShift {
     Arithmetic,
 }
 
+/// What the polynomial of a table's row is one of, the cheapest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The variable; segments begin at multiples of their width.
+    Whole,
+    /// The variable; segments are centred there.
+    Centred,
+    /// The place in a segment that is centred there.
+    Segment,
+}
+
+impl Place {
+    /// All of them.
+    pub const ALL: [Place; 3] = [Place::Whole, Place::Centred, Place::Segment];
+}
+
 /// How the function is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
@@ -44,6 +60,10 @@ pub enum Method {
         degree: usize,
         /// Their number as a power of two.
         segments_log2: u32,
+        /// Whether rows of three words are padded to four, so that their address is one shift.
+        padded: bool,
+        /// What its polynomials are of; `None`: the one that is proven closest.
+        place: Option<Place>,
     },
 }
 
@@ -66,7 +86,7 @@ impl RoutineOptions {
         let format = self.format.name().replace('-', "_");
         match self.method {
             Method::Fused => format,
-            Method::Piecewise { degree, segments_log2 } => {
+            Method::Piecewise { degree, segments_log2, .. } => {
                 format!("{format}_{degree}x{}", 1 << segments_log2)
             }
         }

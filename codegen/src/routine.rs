@@ -7,9 +7,10 @@ use crate::design::{Design, DesignError};
 use crate::exact::Interval;
 use crate::fused::{self, LARGEST_DEGREE};
 use crate::input::{InputError, InputPlan};
-use crate::options::{Method, Options, OutOfRange, RoutineOptions};
+use crate::options::{Method, Options, OutOfRange, Place, RoutineOptions};
 use crate::physics::{Physics, PhysicsError};
-use crate::piecewise;
+use crate::piecewise::{self, Shape};
+use crate::program::Program;
 use crate::quantity::Quantity;
 use crate::reference::{Reference, TooSteep};
 
@@ -37,6 +38,11 @@ pub struct Routine {
 const TABLE_DEGREE: usize = 3;
 /// See [`TABLE_DEGREE`].
 const TABLES_LOG2: std::ops::RangeInclusive<u32> = 4..=9;
+
+/// Bits that a table's polynomials give up at most for an instruction less.
+const WORTH_A_SHIFT: i64 = 1;
+/// A cheaper table is kept unless its bound is so many times that of the next.
+const HARDLY_BETTER: f64 = 1.005;
 
 /// Bits of the last sum that terms of further physics may take at most.
 const MOST_HEADROOM: i64 = 6;
@@ -94,9 +100,42 @@ pub fn design(
 ) -> Result<Routine, RoutineError> {
     let task = Task::new(coefficients, options, wanted)?;
     match wanted.method {
-        Method::Piecewise { degree, segments_log2 } => task.table(degree, segments_log2),
+        Method::Piecewise { degree, segments_log2, padded, place } => {
+            let shape = Shape { degree, segments_log2, padded, place: Place::Whole };
+            task.table(&shape, place)
+        }
         Method::Fused => task.polynomial(),
     }
+}
+
+/// What is known of a routine before its coefficients are: what it will cost, and what no coefficients can better.
+#[derive(Debug, Clone)]
+pub struct Outline {
+    /// Its steps, of coefficients that are of no account, without terms of further physics.
+    pub program: Program,
+    /// No polynomials of these degrees come closer, as far as floats tell, in the bound's unit.
+    pub least: f64,
+}
+
+/// The outlines of some routines and their degrees; none where an input, a format or a table does not do.
+pub fn outlines(
+    coefficients: &Coefficients,
+    options: &Options,
+    wanted: &[(RoutineOptions, usize)],
+) -> Vec<Option<Outline>> {
+    let mut shared: Option<Task> = None;
+    let mut outlined = Vec::new();
+    for (wanted, degree) in wanted {
+        let same = |task: &Task| RoutineOptions { method: wanted.method, ..task.wanted.clone() } == *wanted;
+        // Only the method is another: the function is the same.
+        let task = match shared.filter(|task| same(task)) {
+            Some(task) => Some(Task { wanted, ..task }),
+            None => Task::new(coefficients, options, wanted).ok(),
+        };
+        outlined.push(task.as_ref().and_then(|task| task.outline(*degree)));
+        shared = task;
+    }
+    outlined
 }
 
 /// What is known of a routine before a degree is chosen.
@@ -138,22 +177,22 @@ impl<'a> Task<'a> {
         let limited = options.out_of_range != OutOfRange::Continue;
         let plan = wanted.input.plan(&model.sensor, range.0, range.1, wanted.format, limited)?;
         let reference = reference(&model, &plan)?;
-        let plan = match wanted.method {
-            Method::Piecewise { segments_log2, .. } => plan.unshifted(segments_log2 + 1),
-            Method::Fused => plan,
-        };
         let physics = Physics::of(coefficients, options, beyond(coefficients, options))?;
         Ok(Task { coefficients, options, wanted, model, quantity, range, target, plan, reference, physics })
     }
 
     /// A design with the terms of further physics, which may need room in the last sum.
-    fn extended(&self, design: &dyn Fn(i64) -> Result<Design, DesignError>) -> Result<Design, DesignError> {
+    fn extended(
+        &self,
+        plan: &InputPlan,
+        design: &dyn Fn(i64) -> Result<Design, DesignError>,
+    ) -> Result<Design, DesignError> {
         let words = (self.wanted.format, self.wanted.output);
         let wanted = self.options.terms_bound.unwrap_or(self.target);
         let fine = wanted / self.quantity.bound_units_per_unit;
         let mut headroom = 0;
         loop {
-            let extend = |d| self.physics.extend(d, &self.model, &self.plan, words, fine);
+            let extend = |d| self.physics.extend(d, &self.model, plan, words, fine);
             match design(headroom).and_then(extend) {
                 Err(DesignError::Overflows(_) | DesignError::Physics(PhysicsError::Leaves { .. }))
                     if !self.physics.is_empty() && headroom < MOST_HEADROOM =>
@@ -165,29 +204,67 @@ impl<'a> Task<'a> {
         }
     }
 
+    fn outline(&self, degree: usize) -> Option<Outline> {
+        let words = (self.wanted.format, self.wanted.output);
+        let (program, least) = match self.wanted.method {
+            Method::Fused => {
+                let least = fused::least_error(&self.plan, &self.reference, self.wanted.format, degree);
+                (fused::outline(&self.plan, words, degree).ok()?, least)
+            }
+            Method::Piecewise { segments_log2, padded, place, .. } => {
+                let shape = Shape { degree, segments_log2, padded, place: place.unwrap_or(Place::Whole) };
+                let plan = self.plan_of(&shape);
+                let least = piecewise::least_error(&plan, &self.reference, &shape);
+                (piecewise::outline(&plan, words, &shape).ok()?, least)
+            }
+        };
+        Some(Outline { program, least: self.quantity.in_bound_unit(least) })
+    }
+
     fn finish(self, design: Design) -> Routine {
         let line = beyond(self.coefficients, self.options);
         let Task { plan, reference, range, physics, .. } = self;
         Routine { options: self.wanted.clone(), design, plan, reference, range, physics, line }
     }
 
-    fn table(self, degree: usize, segments_log2: u32) -> Result<Routine, RoutineError> {
-        let (wanted, words) = (self.wanted, (self.wanted.format, self.wanted.output));
+    fn table(mut self, shape: &Shape, place: Option<Place>) -> Result<Routine, RoutineError> {
+        let (wanted, Shape { degree, segments_log2, .. }) = (self.wanted, *shape);
         if !((1..=3).contains(&degree) && (1..=12).contains(&segments_log2)) {
             return Err(RoutineError::Table { degree, segments: 1 << segments_log2.min(31) });
         }
         if wanted.format.bits() != 31 {
             return Err(RoutineError::TableFormat(wanted.format.name()));
         }
-        let design = self.extended(&|headroom| {
-            piecewise::design(&self.plan, &self.reference, words, degree, segments_log2, headroom)
-        })?;
+        let places = place.map_or(Place::ALL.to_vec(), |place| vec![place]);
+        let designed = places.into_iter().map(|place| self.tabulated(&Shape { place, ..*shape }));
+        let chosen = designed.reduce(|cheap, fine| match (cheap, fine) {
+            (Ok(cheap), Ok(fine)) if cheap.1.bound.total > HARDLY_BETTER * fine.1.bound.total => Ok(fine),
+            (Ok(cheap), _) => Ok(cheap),
+            (Err(_), fine) => fine,
+        });
+        let (plan, design) = chosen.unwrap_or_else(|| unreachable!("there is a place"))?;
+        self.plan = plan;
         let reachable = self.quantity.in_bound_unit(design.bound.total);
         if reachable <= self.target {
             return Ok(self.finish(design));
         }
         let (suffix, unit) = (wanted.suffix(), self.quantity.bound_unit);
         Err(RoutineError::TableUnreachable { suffix, wanted: self.target, reachable, unit })
+    }
+
+    /// The plan for a table of this shape: a shift that is left out costs polynomials of the whole variable as many bits.
+    fn plan_of(&self, shape: &Shape) -> InputPlan {
+        let unshifted = self.plan.unshifted(shape.segments_log2 + 1);
+        let bits = self.plan.program.variable_exponent - unshifted.program.variable_exponent;
+        if shape.place == Place::Segment || bits <= WORTH_A_SHIFT { unshifted } else { self.plan.clone() }
+    }
+
+    /// A table of this shape, and its plan.
+    fn tabulated(&self, shape: &Shape) -> Result<(InputPlan, Design), DesignError> {
+        let (plan, words) = (self.plan_of(shape), (self.wanted.format, self.wanted.output));
+        let made = |headroom| piecewise::design(&plan, &self.reference, words, shape, headroom);
+        let design = self.extended(&plan, &made)?;
+        Ok((plan, design))
     }
 
     fn polynomial(self) -> Result<Routine, RoutineError> {
@@ -209,7 +286,7 @@ impl<'a> Task<'a> {
                 continue;
             }
             let made = |headroom| fused::design(&self.plan, &self.reference, words, degree, headroom, enough);
-            let design = self.extended(&made)?;
+            let design = self.extended(&self.plan, &made)?;
             let bound = self.quantity.in_bound_unit(design.bound.total);
             if bound <= self.target {
                 return Ok(self.finish(design));
@@ -243,7 +320,8 @@ impl<'a> Task<'a> {
             return None;
         }
         TABLES_LOG2.into_iter().find_map(|segments_log2| {
-            let method = Method::Piecewise { degree: TABLE_DEGREE, segments_log2 };
+            let method =
+                Method::Piecewise { degree: TABLE_DEGREE, segments_log2, padded: false, place: None };
             let bounded = Options { bound: Some(self.target), ..self.options.clone() };
             design(self.coefficients, &bounded, &RoutineOptions { method, ..self.wanted.clone() }).ok()
         })
@@ -345,7 +423,11 @@ mod tests {
             scale in prop::collection::vec(-2.0..2.0f64, 10),
             method in prop_oneof![
                 Just(Method::Fused),
-                (1..=3usize, 1..=6u32).prop_map(|(degree, segments_log2)| Method::Piecewise { degree, segments_log2 }),
+                (1..=3usize, 1..=6u32, any::<bool>(), prop::sample::select(Place::ALL.to_vec())).prop_map(
+                    |(degree, segments_log2, padded, place)| Method::Piecewise {
+                        degree, segments_log2, padded, place: Some(place),
+                    }
+                ),
             ],
             format in prop::sample::select(vec![Format::Q31, Format::Q31Split, Format::Q15]),
             degree in 1..=10usize,

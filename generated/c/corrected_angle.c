@@ -46,13 +46,32 @@ static int32_t limit_i32(int32_t value, int32_t lo, int32_t hi)
     return limited;
 }
 
-/* floor(a * b / 2^32): what is divided is a multiple of 2^32, so that the division is exact. */
-static int32_t mul_high(int32_t a, int32_t b)
+/* floor(a * b / 2^32) + c: one instruction of cores with the DSP extension, which C has no operator for. */
+#if defined(__GNUC__) && defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH) && (__ARM_ARCH >= 6)
+static int32_t mul_add_high(int32_t a, int32_t b, int32_t c)
+{
+    int32_t sum;
+
+    __asm__("smmla %0, %1, %2, %3" : "=r"(sum) : "r"(a), "r"(b), "r"(c));
+    return sum;
+}
+#else
+static int32_t mul_add_high(int32_t a, int32_t b, int32_t c)
 {
     const int64_t product = (int64_t)a * (int64_t)b;
     const uint64_t low = (uint64_t)product & 0xffffffffu;
 
-    return (int32_t)((product - (int64_t)low) / 4294967296);
+    return (int32_t)((product - (int64_t)low) / 4294967296) + c;
+}
+#endif
+
+/* The same words, of which cores with the DSP extension load two at a time: compilers would make each of two halves. */
+static const int32_t *loaded(const int32_t *words)
+{
+#if defined(__GNUC__) && defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH) && (__ARM_ARCH >= 6)
+    __asm__("" : "+r"(words));
+#endif
+    return words;
 }
 
 float corrected_angle_f32(float s_mm)
@@ -72,15 +91,20 @@ float corrected_angle_f32(float s_mm)
 
 int32_t corrected_angle_q31(int32_t s_q31)
 {
-    const int32_t x = limit_i32(s_q31, -1529671929, 1529660762); /* the valid range */
-    int32_t y = mul_high(-1900509227, x) - 734464386; /* c7 = -1.710058157e-1, in 2^-32 */
-    y = mul_high(y, x) + 643994442; /* c6 = 1.499416404e-1, in 2^-32 */
-    y = mul_high(y, x) + 187374999; /* c5 = 4.362664162e-2, in 2^-32 */
-    y = mul_high(y, x) - 79894552; /* c4 = -1.860189997e-2, in 2^-32 */
-    y = mul_high(y, x) - 46189290; /* c3 = -1.075428212e-2, in 2^-32 */
-    y = mul_high(y, x) + 14278926; /* c2 = 3.324571531e-3, in 2^-32 */
-    y = mul_high(y, x) + 307753043; /* c1 = 7.165433909e-2, in 2^-32 */
-    y = mul_high(y, x) + 5696; /* c0 = 1.326203346e-6, in 2^-32 */
+    static const int32_t constants[11] = {
+        -1529671929, 1529660762, -1900714611, -734430069, 644042146, 187367499, -79897793, -46188825,
+        14278984, 307753036, 5696
+    };
+    const int32_t *const constant = loaded(constants);
+    const int32_t x = limit_i32(s_q31, constant[0], constant[1]); /* the valid range */
+    int32_t y = mul_add_high(constant[2], x, constant[3]); /* c7 = -1.709978257e-1, in 2^-32 */
+    y = mul_add_high(y, x, constant[4]); /* c6 = 1.499527474e-1, in 2^-32 */
+    y = mul_add_high(y, x, constant[5]); /* c5 = 4.362489539e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[6]); /* c4 = -1.860265457e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[7]); /* c3 = -1.075417385e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[8]); /* c2 = 3.324585035e-3, in 2^-32 */
+    y = mul_add_high(y, x, constant[9]); /* c1 = 7.165433746e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[10]); /* c0 = 1.326203346e-6, in 2^-32 */
 
     return y;
 }

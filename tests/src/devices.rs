@@ -59,7 +59,7 @@ impl Kind {
     fn method(self, segments_log2: u32) -> Method {
         match self {
             Kind::Fused(_) => Method::Fused,
-            Kind::Table(_, degree) => Method::Piecewise { degree, segments_log2 },
+            Kind::Table(_, degree) => Method::Piecewise { degree, segments_log2, padded: false, place: None },
         }
     }
 }

@@ -60,7 +60,7 @@ pub fn run(arguments: &ExploreArgs) -> Result<ExitCode> {
         &designing(&bar),
     )?;
     bar.finish_and_clear();
-    let cores = common.target.map_or(Core::ALL.to_vec(), |target| vec![target]);
+    let cores = common.target.map_or(Core::APART.to_vec(), |target| vec![target]);
     let rows = explore::rows(&candidates, &cores, &unit);
     if let Some(path) = &arguments.svg {
         let picture = plot::svg(&rows, &cores)?;

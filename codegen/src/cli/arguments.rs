@@ -90,20 +90,23 @@ pub struct Arguments {
     /// Products and sums of floats rounded once together, by cores that do so in one instruction: in place of format f32.
     #[arg(long)]
     pub fma: bool,
-    /// Choose method and format: the fewest instructions on this core that meet the bound.
+    /// Choose method and format: what meets the bound at the least cost on this core. With --flash-bytes that is the fewest
+    /// instructions; otherwise eleven times the flash counts as much as twice the instructions.
     #[arg(long, value_enum, conflicts_with_all = ["degree", "table"])]
     pub target: Option<Core>,
     /// Bytes of flash that the chosen routine may take [default: any; of an encoder 2048].
     #[arg(long)]
     pub flash_bytes: Option<usize>,
-    /// A table of polynomials instead of one, as degree and number of segments: 2x32.
+    /// A table of polynomials instead of one, as degree and number of segments: 2x32. Rows of three words are packed;
+    /// `2x32-padded` makes them four, so that their address is one shift.
     #[arg(long)]
     pub table: Option<String>,
     /// What the routines are given [default: the reading, q31 for q31 and f32 for f32].
     #[arg(long, value_enum)]
     pub input: Option<InputName>,
-    /// What the reading of a Q31 word's 2^31 is [default: the smallest power of two above the range]. Of a range
-    /// that is symmetric, its end needs no limits, twice its end limits of one instruction.
+    /// What the reading of a Q31 word's 2^31 is [default: the smallest power of two above the range; with --target, of a
+    /// range that is symmetric, twice its end]. Of such a range, its end needs no limits, twice its end limits of one
+    /// instruction.
     #[arg(long)]
     pub full_scale: Option<f64>,
     /// Width of the converter's word, for counts [default: 16]; of an encoder's word, 10 to 18 [default: the fewest

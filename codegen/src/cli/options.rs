@@ -186,12 +186,17 @@ pub fn ends(arguments: &Arguments) -> Result<Ends> {
     Ok(Ends { input, output, full_scale })
 }
 
-/// `2x32`: the degree and the number of segments, a power of two.
+/// `2x32`: the degree and the number of segments, a power of two; `2x32-padded` with rows of a power of two of words.
 fn table(text: &str) -> Result<Method> {
-    let parts = text.split_once('x').and_then(|(d, n)| Some((d.parse().ok()?, n.parse::<u32>().ok()?)));
+    let form = text.strip_suffix("-padded");
+    let padded = form.is_some();
+    let parts = form
+        .unwrap_or(text)
+        .split_once('x')
+        .and_then(|(d, n)| Some((d.parse().ok()?, n.parse::<u32>().ok()?)));
     match parts {
         Some((degree, segments)) if segments.is_power_of_two() => {
-            Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros() })
+            Ok(Method::Piecewise { degree, segments_log2: segments.trailing_zeros(), padded, place: None })
         }
         _ => Err(refused!("--table {text} is no table")
             .mend("give degree and number of segments, a power of two: for example 2x32")),

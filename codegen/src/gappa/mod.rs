@@ -45,10 +45,12 @@ pub fn script(
     // Whether the function of the reading is a table, and not only one of a term.
     let account = routine.design.account.as_ref();
     let of_term = |i: &usize| account.is_some_and(|account| account.steps.contains_key(i));
-    let mut own = (0..program.steps.len()).filter(|i| !of_term(i));
-    let table = own.any(|i| matches!(program.steps[i].op, Op::Index { .. }));
+    let own =
+        |of: &dyn Fn(&Op) -> bool| (0..program.steps.len()).any(|i| !of_term(&i) && of(&program.steps[i].op));
+    let table = own(&|op| matches!(op, Op::Index { .. }));
     let mut variables = Vec::new();
-    if !table || routine.design.account.is_some() {
+    let place = own(&|op| matches!(op, Op::Wrap { .. }));
+    if !table || !place || routine.design.account.is_some() {
         let (from, to) = &words;
         let ends = if fixed {
             // The integers inside.
@@ -74,6 +76,7 @@ pub fn script(
         result => steps.result,
         terms => routine.design.account.is_some(),
         table => if table { program.table.len() } else { 0 },
+        place,
         split => program.steps.iter().any(|s| matches!(s.op, Op::MulAddSplit { .. })),
         bound => text::float_hex((routine.design.bound.rounding * factor).next_up()),
         pieces => PIECES,

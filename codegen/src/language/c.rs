@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Body, Checker, File, Language, limit};
+use super::{Body, Checker, File, Language, is_high_sum, limit};
 use crate::options::CShift;
 use crate::program::{Op, Operand, Program, Step, Type};
 use crate::text::float_hex;
@@ -27,6 +27,73 @@ fn plus(program: &Program, c: &Operand) -> String {
 /// Behind an unsigned constant that is not zero.
 fn plus_constant(value: u32) -> String {
     if value == 0 { String::new() } else { format!(" + {value}u") }
+}
+
+/// The constants of high sums and of their limits, each once: what a core with a DSP extension loads from one array. Few are
+/// cheaper by themselves.
+fn gathered(body: &Body<'_>) -> Vec<i64> {
+    let mut found = Vec::new();
+    let steps = &body.program.steps;
+    for step in body.program.written_steps().into_iter().map(|i| &steps[i]) {
+        let constants = match &step.op {
+            op if is_high_sum(op) => op.operands(),
+            Op::Clamp { a, lo, hi } if body.type_of(a) == Type::I32 && *lo != -hi - 1 => {
+                vec![Operand::Int(*lo), Operand::Int(*hi)]
+            }
+            _ => Vec::new(),
+        };
+        for constant in constants {
+            if let Operand::Int(value) = constant
+                && !found.contains(&value)
+            {
+                found.push(value);
+            }
+        }
+    }
+    if found.len() < FEWEST_GATHERED { Vec::new() } else { found }
+}
+
+/// Fewer constants than these cost more in an array than by themselves: its address is one more.
+const FEWEST_GATHERED: usize = 4;
+/// Constants in a line of their array.
+const CONSTANTS_IN_A_LINE: usize = 8;
+
+/// A constant where it stands in the array, or by itself.
+fn constant(body: &Body<'_>, value: i64) -> String {
+    let place = gathered(body).iter().position(|v| *v == value);
+    place.map_or_else(|| C.integer(value), |place| format!("constant[{place}]"))
+}
+
+/// The row from which a signed number of a segment is counted, where that is one of the table: part of its address then.
+fn from_row(body: &Body<'_>, step: &Step) -> Option<i64> {
+    let Op::Index { add, by, .. } = step.op else { return None };
+    let row = add >> by;
+    let inside = (0..body.program.table.len() as i64).contains(&row);
+    (step.ty == Type::I32 && !body.counts && inside).then_some(row)
+}
+
+/// An operand of a high sum.
+fn summand(body: &Body<'_>, operand: &Operand) -> String {
+    match operand {
+        Operand::Int(value) => constant(body, *value),
+        other => C.operand(body.program, other),
+    }
+}
+
+/// The array of the constants that some lines read, and what they read it by.
+fn declared_constants(body: &Body<'_>, lines: &[String]) -> Vec<String> {
+    let values = gathered(body);
+    if !lines.iter().any(|line| line.contains("constant[")) {
+        return Vec::new();
+    }
+    let numbers: Vec<String> = values.iter().map(|v| C.integer(*v)).collect();
+    let mut declared = vec![format!("static const int32_t constants[{}] = {{", values.len())];
+    declared.extend(numbers.chunks(CONSTANTS_IN_A_LINE).map(|line| format!("    {},", line.join(", "))));
+    if let Some(last) = declared.last_mut() {
+        last.pop();
+    }
+    declared.extend(["};".into(), "const int32_t *const constant = loaded(constants);".into()]);
+    declared
 }
 
 impl Language for C {
@@ -105,7 +172,9 @@ impl Language for C {
             }
             Op::Sub { a, b } => format!("{} - {}", text(a), text(b)),
             Op::Clamp { a, lo, hi } => {
-                let (from, ends) = (body.type_of(a), format!("{}, {}", self.integer(*lo), self.integer(*hi)));
+                let from = body.type_of(a);
+                let end = |value| if from == Type::I32 { constant(body, value) } else { self.integer(value) };
+                let ends = format!("{}, {}", end(*lo), end(*hi));
                 match (limit(from), from) {
                     (limit @ "limit_i64", _) => format!("(int32_t){limit}((int64_t){}, {ends})", text(a)),
                     (limit, Type::I32) => format!("{limit}({}, {ends})", text(a)),
@@ -126,7 +195,7 @@ impl Language for C {
                     by if body.shift == CShift::Arithmetic => format!("({} >> {by})", text(a)),
                     by => format!("shift_right({}, {by}u)", text(a)),
                 };
-                format!("{row} + {}", add >> by)
+                if from_row(body, step).is_some() { row } else { row + &plus(&Operand::Int(add >> by)) }
             }
             Op::Index { a, add, by } => format!("((uint32_t){} + {}u) >> {by}", text(a), *add as u32),
             Op::Wrap { a, add, by } => match (*add as u32) << by {
@@ -140,6 +209,10 @@ impl Language for C {
             Op::Truncate { a } => format!("(int32_t){}", text(a)),
             Op::ToF32 { a } => format!("(float){}", text(a)),
             Op::MulF32 { a, b } => format!("{} * {}", text(a), text(b)),
+            op @ Op::MulAddHigh { a, b, c, .. } if is_high_sum(op) => {
+                let [a, b, c] = [a, b, c].map(|operand| summand(body, operand));
+                format!("mul_add_high({a}, {b}, {c})")
+            }
             Op::MulAddHigh { a, b, shift, c } => product("mul_high", &text(a), &text(b), *shift) + &plus(c),
             Op::MulAddSplit { a, b, shift, c } => product("mul_split", &text(a), &text(b), *shift) + &plus(c),
             Op::MulAddShort { a, b, by, c } => {
@@ -165,7 +238,12 @@ impl Language for C {
         let mut lines = Vec::new();
         for (index, step) in body.written(which) {
             if let Some((row, name)) = body.row_before(index, which) {
-                lines.push(format!("const int32_t *const {name} = table[{}];", self.operand(program, row)));
+                let found = match row {
+                    Operand::Step(i) => from_row(body, &program.steps[*i]),
+                    _ => None,
+                };
+                let table = found.map_or("table".into(), |first| format!("(&table[{first}])"));
+                lines.push(format!("const int32_t *const {name} = {table}[{}];", self.operand(program, row)));
             }
             let note = body.note(step, ("/*", " */"));
             let declared = match (assigned(&step.name, index), assigned(&step.name, program.steps.len())) {
@@ -175,7 +253,7 @@ impl Language for C {
             };
             lines.push(format!("{declared}{} = {};{note}", step.name, self.expression(body, step)));
         }
-        lines
+        [declared_constants(body, &lines), lines].concat()
     }
 
     /// Unsigned words are compared with signed ones after a conversion: the limits are not negative.
@@ -198,6 +276,16 @@ impl Language for C {
         };
         if body.shift == CShift::Strict && which.iter().any(|i| shifts(&body.program.steps[*i])) {
             helpers.insert(0, "shift_right");
+        }
+        // A sum has a function of its own: the product alone is left where something else reads it.
+        let ops = || which.iter().map(|i| &body.program.steps[*i].op);
+        if ops().any(is_high_sum) {
+            helpers.push("mul_add_high");
+            let alone = |op: &Op| matches!(op, Op::MulAddHigh { .. }) && !is_high_sum(op);
+            helpers.retain(|helper| *helper != "mul_high" || ops().any(alone));
+        }
+        if !gathered(body).is_empty() {
+            helpers.push("loaded");
         }
         // A loader reads words of its page.
         if !body.program.page.is_empty() {

@@ -141,6 +141,11 @@ impl<'a> Body<'a> {
     }
 }
 
+/// Whether a high product is added to something as it is, which cores with a DSP extension do in one instruction.
+fn is_high_sum(op: &Op) -> bool {
+    matches!(op, Op::MulAddHigh { shift: 0, c, .. } if *c != Operand::Int(0))
+}
+
 /// The function that limits words of a type.
 fn limit(ty: Type) -> &'static str {
     if matches!(ty, Type::I32 | Type::U16) { "limit_i32" } else { "limit_i64" }

@@ -3,8 +3,9 @@
 //!
 //! It knows variables by their intervals. Where a fully defined shift to the right subtracts from a word its own
 //! low bits, an interval that reaches down to −2³¹ seems to leave the type, which no word does: the difference is
-//! the multiple of 2ⁿ below. Where that is the only alarm, the analysis is done again with the shift's contract in
-//! place of its body, and the body is held against the contract on all 2³² words, undefined behaviour watched for.
+//! the multiple of 2ⁿ below, and the row of a table that is found by it seems to lie one further. Where there is an alarm,
+//! the analysis is done again with the shift's contract in place of its body, and the body is held against the contract on
+//! all 2³² words, undefined behaviour watched for.
 
 use minijinja::context;
 
@@ -37,7 +38,7 @@ pub fn frama_c(language: &dyn Language, of: &Checked<'_>) -> Result<ToolReport, 
         Outcome::Alarm(alarm) => {
             let file = generated.join(format!("c/{base}.c"));
             let source = std::fs::read_to_string(file).unwrap_or_default();
-            if !(source.contains(SHIFT_RIGHT) && alarm.contains("value - (int32_t)low")) {
+            if !source.contains(SHIFT_RIGHT) {
                 return report(false, alarm);
             }
             match analyse(language, of, true)? {
@@ -204,7 +205,7 @@ mod tests {
         if !here() {
             return;
         }
-        let method = Method::Piecewise { degree: 3, segments_log2: 4 };
+        let method = Method::Piecewise { degree: 3, segments_log2: 4, padded: false, place: None };
         let routine = RoutineOptions { method, ..RoutineOptions::of(Format::Q31Split) };
         let options = Options { routines: vec![routine], ..Options::default() };
         let generated = generate(&paper_coefficients(), "0", &options).unwrap();

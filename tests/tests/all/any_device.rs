@@ -214,7 +214,7 @@ fn a_table_of_two_segments_gives_the_same_compiled() {
     let sensor = Sensor::EddyCurrentPair { probe_distance_mm: 12.0, initial_gap_mm: 0.3 };
     let model = ErrorModel { sensor, centre: 0.0, coefficients: vec![0.001, 0.14, -0.04] };
     for format in [Format::Q31, Format::Q31Split] {
-        let method = Method::Piecewise { degree: 3, segments_log2: 1 };
+        let method = Method::Piecewise { degree: 3, segments_log2: 1, padded: false, place: None };
         let case = Case {
             coefficients: Coefficients::of_model(&model, -0.35, 0.35, "made up for a test"),
             options: Options {

@@ -18,7 +18,8 @@ const SECONDS: u64 = 60;
 const CONTROL_SECONDS: u64 = 2;
 
 fn variants() -> Vec<RoutineOptions> {
-    let table = |degree, segments_log2| Method::Piecewise { degree, segments_log2 };
+    let table =
+        |degree, segments_log2| Method::Piecewise { degree, segments_log2, padded: false, place: None };
     let fused = Format::ALL.into_iter().chain([Format::F32Fma]).map(RoutineOptions::of);
     let tables = [Format::Q31, Format::Q31Split].into_iter().flat_map(|format| {
         [table(1, 8), table(2, 5), table(3, 4), table(1, 12)]
@@ -101,14 +102,20 @@ fn terms_of_further_physics_are_proved_by_gappa() {
         (
             "plays, beside a table",
             &plays,
-            RoutineOptions { method: Method::Piecewise { degree: 2, segments_log2: 5 }, ..q31.clone() },
+            RoutineOptions {
+                method: Method::Piecewise { degree: 2, segments_log2: 5, padded: false, place: None },
+                ..q31.clone()
+            },
         ),
         ("bumps and thresholds", &shapes, q31.clone()),
         ("what needs the time", &times, q31.clone()),
         (
             "what repeats, beside a table",
             &repeats,
-            RoutineOptions { method: Method::Piecewise { degree: 2, segments_log2: 5 }, ..q31.clone() },
+            RoutineOptions {
+                method: Method::Piecewise { degree: 2, segments_log2: 5, padded: false, place: None },
+                ..q31.clone()
+            },
         ),
         ("what repeats", &repeats, q31),
     ] {

@@ -52,7 +52,7 @@ fn strict(files: &BTreeMap<PathBuf, String>) -> BTreeMap<PathBuf, String> {
 
 fn variants() -> Vec<Options> {
     let table = |format, degree, segments_log2| RoutineOptions {
-        method: Method::Piecewise { degree, segments_log2 },
+        method: Method::Piecewise { degree, segments_log2, padded: false, place: None },
         ..RoutineOptions::of(format)
     };
     let counts = Encoding::Counts { bits: 16, gain: 1.2207e-5, offset: 32768.0 };

@@ -28,7 +28,8 @@ impl Mutation {
                     text.split(&self.from).map(|part| part.replacen(&self.to, &self.from, 1)).collect();
                 parted.join(&self.to)
             }
-            (false, ..) => text.replacen(&self.from, &self.to, 1),
+            // Everywhere: several helpers shift a product, of which a routine may call any.
+            (false, ..) => text.replace(&self.from, &self.to),
             _ => text.into(),
         }
     }
@@ -95,24 +96,41 @@ impl Changes<'_> {
             | Op::MulAddF32 { c, .. } => Some(c).filter(|c| !matches!(c, Operand::Step(_) | Operand::Int(0))),
             _ => None,
         };
-        let steps = self.body.program.steps.iter().filter(|s| s.stage == Stage::Evaluation);
-        let constants: Vec<(&Step, Operand)> = steps.filter_map(|s| Some((s, constant(s)?))).collect();
+        let steps = self.body.program.steps.iter().enumerate();
+        let constants: Vec<(usize, Operand)> = (steps.filter(|(_, s)| s.stage == Stage::Evaluation))
+            .filter_map(|(index, step)| Some((index, constant(step)?)))
+            .collect();
         let chosen = [constants.first(), constants.get(constants.len() / 2), constants.last()];
-        let changed = chosen.into_iter().flatten().zip([4i64, 2, 1]).map(|((step, c), units)| {
+        let changed = chosen.into_iter().flatten().zip([4i64, 2, 1]).filter_map(|((index, c), units)| {
             let other = match *c {
                 Operand::Int(v) => Operand::Int(v + units * if v < 0 { -1 } else { 1 }),
                 Operand::Float(v) => Operand::Float(f32::from_bits(v.to_bits() + units as u32)),
                 Operand::Step(i) => Operand::Step(i),
             };
             let what = format!("a coefficient of {c:?} off by {units} in its last place");
-            let damaged = Step {
-                op: step.op.on(|operand| if operand == *c { other } else { operand }),
-                ..(*step).clone()
-            };
-            let [from, to] = [step, &damaged].map(|s| self.how.language.expression(&self.body, s));
-            self.change(&what, from, to)
+            let step = &self.body.program.steps[*index];
+            self.damaged(&what, *index, step.op.on(|operand| if operand == *c { other } else { operand }))
         });
         changed.collect()
+    }
+
+    /// Another operation in place of a step's: as it stands in the source, or in the one line of constants that it changes.
+    fn damaged(&self, what: &str, index: usize, op: Op) -> Option<Mutation> {
+        let mut program = self.body.program.clone();
+        program.steps[index].op = op;
+        let body = Body { program: &program, ..self.body };
+        let language = self.how.language;
+        let expressions = [&self.body, &body].map(|b| language.expression(b, &b.program.steps[index]));
+        let steps = self.body.program.update_steps();
+        let [before, after] = [&self.body, &body].map(|b| language.statements(b, &steps, false));
+        let mut lines = before.into_iter().zip(after).filter(|(from, to)| from != to);
+        let [from, to] = expressions;
+        let (from, to) = match (from != to, lines.next(), lines.next()) {
+            (true, ..) => (from, to),
+            (false, Some(line), None) => line,
+            _ => return None,
+        };
+        Some(self.change(what, from, to))
     }
 
     /// The shift of a product off by one.
@@ -148,16 +166,16 @@ impl Changes<'_> {
 
     /// A limit that is too narrow.
     fn limit(&self) -> Option<Mutation> {
-        let (lo, hi) = self.body.program.steps.iter().rev().find_map(|s| match s.op {
+        let mut steps = self.body.program.steps.iter().enumerate().rev();
+        let (index, a, lo, hi) = steps.find_map(|(index, step)| match step.op {
             // Nothing reaches the end of the type.
-            Op::Clamp { lo, hi, .. } if s.stage == Stage::Evaluation && hi < i32::MAX.into() => {
-                Some((lo, hi))
+            Op::Clamp { a, lo, hi } if step.stage == Stage::Evaluation && hi < i32::MAX.into() => {
+                Some((index, a, lo, hi))
             }
             _ => None,
         })?;
-        let number = |v: i64| self.how.language.integer(v);
-        let ends = |hi: i64| format!("{}, {})", number(lo), number(hi));
-        Some(self.change(&format!("a limit of {} instead of {hi}", hi / 2), ends(hi), ends(hi / 2)))
+        let what = format!("a limit of {} instead of {hi}", hi / 2);
+        self.damaged(&what, index, Op::Clamp { a, lo, hi: hi / 2 })
     }
 
     /// Two neighbouring rows.

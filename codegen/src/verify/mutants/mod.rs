@@ -191,7 +191,7 @@ mod tests {
     /// What is generated passes; every damage to it is caught. Needs a C compiler.
     #[test]
     fn only_the_damaged_are_caught() {
-        let table = Method::Piecewise { degree: 2, segments_log2: 5 };
+        let table = Method::Piecewise { degree: 2, segments_log2: 5, padded: false, place: None };
         let q31 = RoutineOptions::of(Format::Q31);
         let options = Options {
             routines: vec![

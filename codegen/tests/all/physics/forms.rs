@@ -299,7 +299,9 @@ fn forms_and_periodic_errors_share_a_table() {
     let mut options = options_of(&all.terms[0], false);
     options.further.extend(options_of(&all.terms[3], false).further);
     all.terms.extend(periodic_errors());
-    for method in [Method::Fused, Method::Piecewise { degree: 2, segments_log2: 5 }] {
+    for method in
+        [Method::Fused, Method::Piecewise { degree: 2, segments_log2: 5, padded: false, place: None }]
+    {
         options.routines[0].method = method;
         options.bound = Some(3.0 * BOUND_ARCSEC);
         assert_eq!(held(&all, &options, &words), Ok(true));

@@ -68,22 +68,35 @@ struct Contender {
     bound_arcsec: Option<f64>,
 }
 
-/// Function, what it is, type in C, radians of one unit.
-const ALTERNATIVES: [(&str, &str, &str, f64); 5] = [
-    ("eq13_double", "Eq. 13 in double precision, atan", "double", 1.0),
-    ("eq13_float", "Eq. 13 in single precision, atanf", "float", 1.0),
-    ("table_linear", "table of 1024 floats, linear", "float", 1.0),
-    ("table_quadratic", "table of 64 parabolas, float", "float", 1.0),
+/// Function, what it is, type in C, radians of one unit, and what an integer argument's 2³¹ stands for in millimetres.
+type Alternative = (&'static str, &'static str, &'static str, f64, Option<f64>);
+const ALTERNATIVES: [Alternative; 7] = [
+    ("eq13_double", "Eq. 13 in double precision, atan", "double", 1.0, None),
+    ("eq13_float", "Eq. 13 in single precision, atanf", "float", 1.0, None),
+    ("table_linear", "table of 1024 floats, linear", "float", 1.0, None),
+    ("table_quadratic", "table of 64 parabolas, float", "float", 1.0, None),
     (
         "linear_interp_q31",
         "table of 1025 words, as CMSIS-DSP's linear_interp_q31",
         "int32_t",
         1.0 / 8_589_934_592.0,
+        Some(FULL_SCALE_MM),
+    ),
+    ("horner_smmla", "polynomial of degree 9, smmla by hand", "int32_t", 1.0 / 8_589_934_592.0, Some(0.4)),
+    (
+        "parabolas_smmla",
+        "table of 32 parabolas, smmla by hand",
+        "int32_t",
+        1.0 / 4_294_967_296.0,
+        Some(2.0 * PAPER_RANGE_MM),
     ),
 ];
 
 /// What we set beside them.
-const OURS: [(&str, &[&str]); 10] = [
+const OURS: [(&str, &[&str]); 13] = [
+    ("chosen for cortex-m4f within 1e-2″", &["--target", "cortex-m4f", "--bound-arcsec", "1e-2"]),
+    ("chosen for cortex-m4f within 1e-3″", &["--target", "cortex-m4f", "--bound-arcsec", "1e-3"]),
+    ("chosen for cortex-m4f within 1e-4″", &["--target", "cortex-m4f", "--bound-arcsec", "1e-4"]),
     ("one polynomial, q31", &["--format", "q31", "--degree", "9"]),
     ("one polynomial, f32", &["--format", "f32", "--degree", "9"]),
     ("table 3x16, q31", &["--format", "q31", "--table", "3x16", "--full-scale", "0.76"]),
@@ -125,7 +138,7 @@ pub fn measure(work: &Path) -> Result<Vec<Row>, Problem> {
         .collect()
 }
 
-fn alternative((function, what, c_type, lsb_rad): (&str, &str, &str, f64)) -> Contender {
+fn alternative((function, what, c_type, lsb_rad, full_scale_mm): Alternative) -> Contender {
     let folder = cases::folder().join("comparison");
     Contender {
         what: what.into(),
@@ -138,7 +151,7 @@ fn alternative((function, what, c_type, lsb_rad): (&str, &str, &str, f64)) -> Co
         source: folder.join(format!("{function}.c")),
         include: folder,
         routine: function.into(),
-        full_scale_mm: (c_type == "int32_t").then_some(FULL_SCALE_MM),
+        full_scale_mm,
         lsb_rad,
         bound_arcsec: None,
     }
@@ -148,10 +161,12 @@ fn ours(codegen: &Path, what: &str, options: &[&str], folder: &Path) -> Result<C
     let mut options: Vec<String> = options.iter().map(|o| o.to_string()).collect();
     let given =
         options.iter().position(|o| o == "--full-scale").and_then(|at| options.get(at + 1)?.parse().ok());
-    if given.is_none() {
+    // A choice takes the scale by which one instruction limits.
+    let free = options.iter().any(|o| o == "--target").then_some(2.0 * PAPER_RANGE_MM);
+    if given.or(free).is_none() {
         options.extend(["--full-scale".into(), FULL_SCALE_MM.to_string()]);
     }
-    let full_scale_mm = given.unwrap_or(FULL_SCALE_MM);
+    let full_scale_mm = given.or(free).unwrap_or(FULL_SCALE_MM);
     let case = Case { name: what.into(), coefficients: Some(Device::Paper), options };
     let subject = subject::generate(codegen, &case, Shift::Strict, folder)?;
     let include = folder.join("c");

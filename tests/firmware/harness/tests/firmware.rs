@@ -2,6 +2,7 @@
 //! `cargo test` stays short, and controls that the checks can fail.
 
 use std::path::Path;
+use std::process::Command;
 
 use firmware_tests::build::{self, Variant};
 use firmware_tests::cases::{self, Case};
@@ -83,6 +84,34 @@ fn digests_add_up() {
     assert_eq!(machine::emulate("", Core::M3, &firmware, "sweep", &parts).unwrap(), whole);
     let host = build::host(&subject, &work.path().join("host")).unwrap();
     assert_eq!(machine::on_host("", &host, &[SWEEP]).unwrap(), whole);
+}
+
+/// The multiply-accumulate of cores with the DSP extension stands in what every compiler makes, once for each step of
+/// Horner's scheme; on a core without it there is the portable text.
+#[test]
+fn the_multiply_accumulate_is_used_where_it_is() {
+    if !equipped() {
+        return;
+    }
+    let work = tempfile::tempdir().unwrap();
+    let subject = generated("q31-degree-9", work.path());
+    let variants = [
+        Variant::C { compiler: "gcc", shift: Shift::Strict },
+        Variant::C { compiler: "clang", shift: Shift::Strict },
+        Variant::Rust { level: "3" },
+    ];
+    for (core, steps) in [(Core::M4f, 9), (Core::M3, 0)] {
+        for variant in variants {
+            let place = work.path().join(format!("{}-{}", core.name(), variant.name().replace(' ', "-")));
+            let firmware = build::firmware(&subject, core, variant, false, &place).unwrap();
+            let disassembled =
+                Command::new("arm-none-eabi-objdump").arg("-d").arg(&firmware).output().unwrap();
+            let text = String::from_utf8(disassembled.stdout).unwrap();
+            assert!(text.contains("<nothing>"), "{variant:?}");
+            let found = text.lines().filter(|line| line.contains("smmla")).count();
+            assert_eq!(found, steps, "{variant:?}");
+        }
+    }
 }
 
 /// A fault on the target is an error, not a digest.

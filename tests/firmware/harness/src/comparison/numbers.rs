@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::FULL_SCALE_MM;
 use crate::problem::Problem;
-use crate::subject;
+use crate::subject::{self, PAPER_RANGE_MM};
 
 /// As in `alternatives.h`: spacings of the float tables' nodes, and the slope that is left out of them.
 const LINEAR_SPACING_MM: f64 = 3121.0 / 4_194_304.0;
@@ -53,5 +53,47 @@ pub fn write(folder: &Path) -> Result<(), Problem> {
         let c0 = value(t0) - t0 * (c1 + t0 * c2);
         format!("{{ {}, {}, {} }}", float(c0), float(c1), float(c2))
     };
-    put("quadratic.inc", &(0..64).map(parabola).collect::<Vec<_>>())
+    put("quadratic.inc", &(0..64).map(parabola).collect::<Vec<_>>())?;
+    // Of x/2^32, x in 2^-31 of 0.4 mm and of 0.76 mm; half a unit for the last truncation.
+    let polynomial = |degree: usize, from: f64, to: f64, full_scale_mm: f64, bits: i32| -> Vec<i64> {
+        let mm = 2.0 * full_scale_mm;
+        let coefficients = interpolated(degree, (from / mm, to / mm), &|v| angle(mm * v));
+        let unit = 2f64.powi(bits);
+        let half = |k: usize| if k == 0 { 0.5 } else { 0.0 };
+        coefficients.iter().enumerate().map(|(k, c)| (c * unit + half(k)).round() as i64).collect()
+    };
+    let horner = polynomial(9, -PAPER_RANGE_MM, PAPER_RANGE_MM, 0.4, 33);
+    let defined = horner.iter().enumerate().map(|(k, c)| format!("#define C{k} ({c})\n"));
+    let path = folder.join("horner.inc");
+    std::fs::write(&path, defined.collect::<String>()).map_err(Problem::file(&path))?;
+    let row = |i: i32| {
+        let [from, to] = [i - 16, i - 15].map(|end| f64::from(end) * PAPER_RANGE_MM / 16.0);
+        let row = polynomial(2, from, to, 2.0 * PAPER_RANGE_MM, 32);
+        format!("{{ {}, {}, {} }}", row[0], row[1], row[2])
+    };
+    put("parabolas.inc", &(0..32).map(row).collect::<Vec<_>>())
+}
+
+/// The polynomial through the values at Chebyshev's nodes, which is nearly the best; constant first.
+fn interpolated(degree: usize, (from, to): (f64, f64), value: &dyn Fn(f64) -> f64) -> Vec<f64> {
+    let count = degree + 1;
+    let node = |i: usize| {
+        let angle = std::f64::consts::PI * (i as f64 + 0.5) / count as f64;
+        0.5 * (from + to) - 0.5 * (to - from) * angle.cos()
+    };
+    // Newton's divided differences, then Horner's scheme from the inside out.
+    let mut differences: Vec<f64> = (0..count).map(|i| value(node(i))).collect();
+    for order in 1..count {
+        for i in (order..count).rev() {
+            differences[i] = (differences[i] - differences[i - 1]) / (node(i) - node(i - order));
+        }
+    }
+    let mut powers = vec![0.0; count];
+    for i in (0..count).rev() {
+        for k in (0..count).rev() {
+            powers[k] = if k > 0 { powers[k - 1] } else { 0.0 } - node(i) * powers[k];
+        }
+        powers[0] += differences[i];
+    }
+    powers
 }
