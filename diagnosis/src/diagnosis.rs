@@ -15,6 +15,7 @@ use crate::fleet::Forced;
 use crate::generic;
 use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
+use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
 use crate::numerics::{mean, rms};
 use crate::observe::{Simulated, Wanted, observe};
@@ -124,6 +125,8 @@ pub(crate) struct FoundTerm {
     pub p_value: f64,
     /// Sum of squares that it alone explains, in units of the noise.
     pub explained: f64,
+    /// The part of it that other recordings are expected to have.
+    pub reach: f64,
 }
 
 /// What a diagnosis is asked for.
@@ -226,6 +229,7 @@ fn of_readings(
         }
         Err(reason) => (None, Some(reason)),
     };
+    let found = found_terms(&explanation, &wider, &settled);
     let diagnosis = Diagnosis {
         bad_rows: screened.bad_rows(),
         judged: settled.judged,
@@ -238,7 +242,6 @@ fn of_readings(
         true => left::beyond_noise(recording, &settled.left, &explanation.search.noise.sigma),
         false => Vec::new(),
     };
-    let found = found_terms(&explanation, &wider, &settled.joint);
     let forced = options.forced.then(|| Forced::of(&explanation, &settled.joint));
     let after = settled.handed;
     Ok((Outcome { diagnosis, coefficients, rows: rows.clone(), before, after, found, forced }, far_out))
@@ -253,15 +256,19 @@ fn too_short(rows: &Rows) -> String {
     )
 }
 
-fn found_terms(explanation: &Explanation, catalogue: &[Effect], joint: &Model) -> Vec<FoundTerm> {
-    let of = |term: &FittedTerm| FoundTerm {
-        effect: term.effect.map(|e| catalogue[e].clone()),
-        place: verdict::place_of(explanation, catalogue, &term.term),
-        shape: term.term.shape.clone(),
-        p_value: verdict::p_value(&explanation.search, term),
-        explained: term.explained,
+fn found_terms(explanation: &Explanation, catalogue: &[Effect], settled: &Settled) -> Vec<FoundTerm> {
+    let of = |term: &FittedTerm| {
+        let same = |t: &&FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
+        FoundTerm {
+            effect: term.effect.map(|e| catalogue[e].clone()),
+            place: verdict::place_of(explanation, catalogue, &term.term),
+            shape: term.term.shape.clone(),
+            p_value: verdict::p_value(&explanation.search, term),
+            explained: term.explained,
+            reach: settled.handed.terms.iter().find(same).map_or(1.0, |handed| handed.reach),
+        }
     };
-    joint.terms.iter().map(of).collect()
+    settled.joint.terms.iter().map(of).collect()
 }
 
 /// The coefficients with what the diagnosis says of them.

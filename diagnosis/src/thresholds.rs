@@ -86,6 +86,9 @@ pub mod compare {
     pub const LEAST_COMMON: f64 = 0.5;
     /// The time between the recordings, in multiples of the longer one: every memory has faded after it.
     pub const PAUSE: f64 = 100.0;
+    /// Part of an effect that other recordings are expected to have below which it counts as what happened at one time, where
+    /// one recording alone shows it: it is likelier that than the effect.
+    pub const MAY_BE_AN_EVENT: f64 = 0.5;
     /// Part of the square of columns that others may leave for both to say the same.
     pub const SAME: f64 = 0.7;
     /// Step of a difference quotient by a shape, as a part of it or of its range.

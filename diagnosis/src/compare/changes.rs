@@ -100,9 +100,9 @@ impl Differences<'_> {
     }
 }
 
-/// A change of the noise, where there is one. `level` is that of a reading, then and now.
-pub fn noise_change(noise: &[Noise; 2], level: [f64; 2], tests: usize) -> Option<Change> {
-    let (ratio, ci95, p) = noise_ratio(noise, level);
+/// A change of the noise, where there is one.
+pub fn noise_change(noise: &[Noise; 2], tests: usize) -> Option<Change> {
+    let (ratio, ci95, p) = noise_ratio(noise);
     let p_value = (tests as f64 * p).min(1.0);
     (p_value <= FALSE_ALARMS).then(|| Change {
         id: "noise".into(),

@@ -103,10 +103,11 @@ pub fn visible(rank: usize, tests: usize) -> f64 {
     ((quantile.sqrt() + POWER).powi(2) - rank as f64 + 0.5).max(0.0).sqrt()
 }
 
-/// The noise of the later recording over that of the earlier, with its 95 % interval and the p-value that they are equal.
-pub fn noise_ratio(noise: &[Noise; 2], level: [f64; 2]) -> (f64, [f64; 2], f64) {
+/// The noise of the later recording over that of the earlier, outliers apart, with its 95 % interval and the p-value that they
+/// are equal.
+pub fn noise_ratio(noise: &[Noise; 2]) -> (f64, [f64; 2], f64) {
     let error = noise.iter().map(|noise| log_level_error(noise).powi(2)).sum::<f64>().sqrt();
-    let log = (level[1] / level[0]).ln();
+    let log = (noise[1].level / noise[0].level).ln();
     let p = erfc(log.abs() / error * std::f64::consts::FRAC_1_SQRT_2);
     (log.exp(), [(log - NORMAL_95 * error).exp(), (log + NORMAL_95 * error).exp()], p)
 }

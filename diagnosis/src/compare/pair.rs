@@ -11,7 +11,7 @@ use crate::generic::slow_structure;
 use crate::noise::{Noise, estimate};
 use crate::numerics::{Basis, centred, dot, least_squares, rms};
 use crate::rows::Rows;
-use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
+use crate::thresholds::compare::{FALSE_ALARMS, MAY_BE_AN_EVENT, ZEROS};
 
 use super::changes::{Differences, noise_change};
 use super::choose::{Chosen, choose};
@@ -52,7 +52,7 @@ impl<'a> Pair<'a> {
         let shared = shared(self.outcomes, &self.both, &mut self.notes);
         self.note_ranges();
         let unmeasured = self.undetermined(&shared);
-        let events = [self.events(0), self.events(1)];
+        let events = [0, 1].map(|recording| self.events(&shared, recording));
         let mut design = Design::new(&self.both, order(self.outcomes), own(&self.both, &events), shared);
         let noise = [self.noise(&design, &events[0], 0), self.noise(&design, &events[1], 1)];
         let needed =
@@ -83,8 +83,7 @@ impl<'a> Pair<'a> {
         let differences = Differences { design: &design, fitted: &fitted, now: self.rows(1), freedom, tests };
         give_base_to_effects(&differences, &mut chosen, &mut notes);
         let mut changes = differences.changes(chosen);
-        let level = [0, 1].map(|recording: usize| self.outcomes[recording].diagnosis.noise_floor.value);
-        changes.extend(noise_change(&noise, level, tests));
+        changes.extend(noise_change(&noise, tests));
         let left = |fit: &Fitted| -> Vec<f64> {
             let now = fit.value().split_off(self.both.split);
             centred(
@@ -120,12 +119,14 @@ impl<'a> Pair<'a> {
         of(0).chain(of(1).map(|row| row + self.both.split)).collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
-    /// What happened at one time in a recording, over its rows.
-    fn events(&self, recording: usize) -> Vec<Vec<Vec<f64>>> {
+    /// What happened, or may have happened, at one time in a recording, over its rows.
+    fn events(&self, shared: &[Shared], recording: usize) -> Vec<Vec<Vec<f64>>> {
         let rows = self.rows(recording);
         let once = self.outcomes[recording].found.iter().filter_map(|term| {
-            let effect = term.effect.as_ref().filter(|effect| effect.of_one_time)?;
-            Some(effect.signature(rows, &term.shape))
+            let effect = term.effect.as_ref()?;
+            let is_shared = || shared.iter().any(|s| s.effect.as_ref().is_some_and(|e| e.id == effect.id));
+            let once = effect.of_one_time || term.reach < MAY_BE_AN_EVENT && !is_shared();
+            once.then(|| effect.signature(rows, &term.shape))
         });
         once.collect()
     }

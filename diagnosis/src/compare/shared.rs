@@ -4,7 +4,7 @@ use crate::diagnosis::{FoundTerm, Outcome};
 use crate::effects::{Effect, Place, Range};
 use crate::generic;
 use crate::numerics::{dot, least_squares};
-use crate::thresholds::compare::{SAME, SHAPE_STEP};
+use crate::thresholds::compare::{MAY_BE_AN_EVENT, SAME, SHAPE_STEP};
 
 use super::joined::Joined;
 
@@ -169,7 +169,21 @@ pub fn shared(outcomes: &[Outcome; 2], both: &Joined, notes: &mut Vec<String>) -
             }
         }
     }
+    all.retain(|shared| !happened_once(outcomes, shared));
     all
+}
+
+/// Whether something that was found in one recording only may as well have happened at one time of it.
+fn happened_once(outcomes: &[Outcome; 2], shared: &Shared) -> bool {
+    let (outcome, shape) = match shared.found {
+        [Some(_), None] => (&outcomes[0], &shared.shape[0]),
+        [None, Some(_)] => (&outcomes[1], &shared.shape[1]),
+        _ => return false,
+    };
+    let is_this = |term: &&FoundTerm| {
+        term.effect.as_ref().map(|effect| effect.id.as_str()) == shared.id() && term.shape == *shape
+    };
+    outcome.found.iter().find(is_this).is_some_and(|term| term.reach < MAY_BE_AN_EVENT)
 }
 
 /// What a recording has of an effect, in units of its noise.
