@@ -34,14 +34,20 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// `q31, degree 9` or `q31, 3x64`.
+    /// `q31, degree 9` or `q31, 3x64`; the latter of polynomials of the variable, unless it says that segments are centred,
+    /// or that they are of the place in the segment.
     pub fn describe(&self) -> String {
         let RoutineOptions { method, format, .. } = &self.routine.options;
         match method {
             Method::Fused => format!("{}, degree {}", format.name(), self.routine.design.degree),
-            Method::Piecewise { degree, segments_log2, padded, .. } => {
-                let padded = if *padded { ", padded" } else { "" };
-                format!("{}, {degree}x{}{padded}", format.name(), 1 << segments_log2)
+            Method::Piecewise { degree, segments_log2, padded, place } => {
+                let padded = if *padded { "-padded" } else { "" };
+                let place = match place {
+                    Some(Place::Centred) => ", centred",
+                    Some(Place::Segment) => ", by place",
+                    Some(Place::Whole) | None => "",
+                };
+                format!("{}, {degree}x{}{padded}{place}", format.name(), 1 << segments_log2)
             }
         }
     }

@@ -55,11 +55,12 @@ fn a_wrong_coefficient_is_noticed() {
 
     let source = subject.folder.join("c/angle.c");
     let text = std::fs::read_to_string(&source).unwrap();
-    let line = text.lines().find(|l| l.contains("/* c5 ")).unwrap();
-    let (before, after) = line.split_once(';').unwrap();
-    let (rest, number) = before.rsplit_once(' ').unwrap();
-    let off_by_one = number.parse::<u32>().unwrap() + 1;
-    std::fs::write(&source, text.replace(line, &format!("{rest} {off_by_one};{after}"))).unwrap();
+    let (_, constants) = text.split_once("] = {").unwrap();
+    let (constants, _) = constants.split_once('}').unwrap();
+    // Behind the two limits, c9 and c8.
+    let number = constants.split(',').nth(6).unwrap().trim();
+    let off_by_one = number.parse::<i32>().unwrap() + 1;
+    std::fs::write(&source, text.replacen(number, &off_by_one.to_string(), 1)).unwrap();
 
     let variant = Variant::C { compiler: "gcc", shift: Shift::Strict };
     let firmware = build::firmware(&subject, Core::M4f, variant, false, &work.path().join("wrong")).unwrap();
