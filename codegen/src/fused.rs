@@ -99,7 +99,7 @@ pub fn outline(
     (format, output): (Format, Output),
     degree: usize,
 ) -> Result<Program, DesignError> {
-    let grid = Grid { bits: vec![format.bits() - 1; degree + 1] };
+    let grid = Grid { bits: vec![format.bits() - 1; degree + 1], first: None };
     grid.program(plan, format, output, &vec![1; degree + 1]).map(|(program, _)| program)
 }
 

@@ -92,18 +92,18 @@ float corrected_angle_f32(float s_mm)
 int32_t corrected_angle_q31(int32_t s_q31)
 {
     static const int32_t constants[11] = {
-        -1529671929, 1529660762, -1900714611, -734430069, 644042146, 187367499, -79897793, -46188825,
-        14278984, 307753036, 5696
+        -1529671929, 1529660762, -1900509227, -734464386, 643994442, 187374999, -79894552, -46189290,
+        14278926, 307753043, 5696
     };
     const int32_t *const constant = loaded(constants);
     const int32_t x = limit_i32(s_q31, constant[0], constant[1]); /* the valid range */
-    int32_t y = mul_add_high(constant[2], x, constant[3]); /* c7 = -1.709978257e-1, in 2^-32 */
-    y = mul_add_high(y, x, constant[4]); /* c6 = 1.499527474e-1, in 2^-32 */
-    y = mul_add_high(y, x, constant[5]); /* c5 = 4.362489539e-2, in 2^-32 */
-    y = mul_add_high(y, x, constant[6]); /* c4 = -1.860265457e-2, in 2^-32 */
-    y = mul_add_high(y, x, constant[7]); /* c3 = -1.075417385e-2, in 2^-32 */
-    y = mul_add_high(y, x, constant[8]); /* c2 = 3.324585035e-3, in 2^-32 */
-    y = mul_add_high(y, x, constant[9]); /* c1 = 7.165433746e-2, in 2^-32 */
+    int32_t y = mul_add_high(constant[2], x, constant[3]); /* c7 = -1.710058157e-1, in 2^-32 */
+    y = mul_add_high(y, x, constant[4]); /* c6 = 1.499416404e-1, in 2^-32 */
+    y = mul_add_high(y, x, constant[5]); /* c5 = 4.362664162e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[6]); /* c4 = -1.860189997e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[7]); /* c3 = -1.075428212e-2, in 2^-32 */
+    y = mul_add_high(y, x, constant[8]); /* c2 = 3.324571531e-3, in 2^-32 */
+    y = mul_add_high(y, x, constant[9]); /* c1 = 7.165433909e-2, in 2^-32 */
     y = mul_add_high(y, x, constant[10]); /* c0 = 1.326203346e-6, in 2^-32 */
 
     return y;
