@@ -107,11 +107,11 @@ fn a_tampered_copy_is_stale_and_the_difference_is_told() {
     // One constant of the C is changed, one file of the Rust removed.
     let c = folder.path().join("c/corrected_angle.c");
     let text = fs::read_to_string(&c).unwrap();
-    let line = text.lines().position(|line| line.contains("/* c0 = ")).unwrap();
+    let line = text.lines().position(|line| line.contains("int32_t constants[")).unwrap() + 1;
     let tampered: Vec<String> = text
         .lines()
         .enumerate()
-        .map(|(i, l)| if i == line { l.replace('+', "-") } else { l.to_string() })
+        .map(|(i, l)| if i == line { l.replace('6', "7") } else { l.to_string() })
         .collect();
     fs::write(&c, tampered.join("\n") + "\n").unwrap();
     fs::remove_file(folder.path().join("src/corrected_angle_q31.rs")).unwrap();
