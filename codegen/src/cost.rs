@@ -115,9 +115,9 @@ impl Core {
         }
     }
 
-    /// Whether it multiplies and adds floats in one instruction, rounded once.
+    /// Whether it multiplies and adds single-precision floats in one instruction, rounded once (FPv4-SP, FPv5).
     pub fn fuses(self) -> bool {
-        matches!(self, Core::CortexM4f)
+        matches!(self, Core::CortexM4f | Core::CortexM7 | Core::CortexM33)
     }
 
     /// Instructions of fully defined C as gcc translates it at -O2, fitted by hand to the counted table.

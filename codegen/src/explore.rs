@@ -75,6 +75,9 @@ pub struct Row {
     pub flash_bytes: usize,
 }
 
+/// Forms that are designed at once. What is chosen may depend on it, and therefore never on the number of threads.
+const AT_ONCE: usize = 4;
+
 /// A routine that may be designed, and its degree.
 type Form = (RoutineOptions, usize);
 
@@ -280,7 +283,7 @@ fn search(
     let mut added = Cost { instructions: 0.0, flash_bytes: 0 };
     let mut best: Option<(Cost, Candidate)> = None;
     while !open.is_empty() {
-        let next = open.split_off(open.len().saturating_sub(rayon::current_num_threads()));
+        let next = open.split_off(open.len().saturating_sub(AT_ONCE));
         let least = next.iter().map(|(cost, _)| cost.plus(added)).min_by(|a, b| order(*a, *b));
         if best.iter().zip(least).any(|((cost, _), least)| order(*cost, least).is_le()) {
             break;

@@ -1,7 +1,7 @@
 //! The method of one fused polynomial: the whole corrected angle θ(s) − Δθ(s) by Horner's scheme, in fixed
 //! point or in floats.
 
-use crate::approximate::{least_distance, minimax, to_chebyshev};
+use crate::approximate::{chebyshev, least_distance, minimax};
 use crate::bound;
 use crate::design::{Design, DesignError};
 use crate::exact::{Interval, Polynomial};
@@ -103,17 +103,14 @@ pub fn outline(
     grid.program(plan, format, output, &vec![1; degree + 1]).map(|(program, _)| program)
 }
 
-/// What no polynomial of `degree` betters, in the reference's unit: π/4 of every further Chebyshev coefficient of the
+/// What no polynomial of `degree` betters, in the reference's unit, estimated in floats and far sooner than [`best_error`]: π/4 of every further Chebyshev coefficient of the
 /// function, for Tₖ is orthogonal to it; in fixed point also half a unit of the last product, whose sum reaches about as
 /// far as the function.
 pub fn least_error(plan: &InputPlan, reference: &Reference, format: Format, degree: usize) -> f64 {
     let (from, to) = plan.range_in_v();
     let centre = from.hull(&to).midpoint();
-    let radius = (&to - &centre).to_f64();
-    let local = reference.polynomial.shift(&centre);
-    let scaled = local.coefficients().iter().zip(0..);
-    let in_u: Vec<Interval> = scaled.map(|(c, k)| Interval::from_f64(c.to_f64() * radius.powi(k))).collect();
-    let further = to_chebyshev(&in_u).into_iter().skip(degree + 1);
+    let series = chebyshev(&reference.polynomial, &centre, &(&to - &centre));
+    let further = series.iter().skip(degree + 1);
     let approximation = std::f64::consts::FRAC_PI_4 * further.map(|c| c.to_f64().abs()).fold(0.0, f64::max);
     let span = (&reference.polynomial.at(&to) - &reference.polynomial.at(&from)).to_f64().abs();
     let unit = if format.is_fixed() { 0.5 * span * 0.5f64.powi(format.bits() as i32) } else { 0.0 };

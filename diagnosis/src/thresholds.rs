@@ -87,7 +87,8 @@ pub mod compare {
     /// The time between the recordings, in multiples of the longer one: every memory has faded after it.
     pub const PAUSE: f64 = 100.0;
     /// Part of an effect that other recordings are expected to have below which it counts as what happened at one time, where
-    /// one recording alone shows it: it is likelier that than the effect.
+    /// one recording alone shows it: it is likelier that than the effect. Without it one of 240 pairs with nothing changed
+    /// alarmed.
     pub const MAY_BE_AN_EVENT: f64 = 0.5;
     /// Part of the square of columns that others may leave for both to say the same.
     pub const SAME: f64 = 0.7;

@@ -5,7 +5,7 @@
 //! over the range is least, the rounding being what the operations add there. Several searches start: at the
 //! lattice points nearest to the function and to its best polynomial in the mean (Babai), and from the best polynomial
 //! with real coefficients, of which one coordinate after the other is set to an integer and the rest levelled again
-//! ([`level`]), the few best ways being followed. From each, exchanges of up to three coordinates at once lower the
+//! ([`level`]), in a beam search. From each, exchanges of up to three coordinates at once lower the
 //! supremum further. Everything here is search in `f64`; what comes out is bounded elsewhere, exactly.
 
 mod lattice;
@@ -22,8 +22,10 @@ const SAMPLES_PER_COEFFICIENT: usize = 160;
 const SPARSE: usize = 10;
 /// Times that points are added where what is left is largest between them.
 const REFINEMENTS: usize = 3;
-/// Ways that are followed while coordinates are set to integers.
-const WAYS: usize = 3;
+/// Width of the beam search that sets coordinates to integers.
+const BEAM: usize = 3;
+/// Coordinates that are exchanged at once.
+const MOST_TOGETHER: usize = 3;
 /// So little above what real coefficients reach, as a part of it, integers are as good.
 const NOTHING_TO_GAIN: f64 = 1e-6;
 /// Rounds of exchanges; each must improve.
@@ -148,25 +150,25 @@ impl Samples {
     fn set_one_by_one(&self) -> Vec<Vec<i64>> {
         let n = self.basis.len();
         let (free, level) = self.levelled(n, &self.target);
-        let mut ways = vec![Way { set: vec![0; n], rest: self.target.clone(), free, level }];
+        let mut partials = vec![Partial { set: vec![0; n], rest: self.target.clone(), free, level }];
         for k in (0..n).rev() {
-            let mut next: Vec<Way> = Vec::new();
-            for way in &ways {
-                let below = way.free[k].floor();
+            let mut next: Vec<Partial> = Vec::new();
+            for partial in &partials {
+                let below = partial.free[k].floor();
                 for x in [below, below + 1.0] {
-                    let mut rest = way.rest.clone();
+                    let mut rest = partial.rest.clone();
                     subtract(&mut rest, x, &self.basis[k]);
-                    let mut set = way.set.clone();
+                    let mut set = partial.set.clone();
                     set[k] = x as i64;
                     let (free, level) = self.levelled(k, &rest);
-                    next.push(Way { set, rest, free, level });
+                    next.push(Partial { set, rest, free, level });
                 }
             }
             next.sort_by(|a, b| a.level.total_cmp(&b.level));
-            next.truncate(WAYS);
-            ways = next;
+            next.truncate(BEAM);
+            partials = next;
         }
-        ways.into_iter().map(|way| way.set).collect()
+        partials.into_iter().map(|partial| partial.set).collect()
     }
 
     /// Exchanges of one, two or three coordinates by one each, as long as the largest rest falls.
@@ -192,9 +194,6 @@ impl Samples {
         }
     }
 }
-
-/// Coordinates that are exchanged at once.
-const MOST_TOGETHER: usize = 3;
 
 /// A search for the best exchange.
 struct Exchange<'a> {
@@ -231,7 +230,7 @@ impl Exchange<'_> {
 }
 
 /// Some coordinates set to integers, and the others as real numbers that level what is left.
-struct Way {
+struct Partial {
     set: Vec<i64>,
     rest: Vec<f64>,
     free: Vec<f64>,

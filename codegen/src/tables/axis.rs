@@ -31,7 +31,7 @@ pub struct Axis {
     /// Half of the lost motion: what a move up adds to the error, and a move down takes off.
     half: Interval,
     /// By how much the machine's positions are above the reference's: at position 0, or at the end nearest to it, the
-    /// command is left as it is on average of both ways.
+    /// command is left as it is on average of both directions.
     pub zero: f64,
     /// How far a command may be from the centre.
     reach: f64,
@@ -43,6 +43,7 @@ pub struct Axis {
     pub periods: f64,
     /// The terms that are in the table.
     pub taken: Vec<Term>,
+    /// Those that are not, with their sizes.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -215,9 +216,9 @@ impl Axis {
         self.waves.iter().map(|wave| wave.at(reference)).sum()
     }
 
-    /// The trim at a position: `way` is 1 while the joint moves up, −1 while it moves down, 0 between both.
-    pub fn trim(&self, position: f64, way: f64) -> f64 {
-        let fixed = way * self.half.to_f64() + self.waves_at(position - self.zero);
+    /// The trim at a position: `direction` is 1 while the joint moves up, −1 while it moves down, 0 between both.
+    pub fn trim(&self, position: f64, direction: f64) -> f64 {
+        let fixed = direction * self.half.to_f64() + self.waves_at(position - self.zero);
         // m − q(m) = p + fixed, for the difference of m and p.
         let mut trim = fixed;
         for _ in 0..STEPS {
@@ -290,10 +291,10 @@ impl Axis {
                     &sum + &(&(&Interval::from_f64(wave.cosine) * cosine)
                         + &(&Interval::from_f64(wave.sine) * sine))
                 });
-            let ways = [(1.0, &waves + &self.half), (-1.0, &waves - &self.half)];
-            for ((trim, slope), (way, fixed)) in entry.trims.into_iter().zip(ways) {
+            let directions = [(1.0, &waves + &self.half), (-1.0, &waves - &self.half)];
+            for ((trim, slope), (direction, fixed)) in entry.trims.into_iter().zip(directions) {
                 let line = &Interval::from_f64(trim.into()) + &(&Interval::from_f64(slope.into()) * &along);
-                let off = &line - &self.enclosed_trim(&(&from + &along), way, &fixed);
+                let off = &line - &self.enclosed_trim(&(&from + &along), direction, &fixed);
                 largest = largest.max(off.magnitude().to_f64_up());
             }
             along = &along + &step;
@@ -306,8 +307,8 @@ impl Axis {
 
     /// The trim at a position, enclosed: Newton's result, and the residual there over the least slope. `fixed` is what of the error
     /// does not depend on the command.
-    fn enclosed_trim(&self, position: &Interval, way: f64, fixed: &Interval) -> Interval {
-        let trim = Interval::from_f64(self.trim(position.to_f64(), way));
+    fn enclosed_trim(&self, position: &Interval, direction: f64, fixed: &Interval) -> Interval {
+        let trim = Interval::from_f64(self.trim(position.to_f64(), direction));
         let x = &(position + &trim) - &Interval::from_f64(self.centre);
         let polynomial = self.polynomial.iter().rev().fold(Interval::zero(), |value, c| &(&value * &x) + c);
         let residual = &(&trim - &polynomial) - fixed;

@@ -41,11 +41,11 @@ pub struct Entry {
 pub fn stored(lines: &[[f64; 3]]) -> Vec<Entry> {
     let trims = |line: &[f64; 3]| [line[1] as f32, line[2] as f32];
     let entry = |(index, line): (usize, &[f64; 3])| {
-        let of = |way: usize| {
-            let trim = trims(line)[way];
+        let of = |direction: usize| {
+            let trim = trims(line)[direction];
             let slope = lines
                 .get(index + 1)
-                .map_or(0.0, |next| (f64::from(trims(next)[way] - trim) / (next[0] - line[0])) as f32);
+                .map_or(0.0, |next| (f64::from(trims(next)[direction] - trim) / (next[0] - line[0])) as f32);
             (trim, slope)
         };
         Entry { nominal: line[0], trims: [of(0), of(1)] }
@@ -53,11 +53,11 @@ pub fn stored(lines: &[[f64; 3]]) -> Vec<Entry> {
     lines.iter().enumerate().map(entry).collect()
 }
 
-/// `backlash_corr` at a position; `way` 0 moves up, 1 down.
-pub fn correction(entries: &[Entry], position: f64, way: usize) -> f64 {
+/// `backlash_corr` at a position; `direction` 0 moves up, 1 down.
+pub fn correction(entries: &[Entry], position: f64, direction: usize) -> f64 {
     let after = entries.partition_point(|entry| entry.nominal <= position);
-    let Some(index) = after.checked_sub(1) else { return f64::from(entries[0].trims[way].0) };
-    let (trim, slope) = entries[index].trims[way];
+    let Some(index) = after.checked_sub(1) else { return f64::from(entries[0].trims[direction].0) };
+    let (trim, slope) = entries[index].trims[direction];
     f64::from(trim) + f64::from(slope) * (position - entries[index].nominal)
 }
 
@@ -88,8 +88,9 @@ impl TableFirmware for LinuxCnc {
         }
         let (from, to) = axis.range;
         let place = |part: f64| from + (to - from) * part;
-        let ways = [1.0, -1.0].map(|way| Lines::along(entries, |part| axis.trim(place(part), way)));
-        let [(up, off_up), (down, off_down)] = [ways[0].best(), ways[1].best()];
+        let directions =
+            [1.0, -1.0].map(|direction| Lines::along(entries, |part| axis.trim(place(part), direction)));
+        let [(up, off_up), (down, off_down)] = [directions[0].best(), directions[1].best()];
         let minimax = off_up.max(off_down);
         let triplet = |index: usize| {
             let nominal = place(index as f64 / (entries - 1) as f64);
@@ -97,7 +98,8 @@ impl TableFirmware for LinuxCnc {
         };
         let triplets: Vec<[f64; 3]> = (0..entries).map(triplet).collect();
         let kept = stored(&triplets);
-        let of = |way: usize| ways[way].worst(|node| f64::from(kept[node].trims[way].0));
+        let of =
+            |direction: usize| directions[direction].worst(|node| f64::from(kept[node].trims[direction].0));
         let written = of(0).max(of(1));
         let bound = axis.bound(&kept);
         let unit = coefficients.sensor.error_unit().to_string();

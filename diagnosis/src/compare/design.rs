@@ -256,13 +256,8 @@ impl<'a> Design<'a> {
         let mut left = white.target.clone();
         basis.project_off(&mut left);
         let of = |part: usize| {
-            let mut wider = basis.clone();
-            self.differing(part).for_each(|column| {
-                wider.add(&white.of(&column));
-            });
-            let new = basis.rank()..wider.rank();
-            let freedom = new.len();
-            (new.map(|k| dot(wider.columns.get(k), &left).powi(2)).sum(), freedom)
+            let differing = self.differing(part).map(|column| white.of(&column));
+            explained_by(&mut basis.clone(), differing, &left)
         };
         (0..self.parts.len()).map(|part| if changed.contains(&part) { (0.0, 0) } else { of(part) }).collect()
     }
@@ -366,4 +361,20 @@ impl<'a> Design<'a> {
         }
         moves
     }
+}
+
+/// The square sum of whitened observations that further columns explain, and by how many degrees of freedom; the columns are
+/// added to the basis. `left` is what the basis left of the observations.
+pub fn explained_by(
+    basis: &mut Basis,
+    columns: impl Iterator<Item = Vec<f64>>,
+    left: &[f64],
+) -> (f64, usize) {
+    let first = basis.rank();
+    columns.for_each(|column| {
+        basis.add(&column);
+    });
+    let new = first..basis.rank();
+    let freedom = new.len();
+    (new.map(|k| dot(basis.columns.get(k), left).powi(2)).sum(), freedom)
 }

@@ -8,6 +8,7 @@ mod answer;
 mod changes;
 mod choose;
 mod design;
+mod events;
 mod joined;
 pub mod motion;
 mod pair;

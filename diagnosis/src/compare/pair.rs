@@ -4,18 +4,18 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::base::base_columns;
-use crate::calibrate::log_tail;
 use crate::diagnosis::Outcome;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
 use crate::noise::{Noise, estimate};
-use crate::numerics::{Basis, centred, dot, least_squares, rms};
+use crate::numerics::{centred, least_squares, rms};
 use crate::rows::Rows;
-use crate::thresholds::compare::{FALSE_ALARMS, MAY_BE_AN_EVENT, ZEROS};
+use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
 
 use super::changes::{Differences, noise_change};
 use super::choose::{Chosen, choose};
 use super::design::{Design, Fitted, What, White};
+use super::events::{self, Event};
 use super::joined::{Joined, ranges};
 use super::proof::prove;
 use super::shared::{Shared, shared};
@@ -52,13 +52,20 @@ impl<'a> Pair<'a> {
         let shared = shared(self.outcomes, &self.both, &mut self.notes);
         self.note_ranges();
         let unmeasured = self.undetermined(&shared);
-        let events = [0, 1].map(|recording| self.events(&shared, recording));
-        let mut design = Design::new(&self.both, order(self.outcomes), own(&self.both, &events), shared);
+        let events = [0, 1].map(|recording| events::of(&self.outcomes[recording], &shared));
+        let mut design =
+            Design::new(&self.both, order(self.outcomes), events::own(&self.both, &events), shared);
         let noise = [self.noise(&design, &events[0], 0), self.noise(&design, &events[1], 1)];
-        let needed =
-            [0, 1].map(|recording| self.needed(&design, &noise[recording], &events[recording], recording));
+        let needed = [0, 1].map(|recording| {
+            events::needed(&events[recording], &noise[recording], &self.model(&design, recording))
+        });
         if needed != events {
-            design = Design::new(&self.both, order(self.outcomes), own(&self.both, &needed), design.shared);
+            design = Design::new(
+                &self.both,
+                order(self.outcomes),
+                events::own(&self.both, &needed),
+                design.shared,
+            );
         }
         let white = White::new(&noise, &unmeasured);
         // Each effect about its own strength in each recording; then its shape, the same in both.
@@ -119,56 +126,12 @@ impl<'a> Pair<'a> {
         of(0).chain(of(1).map(|row| row + self.both.split)).collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
-    /// What happened, or may have happened, at one time in a recording, over its rows.
-    fn events(&self, shared: &[Shared], recording: usize) -> Vec<Vec<Vec<f64>>> {
-        let rows = self.rows(recording);
-        let once = self.outcomes[recording].found.iter().filter_map(|term| {
-            let effect = term.effect.as_ref()?;
-            let is_shared = || shared.iter().any(|s| s.effect.as_ref().is_some_and(|e| e.id == effect.id));
-            let once = effect.of_one_time || term.reach < MAY_BE_AN_EVENT && !is_shared();
-            once.then(|| effect.signature(rows, &term.shape))
-        });
-        once.collect()
-    }
-
-    /// The events that the effects of either recording do not explain as well.
-    fn needed(
-        &self,
-        design: &Design,
-        noise: &Noise,
-        events: &[Vec<Vec<f64>>],
-        recording: usize,
-    ) -> Vec<Vec<Vec<f64>>> {
-        let whitener = noise.whitener();
-        let mut basis = Basis::new(noise.clean.len());
-        self.model(design, recording).iter().for_each(|column| {
-            basis.add(&whitener.whiten(column));
-        });
-        let mut left = whitener.whiten(&noise.clean);
-        basis.project_off(&mut left);
-        let mut needed = Vec::new();
-        for event in events {
-            let first = basis.rank();
-            event.iter().for_each(|column| {
-                basis.add(&whitener.whiten(column));
-            });
-            let new = first..basis.rank();
-            let freedom = new.len();
-            let explained: f64 = new.map(|k| dot(basis.columns.get(k), &left).powi(2)).sum();
-            if (-log_tail(explained, freedom)).exp() <= FALSE_ALARMS {
-                needed.push(event.clone());
-            }
-        }
-        needed
-    }
-
     /// The common model of a recording, over its rows.
     fn model(&self, design: &Design, recording: usize) -> Vec<Vec<f64>> {
         let here = self.recording(recording);
-        let mut model = base_columns(&self.both.rows, 0);
-        model.truncate(1);
-        model.extend(design.parts.iter().flat_map(|part| part.columns.iter().cloned()));
-        let of_rows = model.iter().map(|column| column[here.clone()].to_vec());
+        let constant = base_columns(&self.both.rows, 0).swap_remove(0);
+        let parts = design.parts.iter().flat_map(|part| &part.columns);
+        let of_rows = std::iter::once(&constant).chain(parts).map(|column| column[here.clone()].to_vec());
         std::iter::once(vec![1.0; here.len()]).chain(of_rows).collect()
     }
 
@@ -178,7 +141,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The noise of a recording beside its part of the model.
-    fn noise(&self, design: &Design, events: &[Vec<Vec<f64>>], recording: usize) -> Noise {
+    fn noise(&self, design: &Design, events: &[Event], recording: usize) -> Noise {
         let rows = self.rows(recording);
         let model = [self.model(design, recording), events.concat()].concat();
         estimate(&rows.error, &rows.t_s, &model, &model, &covariates(rows), &slow_structure(rows))
@@ -195,12 +158,6 @@ impl<'a> Pair<'a> {
             }
         }
     }
-}
-
-/// What each recording has for itself over its rows: an offset, and what happened at one time.
-fn own(both: &Joined, events: &[Vec<Vec<Vec<f64>>>; 2]) -> [Vec<Vec<f64>>; 2] {
-    let rows = [both.split, both.rows.len() - both.split];
-    [0, 1].map(|r| std::iter::once(vec![1.0; rows[r]]).chain(events[r].iter().flatten().cloned()).collect())
 }
 
 /// The higher of the orders of the base.

@@ -59,15 +59,12 @@ pub fn prove(
             continue;
         }
         let white = White::new(noise, &[unmeasured, &rows[..]].concat());
-        for (left, differ) in left.iter_mut().zip([fewer, changed]) {
-            let fitted = design.fit(&white, differ);
-            let value = fitted.value();
-            for i in &rows {
-                let level = noise[usize::from(*i >= design.both.split)].level;
-                left[*i] = clean[*i] - value[*i];
-                // In the end that of the wider model.
-                weight[*i] = 1.0 / (1.0 + fitted.variance(*i) / (level * level));
-            }
+        let [same, differing] = [fewer, changed].map(|differ| design.fit(&white, differ));
+        let values = [same.value(), differing.value()];
+        for i in rows {
+            left.iter_mut().zip(&values).for_each(|(left, value)| left[i] = clean[i] - value[i]);
+            let level = noise[usize::from(i >= design.both.split)].level;
+            weight[i] = 1.0 / (1.0 + differing.variance(i) / (level * level));
         }
     }
     let mut groups_left = Vec::new();
