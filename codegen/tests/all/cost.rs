@@ -85,3 +85,23 @@ fn a_target_gets_what_is_cheapest_on_it() {
     within(Core::CortexM3, 1e-3, (13.0, 824));
     within(Core::CortexM0, 1e-4, (50.0, 1800));
 }
+
+#[test]
+fn a_target_gets_the_same_whatever_the_number_of_threads() {
+    for (core, bound) in [(Core::CortexM4f, 1e-2), (Core::CortexM4f, 1e-4), (Core::CortexM0, 1e-3)] {
+        let chosen = |threads| {
+            let mut options = Options { bound: Some(bound), ..Options::default() };
+            let wanted = Wanted { core, formats: &[], ends: Ends::default(), flash_bytes: None };
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| explore::choose(&paper(), &mut options, &wanted, &|_, _| ())).unwrap();
+            (options.routines, options.degree)
+        };
+        assert_eq!(chosen(1), chosen(3), "{core:?}, {bound:e}");
+    }
+}
+
+#[test]
+fn cores_with_a_fused_multiply_add_have_it() {
+    let fused: Vec<&str> = Core::ALL.into_iter().filter(|core| core.fuses()).map(Core::name).collect();
+    assert_eq!(fused, ["cortex-m4f", "cortex-m7", "cortex-m33"]);
+}
