@@ -8,8 +8,9 @@ use codegen::options::Options;
 use codegen::refused;
 use fitter::budget::{Budget, Combined, Component};
 use fitter::figures::number;
+use fitter::report::Beside;
 use fitter::report::budget::{freedom, page};
-use fitter::{Coefficients, output};
+use fitter::{Coefficients, output, text_safety};
 use serde_json::json;
 
 use crate::next;
@@ -65,13 +66,9 @@ pub fn run(args: &BudgetArgs) -> Result<()> {
     }
     if let Some(out) = out {
         let named: Vec<_> = budgets.iter().map(|of| (of.routine.as_str(), &of.budget)).collect();
-        let written = out.display().to_string();
-        let page = page(
-            &named,
-            &origin(&coefficients, &certificate),
-            &next::after_budget(&certificate.command),
-            &written,
-        );
+        let next = vec![next::after_budget(&certificate.command)];
+        let beside = Beside { next, written: vec![text_safety::path(out)] };
+        let page = page(&named, &origin(&coefficients, &certificate), &beside);
         output::write_whole(out, |file| file.write_all(page.as_bytes()))?;
     }
     let written = out.map(|out| out.display().to_string());

@@ -7,15 +7,17 @@ use codegen::cli::recording;
 use codegen::refused;
 use diagnosis::compare::{Change, Compared, Comparison, Estimate, Kind, Quantity, compare};
 use diagnosis::dynamic::{Case, DynamicRecording};
-use diagnosis::report::without_unit;
+use diagnosis::report::{probability, without_unit};
 use diagnosis::{Options, report};
 use fitter::figures::{figure, plain, with_interval};
 use fitter::output::FileSet;
 use fitter::plant::PlantFile;
 use fitter::recording::{Purpose, Reading};
+use fitter::report::Beside;
 use fitter::{Mirror, Recording, text_safety};
 
 use crate::diagnose::{DeviceArgs, declared, motion};
+use crate::next;
 use crate::terminal::{Common, FIGURE, Result, WARNING, line, summarise};
 
 /// Examples for the help.
@@ -56,8 +58,11 @@ pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
     set.folder(&args.out)?;
     let at = |end: &str| args.out.join(format!("compare.{end}"));
     if !args.no_report {
-        let written = [at("html"), at("json")].map(|path| text_safety::path(&path));
-        set.put(&at("html"), report::of_comparison(&comparison, &points, &written))?;
+        let beside = Beside {
+            next: next::after_comparison(&args.now, &args.device.typed(), comparison.changes.is_empty()),
+            written: [at("html"), at("json")].map(|path| text_safety::path(&path)).to_vec(),
+        };
+        set.put(&at("html"), report::of_comparison(&comparison, &points, &beside))?;
     }
     set.put(&at("json"), serde_json::to_string_pretty(&comparison)? + "\n")?;
     set.commit()?;
@@ -137,7 +142,7 @@ fn described(change: &Change, unit: &str) -> String {
         let value = |e: &Estimate| with_interval(e.value, e.ci95, &q.unit);
         match (&q.then, &q.now, &q.difference) {
             (Some(then), Some(now), _) => format!("{name} {} → {}", value(then), value(now)),
-            (_, _, Some(difference)) => format!("{name} {}", value(difference)),
+            (_, _, Some(one)) | (Some(one), ..) | (_, Some(one), _) => format!("{name} {}", value(one)),
             _ => name.to_string(),
         }
     };
@@ -147,5 +152,5 @@ fn described(change: &Change, unit: &str) -> String {
         true => String::new(),
         false => format!(" (or {})", change.alternatives.join(", ")),
     };
-    format!("{}{how}{or}{rms}: {}; p {:.1e}", change.id, parameters.join(", "), change.p_value)
+    format!("{}{how}{or}{rms}: {}; p {}", change.id, parameters.join(", "), probability(change.p_value))
 }

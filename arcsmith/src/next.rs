@@ -35,6 +35,16 @@ pub fn quoted_path(path: &Path) -> String {
     quoted(&path.display().to_string())
 }
 
+/// The options that say what a device is, as they are typed: its files by option, mapped columns, effects left out.
+pub fn device(files: &[(&str, Option<&Path>)], map: &str, without: &[String]) -> String {
+    let files = files.iter().filter_map(|(name, path)| Some(format!(" --{name} {}", quoted_path((*path)?))));
+    let without = match without {
+        [] => String::new(),
+        ids => format!(" --without {}", quoted(&ids.join(","))),
+    };
+    files.collect::<String>() + map + &without
+}
+
 /// After the figures of a calibration; `model` are the options of its fit.
 pub fn after_report(recording: &Path, mirror: &Path, map: &str, model: &str) -> Vec<Step> {
     let (recording, mirror) = (quoted_path(recording), quoted_path(mirror));
@@ -80,6 +90,34 @@ pub fn after_motion(plant: &Path, drive: &Path) -> Vec<Step> {
         "Run the augmented plant on a drive",
         format!("arcsmith simulate --plant {plant} --drive {drive} --out simulated.csv"),
     )]
+}
+
+/// After two recordings were compared: what the later one shows by itself, where anything changed.
+pub fn after_comparison(now: &Path, device: &str, same: bool) -> Vec<Step> {
+    let now = quoted_path(now);
+    match same {
+        true => vec![step(
+            "Compare the next recording with this one",
+            format!("arcsmith compare {now} NEXT.csv{device} --out compared"),
+        )],
+        false => vec![step(
+            "Diagnose the later recording by itself, with coefficients for the device as it is now",
+            format!("arcsmith diagnose {now}{device} --out findings"),
+        )],
+    }
+}
+
+/// After a fleet: the unit that stands out most, where one does and has a file of its own, and the next campaign.
+pub fn after_fleet(outlying: Option<&Path>, device: &str, out: &Path) -> Vec<Step> {
+    let unit = outlying.map(|file| {
+        let command = format!("arcsmith diagnose {}{device} --out findings", quoted_path(file));
+        step("Diagnose the unit that stands out most", command)
+    });
+    let campaign = step(
+        "Compare the next campaign with this one",
+        format!("arcsmith fleet NEXT{device} --against {} --out NEXT_results", quoted_path(out)),
+    );
+    unit.into_iter().chain([campaign]).collect()
 }
 
 /// With the inputs that the terms read, in the ranges that were recorded.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use codegen::refused;
 use fitter::output::{self, FileSet};
-use fitter::report::{Report, Text};
+use fitter::report::{Beside, Report, Text};
 use fitter::text_safety;
 use serde_json::json;
 
@@ -74,12 +74,13 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
         }
     }
     let model = &args.model;
+    let next = next::after_report(calibration, &model.mirror, &model.typed_map(), &model.typed());
+    let beside = Beside { next, written };
     let text = Text {
         bad_rows: &screened.bad_rows,
         budget: budget.as_ref().map(|of| (of.routine.as_str(), &of.budget)),
         summary: &plain,
-        next: &next::after_report(calibration, &model.mirror, &model.typed_map(), &model.typed()),
-        written: &written,
+        beside: &beside,
     };
     set.put(&args.out, report.page(&figures, &text))?;
     set.commit()?;
@@ -90,7 +91,7 @@ pub fn run(args: &ReportArgs, common: Common) -> Result<()> {
             let mut value = summary::json(&fit);
             value["bad_rows"] = json!(screened.bad_rows);
             value["figures"] = json!(names);
-            value["written"] = json!(written);
+            value["written"] = json!(beside.written);
             value
         },
         || {

@@ -9,7 +9,7 @@ use fitter::faults::{self, Screened};
 use fitter::message::Message;
 use fitter::order::Splits;
 use fitter::recording::{Purpose, Reading};
-use fitter::report::{Report, Text};
+use fitter::report::{Beside, Report, Text};
 use fitter::{Fitted, Options, Solver};
 use pyo3::prelude::*;
 use serde_json::json;
@@ -87,7 +87,7 @@ impl Fit {
             let report = Report::of(&self.screened.recording, &self.fit, &[])?;
             let summary = &fit_summary::plain_text(&self.fit);
             let bad_rows = &self.screened.bad_rows;
-            let text = Text { bad_rows, budget: None, summary, next: &[], written: &[] };
+            let text = Text { bad_rows, budget: None, summary, beside: &Beside::default() };
             Ok(report.page(&report.figures(), &text))
         })
     }

@@ -10,10 +10,10 @@ use clap::Args;
 use codegen::refused;
 use diagnosis::effects::{Effect, declared};
 use diagnosis::observe::{Simulated, Wanted};
-use diagnosis::report::Beside;
 use diagnosis::{Diagnosis, Options, Outcome, diagnose, effects, report, simulated};
 use fitter::output::FileSet;
 use fitter::recording::{Note, Purpose, Reading};
+use fitter::report::Beside;
 use fitter::{Mirror, Recording, Sensor, text_safety};
 use rayon::prelude::*;
 
@@ -52,6 +52,14 @@ pub struct DeviceArgs {
     /// Leave these effects out of the catalogue (ids, separated by commas)
     #[arg(long, value_delimiter = ',')]
     pub without: Vec<String>,
+}
+
+impl DeviceArgs {
+    /// As they are typed.
+    pub fn typed(&self) -> String {
+        let files = [("mirror", &self.mirror), ("plant", &self.plant), ("effects", &self.effects)];
+        next::device(&files.map(|(name, path)| (name, path.as_deref())), &self.map.typed(), &self.without)
+    }
 }
 
 /// Arguments of `diagnose`.
@@ -262,10 +270,8 @@ fn write(set: &mut FileSet, cli: &Arguments, stem: &str, outcome: &Outcome) -> R
     let at = |end: &str| cli.out.join(format!("{stem}.{end}"));
     let coefficients = at("coefficients.json");
     if !cli.no_report {
-        let mirror = cli.device.mirror.as_deref().map(next::quoted_path).unwrap_or_default();
         let out = next::quoted_path(&cli.out);
-        let again =
-            format!("arcsmith diagnose NEXT.csv --mirror {mirror}{} --out {out}", cli.device.map.typed());
+        let again = format!("arcsmith diagnose NEXT.csv{} --out {out}", cli.device.typed());
         let mut written = vec![at("html"), at("json")];
         written.extend(outcome.coefficients.as_ref().map(|_| coefficients.clone()));
         let beside = Beside {

@@ -20,10 +20,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use codegen::refused;
 use fitter::output::FileSet;
+use fitter::report::Beside;
 use fitter::text_safety;
 
 use crate::diagnose::threads;
 use crate::fit::MapArgs;
+use crate::next::{self, Step};
 use crate::terminal::{Common, FIGURE, Result, WARNING, line, summarise};
 use answer::{Asked, Unit};
 use choice::Choice;
@@ -119,8 +121,13 @@ pub fn run(args: &FleetArgs, common: Common) -> Result<()> {
     let results = Results::read(&args.out, manifest.parts.len())?;
     let summary = Summary::of(&results, earlier.as_ref());
     let mut set = FileSet::new();
-    set.put(&args.out.join("fleet.html"), page::page(&summary, &results))?;
-    set.put(&args.out.join("fleet.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
+    let at = |name: &str| args.out.join(name);
+    let beside = Beside {
+        next: args.next(&summary, &source),
+        written: ["fleet.html", "fleet.json", FILE].map(|name| text_safety::path(&at(name))).to_vec(),
+    };
+    set.put(&at("fleet.html"), page::page(&summary, &results, &beside))?;
+    set.put(&at("fleet.json"), serde_json::to_string_pretty(&summary)? + "\n")?;
     set.commit()?;
     tell(&summary, &args.out, common);
     Ok(())
@@ -138,6 +145,19 @@ impl FleetArgs {
             turn_harmonics: self.turn_harmonics.map(usize::from),
             columns: [&self.unit, &self.lot, &self.time].map(Clone::clone),
         }
+    }
+
+    /// What the page proposes.
+    fn next(&self, summary: &Summary, source: &Source) -> Vec<Step> {
+        let file = |name: &str| source.units.iter().find(|unit| unit.name == name).map(|unit| &unit.file);
+        let outlying = summary.outlying.first().filter(|_| self.unit.is_none());
+        let outlying = outlying.and_then(|one| file(&one.unit)).map(|file| self.data.join(file));
+        let files = [("mirror", Some(&*self.mirror)), ("effects", self.effects.as_deref())];
+        next::after_fleet(
+            outlying.as_deref(),
+            &next::device(&files, &self.map.typed(), &self.without),
+            &self.out,
+        )
     }
 
     /// Diagnoses what is not there yet, part by part; each is written as soon as it is whole.

@@ -1,9 +1,9 @@
 //! `fleet.html`: the page over all units.
 
-use diagnosis::report::without_unit;
-use fitter::figures::{figure, plain, with_interval};
-use fitter::report::{Chart, Colour, Figure, Mark, STYLE, Series};
-use minijinja::{Environment, Value, context};
+use diagnosis::report::{probability, without_unit};
+use fitter::figures::{figure, with_interval};
+use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
+use minijinja::{Value, context};
 
 use super::results::Results;
 use super::summary::{LEFT, LEVEL, Parameter, Summary};
@@ -17,7 +17,7 @@ const MOST_BARS: usize = 200;
 const MOST_COLUMNS: f64 = 60.0;
 
 /// The page.
-pub fn page(summary: &Summary, results: &Results) -> String {
+pub fn page(summary: &Summary, results: &Results, beside: &Beside) -> String {
     let parameters = &summary.parameters;
     let rows =
         |of: &dyn Fn(&Parameter) -> Option<Value>| parameters.iter().filter_map(of).collect::<Vec<Value>>();
@@ -83,11 +83,9 @@ pub fn page(summary: &Summary, results: &Results) -> String {
         departing => summary.outlying.len(),
         most => MOST_ROWS,
         figures => minijinja::value::Serde(&figures),
+        beside => minijinja::value::Serde(beside),
     };
-    // The templates are part of the program and rendered by a test: they cannot fail on other data.
-    let mut environment = Environment::new();
-    let _ = environment.add_template("style.css", STYLE);
-    environment.render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(|error| {
+    environment().render_named_str("page.html", include_str!("page.html"), values).unwrap_or_else(|error| {
         format!("<!doctype html><title>fleet</title><p>The page could not be rendered: {error}</p>")
     })
 }
@@ -129,10 +127,6 @@ fn pooled(one: &Parameter) -> Value {
         spread => with_interval(pooled.spread, pooled.spread_ci95, unit),
         p => probability(pooled.p_same),
     }
-}
-
-fn probability(p: f64) -> String {
-    if p < 1e-4 { "< 0.0001".into() } else { plain(p) }
 }
 
 /// How a parameter is distributed, and its course over time where units have one.

@@ -1,8 +1,8 @@
 //! The page of two recordings that were compared.
 
 use fitter::figures;
-use fitter::report::{Chart, Colour, Figure, Mark, STYLE, Series};
-use minijinja::{Environment, context};
+use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
+use minijinja::context;
 
 use super::{digits, figure, probability, readable, typeset};
 use crate::compare::{Comparison, Estimate, Kind};
@@ -28,8 +28,8 @@ pub fn compared(c: &Comparison) -> String {
     }
 }
 
-/// The page. `points` are of [`crate::compare::Compared`], none in motion; `written` are the files that are written with it.
-pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], written: &[String]) -> String {
+/// The page. `points` are of [`crate::compare::Compared`], none in motion.
+pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], beside: &Beside) -> String {
     let estimate = |e: &Option<Estimate>, unit: &str| {
         e.as_ref().map_or("–".into(), |e| typeset(&figures::with_interval(e.value, e.ci95, unit)))
     };
@@ -74,10 +74,7 @@ pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], written: &[String]) ->
             noise => figure(s.noise, &c.unit),
         }
     };
-    let mut environment = Environment::new();
-    // The templates are part of the program and rendered by a test: they cannot fail on other data.
-    let _ = environment.add_template("style.css", STYLE);
-    let page = environment.render_named_str(
+    let page = environment().render_named_str(
         "compare.html",
         include_str!("compare.html"),
         context! {
@@ -90,7 +87,7 @@ pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], written: &[String]) ->
             visible => c.would_have_seen.iter().map(visible).collect::<Vec<_>>(),
             alarms => format!("{:.2} %", 100.0 * c.false_alarms),
             difference => (!points.is_empty()).then(|| difference(c, points)),
-            written => written.to_vec(),
+            beside => minijinja::value::Serde(beside),
         },
     );
     page.unwrap_or_else(|error| {

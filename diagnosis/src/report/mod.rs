@@ -11,23 +11,14 @@ mod traces;
 pub use compare::{compared, of_comparison};
 use fitter::figures;
 use fitter::plant::Kind;
-use fitter::report::{Figure, STYLE};
-use minijinja::{Environment, Value, context};
+use fitter::report::{Beside, Figure, environment};
+use minijinja::{Value, context};
 use serde::Serialize;
 
 use crate::diagnosis::{Diagnosis, Outcome};
 use crate::dynamic::{DynamicOutcome, DynamicRecording};
 use crate::thresholds::report::MOST_CHARTS;
 use crate::verdict::{Location, NamedEffect, Parameter, Verdict, angle_name};
-
-/// What stands on a page beside what was found.
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct Beside {
-    /// What the next commands are for, and the commands.
-    pub next: Vec<(String, String)>,
-    /// The files that are written.
-    pub written: Vec<String>,
-}
 
 /// What a page shows beside the answer itself.
 #[derive(Serialize)]
@@ -63,7 +54,7 @@ struct Section {
 
 impl Page<'_> {
     fn render(&self) -> String {
-        let mut environment = Environment::new();
+        let mut environment = environment();
         environment.add_filter("digits", digits);
         environment.add_filter("figure", |value: Option<f64>, unit: &str| {
             value.map_or("–".to_string(), |value| figure(value, unit))
@@ -77,8 +68,6 @@ impl Page<'_> {
         environment.add_filter("percent", percent);
         environment.add_filter("probability", probability);
         environment.add_filter("readable", |variable: &str| readable(variable));
-        // The templates are part of the program and rendered by a test: they cannot fail on other data.
-        let _ = environment.add_template("style.css", STYLE);
         let page = environment.render_named_str(
             "page.html",
             include_str!("page.html"),
@@ -347,7 +336,8 @@ fn typeset(text: &str) -> String {
     text.replace('-', "−")
 }
 
-fn probability(p: f64) -> String {
+/// A probability in text: one digit and its power of ten where it is small; below 10⁻¹² no model of noise holds.
+pub fn probability(p: f64) -> String {
     if p < 1e-12 {
         "< 10⁻¹²".into()
     } else if p < 1e-3 {

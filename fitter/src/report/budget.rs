@@ -2,22 +2,17 @@
 
 use minijinja::{Value, context};
 
-use super::digits;
+use super::{Beside, digits};
 use crate::budget::{Budget, Combined, Component};
 
 /// A page of budgets, with what they are of, that can be printed for a calibration record. `origin` are sentences on where
-/// they come from, `next` a purpose and the command for it, `written` the path of the page.
-pub fn page(
-    budgets: &[(&str, &Budget)],
-    origin: &[String],
-    next: &(String, String),
-    written: &str,
-) -> String {
+/// they come from.
+pub fn page(budgets: &[(&str, &Budget)], origin: &[String], beside: &Beside) -> String {
     let budgets: Vec<Value> =
         budgets.iter().map(|(name, budget)| context! { name => *name, ..shown(budget) }).collect();
     super::rendered(
         include_str!("budget_page.html"),
-        context! { budgets, origin => origin.to_vec(), next, written },
+        context! { budgets, origin => origin.to_vec(), beside => minijinja::value::Serde(beside) },
     )
 }
 

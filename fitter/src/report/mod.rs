@@ -36,9 +36,6 @@ pub use chart::{Chart, Mark, Scale, Series};
 pub use colour::Colour;
 pub use distribution::distribution;
 
-/// The rules that all pages of the program share, in CSS.
-pub const STYLE: &str = include_str!("style.css");
-
 /// One drawing.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figure {
@@ -87,6 +84,29 @@ impl Figure {
     }
 }
 
+/// What stands on every page beside what was found.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Beside {
+    /// What the next commands are for, and the commands.
+    pub next: Vec<(String, String)>,
+    /// The files that are written.
+    pub written: Vec<String>,
+}
+
+/// Where pages are rendered: with the style that all share, and what stands beside. The templates are part of the program
+/// and rendered by tests: they cannot fail on other data.
+pub fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
+    for (name, part) in [
+        ("style.css", include_str!("style.css")),
+        ("beside.html", include_str!("beside.html")),
+        ("budget.html", include_str!("budget.html")),
+    ] {
+        let _ = environment.add_template(name, part);
+    }
+    environment
+}
+
 /// What stands on the page beside the figures.
 pub struct Text<'a> {
     /// The cells that were left out before the fit.
@@ -95,10 +115,8 @@ pub struct Text<'a> {
     pub summary: &'a str,
     /// The uncertainty budget of the correction, with the name of the routine; none where there is none.
     pub budget: Option<(&'a str, &'a crate::budget::Budget)>,
-    /// What the next commands are for, and the commands.
-    pub next: &'a [(String, String)],
-    /// The files that are written.
-    pub written: &'a [String],
+    /// The next commands and the files.
+    pub beside: &'a Beside,
 }
 
 /// A calibration with its fit, and the recordings that verify it.
@@ -187,20 +205,16 @@ impl<'a> Report<'a> {
             slope => file.turn.as_ref().and_then(|turn| turn.slope.as_ref()).map(|s| capital(&s.statement)),
             budget => text.budget.map(|(name, of)| context! { name, ..budget::shown(of) }),
             summary => text.summary,
-            next => minijinja::value::Serde(text.next),
-            written => minijinja::value::Serde(text.written),
+            beside => minijinja::value::Serde(text.beside),
             figures => minijinja::value::Serde(figures),
         };
         rendered(include_str!("page.html"), values)
     }
 }
 
-/// A page of values. The templates are part of the program and rendered by tests: they cannot fail on other data.
+/// A page of values.
 fn rendered(page: &str, values: minijinja::Value) -> String {
-    let mut environment = Environment::new();
-    let parts = [("style.css", STYLE), ("budget.html", include_str!("budget.html"))];
-    let added = parts.into_iter().try_for_each(|(name, part)| environment.add_template(name, part));
-    added.and_then(|()| environment.render_named_str("page.html", page, values)).unwrap_or_else(|error| {
+    environment().render_named_str("page.html", page, values).unwrap_or_else(|error| {
         format!("<!doctype html><title>report</title><p>The report could not be rendered: {error}</p>")
     })
 }

@@ -6,7 +6,7 @@ mod charts;
 use std::path::Path;
 
 use fitter::output::FileSet;
-use minijinja::{Environment, context};
+use minijinja::context;
 use serde::Serialize;
 
 use crate::error::CampaignError;
@@ -104,12 +104,11 @@ impl Page for Report<Score> {
 
 /// A page from its template, with the style that all pages share.
 pub(crate) fn render(page: &'static str, values: minijinja::Value) -> String {
-    let mut environment = Environment::new();
+    let mut environment = fitter::report::environment();
     environment.set_auto_escape_callback(|_| minijinja::AutoEscape::Html);
     // The templates are part of the program and are rendered by its tests.
     let rendered = environment
-        .add_template("style.css", fitter::report::STYLE)
-        .and_then(|()| environment.add_template("campaign.css", include_str!("campaign.css")))
+        .add_template("campaign.css", include_str!("campaign.css"))
         .and_then(|()| environment.add_template("page.html", page))
         .and_then(|()| environment.get_template("page.html"))
         .and_then(|template| template.render(values));
