@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use codegen::cli::recording;
 use codegen::refused;
-use diagnosis::compare::{Change, Compared, Comparison, Estimate, Kind, Quantity, compare};
+use diagnosis::compare::{Change, Compared, Comparison, Estimate, Kind, Points, Quantity, compare};
 use diagnosis::dynamic::{Case, DynamicRecording};
 use diagnosis::report::{probability, without_unit};
 use diagnosis::{Options, report};
@@ -49,7 +49,7 @@ pub struct CompareArgs {
 pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
     let bar = common.progress(2, "{spinner} comparing, {elapsed}");
     let (comparison, points) = match (&args.device.mirror, &args.device.plant) {
-        (_, Some(plant)) => (in_motion(args, plant)?, Vec::new()),
+        (_, Some(plant)) => (in_motion(args, plant)?, None),
         (Some(mirror), None) => of_calibrations(args, mirror)?,
         (None, None) => return Err(refused!("--mirror is missing").mend("give the mirror.toml")),
     };
@@ -62,7 +62,7 @@ pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
             next: next::after_comparison(&args.now, &args.device.typed(), comparison.changes.is_empty()),
             written: [at("html"), at("json")].map(|path| text_safety::path(&path)).to_vec(),
         };
-        set.put(&at("html"), report::of_comparison(&comparison, &points, &beside))?;
+        set.put(&at("html"), report::of_comparison(&comparison, points.as_ref(), &beside))?;
     }
     set.put(&at("json"), serde_json::to_string_pretty(&comparison)? + "\n")?;
     set.commit()?;
@@ -74,7 +74,7 @@ pub fn run(args: &CompareArgs, common: Common) -> Result<()> {
     Ok(())
 }
 
-fn of_calibrations(args: &CompareArgs, mirror: &Path) -> Result<(Comparison, Vec<[f64; 3]>)> {
+fn of_calibrations(args: &CompareArgs, mirror: &Path) -> Result<(Comparison, Option<Points>)> {
     let mirror = Mirror::read(mirror)?;
     let declared = declared(&mirror.sensor, args.device.effects.as_deref(), &args.device.without)?;
     let reading =
@@ -83,7 +83,7 @@ fn of_calibrations(args: &CompareArgs, mirror: &Path) -> Result<(Comparison, Vec
     let (then, now) = (read(&args.then)?, read(&args.now)?);
     let options = Options { skip: args.device.without.clone(), declared, ..Options::default() };
     let Compared { comparison, points, .. } = compare(&then, &now, &mirror, &options)?;
-    Ok((comparison, points))
+    Ok((comparison, Some(points)))
 }
 
 fn in_motion(args: &CompareArgs, plant: &Path) -> Result<Comparison> {

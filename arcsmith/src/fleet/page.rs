@@ -135,7 +135,7 @@ fn drawn(number: usize, one: &Parameter, results: &Results) -> Vec<Figure> {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let title = name(&one.effect, &one.parameter, &one.unit_of_measure);
-    let axis = format!("{} ({})", one.parameter.replace('_', " "), one.unit_of_measure);
+    let axis = format!("{} ({})", without_unit(&one.parameter, &one.unit_of_measure), one.unit_of_measure);
     let caption = match one.of_every_unit {
         true => format!("Estimates of {} units, each with its own error.", values.len()),
         false => format!("Of the {} units that name the effect, which favours large values.", values.len()),

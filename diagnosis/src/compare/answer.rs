@@ -138,6 +138,14 @@ pub struct Comparison {
 pub struct Compared {
     /// What is written.
     pub comparison: Comparison,
-    /// The later recording's angle in its unit, what a common model without changes leaves of it, and what the changes add.
-    pub points: Vec<[f64; 3]>,
+    /// What is drawn.
+    pub points: Points,
+}
+
+/// The later recording over what the largest change depends on, over the angle where nothing changed.
+pub struct Points {
+    /// The observable, as in `locations`.
+    pub variable: String,
+    /// The observable, what a common model without changes leaves of the recording, and what the changes add.
+    pub rows: Vec<[f64; 3]>,
 }

@@ -22,7 +22,7 @@ use crate::diagnosis::{Options, Outcome, diagnose};
 use crate::error::DiagnosisError;
 use crate::thresholds::compare::LEAST_COMMON;
 
-pub use answer::{Change, Compared, Comparison, HeldOut, Kind, Side, Visible};
+pub use answer::{Change, Compared, Comparison, HeldOut, Kind, Points, Side, Visible};
 use pair::Pair;
 pub use quantity::{Estimate, Quantity};
 

@@ -11,6 +11,7 @@ use crate::noise::{Noise, estimate};
 use crate::numerics::{centred, least_squares, rms};
 use crate::rows::Rows;
 use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
+use crate::verdict::{angle_name, values_of};
 
 use super::changes::{Differences, noise_change};
 use super::choose::{Chosen, choose};
@@ -19,7 +20,7 @@ use super::events::{self, Event};
 use super::joined::{Joined, ranges};
 use super::proof::prove;
 use super::shared::{Shared, shared};
-use super::{Compared, Comparison, Kind, Side};
+use super::{Compared, Comparison, Kind, Points, Side};
 
 /// Two diagnosed recordings.
 pub struct Pair<'a> {
@@ -98,8 +99,11 @@ impl<'a> Pair<'a> {
             )
         };
         let (left_same, left_changed) = (left(&same), left(&fitted));
-        let points = self.rows(1).theta.iter().zip(left_same.iter().zip(&left_changed));
-        let points = points.map(|(theta, (same, changed))| [*theta, *same, same - changed]).collect();
+        let variable = changes.iter().find_map(|change| change.place.as_ref()).map(|p| p.variable.clone());
+        let variable = variable.unwrap_or_else(|| angle_name(self.rows(1)));
+        let over = values_of(self.rows(1), &variable);
+        let rows = over.iter().zip(left_same.iter().zip(&left_changed));
+        let rows = rows.map(|(value, (same, changed))| [*value, *same, same - changed]).collect();
         let would_have_seen = differences.would_have_seen(&white, noise[1].level);
         let comparison = Comparison {
             schema: 1,
@@ -113,7 +117,7 @@ impl<'a> Pair<'a> {
             would_have_seen,
             notes: [self.notes, notes].concat(),
         };
-        Compared { comparison, points }
+        Compared { comparison, points: Points { variable, rows } }
     }
 
     /// The rows that do not determine an effect that was found.

@@ -5,7 +5,7 @@ use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::context;
 
 use super::{digits, figure, probability, readable, typeset};
-use crate::compare::{Comparison, Estimate, Kind};
+use crate::compare::{Comparison, Estimate, Kind, Points};
 use crate::numerics::{mean, range};
 use crate::thresholds::report::charts::BINS;
 
@@ -28,8 +28,8 @@ pub fn compared(c: &Comparison) -> String {
     }
 }
 
-/// The page. `points` are of [`crate::compare::Compared`], none in motion.
-pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], beside: &Beside) -> String {
+/// The page; in motion there are no points.
+pub fn of_comparison(c: &Comparison, points: Option<&Points>, beside: &Beside) -> String {
     let estimate = |e: &Option<Estimate>, unit: &str| {
         e.as_ref().map_or("–".into(), |e| typeset(&figures::with_interval(e.value, e.ci95, unit)))
     };
@@ -86,7 +86,7 @@ pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], beside: &Beside) -> St
             left => c.left.map(|left| figure(left, &c.unit)),
             visible => c.would_have_seen.iter().map(visible).collect::<Vec<_>>(),
             alarms => format!("{:.2} %", 100.0 * c.false_alarms),
-            difference => (!points.is_empty()).then(|| difference(c, points)),
+            difference => points.map(|points| difference(c, points)),
             beside => minijinja::value::Serde(beside),
         },
     );
@@ -95,10 +95,10 @@ pub fn of_comparison(c: &Comparison, points: &[[f64; 3]], beside: &Beside) -> St
     })
 }
 
-/// What the model of the earlier recording leaves of the later one, and what the changes say of it, over the angle.
-fn difference(c: &Comparison, points: &[[f64; 3]]) -> String {
+/// What the model of the earlier recording leaves of the later one, and what the changes say of it.
+fn difference(c: &Comparison, Points { variable, rows }: &Points) -> String {
     let unit = &c.unit;
-    let mut points = points.to_vec();
+    let mut points = rows.clone();
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let size = points.len().div_ceil(BINS).max(1);
     let of = |chunk: &[[f64; 3]], k: usize| mean(&chunk.iter().map(|p| p[k]).collect::<Vec<f64>>());
@@ -118,7 +118,7 @@ fn difference(c: &Comparison, points: &[[f64; 3]]) -> String {
     }
     let chart = Chart {
         label: "What a common model leaves of the later recording",
-        x: format!("angle ({unit})"),
+        x: readable(variable),
         y: format!("left ({unit})"),
         series,
     };
