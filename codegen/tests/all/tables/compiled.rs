@@ -7,17 +7,23 @@ use std::process::Command;
 pub struct Sources(PathBuf);
 
 impl Sources {
-    /// The one in the folder that `ARCSMITH_FIRMWARE` names; where none is named, one line says what is skipped. A checkout
-    /// needs the network, so that its lack is no failure anywhere.
+    /// The one in the folder that `ARCSMITH_FIRMWARE` names, into which it is fetched where it is not there yet; where none is
+    /// named, one line says what is skipped. Fetching needs the network, so that its lack is no failure by itself.
     pub fn of(name: &str, repository: &str) -> Option<Sources> {
         let Some(folder) = std::env::var_os("ARCSMITH_FIRMWARE") else {
             println!(
-                "skipped: the code of {name}: git clone {repository} FOLDER/{name}, and set ARCSMITH_FIRMWARE=FOLDER"
+                "skipped: the code of {name}: ARCSMITH_FIRMWARE=FOLDER fetches {repository} into that folder"
             );
             return None;
         };
         let path = PathBuf::from(folder).join(name);
-        assert!(path.is_dir(), "ARCSMITH_FIRMWARE is set, and {} is not there", path.display());
+        if !path.is_dir() {
+            let fetched = Command::new("git")
+                .args(["clone", "--quiet", "--depth", "1", repository])
+                .arg(&path)
+                .status();
+            assert!(fetched.is_ok_and(|status| status.success()), "{repository} was not fetched");
+        }
         Some(Sources(path))
     }
 
