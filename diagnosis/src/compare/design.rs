@@ -326,8 +326,24 @@ impl<'a> Design<'a> {
         }
     }
 
+    /// The same with one effect in the place of two: one is in both recordings, the other in none.
+    pub fn with_one(&self, kept: usize, dropped: usize) -> Design<'a> {
+        let mut design = self.clone();
+        let found = design.shared[dropped].found;
+        design.shared[kept].found.iter_mut().zip(found).for_each(|(kept, found)| *kept = kept.or(found));
+        design.shared.remove(dropped);
+        design.assemble();
+        design
+    }
+
+    /// The amplitudes of every effect.
+    pub fn amplitudes(&self) -> Vec<What> {
+        let of_effect = |what: &What| matches!(what, What::Amplitude(_));
+        self.parts.iter().map(|part| part.what).filter(of_effect).collect()
+    }
+
     /// The numbers of parts.
-    fn parts_of(&self, what: &[What]) -> Vec<usize> {
+    pub fn parts_of(&self, what: &[What]) -> Vec<usize> {
         what.iter().filter_map(|what| self.part(*what)).collect()
     }
 

@@ -1,8 +1,9 @@
 //! What changed between two recordings: one device at two times, a healthy and a suspect one.
 //!
 //! Both are diagnosed. What was found in either, and the base, make one linear model of both recordings, in which each part
-//! may be the same or differ; offsets, noise, and what happened at one time belong to each recording by itself. The parts
-//! that differ are chosen one by one at a family-wise false-alarm rate, and each must predict held-out rows better.
+//! may be the same or differ; two names are one where one of them does for both recordings. Offsets, noise, and what happened
+//! at one time belong to each recording by itself. The parts that differ are chosen one by one at a family-wise false-alarm
+//! rate, and each must predict held-out rows better.
 
 mod answer;
 mod changes;
@@ -11,6 +12,7 @@ mod design;
 mod events;
 mod joined;
 pub mod motion;
+mod names;
 mod pair;
 mod proof;
 mod quantity;
