@@ -4,6 +4,7 @@ use super::Overflows;
 use super::piece::Piece;
 use super::value::{Inexact, Value, exactly, half_ulp, of_type};
 use crate::exact::{Interval, Polynomial};
+use crate::format::Format;
 use crate::program::{Op, Operand, Program, Step, Type};
 
 /// Follows all steps on a piece; gives the last one's value, or the step that could leave its type.
@@ -76,10 +77,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
     };
     match &step.op {
         Op::MulAddHigh { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], (*shift, 32, 1), step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32), Format::Q31, step, piece)
         }
         Op::MulAddSplit { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], (*shift, 32, 3), step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32), Format::Q31Split, step, piece)
         }
         Op::MulAddShort { a, b, by, c } => {
             let (a, b) = (value(a), value(b));
@@ -87,7 +88,7 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             if !product.inside(&of_type(Type::I32)) {
                 return exactly(product);
             }
-            mul_add([a, b, value(c)], (0, (*by).into(), 1), step, piece)
+            mul_add([a, b, value(c)], (0, (*by).into()), Format::Q15, step, piece)
         }
         Op::Index { a, add, by } => {
             let row = |word: Interval| (word.floor_to_i64().unwrap_or(i64::MIN) + add) >> by;
@@ -138,17 +139,19 @@ fn of_product(step: &Step, product: &Inexact, piece: &Piece) -> Interval {
     if step.op.scales() { Interval::pow2(-150) } else { half_ulp(&product.range(&Interval::zero(), piece)) }
 }
 
-/// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a
-/// bias and whose half width is an error. What is added to c must fit the type as well.
+/// c + a·b·2^(shift − scale), less what the product of a format loses before the left shift, whose middle is a bias and whose
+/// half width is an error. What is added to c must fit the type as well.
 fn mul_add(
     [a, b, c]: [Value; 3],
-    (shift, scale, floors): (u32, i64, i64),
+    (shift, scale): (u32, i64),
+    format: Format,
     step: &Step,
     piece: &Piece,
 ) -> Value {
     let shift = i64::from(shift);
-    let half = Interval::from_int(floors).mul_pow2(shift - 1);
-    let product = a.times(&b).mul_pow2(shift - scale).less(&half);
+    let (middle, half) = format.lost(&a.range);
+    let half = half.mul_pow2(shift);
+    let product = a.times(&b).mul_pow2(shift - scale).less(&middle.mul_pow2(shift));
     let high = product.range(&half, piece);
     if !high.inside(&of_type(Type::I32)) {
         return exactly(high);
