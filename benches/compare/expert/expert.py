@@ -5,7 +5,8 @@ The function, the formats of the coefficients, the ranges and the order of the o
 read off the routine that was generated. Sollya gives coefficients and the supremum of their distance (`supnorm`), Gappa
 the rounding of the same Horner scheme. Of two targets, with and without the mean of the truncations, the better counts.
 
-    python3 benches/compare/expert/expert.py --devices 50 --seed 1
+    python3 benches/compare/expert/expert.py --devices 50 --seed 1 --formats q31,table,f32 --write
+    cargo run --release -p firmware-tests -- compare
 
 Needs sollya 8, gappa 1.4 and target/release/codegen.
 """
@@ -286,6 +287,7 @@ def main():
     parser.add_argument("--degrees", default=",".join(map(str, DEGREES)))
     parser.add_argument("--pieces", type=int, default=64, help="into which Gappa cuts the range of a float")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--write", action="store_true", help="write bounds.json, from which docs/comparison.md is made")
     parser.add_argument("--rows", type=Path, help="file of the rows: what it holds of this seed is not computed again")
     arguments = parser.parse_args()
     tasks = []
@@ -293,7 +295,7 @@ def main():
         for kind in arguments.formats.split(","):
             cases = TABLES if kind == "table" else [int(d) for d in arguments.degrees.split(",")]
             tasks += [(device, "q31" if kind == "table" else kind, what, arguments) for what in cases]
-    ratios = {}
+    found = []
     print(f"{'device':<12} {'format':<8} {'degree':<7} {'ours':>12} {'expert':>12} {'ratio':>8} {'best of degree':>15}")
     with ThreadPoolExecutor(arguments.threads) as pool:
         kept = Kept(arguments.rows, arguments.seed)
@@ -302,16 +304,29 @@ def main():
             if theirs is None:
                 print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} not compared: {why}", flush=True)
                 continue
-            ratio = bound / theirs
-            ratios.setdefault((kind, "table" if "x" in str(what) else "polynomial"), []).append((ratio, name, what))
-            print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} {theirs:12.5e} {ratio:8.4f} {best:15.5e}",
+            found.append((name, kind, str(what), bound, theirs, best))
+            print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} {theirs:12.5e} {bound / theirs:8.4f} {best:15.5e}",
                   flush=True)
-    for (kind, form), rows in ratios.items():
-        values = sorted(rows)
-        within = sum(r <= 1.0 for r, *_ in values) / len(values)
-        worst = values[-1]
-        print(f"{kind} {form}: {len(values)} cases, at most 1.00 in {100 * within:.1f} %, median "
-              f"{statistics.median(r for r, *_ in values):.4f}, largest {worst[0]:.4f} ({worst[1]}, {worst[2]})")
+    told = summaries(found)
+    for one in told:
+        print("{format}, {form}: {cases} cases, at most 1.00 in {within}, median {median}, smallest {smallest}, "
+              "largest {largest}".format(**one))
+    if arguments.write:
+        paper = [dict(format=kind, what=what, ours=f"{bound:.3g}", expert=f"{theirs:.3g}", best=f"{best:.3g}",
+                      ratio=f"{bound / theirs:.3f}")
+                 for name, kind, what, bound, theirs, best in found if name == "paper"]
+        content = dict(devices=arguments.devices, seed=arguments.seed, summaries=told, paper=paper)
+        (HERE / "bounds.json").write_text(json.dumps(content, indent=1) + "\n")
+
+
+def summaries(found):
+    """Of each format and form how many ratios there are, how many are at most 1, and their spread."""
+    ratios = {}
+    for _, kind, what, bound, theirs, _ in found:
+        ratios.setdefault((kind, "table" if "x" in what else "polynomial"), []).append(bound / theirs)
+    return [dict(format=kind, form=form, cases=str(len(values)), within=str(sum(r <= 1.0 for r in values)),
+                 median=f"{statistics.median(values):.4f}", smallest=f"{min(values):.4f}", largest=f"{max(values):.4f}")
+            for (kind, form), values in ratios.items()]
 
 
 if __name__ == "__main__":
