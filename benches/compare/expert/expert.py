@@ -307,7 +307,7 @@ def main():
             found.append((name, kind, str(what), bound, theirs, best))
             print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} {theirs:12.5e} {bound / theirs:8.4f} {best:15.5e}",
                   flush=True)
-    told = summaries(found)
+    told = [dict(one, devices=str(arguments.devices), seed=str(arguments.seed)) for one in summaries(found)]
     for one in told:
         print("{format}, {form}: {cases} cases, at most 1.00 in {within}, median {median}, smallest {smallest}, "
               "largest {largest}".format(**one))
@@ -315,8 +315,18 @@ def main():
         paper = [dict(format=kind, what=what, ours=f"{bound:.3g}", expert=f"{theirs:.3g}", best=f"{best:.3g}",
                       ratio=f"{bound / theirs:.3f}")
                  for name, kind, what, bound, theirs, best in found if name == "paper"]
-        content = dict(devices=arguments.devices, seed=arguments.seed, summaries=told, paper=paper)
-        (HERE / "bounds.json").write_text(json.dumps(content, indent=1) + "\n")
+        write(dict(summaries=told, paper=paper))
+
+
+def write(content):
+    """Writes bounds.json; formats and forms that were not computed now stay as they are."""
+    path = HERE / "bounds.json"
+    kept = json.loads(path.read_text()) if path.exists() else dict(summaries=[], paper=[])
+    for part, key in (("summaries", ("format", "form")), ("paper", ("format", "what"))):
+        rows = {tuple(row[k] for k in key): row for row in kept[part] + content[part]}
+        content[part] = list(rows.values())
+    path.write_text(json.dumps(content, indent=1) + "\n")
+
 
 
 def summaries(found):

@@ -128,8 +128,7 @@ impl<'a> Body<'a> {
                 Op::ClampF32 { .. } => add("limit_f32"),
                 Op::Around { .. } => add("around"),
                 Op::MulAddHigh { .. } => add("mul_high"),
-                // It rests on the other, which comes first.
-                Op::MulAddSplit { .. } => ["to_signed", "mul_split"].into_iter().for_each(&mut add),
+                Op::MulAddSplit { .. } => add("mul_split"),
                 Op::MulAddShort { .. } if !self.counts => add("mul_short"),
                 Op::High { .. } => add("high_word"),
                 Op::Wrap { .. } => add("to_signed"),

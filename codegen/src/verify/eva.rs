@@ -100,10 +100,9 @@ fn analyse(language: &dyn Language, of: &Checked<'_>, by_contract: bool) -> Resu
     // Shifting negative numbers right is what `arithmetic` asks for; the file documents it.
     let shifts =
         if shift == CShift::Strict { "-warn-right-shift-negative" } else { "-no-warn-right-shift-negative" };
-    // A segment's number and place, and a product from halves, are told from sums that wrap on purpose. (Conversions of negative numbers to
+    // A segment's number and place are told from sums that wrap on purpose. (Conversions of negative numbers to
     // unsigned ones, by which low bits are taken, are in every fixed-point routine: they are not asked for.)
-    let wraps = |step: &Step| matches!(step.op, Op::Index { .. } | Op::MulAddSplit { .. });
-    let wraps = subjects.iter().any(|s| s.program().steps.iter().any(wraps));
+    let wraps = subjects.iter().any(|s| s.program().steps.iter().any(|s| matches!(s.op, Op::Index { .. })));
     let unsigned = if wraps { "-no-warn-unsigned-overflow" } else { "-warn-unsigned-overflow" };
     // Where an argument may be infinite, so may a difference; that results are not is asserted.
     let special = if any_float { "-warn-special-float=none" } else { "-warn-special-float=non-finite" };

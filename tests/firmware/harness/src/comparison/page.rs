@@ -47,8 +47,6 @@ pub fn render(rows: &[Row]) -> Result<String, Problem> {
 /// What `benches/compare/expert` wrote: proven bounds beside those of Sollya and Gappa.
 #[derive(Deserialize)]
 struct Bounds {
-    devices: u64,
-    seed: u64,
     summaries: Vec<BTreeMap<String, String>>,
     paper: Vec<BTreeMap<String, String>>,
 }
@@ -60,8 +58,7 @@ fn bounds() -> Result<Value, Problem> {
         serde_json::from_str(&text).map_err(|e| Problem::Content { path, message: e.to_string() })?;
     let rows =
         |rows: Vec<BTreeMap<String, String>>| rows.into_iter().map(Value::from_pairs).collect::<Vec<_>>();
-    let (devices, seed) = (read.devices, read.seed);
-    Ok(context! { devices, seed, summaries => rows(read.summaries), paper => rows(read.paper) })
+    Ok(context! { summaries => rows(read.summaries), paper => rows(read.paper) })
 }
 
 fn described(count: &Count) -> String {
