@@ -33,7 +33,7 @@ use crate::accepted::{NotAccepted, accepted};
 use crate::cost::Core;
 use crate::explore::{self, Wanted};
 use crate::files;
-use crate::format::Format;
+use crate::format::{Format, NotFused};
 use crate::generate::{self, GenerateError, Generated};
 use crate::language;
 use crate::options::{CShift, Ends, Method, Options, OutOfRange};
@@ -48,6 +48,7 @@ fitter::errors! {
     }
     from {
         NotAccepted(NotAccepted),
+        NotFused(NotFused),
         Source(Message),
         Choose(RoutineError),
         Generate(GenerateError),
@@ -63,6 +64,7 @@ pub struct Builder {
     target: Option<Core>,
     flash_bytes: Option<usize>,
     formats: Vec<Format>,
+    fma: bool,
     method: Method,
     ends: Ends,
     options: Options,
@@ -76,6 +78,7 @@ impl Default for Builder {
             target: None,
             flash_bytes: None,
             formats: Vec::new(),
+            fma: false,
             method: Method::Fused,
             ends: Ends::default(),
             options,
@@ -140,6 +143,13 @@ impl Builder {
         self
     }
 
+    /// Products and sums of floats rounded once together, by cores that do so in one instruction
+    /// ([`Core::fuses`]), in place of format f32. Refused for a target without it, and where no format is one of floats.
+    pub fn fma(mut self) -> Self {
+        self.fma = true;
+        self
+    }
+
     /// One polynomial or a table; not with a target, which chooses.
     pub fn method(mut self, method: Method) -> Self {
         self.method = method;
@@ -191,21 +201,34 @@ impl Builder {
             options.encoder.flash_bytes = self.flash_bytes;
             return Ok(generate::generate(&coefficients, &sha256, &options)?);
         }
+        let formats = self.fused_formats()?;
         match self.target {
             Some(core) => {
-                let (formats, flash_bytes) = (&self.formats[..], self.flash_bytes);
+                let (formats, flash_bytes) = (&formats[..], self.flash_bytes);
                 let wanted = Wanted { core, formats, ends: self.ends, flash_bytes };
                 explore::choose(&coefficients, &mut options, &wanted, &|_, _| {})?;
             }
             None => {
-                let usual = options.routines.iter().map(|routine| routine.format).collect();
-                let formats: Vec<Format> = if self.formats.is_empty() { usual } else { self.formats.clone() };
                 options.leave_out_unreachable = self.formats.is_empty();
                 options.routines =
                     formats.into_iter().map(|format| self.ends.routine(self.method, format)).collect();
             }
         }
         Ok(generate::generate(&coefficients, &sha256, &options)?)
+    }
+
+    /// The formats that are named, or the usual ones, with fused multiply-adds where they are wanted.
+    fn fused_formats(&self) -> Result<Vec<Format>, NotFused> {
+        let usual = self.options.routines.iter().map(|routine| routine.format);
+        let named: Vec<Format> = match (&self.formats[..], self.target) {
+            ([], Some(_)) => Format::ALL.to_vec(),
+            ([], None) => usual.collect(),
+            (named, _) => named.to_vec(),
+        };
+        if self.fma {
+            Format::can_fuse(&named, self.target)?;
+        }
+        Ok(named.into_iter().map(|format| format.fused(self.fma)).collect())
     }
 
     /// Generates and writes `<name>.rs` (a module to include), the C pair in `c/`, the Gappa scripts and
@@ -260,6 +283,27 @@ mod tests {
             "{error}"
         );
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn floats_are_fused_where_the_core_has_that() {
+        let builder = Builder::new().demo().formats([Format::F32]).bound_arcsec(0.001).fma();
+        for builder in [builder.clone(), builder.clone().target(Core::CortexM4f)] {
+            let generated = builder.generate().unwrap();
+            let sources = [
+                ("c/corrected_angle.c", "= fused(y, x, "),
+                ("src/corrected_angle_f32_fma.rs", "= fused(y, x, "),
+            ];
+            for (path, call) in sources {
+                assert!(generated.files[Path::new(path)].contains(call), "{path}");
+            }
+        }
+        for core in [Core::CortexM0, Core::CortexM3] {
+            let error = builder.clone().target(core).generate().unwrap_err();
+            assert!(matches!(error, BuildError::NotFused(NotFused::NoInstruction { .. })), "{error}");
+        }
+        let error = builder.formats([Format::Q31]).generate().unwrap_err();
+        assert!(matches!(error, BuildError::NotFused(NotFused::NoFloats)), "{error}");
     }
 
     #[test]

@@ -62,6 +62,7 @@ impl Cost {
 }
 
 /// Instructions of every kind of operation.
+#[derive(Clone, Copy)]
 struct Weights {
     constant: f64,
     clamp: f64,
@@ -77,7 +78,7 @@ struct Weights {
     product_short: f64,
     /// Of a row of the table.
     address: f64,
-    /// Of a row of three words, more.
+    /// Of a row of three words, more, where the argument is limited: a register beside it for the table's address.
     packed: f64,
     entry: f64,
     /// Of the registers that a row of four words takes.
@@ -101,7 +102,8 @@ impl Core {
     pub const ALL: [Core; 5] =
         [Core::CortexM0, Core::CortexM3, Core::CortexM4f, Core::CortexM7, Core::CortexM33];
 
-    /// Those that a routine costs something else on: M7 and M33 have the instructions of M4F that routines are made of.
+    /// Those that a routine costs something else on: M7 and M33 have the instructions of M4F that routines are made of, and
+    /// take as many of them but for two or three.
     pub const APART: [Core; 3] = [Core::CortexM0, Core::CortexM3, Core::CortexM4f];
 
     /// The name by which users ask for it.
@@ -131,7 +133,7 @@ impl Core {
             shift: 1.0,
             product_high: 2.0,
             product_shift: 0.0,
-            product_split: 8.4,
+            product_split: 7.2,
             product_short: 1.7,
             address: 2.0,
             packed: 0.0,
@@ -144,16 +146,20 @@ impl Core {
             bytes_of_ends: 6,
             library_bytes: 0,
         };
+        let dsp = Weights {
+            constant: 0.95,
+            address: 2.05,
+            product_high: 1.0,
+            product_shift: 1.0,
+            product_split: 7.4,
+            spill: 2.0,
+            bytes_per_instruction: 3.4,
+            ..common
+        };
         match self {
-            Core::CortexM4f | Core::CortexM7 | Core::CortexM33 => Weights {
-                constant: 0.9,
-                address: 2.05,
-                product_high: 1.0,
-                product_shift: 1.0,
-                spill: 2.0,
-                bytes_per_instruction: 3.4,
-                ..common
-            },
+            Core::CortexM4f => dsp,
+            Core::CortexM7 => Weights { packed: 1.9, product_split: 7.0, ..dsp },
+            Core::CortexM33 => Weights { constant: 1.2, packed: 1.9, product_split: 7.0, ..dsp },
             Core::CortexM3 => Weights {
                 packed: 0.5,
                 entry: 1.1,
@@ -166,7 +172,7 @@ impl Core {
             Core::CortexM0 => Weights {
                 clamp_f32: 100.0,
                 product_high: 49.0,
-                product_split: 13.0,
+                product_split: 9.9,
                 product_short: 3.5,
                 saturate: 8.0,
                 address: 3.0,
@@ -226,7 +232,8 @@ impl Core {
                 Op::Index { .. } => {
                     let width = program.table.first().map_or(0, Vec::len);
                     let sum = if step.ty == Type::U32 { w.subtract } else { 0.0 };
-                    let packed = if width.is_power_of_two() { 0.0 } else { w.packed };
+                    let limited = program.clamped != program.reading;
+                    let packed = if limited && !width.is_power_of_two() { w.packed } else { 0.0 };
                     w.shift + sum + w.address + packed + if width > 3 { w.spill } else { 0.0 }
                 }
                 Op::Wrap { add, .. } => w.shift + if_any(*add, w.constant + w.subtract),

@@ -2,6 +2,7 @@
 //! of the cheapest that is proven within the bound and fits the flash.
 
 use std::cmp::Ordering;
+use std::iter;
 use std::sync::atomic::{self, AtomicUsize};
 
 use fitter::coefficients::Coefficients;
@@ -13,6 +14,7 @@ use crate::format::Format;
 use crate::fused::LARGEST_DEGREE;
 use crate::input::{Arity, Encoding, Input};
 use crate::options::{Ends, Method, Options, OutOfRange, Place, RoutineOptions};
+use crate::program::Op;
 use crate::quantity::Quantity;
 use crate::routine::{self, Routine, RoutineError};
 
@@ -34,12 +36,15 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// `q31, degree 9` or `q31, 3x64`; the latter of polynomials of the variable, unless it says that segments are centred,
+    /// `q31, degree 9`, `f32, degree 9, two floats` or `q31, 3x64`; the last of polynomials of the variable, unless it says that segments are centred,
     /// or that they are of the place in the segment.
     pub fn describe(&self) -> String {
         let RoutineOptions { method, format, .. } = &self.routine.options;
         match method {
-            Method::Fused => format!("{}, degree {}", format.name(), self.routine.design.degree),
+            Method::Fused => {
+                let two = if self.has_two_floats() { ", two floats" } else { "" };
+                format!("{}, degree {}{two}", format.name(), self.routine.design.degree)
+            }
             Method::Piecewise { degree, segments_log2, padded, place } => {
                 let padded = if *padded { "-padded" } else { "" };
                 let place = match place {
@@ -50,6 +55,13 @@ impl Candidate {
                 format!("{}, {degree}x{}{padded}{place}", format.name(), 1 << segments_log2)
             }
         }
+    }
+
+    /// Whether it is of floats, the linear coefficient of two: one product more than the degree has.
+    fn has_two_floats(&self) -> bool {
+        let design = &self.routine.design;
+        let products = design.program.steps.iter().filter(|step| matches!(step.op, Op::MulAddF32 { .. }));
+        products.count() > design.degree
     }
 
     /// What it costs on a core.
@@ -165,10 +177,14 @@ pub fn candidates(
     let terms_bound = wanted_bound(coefficients, options, &quantity).min(bound);
     let found: Vec<Result<Option<Candidate>, RoutineError>> = forms
         .par_iter()
-        .map(|form| {
-            let candidate = designed(coefficients, options, form, (bound, terms_bound));
+        .flat_map_iter(|form| {
+            let design = |bound| designed(coefficients, options, form, (bound, terms_bound));
+            let candidate = design(bound);
+            // Of floats also with a linear coefficient of two, which is what a smaller bound is met by.
+            let one = candidate.as_ref().ok().and_then(Option::as_ref).filter(|_| !form.0.format.is_fixed());
+            let two = one.map(|one| design(one.bound / SAME_BOUND));
             done(through.fetch_add(1, atomic::Ordering::Relaxed) + 1, total);
-            candidate
+            iter::once(candidate).chain(two)
         })
         .collect();
     let (found, unusable): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
@@ -187,7 +203,8 @@ fn wanted_bound(coefficients: &Coefficients, options: &Options, quantity: &Quant
 
 /// The Pareto-optimal candidates on a core (bound, instructions, flash), best bound last.
 pub fn front(candidates: &[Candidate], core: Core) -> Vec<(&Candidate, Cost)> {
-    let costed: Vec<(&Candidate, Cost)> = candidates.iter().map(|c| (c, c.cost(core))).collect();
+    let can = |c: &&Candidate| core.fuses() || c.routine.options.format != Format::F32Fma;
+    let costed: Vec<(&Candidate, Cost)> = candidates.iter().filter(can).map(|c| (c, c.cost(core))).collect();
     let beats = |a: &(&Candidate, Cost), b: &(&Candidate, Cost)| {
         let no_worse = a.0.bound <= SAME_BOUND * b.0.bound
             && a.1.instructions <= b.1.instructions
@@ -293,7 +310,10 @@ fn search(
         for ((outlined, _), candidate) in next.into_iter().zip(found) {
             let Some(candidate) = candidate? else { continue };
             let cost = candidate.cost(wanted.core);
-            added = cost.less(outlined);
+            // A second float of a coefficient is this one's alone.
+            if candidate.routine.design.account.is_some() {
+                added = cost.less(outlined);
+            }
             let fits = wanted.flash_bytes.is_none_or(|most| cost.flash_bytes <= most);
             if fits && best.as_ref().is_none_or(|(so_far, _)| order(cost, *so_far).is_lt()) {
                 best = Some((cost, candidate));

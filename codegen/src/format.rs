@@ -1,6 +1,18 @@
 //! Number formats of the evaluation.
 
+use crate::cost::Core;
+use crate::exact::Interval;
 use crate::program::{Op, Operand};
+
+fitter::errors! {
+    /// Why products and sums of floats cannot be rounded once together.
+    #[derive(Debug, Clone, PartialEq)]
+    pub enum NotFused {
+        NoFloats => says("a fused multiply-add belongs to floats") mend("add the format f32, or leave it out") by_name("fma");
+        NoInstruction { core: &'static str } =>
+            says("{core} has no fused multiply-add: every one would be a call") mend("leave it out") by_name("fma");
+    }
+}
 
 /// The number format of the evaluation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +52,18 @@ impl Format {
         if wanted && self == Format::F32 { Format::F32Fma } else { self }
     }
 
+    /// Whether routines of these formats can have it, or one of any format that is chosen for a core.
+    ///
+    /// # Errors
+    /// [`NotFused`], with the reason.
+    pub fn can_fuse(formats: &[Format], target: Option<Core>) -> Result<(), NotFused> {
+        match target {
+            Some(core) if !core.fuses() => Err(NotFused::NoInstruction { core: core.name() }),
+            None if !formats.iter().any(|format| !format.is_fixed()) => Err(NotFused::NoFloats),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether it is a fixed-point format.
     pub fn is_fixed(self) -> bool {
         !matches!(self, Format::F32 | Format::F32Fma)
@@ -69,9 +93,17 @@ impl Format {
         }
     }
 
-    /// How many truncations a product of this fixed-point format can contain, each of less than a unit.
-    pub fn floors(self) -> i64 {
-        if self == Format::Q31Split { 3 } else { 1 }
+    /// How far a product a·b of this fixed-point format lies below the exact one, in its own units: the middle, and the most
+    /// to either side of it, for every b.
+    pub fn lost(self, a: &Interval) -> (Interval, Interval) {
+        let half = Interval::pow2(-1);
+        if self != Format::Q31Split {
+            return (half.clone(), half);
+        }
+        // The floor, the odd half of b₁ times a₀, and a₀b₀ take 0…1 each; the odd half of b₀ takes or gives |a₁|·2⁻¹⁶.
+        let middle = Interval::from_int(3).mul_pow2(-1);
+        let odd = (&a.magnitude() + &Interval::pow2(16)).mul_pow2(-32).upper();
+        (middle.clone(), &middle + &odd)
     }
 
     /// The same for a product by a constant of 31 bits, as the output needs it.

@@ -184,7 +184,7 @@ fn integer(program: &Program, index: usize, results: &[Word]) -> Result<Word, Ov
         Op::MulAddSplit { a, b, shift, c } => {
             let (a, b) = (int(a), int(b));
             let ((a1, a0), (b1, b0)) = ((a >> 16, a & 0xffff), (b >> 16, b & 0xffff));
-            let high = a1 * b1 + ((a1 * b0) >> 16) + ((a0 * b1) >> 16);
+            let high = a1 * b1 + ((a1 * (b0 >> 1) + a0 * (b1 >> 1)) >> 15);
             narrowed(int(c) + word(high << shift)?)
         }
         Op::MulAddShort { a, b, by, c } => narrowed(int(c) + (word(int(a) * int(b))? >> by)),

@@ -105,7 +105,7 @@ pub enum Op {
     /// c + ⌊a·b·2⁻³²⌋·2^shift: a 32×32→64-bit product of which the high word is kept.
     MulAddHigh { a: Operand, b: Operand, shift: u32, c: Operand },
     /// The same from 16-bit halves, for cores without a long product: with a = a₁2¹⁶ + a₀, b = b₁2¹⁶ + b₀,
-    /// c + (a₁b₁ + ⌊a₁b₀·2⁻¹⁶⌋ + ⌊a₀b₁·2⁻¹⁶⌋)·2^shift; a₀b₀ is left out.
+    /// c + (a₁b₁ + ⌊(a₁⌊b₀/2⌋ + a₀⌊b₁/2⌋)·2⁻¹⁵⌋)·2^shift; a₀b₀ is left out.
     MulAddSplit { a: Operand, b: Operand, shift: u32, c: Operand },
     /// c + ⌊a·b·2^−by⌋ of two 16-bit numbers, 0 < by: the product fits 32 bits.
     MulAddShort { a: Operand, b: Operand, by: u32, c: Operand },

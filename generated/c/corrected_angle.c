@@ -65,10 +65,13 @@ static int32_t mul_add_high(int32_t a, int32_t b, int32_t c)
 }
 #endif
 
-/* The same words, of which cores with the DSP extension load two at a time: compilers would make each of two halves. */
+/* The same words, read from memory: of halves in the code compilers would make each, where cores with the DSP extension load
+ * two at a time, and gcc for ARMv6-M takes two instructions for one. */
 static const int32_t *loaded(const int32_t *words)
 {
 #if defined(__GNUC__) && defined(__ARM_FEATURE_DSP) && defined(__ARM_ARCH) && (__ARM_ARCH >= 6)
+    __asm__("" : "+r"(words));
+#elif defined(__GNUC__) && !defined(__clang__) && defined(__thumb__) && !defined(__thumb2__)
     __asm__("" : "+r"(words));
 #endif
     return words;
@@ -77,14 +80,14 @@ static const int32_t *loaded(const int32_t *words)
 float corrected_angle_f32(float s_mm)
 {
     const float x = limit_f32(s_mm, -0x1.6cb3c2p-2f, 0x1.6cb314p-2f); /* the valid range */
-    float y = (-0x1.c4f978p-2f * x) - 0x1.5e14c2p-3f; /* c7 */
-    y = (y * x) + 0x1.32fde2p-3f; /* c6 */
-    y = (y * x) + 0x1.6540c6p-5f; /* c5 */
-    y = (y * x) - 0x1.30b31ep-6f; /* c4 */
-    y = (y * x) - 0x1.605b0cp-7f; /* c3 */
-    y = (y * x) + 0x1.b3bc68p-9f; /* c2 */
+    float y = (-0x1.c4f8c6p-2f * x) - 0x1.5e14f8p-3f; /* c7 */
+    y = (y * x) + 0x1.32fd82p-3f; /* c6 */
+    y = (y * x) + 0x1.6540fp-5f; /* c5 */
+    y = (y * x) - 0x1.30b2dcp-6f; /* c4 */
+    y = (y * x) - 0x1.605b14p-7f; /* c3 */
+    y = (y * x) + 0x1.b3bc5ap-9f; /* c2 */
     y = (y * x) + 0x1.257efep-4f; /* c1 */
-    y = (y * x) + 0x1.645dc4p-20f; /* c0 */
+    y = (y * x) + 0x1.645dc2p-20f; /* c0 */
 
     return y;
 }

@@ -15,40 +15,40 @@
 @rnd = float<ieee_32, ne>;
 x_ = rnd(any_);
 
-p_2 = -0x1.c4f978p-2 * x_;
-s_2 = rnd(p_2) + -0x1.5e14c2p-3;
+p_2 = -0x1.c4f8c6p-2 * x_;
+s_2 = rnd(p_2) + -0x1.5e14f8p-3;
 r_2 = rnd(s_2);
-e_2 = -0x1.c4f978p-2 * x_ + -0x1.5e14c2p-3;
+e_2 = -0x1.c4f8c6p-2 * x_ + -0x1.5e14f8p-3;
 p_3 = r_2 * x_;
-s_3 = rnd(p_3) + 0x1.32fde2p-3;
+s_3 = rnd(p_3) + 0x1.32fd82p-3;
 r_3 = rnd(s_3);
-e_3 = e_2 * x_ + 0x1.32fde2p-3;
+e_3 = e_2 * x_ + 0x1.32fd82p-3;
 p_4 = r_3 * x_;
-s_4 = rnd(p_4) + 0x1.6540c6p-5;
+s_4 = rnd(p_4) + 0x1.6540fp-5;
 r_4 = rnd(s_4);
-e_4 = e_3 * x_ + 0x1.6540c6p-5;
+e_4 = e_3 * x_ + 0x1.6540fp-5;
 p_5 = r_4 * x_;
-s_5 = rnd(p_5) + -0x1.30b31ep-6;
+s_5 = rnd(p_5) + -0x1.30b2dcp-6;
 r_5 = rnd(s_5);
-e_5 = e_4 * x_ + -0x1.30b31ep-6;
+e_5 = e_4 * x_ + -0x1.30b2dcp-6;
 p_6 = r_5 * x_;
-s_6 = rnd(p_6) + -0x1.605b0cp-7;
+s_6 = rnd(p_6) + -0x1.605b14p-7;
 r_6 = rnd(s_6);
-e_6 = e_5 * x_ + -0x1.605b0cp-7;
+e_6 = e_5 * x_ + -0x1.605b14p-7;
 p_7 = r_6 * x_;
-s_7 = rnd(p_7) + 0x1.b3bc68p-9;
+s_7 = rnd(p_7) + 0x1.b3bc5ap-9;
 r_7 = rnd(s_7);
-e_7 = e_6 * x_ + 0x1.b3bc68p-9;
+e_7 = e_6 * x_ + 0x1.b3bc5ap-9;
 p_8 = r_7 * x_;
 s_8 = rnd(p_8) + 0x1.257efep-4;
 r_8 = rnd(s_8);
 e_8 = e_7 * x_ + 0x1.257efep-4;
 p_9 = r_8 * x_;
-s_9 = rnd(p_9) + 0x1.645dc4p-20;
+s_9 = rnd(p_9) + 0x1.645dc2p-20;
 r_9 = rnd(s_9);
-e_9 = e_8 * x_ + 0x1.645dc4p-20;
+e_9 = e_8 * x_ + 0x1.645dc2p-20;
 
-{ x_ in [-0x1.6cb3c2p-2, 0x1.6cb314p-2] -> |r_9 - e_9| <= 0x1.d1aea963f31b8p-29 }
+{ x_ in [-0x1.6cb3c2p-2, 0x1.6cb314p-2] -> |r_9 - e_9| <= 0x1.cfbd1c4a9a182p-29 }
 
 # How an error is made of the errors before it: identities. Gappa warns of one that it cannot confirm ("not trivially
 # equal") and takes it on trust: then nothing is proved.

@@ -15,11 +15,11 @@
 //!         Outside, the result is that at the nearest end of the range, for NaN that at the lower end.
 //! Method: one polynomial of degree 8 for the whole function, by Horner's scheme in x.
 //!
-//! Bound:  |result − (θ − Δθ)| ≤ 6.99e-4 arcsec, for every input in the range. Of this
+//! Bound:  |result − (θ − Δθ)| ≤ 6.98e-4 arcsec, for every input in the range. Of this
 //!           1.05e-4 arcsec    (0.27 LSB)  best polynomial of this degree against the exact function
-//!           3.18e-5 arcsec    (0.08 LSB)  rounding of its coefficients to the format
-//!           5.63e-4 arcsec    (1.47 LSB)  rounding of the operations
-//!         No polynomial of degree 8 is nearer than 1.04e-4 arcsec: the bound is 6.72 times that.
+//!           4.46e-4 arcsec    (1.16 LSB)  rounding of its coefficients to the format
+//!           1.48e-4 arcsec    (0.38 LSB)  rounding of the operations
+//!         No polynomial of degree 8 is nearer than 1.04e-4 arcsec: the bound is 6.70 times that.
 //! Budget (JCGM 100, no proof): U = 1.48e0 … 1.54e0 arcsec for 95 %, of one corrected reading against the truth. Where it is largest,
 //!         the standard uncertainties are
 //!           5.78e-1 arcsec  reference: stated accuracy, rectangular
@@ -27,10 +27,10 @@
 //!           1.99e-1 arcsec  model: interval of the fitted coefficients, normal
 //!           1.15e-1 arcsec  lack of fit: means near the place, beyond their noise, normal
 //!           1.02e-2 arcsec  passes: what all readings of one share, in their mean, normal
-//!           4.04e-4 arcsec  arithmetic: proven bound, rectangular
+//!           4.03e-4 arcsec  arithmetic: proven bound, rectangular
 //!         Measurand, degrees of freedom, the table over the range, and what is not included: certificate.json.
 
-/// Corrected angle, Eq. 13, within 6.99e-4 arcsec; the result is `f32`, in rad.
+/// Corrected angle, Eq. 13, within 6.98e-4 arcsec; the result is `f32`, in rad.
 ///
 /// - `s_mm`: s = x₂ − x₁, in mm.
 ///
@@ -40,14 +40,14 @@
 #[inline]
 pub const fn corrected_angle_f32(s_mm: f32) -> f32 {
     let x = limit(s_mm, -0.35615447, 0.35615188); // the valid range
-    let y = -0.4423579 * x - 0.17093803; // c7
-    let y = y * x + 0.1498983; // c6
-    let y = y * x + 0.043609988; // c5
-    let y = y * x - 0.018597392; // c4
-    let y = y * x - 0.010753041; // c3
-    let y = y * x + 0.0033244016; // c2
+    let y = -0.44235525 * x - 0.17093843; // c7
+    let y = y * x + 0.14989759; // c6
+    let y = y * x + 0.043610066; // c5
+    let y = y * x - 0.01859733; // c4
+    let y = y * x - 0.010753045; // c3
+    let y = y * x + 0.0033244; // c2
     let y = y * x + 0.07165431; // c1
-    y * x + 1.3275678e-6 // c0
+    y * x + 1.3275677e-6 // c0
 }
 /// `value` limited to `lo`…`hi`; NaN gives `lo`.
 const fn limit(value: f32, lo: f32, hi: f32) -> f32 {

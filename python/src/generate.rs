@@ -102,8 +102,8 @@ impl Generated {
 ///
 /// `coefficients` is a fit, a diagnosis, coefficients, or the path of their file. The keywords are the options of `arcsmith
 /// generate`, with `_` for `-`: `format="q31"`, `input="x1x2-counts"`, `bits=16`, `gain=1.5259e-5` (mm per count),
-/// `output="nano"`, `bound_arcsec=0.01`, `target="cortex-m4f"`, `accept_unexplained=True`; a list gives an option several
-/// values.
+/// `output="nano"`, `bound_arcsec=0.01`, `target="cortex-m4f"`, `fma=True` (floats with fused multiply-adds),
+/// `accept_unexplained=True`; a list gives an option several values.
 ///
 /// Raises ArcsmithError; warns of what the program warns of.
 #[pyfunction]

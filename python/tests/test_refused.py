@@ -105,6 +105,7 @@ def test_options(run, folder, columns):
         ({"frmat": "q31"}, "--frmat"),
         ({"format": "q99"}, "q99"),
         ({"out": "x"}, "no keyword"),
+        ({"format": "f32", "fma": True, "target": "cortex-m3"}, "cortex-m3 has no fused multiply-add"),
         ({"bound_arcsec": 1e-12}, "arcsec"),
     ]:
         with pytest.raises(arcsmith.ArcsmithError, match=expected):

@@ -97,6 +97,8 @@ def test_from_fit_to_firmware_without_a_file(folder):
     of_fit = arcsmith.generate(fit, format="q31").files
     assert of_fit == arcsmith.generate(fit.coefficients, format=["q31"]).files
     assert of_fit == arcsmith.generate(fit.coefficients.to_dict(), format="q31").files
+    fused = arcsmith.generate(fit, format="f32", fma=True).files
+    assert "fused(y, x, " in fused["c/corrected_angle.c"]
     assert len(arcsmith.apply("calibration.csv", arcsmith.diagnose("calibration.csv", "mirror.toml"))) == 210
 
 

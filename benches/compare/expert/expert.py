@@ -5,7 +5,8 @@ The function, the formats of the coefficients, the ranges and the order of the o
 read off the routine that was generated. Sollya gives coefficients and the supremum of their distance (`supnorm`), Gappa
 the rounding of the same Horner scheme. Of two targets, with and without the mean of the truncations, the better counts.
 
-    python3 benches/compare/expert/expert.py --devices 50 --seed 1
+    python3 benches/compare/expert/expert.py --devices 50 --seed 1 --formats q31,table,f32 --write
+    cargo run --release -p firmware-tests -- compare
 
 Needs sollya 8, gappa 1.4 and target/release/codegen.
 """
@@ -80,9 +81,16 @@ class Ours:
         self.bound, self.best, self.degree = entry["bound"], entry["minimax"], entry["degree"]
         self.fraction_bits = entry["output"]["fraction_bits"]
         self.approximation = sum(part["value"] for part in entry["parts"][:2])
-        self.source = (out / "c" / "corrected_angle.c").read_text()
+        self.source = with_constants((out / "c" / "corrected_angle.c").read_text())
         limits = re.search(r"limit_\w+\(\w+, (-?\w+(?:\.\w+)?(?:p-?\d+)?)f?, (-?\w+(?:\.\w+)?(?:p-?\d+)?)f?\)", self.source)
         self.limits = limits.groups() if limits else None
+
+
+def with_constants(source):
+    """The source with every constant in place of its number in their array."""
+    array = re.search(r"constants\[\d+\] = \{([^}]*)\}", source)
+    values = array[1].replace("INT32_MIN", "-2147483648").split(",") if array else []
+    return re.sub(r"\bconstant\[(\d+)\]", lambda place: values[int(place[1])].strip(), source)
 
 
 def sollya(device, calls):
@@ -198,46 +206,40 @@ def expert_float(device, ours, pieces, fma):
     return ARCSEC * (distance + float_rounding(coefficients, start, end, pieces, fma))
 
 
+def segments(source, start, end):
+    """Smallest and largest word of every segment between two ends."""
+    if index := re.search(r"\(\(uint32_t\)x \+ (\d+)u\) >> (\d+)", source):
+        add, by = int(index[1]), int(index[2])
+    elif index := re.search(r"int32_t segment = shift_right\(x, (\d+)u\)", source):
+        add, by = 0, int(index[1])
+    else:
+        raise NotImplementedError("a table whose segments are not of x")
+    rows = range((start + add) >> by, ((end + add) >> by) + 1)
+    return [(max(start, (row << by) - add), min(end, ((row + 1) << by) - add - 1)) for row in rows]
+
+
 def expert_table(device, ours):
-    """The expert's bound of a table in fixed point, in arcsec: the largest of its segments."""
+    """The expert's bound of a table of polynomials of the whole variable in fixed point, in arcsec: of its worst segment."""
+    if re.search(r"= to_signed\(", ours.source):
+        raise NotImplementedError("a table of polynomials of the place in the segment")
     degree, point = ours.degree, ours.fraction_bits
-    index = re.search(r"\(\(uint32_t\)\w+ \+ (\d+)u\) >> (\d+)", ours.source)
-    place = re.search(r"to_signed\((?:\(uint32_t\)\w+) << (\d+)\)", ours.source)
-    if not (index and place and ours.limits):
-        raise NotImplementedError("a table whose segments begin at multiples of their width")
-    add, by = int(index[1]), int(index[2])
-    start, end = (int(word) for word in ours.limits)
-    # Words of the variable to v: half the range of the rows stands for v = 1/2.
-    left = int(place[1])
-    exponent = by + (32 - left - by) + (by + left - 32)
-    rows = [(row, max(start, (row << by) - add), min(end, ((row + 1) << by) - add - 1))
-            for row in range((start + add) >> by, ((end + add) >> by) + 1)]
+    ends = segments(ours.source, *(int(word) for word in ours.limits))
     scale = 2 * 2 ** math.ceil(math.log2(max(-device.start, device.end)))
-    half = add - (1 << (by - 1))
-    calls, ends = [], []
     bias = f"-2^(-{point + 1}) * ({' + '.join(f'x^{k}' for k in range(degree))})"
-    for row, first, last in rows:
-        middle = (row << by) - half
-        ends.append((first - middle, last - middle))
-        # The place w = (word - middle)/2^by; s = word/(2*half) * scale.
-        reading = f"(({middle}) + x * 2^{by}) / {2 * half} * ({scale})"
-        over = f"[{dyadic(first - middle, -by)}, {dyadic(max(last, first + 1) - middle, -by)}]"
-        formats = ", ".join([str(point)] * (degree + 1))
-        calls.append(f"fixed_point(angle({reading}, d, a), {degree}, [|{formats}|], {over}, {bias})")
+    formats = ", ".join([str(point)] * (degree + 1))
+    calls = [f"fixed_point(angle(x * ({scale}), d, a), {degree}, [|{formats}|], "
+             f"[{dyadic(first, -32)}, {dyadic(max(last, first + 1), -32)}], {bias})" for first, last in ends]
     worst = 0.0
-    groups = sollya(device, calls)
-    # The rounding depends on the place alone, not on the coefficients: once for the widest segment.
-    widest = [2 ** (32 - by) * e for e in (min(e[0] for e in ends), max(e[1] for e in ends))]
-    words = [round(c * 2.0 ** point) for c in groups[len(groups) // 2][0][0]]
-    words += [0] * (degree + 1 - len(words))
-    rounding = fixed_rounding(words, [1] * len(words), *widest)
-    for group in groups:
-        worst = max(worst, min(distance for _, distance in group))
-    return ARCSEC * (worst + rounding * 2.0 ** -point)
+    for candidates, over in zip(sollya(device, calls), ends):
+        coefficients, distance = min(candidates, key=lambda candidate: candidate[1])
+        words = [round(c * 2.0 ** point) for c in coefficients]
+        words += [0] * (degree + 1 - len(words))
+        worst = max(worst, distance + fixed_rounding(words, [1] * len(words), *over) * 2.0 ** -point)
+    return ARCSEC * worst
 
 
 def compare(task):
-    """One row: device, format, degree or table, our bound, the expert's, the best polynomial's distance."""
+    """One row: our bound, the best polynomial's distance, the expert's bound, or why there is none."""
     device, kind, what, arguments = task
     with tempfile.TemporaryDirectory() as folder:
         file = device.file(folder)
@@ -251,8 +253,30 @@ def compare(task):
             else:
                 theirs = expert_fixed(device, ours)
         except NotImplementedError as why:
-            return device.name, kind, what, ours, None, str(why)
-    return device.name, kind, what, ours, theirs, ""
+            return ours.bound, ours.best, None, str(why)
+    return ours.bound, ours.best, theirs, ""
+
+
+class Kept:
+    """Rows that were computed before, and a file that takes every further one as soon as it is known."""
+
+    def __init__(self, path, seed):
+        self.path, self.seed, self.rows = path, seed, {}
+        if path and path.exists():
+            for line in path.read_text().splitlines():
+                *case, row = json.loads(line)
+                self.rows[tuple(case)] = row
+
+    def row(self, task):
+        """The row of a task, computed unless it is there."""
+        device, kind, what, _ = task
+        case = (self.seed, device.name, kind, what)
+        if case not in self.rows:
+            self.rows[case] = compare(task)
+            if self.path:
+                with self.path.open("a") as file:
+                    file.write(json.dumps([*case, self.rows[case]]) + "\n")
+        return self.rows[case]
 
 
 def main():
@@ -263,29 +287,56 @@ def main():
     parser.add_argument("--degrees", default=",".join(map(str, DEGREES)))
     parser.add_argument("--pieces", type=int, default=64, help="into which Gappa cuts the range of a float")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--write", action="store_true", help="write bounds.json, from which docs/comparison.md is made")
+    parser.add_argument("--rows", type=Path, help="file of the rows: what it holds of this seed is not computed again")
     arguments = parser.parse_args()
     tasks = []
     for device in devices(arguments.devices, arguments.seed):
         for kind in arguments.formats.split(","):
             cases = TABLES if kind == "table" else [int(d) for d in arguments.degrees.split(",")]
             tasks += [(device, "q31" if kind == "table" else kind, what, arguments) for what in cases]
-    ratios = {}
+    found = []
     print(f"{'device':<12} {'format':<8} {'degree':<7} {'ours':>12} {'expert':>12} {'ratio':>8} {'best of degree':>15}")
     with ThreadPoolExecutor(arguments.threads) as pool:
-        for name, kind, what, ours, theirs, why in pool.map(compare, tasks):
+        kept = Kept(arguments.rows, arguments.seed)
+        for (device, kind, what, _), (bound, best, theirs, why) in zip(tasks, pool.map(kept.row, tasks)):
+            name = device.name
             if theirs is None:
-                print(f"{name:<12} {kind:<8} {what!s:<7} {ours.bound:12.5e} not compared: {why}")
+                print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} not compared: {why}", flush=True)
                 continue
-            ratio = ours.bound / theirs
-            ratios.setdefault((kind, "table" if "x" in str(what) else "polynomial"), []).append((ratio, name, what))
-            print(f"{name:<12} {kind:<8} {what!s:<7} {ours.bound:12.5e} {theirs:12.5e} {ratio:8.4f} {ours.best:15.5e}",
+            found.append((name, kind, str(what), bound, theirs, best))
+            print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} {theirs:12.5e} {bound / theirs:8.4f} {best:15.5e}",
                   flush=True)
-    for (kind, form), rows in ratios.items():
-        values = sorted(rows)
-        within = sum(r <= 1.0 for r, *_ in values) / len(values)
-        worst = values[-1]
-        print(f"{kind} {form}: {len(values)} cases, at most 1.00 in {100 * within:.1f} %, median "
-              f"{statistics.median(r for r, *_ in values):.4f}, largest {worst[0]:.4f} ({worst[1]}, {worst[2]})")
+    told = [dict(one, devices=str(arguments.devices), seed=str(arguments.seed)) for one in summaries(found)]
+    for one in told:
+        print("{format}, {form}: {cases} cases, at most 1.00 in {within}, median {median}, smallest {smallest}, "
+              "largest {largest}".format(**one))
+    if arguments.write:
+        paper = [dict(format=kind, what=what, ours=f"{bound:.3g}", expert=f"{theirs:.3g}", best=f"{best:.3g}",
+                      ratio=f"{bound / theirs:.3f}")
+                 for name, kind, what, bound, theirs, best in found if name == "paper"]
+        write(dict(summaries=told, paper=paper))
+
+
+def write(content):
+    """Writes bounds.json; formats and forms that were not computed now stay as they are."""
+    path = HERE / "bounds.json"
+    kept = json.loads(path.read_text()) if path.exists() else dict(summaries=[], paper=[])
+    for part, key in (("summaries", ("format", "form")), ("paper", ("format", "what"))):
+        rows = {tuple(row[k] for k in key): row for row in kept[part] + content[part]}
+        content[part] = list(rows.values())
+    path.write_text(json.dumps(content, indent=1) + "\n")
+
+
+
+def summaries(found):
+    """Of each format and form how many ratios there are, how many are at most 1, and their spread."""
+    ratios = {}
+    for _, kind, what, bound, theirs, _ in found:
+        ratios.setdefault((kind, "table" if "x" in what else "polynomial"), []).append(bound / theirs)
+    return [dict(format=kind, form=form, cases=str(len(values)), within=str(sum(r <= 1.0 for r in values)),
+                 median=f"{statistics.median(values):.4f}", smallest=f"{min(values):.4f}", largest=f"{max(values):.4f}")
+            for (kind, form), values in ratios.items()]
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ use super::Overflows;
 use super::piece::Piece;
 use super::value::{Inexact, Value, exactly, half_ulp, of_type};
 use crate::exact::{Interval, Polynomial};
+use crate::format::Format;
 use crate::program::{Op, Operand, Program, Step, Type};
 
 /// Follows all steps on a piece; gives the last one's value, or the step that could leave its type.
@@ -76,10 +77,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
     };
     match &step.op {
         Op::MulAddHigh { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], (*shift, 32, 1), step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32), Format::Q31, step, piece)
         }
         Op::MulAddSplit { a, b, shift, c } => {
-            mul_add([value(a), value(b), value(c)], (*shift, 32, 3), step, piece)
+            mul_add([value(a), value(b), value(c)], (*shift, 32), Format::Q31Split, step, piece)
         }
         Op::MulAddShort { a, b, by, c } => {
             let (a, b) = (value(a), value(b));
@@ -87,7 +88,7 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             if !product.inside(&of_type(Type::I32)) {
                 return exactly(product);
             }
-            mul_add([a, b, value(c)], (0, (*by).into(), 1), step, piece)
+            mul_add([a, b, value(c)], (0, (*by).into()), Format::Q15, step, piece)
         }
         Op::Index { a, add, by } => {
             let row = |word: Interval| (word.floor_to_i64().unwrap_or(i64::MIN) + add) >> by;
@@ -121,8 +122,10 @@ fn after_variable(program: &Program, step: &Step, values: &[Value], piece: &Piec
             let product = value(a).times(&value(b));
             let first = if *fused { Interval::zero() } else { of_product(step, &product, piece) };
             let sum = product.plus(&value(c).sum);
-            let rounding = (&first + &half_ulp(&sum.range(&first, piece))).upper();
-            sum.rounded(step, &rounding, piece)
+            let range = sum.range(&first, piece);
+            let exact = !*fused && is_exact(&product.range(&Interval::zero(), piece), c, &range);
+            let second = if exact { Interval::zero() } else { half_ulp(&range) };
+            sum.rounded(step, &(&first + &second).upper(), piece)
         }
         Op::ToF32 { a } => {
             let a = value(a);
@@ -138,20 +141,73 @@ fn of_product(step: &Step, product: &Inexact, piece: &Piece) -> Interval {
     if step.op.scales() { Interval::pow2(-150) } else { half_ulp(&product.range(&Interval::zero(), piece)) }
 }
 
-/// c + a·b·2^(shift − scale), less a truncation of 0…`floors` units before the left shift, whose middle is a
-/// bias and whose half width is an error. What is added to c must fit the type as well.
+/// Whether a rounded product and a constant add up to a float: both are multiples of a power of two, of which the sum is at
+/// most 2²⁴ times as large.
+fn is_exact(product: &Interval, c: &Operand, sum: &Interval) -> bool {
+    let Operand::Float(c) = c else { return false };
+    let Some(of_product) = product.magnitude_lower().log2_floor().filter(|e| *e > -126) else { return false };
+    let significand = i64::from(c.to_bits() & 0x7f_ffff | 0x80_0000);
+    let of_constant = i64::from(c.to_bits() >> 23 & 0xff) - 150 + i64::from(significand.trailing_zeros());
+    let grid = (of_product - 23).min(of_constant);
+    sum.magnitude().certainly_le(&Interval::pow2(grid + 24))
+}
+
+/// c + a·b·2^(shift − scale), less what the product of a format loses before the left shift, whose middle is a bias and whose
+/// half width is an error. What is added to c must fit the type as well.
 fn mul_add(
     [a, b, c]: [Value; 3],
-    (shift, scale, floors): (u32, i64, i64),
+    (shift, scale): (u32, i64),
+    format: Format,
     step: &Step,
     piece: &Piece,
 ) -> Value {
     let shift = i64::from(shift);
-    let half = Interval::from_int(floors).mul_pow2(shift - 1);
-    let product = a.times(&b).mul_pow2(shift - scale).less(&half);
+    let (middle, half) = format.lost(&a.range);
+    let half = half.mul_pow2(shift);
+    let product = a.times(&b).mul_pow2(shift - scale).less(&middle.mul_pow2(shift));
     let high = product.range(&half, piece);
     if !high.inside(&of_type(Type::I32)) {
         return exactly(high);
     }
     product.plus(&c.sum).rounded(step, &half, piece)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// A sum that is said to be exact is one, for every product between two ends; and some are.
+        #[test]
+        fn exact_sums_are_exact(
+            ends in (0x3c00_0000u32..0x3f80_0000, 0..1u32 << 22),
+            c in 0x3c00_0000u32..0x3f80_0000,
+            coarse in 0..24u32,
+            negative in any::<(bool, bool)>(),
+            between in prop::collection::vec(0.0..1.0f64, 20),
+        ) {
+            let signed = |value: f32, negative| if negative { -value } else { value };
+            let c = signed(f32::from_bits(c >> coarse << coarse), negative.0);
+            let [first, last] =
+                [ends.0, ends.0 + ends.1].map(|bits| f64::from(signed(f32::from_bits(bits), negative.1)));
+            let product = Interval::from_f64(first).hull(&Interval::from_f64(last));
+            let sum = &product + &Interval::from_f64(c.into());
+            if is_exact(&product, &Operand::Float(c), &sum) {
+                for at in between {
+                    let product = (first + at * (last - first)) as f32;
+                    prop_assert_eq!(f64::from(product + c), f64::from(product) + f64::from(c));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_coarse_constant_makes_a_sum_exact() {
+        let product = Interval::from_f64(0.5).hull(&Interval::from_f64(0.7));
+        let exact =
+            |c: f32| is_exact(&product, &Operand::Float(c), &(&product + &Interval::from_f64(c.into())));
+        assert!(exact(0.125) && exact(0.25 + 0.5f32.powi(24)) && exact(0.0625 - 0.5f32.powi(24)));
+        assert!(!exact(0.125 + 0.5f32.powi(25)) && !exact(0.5) && !exact(f32::EPSILON / 8.0));
+    }
 }

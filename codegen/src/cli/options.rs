@@ -53,7 +53,7 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
         named => named.iter().map(|format| format.fused(arguments.fma)).collect(),
     };
     if arguments.fma {
-        fma(arguments, &formats)?;
+        Format::can_fuse(&formats, arguments.target)?;
     }
     let options = Options {
         routines: formats.into_iter().map(|format| ends.routine(method, format)).collect(),
@@ -82,20 +82,6 @@ pub fn options(arguments: &Arguments, unit: &str, terms: bool) -> Result<Options
     };
     options.within_limits()?;
     Ok(options)
-}
-
-/// Whether floats that are rounded once for a product and its sum can be had.
-fn fma(arguments: &Arguments, formats: &[Format]) -> Result<()> {
-    if arguments.target.is_none() && !formats.contains(&Format::F32Fma) {
-        return Err(refused!("--fma belongs to floats").mend("add --format f32, or leave it out"));
-    }
-    match arguments.target {
-        Some(core) if !core.fuses() => {
-            let has = format!("{} has no fused multiply-add: every one would be a call", core.name());
-            Err(refused!("--fma: {has}").mend("leave it out"))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// What the arguments ask for of the routine of an encoder.

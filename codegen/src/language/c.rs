@@ -29,14 +29,14 @@ fn plus_constant(value: u32) -> String {
     if value == 0 { String::new() } else { format!(" + {value}u") }
 }
 
-/// The constants of high sums and of their limits, each once: what a core with a DSP extension loads from one array. Few are
-/// cheaper by themselves.
+/// The constants of high sums and of their limits, each once: what some cores load from one array. Few are cheaper by
+/// themselves.
 fn gathered(body: &Body<'_>) -> Vec<i64> {
     let mut found = Vec::new();
     let steps = &body.program.steps;
     for step in body.program.written_steps().into_iter().map(|i| &steps[i]) {
         let constants = match &step.op {
-            op if is_high_sum(op) => op.operands(),
+            op if is_high_sum(op) || is_split_sum(op) => op.operands(),
             Op::Clamp { a, lo, hi } if body.type_of(a) == Type::I32 && *lo != -hi - 1 => {
                 vec![Operand::Int(*lo), Operand::Int(*hi)]
             }
@@ -57,6 +57,11 @@ fn gathered(body: &Body<'_>) -> Vec<i64> {
 const FEWEST_GATHERED: usize = 4;
 /// Constants in a line of their array.
 const CONSTANTS_IN_A_LINE: usize = 8;
+
+/// Whether a product from halves is added to something.
+fn is_split_sum(op: &Op) -> bool {
+    matches!(op, Op::MulAddSplit { c, .. } if *c != Operand::Int(0))
+}
 
 /// A constant where it stands in the array, or by itself.
 fn constant(body: &Body<'_>, value: i64) -> String {
@@ -214,7 +219,11 @@ impl Language for C {
                 format!("mul_add_high({a}, {b}, {c})")
             }
             Op::MulAddHigh { a, b, shift, c } => product("mul_high", &text(a), &text(b), *shift) + &plus(c),
-            Op::MulAddSplit { a, b, shift, c } => product("mul_split", &text(a), &text(b), *shift) + &plus(c),
+            op @ Op::MulAddSplit { a, b, shift, c } if is_split_sum(op) => {
+                let [a, b, c] = [a, b, c].map(|operand| summand(body, operand));
+                format!("{} + {c}", product("mul_split", &a, &b, *shift))
+            }
+            Op::MulAddSplit { a, b, shift, .. } => product("mul_split", &text(a), &text(b), *shift),
             Op::MulAddShort { a, b, by, c } => {
                 let product = format!("{} * {}", text(a), text(b));
                 match body.shift {
@@ -222,7 +231,7 @@ impl Language for C {
                     CShift::Strict => format!("shift_right({product}, {by}u){}", plus(c)),
                 }
             }
-            Op::MulAddF32 { a, b, c, fused: true } => format!("fmaf({}, {}, {})", text(a), text(b), text(c)),
+            Op::MulAddF32 { a, b, c, fused: true } => format!("fused({}, {}, {})", text(a), text(b), text(c)),
             Op::MulAddF32 { a, b, c, .. } => {
                 format!("({} * {}){}", text(a), text(b), self.plus_float(program, c))
             }

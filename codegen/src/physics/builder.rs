@@ -136,11 +136,12 @@ impl Builder {
         note: &str,
     ) -> Result<Tracked> {
         let by = i64::from(shift);
-        let lost = Interval::from_int(self.format.floors()).mul_pow2(by);
-        let product = &(&a.range * &b.range).mul_pow2(by - 32) + &(-lost.clone()).hull(&Interval::zero());
+        let (middle, half) = self.format.lost(&a.range);
+        let lost = (&middle + &half.symmetric()).mul_pow2(by);
+        let product = &(&a.range * &b.range).mul_pow2(by - 32) - &lost;
         // |a'b' − ab| ≤ |a'|·e_b + (|b'| + e_b)·e_a.
         let spread = &(&a.range.magnitude() * &b.error) + &(&(&b.range.magnitude() + &b.error) * &a.error);
-        let error = &(&spread.mul_pow2(by - 32) + &lost) + &c.error;
+        let error = &(&spread.mul_pow2(by - 32) + &lost.magnitude()) + &c.error;
         for factor in [a, b, c] {
             self.fits(name, &factor.range, Type::I32)?;
         }

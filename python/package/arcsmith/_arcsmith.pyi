@@ -200,7 +200,11 @@ def diagnose_batch(
     """Diagnose every unit of a table: the rows of one table of `arcsmith fleet`."""
 
 def generate(coefficients: _Model, **options: _Option) -> Generated:
-    """Generate the correction for firmware, in Rust and C, with a proven bound."""
+    """Generate the correction for firmware, in Rust and C, with a proven bound.
+
+    The keywords are the options of `arcsmith generate`: `format="q31"`, `target="cortex-m4f"`, `bound_arcsec=0.01`,
+    `fma=True` (floats with fused multiply-adds), ...
+    """
 
 def simulate(
     drive: _Recording,

@@ -44,7 +44,12 @@ fn main() {
 
     let manifest = env::var("CARGO_MANIFEST_DIR").expect("set by cargo");
     let scripts = given("LINKER_SCRIPTS", &format!("{manifest}/../c"));
-    let board = if env::var("TARGET").is_ok_and(|t| t.starts_with("thumbv6m")) { "microbit" } else { "mps2" };
+    let target = env::var("TARGET").expect("set by cargo");
+    let board = match target.split('-').next() {
+        Some("thumbv6m") => "microbit",
+        Some("thumbv8m.main") => "mps2_an505",
+        _ => "mps2",
+    };
     println!("cargo:rustc-link-search={scripts}");
     println!("cargo:rustc-link-arg=-T{board}.ld");
     println!("cargo:rerun-if-changed={scripts}");

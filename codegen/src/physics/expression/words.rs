@@ -97,7 +97,9 @@ pub(super) fn finest(bases: &[Base], value: &Value, offset: &Interval) -> i64 {
         let (from, to) = &bases[*of].ends;
         (&shape.polynomial.range(from, to) + &shape.remainder.symmetric()).magnitude()
     });
-    bits_of(&each.fold(away, |sum, part| &sum + &part), MOST + 1).min(200)
+    let largest = each.fold(away, |sum, part| &sum + &part);
+    // And what the operations round.
+    bits_of(&(&largest + &largest.mul_pow2(3 - MOST)), MOST + 1).min(200)
 }
 
 /// A value as a word of (value − from)·2^bits, within about `tolerance` of it; polynomials that are next to nothing

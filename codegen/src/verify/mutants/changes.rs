@@ -137,7 +137,7 @@ impl Changes<'_> {
     fn shift(&self) -> Option<Mutation> {
         let shift = |step: &Step| match step.op {
             Op::MulAddHigh { .. } => Some(32),
-            Op::MulAddSplit { .. } => Some(16),
+            Op::MulAddSplit { .. } => Some(15),
             _ => None,
         };
         let by = self.body.program.steps.iter().find_map(shift)?;

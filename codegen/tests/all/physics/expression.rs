@@ -186,6 +186,17 @@ fn a_column_is_limited_to_what_was_recorded() {
     assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{bound:?}");
 }
 
+/// A word whose largest value is next to a power of two, and its rounding beyond.
+#[test]
+fn a_word_that_nearly_fills_its_type_fits() {
+    let (_, words) = walk();
+    let inside =
+        words[..CALLS].iter().map(|(s, t)| ((*s).clamp(-1 << 30, (1 << 30) - 1), (*t).clamp(1901, 3899)));
+    let text = "(rate(((((temperature_c - 25) / 10 [K]))^2 / 2)) * 0.05 [s])";
+    let bound = held(text, &[inside.collect()]);
+    assert!(bound.as_ref().is_ok_and(|bound| *bound <= BOUND_ARCSEC), "{bound:?}");
+}
+
 /// Gaps far wider than what is seen, many of them, and starts far away: the words of a play are chosen so that all fit.
 #[test]
 fn plays_of_any_gap_and_start_hold_their_bound() {

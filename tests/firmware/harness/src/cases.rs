@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
+use crate::machine::Core;
 use crate::problem::Problem;
 
 /// One call of codegen that makes one routine.
@@ -17,6 +18,21 @@ pub struct Case {
     pub coefficients: Option<Device>,
     /// Further options of codegen.
     pub options: Vec<String>,
+    /// The cores that it is for; none: all.
+    #[serde(default)]
+    cores: Vec<Core>,
+}
+
+impl Case {
+    /// A case for every core.
+    pub fn new(name: &str, coefficients: Option<Device>, options: Vec<String>) -> Case {
+        Case { name: name.into(), coefficients, options, cores: Vec::new() }
+    }
+
+    /// Whether it is measured on this core.
+    pub fn is_for(&self, core: Core) -> bool {
+        self.cores.is_empty() || self.cores.contains(&core)
+    }
 }
 
 /// A device that stands here by its coefficients.

@@ -167,7 +167,7 @@ fn ours(codegen: &Path, what: &str, options: &[&str], folder: &Path) -> Result<C
         options.extend(["--full-scale".into(), FULL_SCALE_MM.to_string()]);
     }
     let full_scale_mm = given.or(free).unwrap_or(FULL_SCALE_MM);
-    let case = Case { name: what.into(), coefficients: Some(Device::Paper), options };
+    let case = Case::new(what, Some(Device::Paper), options);
     let subject = subject::generate(codegen, &case, Shift::Strict, folder)?;
     let include = folder.join("c");
     Ok(Contender {

@@ -1,4 +1,4 @@
-//! Generated routines as firmware: built in C and Rust for Cortex-M0, M3 and M4F, run under QEMU, their outputs
+//! Generated routines as firmware: built in C and Rust for Cortex-M0, M3, M4F, M7 and M33, run under QEMU, their outputs
 //! held against the host's by a digest, their instructions, flash and stack counted and compared with a
 //! committed table.
 //!

@@ -18,11 +18,15 @@ pub enum Core {
     M3,
     /// Cortex-M4 with a single-precision unit. MPS2 with AN386.
     M4f,
+    /// Cortex-M7 with units of both precisions. MPS2 with AN500.
+    M7,
+    /// Cortex-M33 with the DSP extension and a single-precision unit. MPS2 with AN505.
+    M33,
 }
 
 impl Core {
     /// All of them.
-    pub const ALL: [Core; 3] = [Core::M0, Core::M3, Core::M4f];
+    pub const ALL: [Core; 5] = [Core::M0, Core::M3, Core::M4f, Core::M7, Core::M33];
 
     /// As in the Makefile and the table.
     pub fn name(self) -> &'static str {
@@ -30,6 +34,8 @@ impl Core {
             Core::M0 => "m0",
             Core::M3 => "m3",
             Core::M4f => "m4f",
+            Core::M7 => "m7",
+            Core::M33 => "m33",
         }
     }
 
@@ -38,7 +44,8 @@ impl Core {
         match self {
             Core::M0 => "thumbv6m-none-eabi",
             Core::M3 => "thumbv7m-none-eabi",
-            Core::M4f => "thumbv7em-none-eabihf",
+            Core::M4f | Core::M7 => "thumbv7em-none-eabihf",
+            Core::M33 => "thumbv8m.main-none-eabihf",
         }
     }
 
@@ -47,6 +54,8 @@ impl Core {
             Core::M0 => "microbit",
             Core::M3 => "mps2-an385",
             Core::M4f => "mps2-an386",
+            Core::M7 => "mps2-an500",
+            Core::M33 => "mps2-an505",
         }
     }
 }

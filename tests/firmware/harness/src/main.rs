@@ -11,7 +11,7 @@ use firmware_tests::{Task, perform, tools};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{Result, miette};
 
-/// Generated routines as firmware on Cortex-M0, M3 and M4F, under QEMU.
+/// Generated routines as firmware on Cortex-M0, M3, M4F, M7 and M33, under QEMU.
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]

@@ -73,7 +73,7 @@ impl Extent {
             }
             Extent::Quick => {
                 let by_library = match core {
-                    Core::M4f => false,
+                    Core::M4f | Core::M7 | Core::M33 => false,
                     Core::M3 => subject.argument == "f32" || subject.result == "f32" || subject.in_floats,
                     Core::M0 => true,
                 };
@@ -128,12 +128,14 @@ pub fn all(
     let mut digests: BTreeMap<(usize, Vec<[String; 3]>), u64> = BTreeMap::new();
     let words = |sweeps: &[Sweep]| sweeps.iter().map(Sweep::words).collect::<Vec<_>>();
     let mut wanted: Vec<(usize, Vec<Sweep>)> = Vec::new();
-    for core in cores {
-        for (index, pair) in subjects.iter().enumerate() {
-            let sweeps = extent.sweeps(&pair[0], *core);
-            if !sweeps.is_empty() && !wanted.contains(&(index, sweeps.clone())) {
-                wanted.push((index, sweeps));
-            }
+    // The slow core first, so that none is left alone at the end.
+    let runs: Vec<(Core, usize)> = (cores.iter())
+        .flat_map(|core| (0..cases.len()).filter(|i| cases[*i].is_for(*core)).map(|i| (*core, i)))
+        .collect();
+    for (core, index) in &runs {
+        let sweeps = extent.sweeps(&subjects[*index][0], *core);
+        if !sweeps.is_empty() && !wanted.contains(&(*index, sweeps.clone())) {
+            wanted.push((*index, sweeps));
         }
     }
     let found: Vec<u64> = wanted
@@ -143,16 +145,13 @@ pub fn all(
     digests.extend(wanted.iter().map(|(index, sweeps)| (*index, words(sweeps))).zip(found));
 
     let mut jobs = Vec::new();
-    // The slow core first, so that none is left alone at the end.
-    for core in cores {
-        for (index, pair) in subjects.iter().enumerate() {
-            for variant in Variant::ALL {
-                let arithmetic = matches!(variant, Variant::C { shift: Shift::Arithmetic, .. });
-                let subject = &pair[usize::from(arithmetic)];
-                let sweeps = if is_swept(variant) { extent.sweeps(subject, *core) } else { Vec::new() };
-                let expected = digests.get(&(index, words(&sweeps))).copied();
-                jobs.push(Job { subject, core: *core, variant, sweeps, expected });
-            }
+    for (core, index) in runs {
+        for variant in Variant::ALL {
+            let arithmetic = matches!(variant, Variant::C { shift: Shift::Arithmetic, .. });
+            let subject = &subjects[index][usize::from(arithmetic)];
+            let sweeps = if is_swept(variant) { extent.sweeps(subject, core) } else { Vec::new() };
+            let expected = digests.get(&(index, words(&sweeps))).copied();
+            jobs.push(Job { subject, core, variant, sweeps, expected });
         }
     }
     empties(&jobs, work)?;

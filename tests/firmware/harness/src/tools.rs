@@ -63,7 +63,9 @@ fn absent_targets() -> Vec<&'static str> {
         let folder = Command::new("rustc").args(["--print", "target-libdir", "--target", target]).output();
         folder.is_ok_and(|o| std::fs::read_dir(String::from_utf8_lossy(&o.stdout).trim()).is_ok())
     };
-    Core::ALL.iter().map(|c| c.rust_target()).filter(|t| !has(t)).collect()
+    let mut targets: Vec<&str> = Core::ALL.iter().map(|c| c.rust_target()).filter(|t| !has(t)).collect();
+    targets.dedup();
+    targets
 }
 
 /// The compilers' versions, on which counted figures depend.

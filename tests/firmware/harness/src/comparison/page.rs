@@ -1,9 +1,11 @@
 //! The comparison's committed figures and its page: what they claim, and whether that holds.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use minijinja::{Environment, context};
+use minijinja::{Environment, Value, context};
+use serde::Deserialize;
 
 use super::{Count, Row};
 use crate::cases;
@@ -37,9 +39,26 @@ pub fn render(rows: &[Row]) -> Result<String, Problem> {
             by => winner(row, rows).map(|w| &*w.what),
         }
     };
-    let cells: Vec<minijinja::Value> = rows.iter().map(cells).collect();
-    let text = Environment::new().render_str(&template, context! { rows => cells });
+    let cells: Vec<Value> = rows.iter().map(cells).collect();
+    let text = Environment::new().render_str(&template, context! { rows => cells, bounds => bounds()? });
     text.map(|t| t + "\n").map_err(|e| Problem::Content { path, message: format!("{e:#}") })
+}
+
+/// What `benches/compare/expert` wrote: proven bounds beside those of Sollya and Gappa.
+#[derive(Deserialize)]
+struct Bounds {
+    summaries: Vec<BTreeMap<String, String>>,
+    paper: Vec<BTreeMap<String, String>>,
+}
+
+fn bounds() -> Result<Value, Problem> {
+    let path = cases::folder().join("../../benches/compare/expert/bounds.json");
+    let text = std::fs::read_to_string(&path).map_err(Problem::file(&path))?;
+    let read: Bounds =
+        serde_json::from_str(&text).map_err(|e| Problem::Content { path, message: e.to_string() })?;
+    let rows =
+        |rows: Vec<BTreeMap<String, String>>| rows.into_iter().map(Value::from_pairs).collect::<Vec<_>>();
+    Ok(context! { summaries => rows(read.summaries), paper => rows(read.paper) })
 }
 
 fn described(count: &Count) -> String {
