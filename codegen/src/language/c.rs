@@ -85,6 +85,15 @@ fn summand(body: &Body<'_>, operand: &Operand) -> String {
     }
 }
 
+/// What is added to a product, behind it.
+fn added(summand: String) -> String {
+    match summand.strip_prefix('-') {
+        _ if summand == "0" => String::new(),
+        Some(magnitude) => format!(" - {magnitude}"),
+        None => format!(" + {summand}"),
+    }
+}
+
 /// The array of the constants that some lines read, and what they read it by.
 fn declared_constants(body: &Body<'_>, lines: &[String]) -> Vec<String> {
     let values = gathered(body);
@@ -219,11 +228,10 @@ impl Language for C {
                 format!("mul_add_high({a}, {b}, {c})")
             }
             Op::MulAddHigh { a, b, shift, c } => product("mul_high", &text(a), &text(b), *shift) + &plus(c),
-            op @ Op::MulAddSplit { a, b, shift, c } if is_split_sum(op) => {
-                let [a, b, c] = [a, b, c].map(|operand| summand(body, operand));
-                format!("{} + {c}", product("mul_split", &a, &b, *shift))
+            Op::MulAddSplit { a, b, shift, c } => {
+                let [a, b] = [a, b].map(|operand| summand(body, operand));
+                product("mul_split", &a, &b, *shift) + &added(summand(body, c))
             }
-            Op::MulAddSplit { a, b, shift, .. } => product("mul_split", &text(a), &text(b), *shift),
             Op::MulAddShort { a, b, by, c } => {
                 let product = format!("{} * {}", text(a), text(b));
                 match body.shift {
