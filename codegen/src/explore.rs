@@ -36,8 +36,8 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// `q31, degree 9`, `f32, degree 9, two floats` or `q31, 3x64`; the last of polynomials of the variable, unless it says that segments are centred,
-    /// or that they are of the place in the segment.
+    /// `q31, degree 9`, `f32, degree 9, two floats` or `q31, 3x64`; the last of polynomials of the variable, unless it says
+    /// that segments are centred, or that they are of the place in the segment.
     pub fn describe(&self) -> String {
         let RoutineOptions { method, format, .. } = &self.routine.options;
         match method {

@@ -57,6 +57,32 @@ fn a_moved_parameter_is_named_and_an_unchanged_device_is_not() {
 }
 
 #[test]
+fn an_effect_that_each_recording_names_differently_is_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, "init --out mirror.toml -q");
+    for (name, seed, width) in [("then.csv", 31, 0.55), ("now.csv", 1031, 0.95)] {
+        let device = format!("--protocol calibration --seed {seed} --device-seed 31");
+        run(folder, &format!("record {device} --effect backlash:half_width_arcsec={width} --out {name} -q"));
+    }
+    let text = run(folder, "compare then.csv now.csv --mirror mirror.toml --out moved --json");
+    let moved: Value = serde_json::from_str(&text).unwrap();
+    // A small play looks like a hysteresis: what this test is about.
+    assert_eq!(
+        (&moved["then"]["effects"][0], &moved["now"]["effects"][0]),
+        (&"hysteresis".into(), &"backlash".into())
+    );
+    let changes = moved["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{moved}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"backlash".into(), &"moved".into()));
+    for (side, truth) in [("then", 0.55), ("now", 0.95)] {
+        let ci95 = &changes[0]["parameters"][0][side]["ci95"];
+        let end = |k: usize| ci95[k].as_f64().unwrap();
+        assert!(end(0) < truth && truth < end(1), "{side}: {ci95}");
+    }
+}
+
+#[test]
 fn recordings_without_a_common_range_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -307,15 +307,15 @@ def main():
             found.append((name, kind, str(what), bound, theirs, best))
             print(f"{name:<12} {kind:<8} {what!s:<7} {bound:12.5e} {theirs:12.5e} {bound / theirs:8.4f} {best:15.5e}",
                   flush=True)
-    told = [dict(one, devices=str(arguments.devices), seed=str(arguments.seed)) for one in summaries(found)]
-    for one in told:
+    totals = [dict(one, devices=str(arguments.devices), seed=str(arguments.seed)) for one in summaries(found)]
+    for one in totals:
         print("{format}, {form}: {cases} cases, at most 1.00 in {within}, median {median}, smallest {smallest}, "
               "largest {largest}".format(**one))
     if arguments.write:
         paper = [dict(format=kind, what=what, ours=f"{bound:.3g}", expert=f"{theirs:.3g}", best=f"{best:.3g}",
                       ratio=f"{bound / theirs:.3f}")
                  for name, kind, what, bound, theirs, best in found if name == "paper"]
-        write(dict(summaries=told, paper=paper))
+        write(dict(summaries=totals, paper=paper))
 
 
 def write(content):
@@ -326,7 +326,6 @@ def write(content):
         rows = {tuple(row[k] for k in key): row for row in kept[part] + content[part]}
         content[part] = list(rows.values())
     path.write_text(json.dumps(content, indent=1) + "\n")
-
 
 
 def summaries(found):

@@ -77,7 +77,16 @@ fn from_row(body: &Body<'_>, step: &Step) -> Option<i64> {
     (step.ty == Type::I32 && !body.counts && inside).then_some(row)
 }
 
-/// An operand of a high sum.
+/// The segment of a signed word, counted from that of 0.
+fn signed_row(body: &Body<'_>, word: &str, by: u32) -> String {
+    match by {
+        31 => format!("(({word} < 0) ? -1 : 0)"),
+        by if body.shift == CShift::Arithmetic => format!("({word} >> {by})"),
+        by => format!("shift_right({word}, {by}u)"),
+    }
+}
+
+/// An operand of a product or sum whose constants are gathered.
 fn summand(body: &Body<'_>, operand: &Operand) -> String {
     match operand {
         Operand::Int(value) => constant(body, *value),
@@ -204,11 +213,7 @@ impl Language for C {
                 CShift::Strict => format!("shift_right({} + {add}, {by}u)", text(a)),
             },
             Op::Index { a, add, by } if step.ty == Type::I32 => {
-                let row = match by {
-                    31 => format!("(({} < 0) ? -1 : 0)", text(a)),
-                    by if body.shift == CShift::Arithmetic => format!("({} >> {by})", text(a)),
-                    by => format!("shift_right({}, {by}u)", text(a)),
-                };
+                let row = signed_row(body, &text(a), *by);
                 if from_row(body, step).is_some() { row } else { row + &plus(&Operand::Int(add >> by)) }
             }
             Op::Index { a, add, by } => format!("((uint32_t){} + {}u) >> {by}", text(a), *add as u32),

@@ -9,7 +9,7 @@ use super::design::{Design, What, White};
 
 /// The model in which an effect that only the earlier recording named, and one that only the later one did, are one, wherever
 /// one of them does for both recordings: the other is then needed no more than by chance.
-pub fn one_for_both<'a>(mut design: Design<'a>, white: &White, freedom: f64) -> Design<'a> {
+pub fn one_name_for_both<'a>(mut design: Design<'a>, white: &White, freedom: f64) -> Design<'a> {
     while let Some(fewer) = with_one_less(&design, white, freedom) {
         design = fewer;
     }
@@ -33,7 +33,7 @@ fn with_one_less<'a>(design: &Design<'a>, white: &White, freedom: f64) -> Option
         let rank = 2 * design.parts[part].columns.len();
         let (fewer, left) = settled(design.with_one(kept, dropped), white);
         let chance = log_tail((left - all) / wide, rank) < -FALSE_ALARMS.ln();
-        // As many columns fit as much noise. A name comes before a form that does nearly as well.
+        // After Akaike a column must be worth 2. A name comes before a form that does nearly as well.
         let columns = 2 * design.parts[design.part(What::Amplitude(kept))?].columns.len();
         let form = design.shared[kept].effect.as_ref().is_none_or(Effect::is_form);
         let handicap = if form { 2.0 * ALTERNATIVE } else { 0.0 };

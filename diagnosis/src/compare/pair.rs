@@ -18,7 +18,7 @@ use super::choose::{Chosen, choose};
 use super::design::{Design, Fitted, What, White};
 use super::events::{self, Event};
 use super::joined::{Joined, ranges};
-use super::names::one_for_both;
+use super::names::one_name_for_both;
 use super::proof::prove;
 use super::shared::{Shared, shared};
 use super::{Compared, Comparison, Kind, Points, Side};
@@ -71,7 +71,7 @@ impl<'a> Pair<'a> {
         }
         let white = White::new(&noise, &unmeasured);
         let freedom = noise[0].freedom + noise[1].freedom;
-        let mut design = one_for_both(design, &white, freedom);
+        let mut design = one_name_for_both(design, &white, freedom);
         // Each effect about its own strength in each recording; then its shape, the same in both.
         let amplitudes = design.amplitudes();
         design.settle(&white, &amplitudes);

@@ -33,12 +33,14 @@ def script(engine):
 @pytest.fixture(scope="module")
 def production(run):
     """A dataset of two files, with the rows and the seconds of `arcsmith fleet` on two cores."""
-    effects = ("thermal_zero_drift:coefficient_arcsec_per_k=0.2", "backlash:width_arcsec=3", None)
+    effects = ("thermal_zero_drift:coefficient_arcsec_per_k=0.2", "backlash:half_width_arcsec=1.5", None)
     frames = []
     for seed in range(UNITS):
         effect = effects[seed % len(effects)]
         hidden = ("--effect", effect) if effect else ()
-        run("record", "--protocol", "calibration", "--seed", str(seed), "--temperature", "levels", *hidden, "--out", "u.csv")
+        words = ("--protocol", "calibration", "--seed", str(seed), "--temperature", "levels", *hidden)
+        (run.folder / "u.csv").unlink(missing_ok=True)
+        run("record", *words, "--out", "u.csv")
         frames.append(pandas.read_csv(run.folder / "u.csv").assign(serial=f"u{seed:05}"))
     (run.folder / "production").mkdir()
     half = len(frames) // 2
