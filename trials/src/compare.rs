@@ -17,7 +17,7 @@ use crate::error::CampaignError;
 use crate::plan::{Assignment, circumstances};
 use crate::programs::Programs;
 use crate::score::{Figure, Share};
-use crate::truth::Group;
+use crate::truth::{CAN_TELL, Group};
 use crate::workspace::{empty_folder, put};
 
 /// By how many joint standard errors an effect's strength moves.
@@ -70,6 +70,8 @@ struct Pair {
     mirror: String,
     /// What changed.
     id: Option<String>,
+    /// Whether one of the recordings that have the effect can tell it from every other one.
+    can_tell: bool,
 }
 
 /// What of a comparison is scored.
@@ -96,6 +98,8 @@ pub struct Row {
     pub pair: usize,
     /// To which effect something happened.
     pub id: Option<String>,
+    /// Whether one of the recordings that have the effect can tell it from every other one.
+    pub can_tell: bool,
     /// What was said.
     pub said: Vec<Said>,
 }
@@ -109,6 +113,8 @@ pub struct Compared {
     pub found: Share,
     /// Pairs in which the change has the right name.
     pub named: Share,
+    /// The same of those whose recordings can tell.
+    pub told_apart: Share,
     /// Pairs in which nothing else is said to have changed.
     pub alone: Share,
     /// Every pair.
@@ -125,7 +131,12 @@ impl Compared {
                 let named = if self.kind == Kind::Moved { 0.95 } else { 0.97 };
                 vec![
                     Figure::at_least(format!("{kind}: found"), named, self.found),
-                    Figure::at_least(format!("{kind}: with the right name"), named, self.named),
+                    Figure::at_least(
+                        format!("{kind}: with the right name, where a recording can tell"),
+                        named,
+                        self.told_apart,
+                    ),
+                    Figure::reported(format!("{kind}: with the right name, all pairs"), self.named),
                     Figure::at_least(format!("{kind}: nothing else said to have changed"), 0.95, self.alone),
                 ]
             }
@@ -151,16 +162,20 @@ pub fn run(
         let Some(pair) = draw(kind, number, seed) else { return Ok(None) };
         let said = answer(programs, &pair, &out.join(format!("{number:05}")))?;
         programs.watch.advance(1);
-        Ok(said.map(|said| Row { pair: number, id: pair.id, said }))
+        Ok(said.map(|said| Row { pair: number, id: pair.id, can_tell: pair.can_tell, said }))
     };
     let rows: Vec<Option<Row>> =
         pool.install(|| (0..pairs).into_par_iter().map(one).collect::<Result<_, CampaignError>>())?;
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    let mut compared =
-        Compared { kind, found: Share::default(), named: Share::default(), alone: Share::default(), rows };
+    let none = Share::default();
+    let mut compared = Compared { kind, found: none, named: none, told_apart: none, alone: none, rows };
     for row in &compared.rows {
         compared.found.count(!row.said.is_empty());
-        compared.named.count(row.said.iter().any(|said| Some(&said.id) == row.id.as_ref()));
+        let named = row.said.iter().any(|said| Some(&said.id) == row.id.as_ref());
+        compared.named.count(named);
+        if row.can_tell {
+            compared.told_apart.count(named);
+        }
         compared.alone.count(row.said.len() <= 1);
     }
     Ok(compared)
@@ -234,6 +249,11 @@ fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Option<Pair> 
             then.device = then.device.with_effects(Vec::new()).ok()?;
         }
     }
+    let tells = |trial: &Trial| {
+        trial.device.effects().next().is_some()
+            && trial.left_by_imitation().is_none_or(|left| left >= CAN_TELL)
+    };
+    let can_tell = id.is_some() && (tells(&then) || tells(&now));
     // The reference is zeroed anew.
     let zero_arcsec = generator.random_range(-5.0..5.0);
     let csv = |trial: &Trial, zero: f64| {
@@ -245,5 +265,5 @@ fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Option<Pair> 
         String::from_utf8_lossy(&csv).into_owned()
     };
     let mirror = format!("[geometry]\nprobe_distance_mm = {:?}\ninitial_gap_mm = 0.3\n", then.distance_mm());
-    Some(Pair { then: csv(&then, 0.0), now: csv(&now, zero_arcsec), mirror, id })
+    Some(Pair { then: csv(&then, 0.0), now: csv(&now, zero_arcsec), mirror, id, can_tell })
 }

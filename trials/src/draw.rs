@@ -101,6 +101,15 @@ impl Trial {
         Some(metric.rho(&contributions(&self.device, &self.protocol, self.seed, &feedback(&self.device))))
     }
 
+    /// ρ of what the closest other effect leaves of the first that is concealed; none where no other comes close.
+    pub fn left_by_imitation(&self) -> Option<f64> {
+        let columns = Columns::new(&self.record(), self.distance_mm());
+        let metric = Metric::new(&columns, &self.covariance(), self.distance_mm())?;
+        let added = contributions(&self.device, &self.protocol, self.seed, &feedback(&self.device));
+        let ids: Vec<&str> = self.device.effects().map(|effect| effect.id.as_str()).collect();
+        closest(&metric, &columns, &added, &ids, 0).map(|(_, left)| left)
+    }
+
     /// Distance of the probes in millimetres.
     pub fn distance_mm(&self) -> f64 {
         self.device.geometry.probe_distance_mm

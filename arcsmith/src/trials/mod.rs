@@ -29,7 +29,7 @@ Examples:
   arcsmith trials dynamic --trials 50 --seed 2 --json
   arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
   arcsmith trials budget --devices 100                                a minute or two
-  arcsmith trials compare --pairs 100                                 a minute or two
+  arcsmith trials compare --pairs 50 --nulls 100                      a minute or two
   arcsmith trials fleet --pooled 6 --weak 1 --nulls 10                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
@@ -112,9 +112,12 @@ struct OfBudgets {
 
 #[derive(Args)]
 struct OfPairs {
-    /// Pairs of each kind
-    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
-    pairs: u32,
+    /// Pairs in which an effect moved, and as many in which one came
+    #[arg(long, default_value_t = 400)]
+    pairs: usize,
+    /// Pairs in which nothing changed
+    #[arg(long, default_value_t = 2000)]
+    nulls: usize,
     #[command(flatten)]
     running: Running,
     /// The folder for the report (compare.json)
@@ -280,16 +283,19 @@ fn run_budgets(args: &OfBudgets, summary: &mut Summary, watch: &Watched) -> Resu
 }
 
 fn run_pairs(args: &OfPairs, summary: &mut Summary, programs: &Programs) -> Result<bool> {
-    let campaign = args.running.campaign(args.pairs as usize, &args.out)?;
+    let OfPairs { pairs, nulls, .. } = *args;
+    let campaign = args.running.campaign((), &args.out)?;
     let (mut reached, mut kinds) = (true, Vec::new());
     for kind in compare::Kind::ALL {
         let folder = std::path::absolute(&args.out)?.join(kind.folder());
-        let compared = compare::run(programs, kind, campaign.counts, campaign.seed, campaign.jobs, &folder)?;
+        let pairs = if kind == compare::Kind::Same { nulls } else { pairs };
+        let compared = compare::run(programs, kind, pairs, campaign.seed, campaign.jobs, &folder)?;
         reached &= summary.set(kind.name(), &compared.figures(), &[]);
         kinds.push(compared);
     }
     std::fs::create_dir_all(&args.out)?;
-    write(&args.out, "compare.json", &json!({"pairs": args.pairs, "seed": campaign.seed, "kinds": kinds}))?;
+    let report = json!({"pairs": pairs, "nulls": nulls, "seed": campaign.seed, "kinds": kinds});
+    write(&args.out, "compare.json", &report)?;
     Ok(reached)
 }
 
