@@ -11,7 +11,7 @@ use minijinja::context;
 
 use super::VerifyError;
 use super::compile::{Place, Tool, messages, write};
-use super::external::{Checked, ToolReport, laid_out};
+use super::external::{Checked, ToolReport, from_halves, laid_out};
 use super::harness::Subject;
 use crate::language::Language;
 use crate::options::CShift;
@@ -67,6 +67,8 @@ pub fn frama_c(language: &dyn Language, of: &Checked<'_>) -> Result<ToolReport, 
 fn covered(subjects: &[Subject<'_>]) -> &'static str {
     if takes_floats(subjects) {
         "no alarm for any input word, infinities among them; NaN is left to the sweeps"
+    } else if subjects.iter().any(|s| from_halves(s) && !s.program().state.is_empty()) {
+        "no alarm for any input word; that a routine begins in a state that can be reached is left to the sweeps"
     } else {
         "no alarm for any input word"
     }

@@ -15,7 +15,7 @@ use super::compile::{Place, Tool, messages, write};
 use super::harness::Subject;
 use crate::language::Language;
 use crate::options::CShift;
-use crate::program::{StateWord, Type};
+use crate::program::{Op, StateWord, Type};
 use crate::render::Renderer;
 
 /// What one tool said.
@@ -264,6 +264,12 @@ pub(crate) fn objects(language: &dyn Language, of: &Checked<'_>) -> Result<Vec<T
     Ok(reports)
 }
 
+/// Whether a routine makes products from halves of words: the intervals of two halves do not know that they are of one word,
+/// and make a product seem a little larger than it is.
+pub(super) fn from_halves(s: &Subject<'_>) -> bool {
+    s.program().steps.iter().any(|step| matches!(step.op, Op::MulAddSplit { .. }))
+}
+
 /// A routine as the templates of checks see it.
 pub(super) fn laid_out(language: &dyn Language, s: &Subject<'_>) -> Value {
     let program = s.program();
@@ -278,5 +284,6 @@ pub(super) fn laid_out(language: &dyn Language, s: &Subject<'_>) -> Value {
         output => language.type_name(program.output_type()),
         type_name => crate::text::camel_case(&s.name),
         state => program.state.iter().map(word).collect::<Vec<_>>(),
+        from_halves => from_halves(s),
     }
 }
