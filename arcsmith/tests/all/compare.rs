@@ -82,6 +82,28 @@ fn an_effect_that_each_recording_names_differently_is_one() {
     }
 }
 
+/// The earlier recording was taken within a kelvin, at another mean temperature than the later one, where the drift is so far
+/// out of the noise that a form with more coefficients takes its place.
+#[test]
+fn an_effect_that_came_at_another_temperature_is_named_and_no_change_of_the_gain() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, "init --out mirror.toml -q");
+    let record =
+        |rest: &str| run(folder, &format!("record --protocol calibration --device-seed 7 -q {rest}"));
+    record("--seed 3 --temperature lab --out then.csv");
+    let drift = "--effect thermal_gain_drift:coefficient_ppm_per_k=400";
+    record(&format!("--seed 13 --schedule fine --temperature chamber {drift} --out now.csv"));
+    let text = run(folder, "compare then.csv now.csv --mirror mirror.toml --out came --json");
+    let came: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(came["now"]["effects"][0], "empirical_1", "what this test is about: {came}");
+    let changes = came["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{came}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"thermal_gain_drift".into(), &"came".into()));
+    let then = &changes[0]["parameters"][0]["then"]["ci95"];
+    assert!(then[0].as_f64() < Some(0.0) && then[1].as_f64() > Some(0.0), "{then}");
+}
+
 #[test]
 fn recordings_without_a_common_range_are_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,6 +9,7 @@ use crate::thresholds::compare::{HALVINGS, TURNS};
 use crate::thresholds::explain::UNMEASURED;
 
 use super::joined::Joined;
+use super::reference;
 use super::shared::Shared;
 
 /// What a part of the common model is.
@@ -46,6 +47,8 @@ pub struct Part {
     pub what: What,
     /// Its columns over both recordings.
     pub columns: Vec<Vec<f64>>,
+    /// What it does to the base as well where it differs.
+    of_base: Vec<Vec<f64>>,
 }
 
 /// The model of both recordings.
@@ -162,7 +165,11 @@ impl<'a> Design<'a> {
         let mut parts = Vec::new();
         let mut push = |what: What, columns: Vec<Vec<f64>>| {
             if !columns.is_empty() {
-                parts.push(Part { what, columns });
+                let of_base = match what {
+                    What::Amplitude(k) => reference::of(&self.shared[k], &columns, &base, self.both),
+                    _ => Vec::new(),
+                };
+                parts.push(Part { what, columns, of_base });
             }
         };
         let slope = usize::from(self.both.rows.whole_turn().is_none());
@@ -182,12 +189,21 @@ impl<'a> Design<'a> {
 
     /// A part's columns on the later recording alone.
     fn differing(&self, part: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
-        let later = |column: &Vec<f64>| {
+        self.later(&self.parts[part].columns)
+    }
+
+    /// What a part that differs does to the base, on the later recording alone.
+    fn differing_base(&self, part: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
+        self.later(&self.parts[part].of_base)
+    }
+
+    fn later<'c>(&self, columns: &'c [Vec<f64>]) -> impl Iterator<Item = Vec<f64>> + use<'c> {
+        let split = self.both.split;
+        columns.iter().map(move |column| {
             let mut later = column.clone();
-            later[..self.both.split].fill(0.0);
+            later[..split].fill(0.0);
             later
-        };
-        self.parts[part].columns.iter().map(later)
+        })
     }
 
     /// The id of what a part belongs to: an effect's, that of a form by its number, `structure`, `gain` or `base`.
@@ -236,7 +252,7 @@ impl<'a> Design<'a> {
         let mut differences = Vec::new();
         for part in changed {
             differences.push(columns.len());
-            columns.extend(self.differing(*part));
+            columns.extend(self.differing(*part).chain(self.differing_base(*part)));
         }
         let whitened: Vec<Vec<f64>> = columns.iter().map(|column| white.of(column)).collect();
         let solution = least_squares(&whitened, &white.target);
@@ -250,14 +266,19 @@ impl<'a> Design<'a> {
         whole.for_each(|column| {
             basis.add(&white.of(column));
         });
-        changed.iter().flat_map(|part| self.differing(*part)).for_each(|column| {
+        let differing = |part: &usize| self.differing(*part).chain(self.differing_base(*part));
+        changed.iter().flat_map(differing).for_each(|column| {
             basis.add(&white.of(&column));
         });
         let mut left = white.target.clone();
         basis.project_off(&mut left);
         let of = |part: usize| {
-            let differing = self.differing(part).map(|column| white.of(&column));
-            explained_by(&mut basis.clone(), differing, &left)
+            let (mut basis, mut left) = (basis.clone(), left.clone());
+            self.differing_base(part).for_each(|column| {
+                basis.add(&white.of(&column));
+            });
+            basis.project_off(&mut left);
+            explained_by(&mut basis, self.differing(part).map(|column| white.of(&column)), &left)
         };
         (0..self.parts.len()).map(|part| if changed.contains(&part) { (0.0, 0) } else { of(part) }).collect()
     }

@@ -11,7 +11,7 @@ pub struct Joined {
     /// The later after the earlier.
     pub rows: Rows,
     /// The earlier after the later.
-    swapped: Rows,
+    pub(super) swapped: Rows,
     /// The first row of the later in `rows`.
     pub split: usize,
 }

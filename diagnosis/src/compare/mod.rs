@@ -13,9 +13,11 @@ mod events;
 mod joined;
 pub mod motion;
 mod names;
+mod nearly;
 mod pair;
 mod proof;
 mod quantity;
+mod reference;
 mod shared;
 
 use fitter::{Mirror, Recording};
@@ -25,6 +27,7 @@ use crate::error::DiagnosisError;
 use crate::thresholds::compare::LEAST_COMMON;
 
 pub use answer::{Change, Compared, Comparison, HeldOut, Kind, Points, Side, Visible};
+pub(crate) use nearly::Nearly;
 use pair::Pair;
 pub use quantity::{Estimate, Quantity};
 
