@@ -89,12 +89,12 @@ impl Programs<'_> {
     pub fn compare(
         &self,
         blind: &Path,
-        then: &str,
-        now: &str,
+        recordings: [&str; 2],
+        nominal: Nominal,
         out: &Path,
     ) -> Result<Result<(), String>, CampaignError> {
         let mut command = self.command("compare");
-        command.current_dir(blind).args([then, now]).args(Nominal::Mirror.option_and_file());
+        command.current_dir(blind).args(recordings).args(nominal.option_and_file());
         command.arg("--out").arg(out).args(["--no-report", "--quiet"]);
         self.run(command)
     }

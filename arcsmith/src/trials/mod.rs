@@ -29,7 +29,7 @@ Examples:
   arcsmith trials dynamic --trials 50 --seed 2 --json
   arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
   arcsmith trials budget --devices 100                                a minute or two
-  arcsmith trials compare --pairs 50 --nulls 100                      a minute or two
+  arcsmith trials compare --pairs 50 --nulls 100 --motion 0           a minute or two
   arcsmith trials fleet --pooled 6 --weak 1 --nulls 10                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
@@ -118,6 +118,9 @@ struct OfPairs {
     /// Pairs in which nothing changed
     #[arg(long, default_value_t = 2000)]
     nulls: usize,
+    /// Pairs of a mechanism in motion, of each of the three kinds
+    #[arg(long, default_value_t = 200)]
+    motion: usize,
     #[command(flatten)]
     running: Running,
     /// The folder for the report (compare.json)
@@ -283,18 +286,27 @@ fn run_budgets(args: &OfBudgets, summary: &mut Summary, watch: &Watched) -> Resu
 }
 
 fn run_pairs(args: &OfPairs, summary: &mut Summary, programs: &Programs) -> Result<bool> {
-    let OfPairs { pairs, nulls, .. } = *args;
+    let OfPairs { pairs, nulls, motion, .. } = *args;
     let campaign = args.running.campaign((), &args.out)?;
     let (mut reached, mut kinds) = (true, Vec::new());
-    for kind in compare::Kind::ALL {
-        let folder = std::path::absolute(&args.out)?.join(kind.folder());
-        let pairs = if kind == compare::Kind::Same { nulls } else { pairs };
-        let compared = compare::run(programs, kind, pairs, campaign.seed, campaign.jobs, &folder)?;
-        reached &= summary.set(kind.name(), &compared.figures(), &[]);
-        kinds.push(compared);
+    for of in [compare::Of::Calibrations, compare::Of::Motion] {
+        for kind in compare::Kind::ALL {
+            let pairs = match (of, kind) {
+                (compare::Of::Motion, _) => motion,
+                (_, compare::Kind::Same) => nulls,
+                _ => pairs,
+            };
+            if pairs > 0 {
+                let folder = std::path::absolute(&args.out)?.join(of.folder()).join(kind.folder());
+                let compared =
+                    compare::run(programs, (of, kind), pairs, campaign.seed, campaign.jobs, &folder)?;
+                reached &= summary.set(kind.name(), &compared.figures(), &[]);
+                kinds.push(compared);
+            }
+        }
     }
     std::fs::create_dir_all(&args.out)?;
-    let report = json!({"pairs": pairs, "nulls": nulls, "seed": campaign.seed, "kinds": kinds});
+    let report = json!({"seed": campaign.seed, "kinds": kinds});
     write(&args.out, "compare.json", &report)?;
     Ok(reached)
 }

@@ -2,6 +2,8 @@
 //! surroundings, with other noise, another schedule and another zero of the reference; nothing is changed, or one effect is
 //! made stronger or weaker, or one comes.
 
+mod motion;
+
 use std::path::Path;
 
 use rand::RngExt;
@@ -15,7 +17,7 @@ use twin::{Injected, Protocol, write_csv};
 use crate::draw::Trial;
 use crate::error::CampaignError;
 use crate::plan::{Assignment, circumstances};
-use crate::programs::Programs;
+use crate::programs::{Nominal, Programs};
 use crate::score::{Figure, Share};
 use crate::truth::{CAN_TELL, Group};
 use crate::workspace::{empty_folder, put};
@@ -63,11 +65,32 @@ impl Kind {
     }
 }
 
+/// What is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Of {
+    /// Calibrations.
+    Calibrations,
+    /// A mechanism in motion.
+    Motion,
+}
+
+impl Of {
+    /// The folder of its pairs.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Of::Calibrations => "calibrations",
+            Of::Motion => "motion",
+        }
+    }
+}
+
 /// A pair of recordings.
 struct Pair {
     then: String,
     now: String,
-    mirror: String,
+    /// The nominal mirror or plant.
+    nominal: String,
     /// What changed.
     id: Option<String>,
     /// Whether one of the recordings that have the effect can tell it from every other one.
@@ -107,6 +130,8 @@ pub struct Row {
 /// What was measured.
 #[derive(Debug, Clone, Serialize)]
 pub struct Compared {
+    /// What was recorded.
+    pub of: Of,
     /// What happened between the recordings.
     pub kind: Kind,
     /// Pairs with a change that was there, or with any where nothing changed.
@@ -124,7 +149,10 @@ pub struct Compared {
 impl Compared {
     /// Held against what is wanted.
     pub fn figures(&self) -> Vec<Figure> {
-        let kind = self.kind.name();
+        let kind = match self.of {
+            Of::Calibrations => self.kind.name().to_string(),
+            Of::Motion => format!("in motion, {}", self.kind.name()),
+        };
         match self.kind {
             Kind::Same => vec![Figure::at_most(format!("{kind}: alarms"), 0.01, self.found)],
             Kind::Moved | Kind::Came => {
@@ -150,7 +178,7 @@ impl Compared {
 /// [`CampaignError::Threads`], [`CampaignError::Unstarted`], or that of writing a file.
 pub fn run(
     programs: &Programs,
-    kind: Kind,
+    (of, kind): (Of, Kind),
     pairs: usize,
     seed: u64,
     jobs: usize,
@@ -159,8 +187,8 @@ pub fn run(
     programs.begin(kind.name(), pairs);
     let pool = crate::workspace::threads(jobs)?;
     let one = |number: usize| {
-        let Some(pair) = draw(kind, number, seed) else { return Ok(None) };
-        let said = answer(programs, &pair, &out.join(format!("{number:05}")))?;
+        let Some(pair) = draw(of, kind, number, seed) else { return Ok(None) };
+        let said = answer(programs, of, &pair, &out.join(format!("{number:05}")))?;
         programs.watch.advance(1);
         Ok(said.map(|said| Row { pair: number, id: pair.id, can_tell: pair.can_tell, said }))
     };
@@ -168,7 +196,7 @@ pub fn run(
         pool.install(|| (0..pairs).into_par_iter().map(one).collect::<Result<_, CampaignError>>())?;
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     let none = Share::default();
-    let mut compared = Compared { kind, found: none, named: none, told_apart: none, alone: none, rows };
+    let mut compared = Compared { of, kind, found: none, named: none, told_apart: none, alone: none, rows };
     for row in &compared.rows {
         compared.found.count(!row.said.is_empty());
         let named = row.said.iter().any(|said| Some(&said.id) == row.id.as_ref());
@@ -182,12 +210,18 @@ pub fn run(
 }
 
 /// What the program says of a pair; none where it refuses it.
-fn answer(programs: &Programs, pair: &Pair, folder: &Path) -> Result<Option<Vec<Said>>, CampaignError> {
+fn answer(
+    programs: &Programs,
+    of: Of,
+    pair: &Pair,
+    folder: &Path,
+) -> Result<Option<Vec<Said>>, CampaignError> {
     empty_folder(folder)?;
-    for (name, text) in [("then.csv", &pair.then), ("now.csv", &pair.now), ("mirror.toml", &pair.mirror)] {
+    let nominal = if of == Of::Motion { Nominal::Plant } else { Nominal::Mirror };
+    for (name, text) in [("then.csv", &pair.then), ("now.csv", &pair.now), (nominal.file(), &pair.nominal)] {
         put(&folder.join(name), text)?;
     }
-    if let Err(reason) = programs.compare(folder, "then.csv", "now.csv", folder)? {
+    if let Err(reason) = programs.compare(folder, ["then.csv", "now.csv"], nominal, folder)? {
         programs.watch.warn(&format!("{}: {reason}", folder.display()));
         return Ok(None);
     }
@@ -196,11 +230,14 @@ fn answer(programs: &Programs, pair: &Pair, folder: &Path) -> Result<Option<Vec<
 }
 
 /// Draws a pair; none where the effect does not show in both surroundings.
-fn draw(kind: Kind, number: usize, seed: u64) -> Option<Pair> {
+fn draw(of: Of, kind: Kind, number: usize, seed: u64) -> Option<Pair> {
     (0..TRIES).find_map(|attempt| {
         let mut generator = ChaCha12Rng::seed_from_u64(seed);
         generator.set_stream(((kind as u64) << 50) + ((number as u64) << 8) + attempt);
-        pair(kind, number, &mut generator)
+        match of {
+            Of::Calibrations => pair(kind, number, &mut generator),
+            Of::Motion => motion::pair(kind, number, &mut generator),
+        }
     })
 }
 
@@ -265,5 +302,5 @@ fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Option<Pair> 
         String::from_utf8_lossy(&csv).into_owned()
     };
     let mirror = format!("[geometry]\nprobe_distance_mm = {:?}\ninitial_gap_mm = 0.3\n", then.distance_mm());
-    Some(Pair { then: csv(&then, 0.0), now: csv(&now, zero_arcsec), mirror, id, can_tell })
+    Some(Pair { then: csv(&then, 0.0), now: csv(&now, zero_arcsec), nominal: mirror, id, can_tell })
 }

@@ -17,7 +17,7 @@ use crate::workspace::first_draw;
 /// Draws of one assignment before it is given up.
 const TRIES: u32 = 40;
 /// The least ρ of what is concealed.
-const LEAST_RHO: f64 = 12.0;
+pub const LEAST_RHO: f64 = 12.0;
 /// Part of an effect's ρ that the others must leave of it; where they take more, two effects are one.
 const OWN: f64 = 0.1;
 
@@ -70,7 +70,7 @@ fn attempt_one(assignment: &Assignment, file: &str, generator: &mut ChaCha12Rng)
 }
 
 /// An effect of a strength.
-pub(super) fn drawn_effect(
+pub fn drawn_effect(
     specification: &Specification,
     strength: f64,
     typical: &Typical,
