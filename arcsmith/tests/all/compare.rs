@@ -104,6 +104,39 @@ fn an_effect_that_came_at_another_temperature_is_named_and_no_change_of_the_gain
     assert!(then[0].as_f64() < Some(0.0) && then[1].as_f64() > Some(0.0), "{then}");
 }
 
+/// Driven otherwise, a mechanism is the same; a dry friction that moved is told from its damping.
+#[test]
+fn in_motion_a_moved_parameter_is_named_and_an_unchanged_mechanism_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
+    std::fs::write(folder.join("plant.toml"), plant).unwrap();
+    let record = |name: &str, rest: &str, force: f64| {
+        let friction = format!("--effect coulomb_friction:force_per_inertia={force}");
+        run(folder, &format!("excite --device-seed 7 {rest} {friction} --out {name} -q"));
+    };
+    record("then.csv", "--seed 1", 20_000.0);
+    record("same.csv", "--seed 2 --excitation sweep", 20_000.0);
+    record("now.csv", "--seed 3 --excitation sweep", 24_000.0);
+    let compared = |now: &str| -> Value {
+        let text = run(folder, &format!("compare then.csv {now} --plant plant.toml --out new --json"));
+        serde_json::from_str(&text).unwrap()
+    };
+    let same = compared("same.csv");
+    assert_eq!(same["verdict"], "unchanged", "{same}");
+    let moved = compared("now.csv");
+    let changes = moved["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{moved}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"coulomb_friction".into(), &"moved".into()));
+    for (side, truth) in [("then", 20_000.0), ("now", 24_000.0), ("difference", 4000.0)] {
+        let ci95 = &changes[0]["parameters"][0][side]["ci95"];
+        let end = |k: usize| ci95[k].as_f64().unwrap();
+        assert!(end(0) < truth && truth < end(1), "{side}: {ci95}");
+    }
+    let held_out = &changes[0]["held_out"];
+    assert!(held_out["changed"].as_f64() < held_out["same"].as_f64(), "{held_out}");
+}
+
 #[test]
 fn recordings_without_a_common_range_are_refused() {
     let folder = tempfile::tempdir().unwrap();

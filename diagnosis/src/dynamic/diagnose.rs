@@ -72,6 +72,8 @@ pub struct DynamicOutcome {
     pub other: Option<Predicted>,
     /// An effect that changes what is predicted of the rows that score, and does not improve it.
     pub idle: Option<String>,
+    /// The augmented plant of a mechanism that runs free, for a comparison with another recording.
+    pub(crate) model: Option<Model>,
 }
 
 /// The user's own simulation of a recording.
@@ -314,7 +316,8 @@ impl FreeRun<'_> {
         };
         let identified = verdict::nominal(after.model.nominal, deviations, plant);
         let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
-        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, plant), own, other, idle }
+        let model = Some(after.model.clone());
+        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, plant), own, other, idle, model }
     }
 
     /// What a model leaves: as structure, above the noise, and as noise.
@@ -377,7 +380,7 @@ impl FreeRun<'_> {
 }
 
 /// What a model leaves of the recorded positions.
-fn residual(model: &Fitted, data: &Data) -> Vec<f64> {
+pub(super) fn residual(model: &Fitted, data: &Data) -> Vec<f64> {
     model.residual(data).unwrap_or_default()
 }
 

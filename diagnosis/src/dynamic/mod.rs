@@ -12,6 +12,7 @@ mod feedback;
 mod floor;
 mod gram;
 mod interval;
+pub(crate) mod joint;
 mod judge;
 mod lag;
 pub mod linear;

@@ -151,7 +151,7 @@ pub fn covariance<M: Simulated>(
 }
 
 /// What a reading is to its effect.
-fn sort(term: &Term, reading: &Reading) -> Sort {
+pub(super) fn sort(term: &Term, reading: &Reading) -> Sort {
     let shape = term.effect.parameters.iter().any(|p| p.shape && p.name == reading.name);
     match reading.unit {
         "rad" => Sort::Phase,

@@ -1,38 +1,17 @@
-//! What changed between two recordings of a mechanism in motion. Each is diagnosed by itself, with the other to predict. The
-//! parameters that both determine are held against each other by their intervals; an effect that one recording alone has came
-//! or went.
+//! Two recordings of which no joint model is made, as of mechanisms under feedback. The parameters that both determine are held
+//! against each other by their intervals; an effect that one recording alone has came or went.
 
 use std::collections::BTreeSet;
 
 use statrs::function::erf::erfc;
 
-use crate::Verdict;
-use crate::diagnosis::Diagnosis;
-use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, diagnose};
-use crate::error::DiagnosisError;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::FALSE_ALARMS;
 use crate::verdict::{NamedEffect, Parameter};
 
-use super::choose::visible;
-use super::{Change, Comparison, Estimate, Kind, Quantity, Side, Visible};
-
-/// Compares two recordings of a mechanism: `case` is that of the earlier one.
-///
-/// # Errors
-/// [`DiagnosisError`] where one of them cannot be diagnosed.
-pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, DiagnosisError> {
-    let then = case.recording;
-    let of = |recording, held_out| diagnose(&Case { recording, held_out: Some(held_out), ..*case });
-    let (a, b) = rayon::join(|| of(then, now), || of(now, then));
-    Ok(Pair { then: a?, now: b?, unit: case.plant.plant.position_unit.clone() }.comparison())
-}
-
-struct Pair {
-    then: DynamicOutcome,
-    now: DynamicOutcome,
-    unit: String,
-}
+use super::super::choose::visible;
+use super::super::{Change, Comparison, Estimate, Kind, Quantity, Visible};
+use super::{Pair, wider};
 
 /// A parameter that both recordings determine.
 struct Both<'a> {
@@ -69,10 +48,6 @@ impl Both<'_> {
 }
 
 impl Pair {
-    fn sides(&self) -> [&Diagnosis; 2] {
-        [&self.then.diagnosis, &self.now.diagnosis]
-    }
-
     /// What both determine: the plant's parameters, and those of the effects that both have.
     fn both(&self) -> Vec<Both<'_>> {
         let [then, now] = self.sides();
@@ -97,7 +72,8 @@ impl Pair {
         sides[recording].effects.iter().filter(|e| !other.contains(e.id.as_str())).collect()
     }
 
-    fn comparison(&self) -> Comparison {
+    /// What changed, by the intervals of both.
+    pub(super) fn apart(&self) -> Comparison {
         let both = self.both();
         let tests = (both.len() + self.alone(0).len() + self.alone(1).len()).max(1);
         let [then, now] = self.sides();
@@ -140,27 +116,7 @@ impl Pair {
             rms: None,
             parameter: Some((one.then.name.clone(), visible(1, tests) * one.error())),
         };
-        let mut notes = Vec::new();
-        for d in [then, now].into_iter().filter(|d| structured(d.verdict)) {
-            notes.push(format!(
-                "{}: structure is left that no effect explains; standard errors are taken for {:.2} times as large, as what is \
-                 left is so many times the noise: an estimate",
-                d.recording,
-                wider(d)
-            ));
-        }
-        Comparison {
-            schema: 1,
-            verdict: if changes.is_empty() { "unchanged" } else { "changed" },
-            unit: self.unit.clone(),
-            then: Side::of(then),
-            now: Side::of(now),
-            changes,
-            left,
-            false_alarms: FALSE_ALARMS,
-            would_have_seen: both.iter().map(smallest).collect(),
-            notes,
-        }
+        Comparison { would_have_seen: both.iter().map(smallest).collect(), ..self.of(changes, left) }
     }
 
     fn one_sided(&self, e: &NamedEffect, recording: usize, kind: Kind, tests: usize) -> Change {
@@ -181,13 +137,4 @@ impl Pair {
             held_out: None,
         }
     }
-}
-
-/// By how much standard errors are too small beside structure that is left (Birge's ratio).
-fn wider(d: &Diagnosis) -> f64 {
-    if structured(d.verdict) { (d.fit.after.train_rms / d.noise_floor.value).max(1.0) } else { 1.0 }
-}
-
-fn structured(verdict: Verdict) -> bool {
-    matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained)
 }

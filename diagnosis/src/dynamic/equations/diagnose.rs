@@ -184,7 +184,7 @@ impl Found<'_> {
         };
         let identified = verdict::plant(found, &covariance);
         let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
-        DynamicOutcome { diagnosis, plant: verdict::to_file(found, nominal), own, other, idle }
+        DynamicOutcome { diagnosis, plant: verdict::to_file(found, nominal), own, other, idle, model: None }
     }
 
     /// Where an effect comes from.

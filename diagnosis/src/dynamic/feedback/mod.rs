@@ -133,7 +133,14 @@ impl Problem for Feedback<'_> {
             unidentifiable: unidentifiable(present.nominal_free[1]),
         };
         let diagnosis = Diagnosis { plant, ..self.case.said(said, floor, fit) };
-        Ok(DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, nominal), own, other, idle: None })
+        Ok(DynamicOutcome {
+            diagnosis,
+            plant: plant::to_file(&after.model, nominal),
+            own,
+            other,
+            idle: None,
+            model: None,
+        })
     }
 }
 

@@ -1,0 +1,136 @@
+//! Which parameters of one model of both recordings differ: the fewest beside which no other does, each shown on rows that no
+//! fit has seen.
+
+use fitter::plant::Plant;
+
+use crate::dynamic::joint::{Joint, Solved};
+use crate::held_out::gain;
+use crate::numerics::rms;
+use crate::thresholds::NORMAL_95;
+use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, MOST_CHANGES, PRESENT};
+
+use super::super::choose::visible;
+use super::super::{Change, Comparison, HeldOut, Kind, Visible};
+use super::{Pair, wider};
+
+/// A group of parameters that differs.
+struct Chosen {
+    group: usize,
+    p_value: f64,
+    alternatives: Vec<usize>,
+    held_out: Option<HeldOut>,
+}
+
+impl Pair {
+    /// What changed, by a model of both.
+    pub(super) fn joined(&self, joint: &Joint, plant: &Plant) -> Comparison {
+        let mut chosen = choose(joint);
+        let mut notes = Vec::new();
+        if let Some(unscored) = joint.unscored(self.sides().map(wider)) {
+            keep_shown(joint, &unscored, &mut chosen, &mut notes);
+        }
+        let changed = groups(&chosen);
+        let (same, solved) = (joint.solve(&[]), joint.solve(&changed));
+        let mut changes: Vec<Change> =
+            chosen.into_iter().map(|c| self.change(joint, &solved, plant, c)).collect();
+        changes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+        let own = self.now.diagnosis.fit.after.train_rms;
+        let left = [&same, &solved].map(|solved| joint.rms(solved).unwrap_or(own));
+        let smallest = |group: usize| {
+            let with =
+                if changed.contains(&group) { changed.clone() } else { [&changed[..], &[group]].concat() };
+            let first = joint.quantities(&joint.solve(&with), group, plant).into_iter().next()?;
+            let [low, high] = first.difference?.ci95;
+            let error = 0.5 * (high - low) / NORMAL_95;
+            let id = joint.groups[group].id.into();
+            let parameter = Some((first.name, visible(1, joint.groups.len()) * error));
+            Some(Visible { id, rms: None, parameter })
+        };
+        let mut comparison = self.of(changes, left);
+        comparison.would_have_seen = (0..joint.groups.len()).filter_map(smallest).collect();
+        comparison.notes.extend(notes);
+        comparison
+    }
+
+    fn change(&self, joint: &Joint, solved: &Solved, plant: &Plant, chosen: Chosen) -> Change {
+        let Chosen { group, p_value, alternatives, held_out } = chosen;
+        let id = joint.groups[group].id;
+        let present = |recording: usize| {
+            self.sides()[recording].effects.iter().any(|effect| effect.id == id)
+                || joint.absence(solved, group, recording) < PRESENT
+        };
+        Change {
+            id: id.into(),
+            title: joint.groups[group].title.into(),
+            kind: match (present(0), present(1)) {
+                (false, true) => Kind::Came,
+                (true, false) => Kind::Went,
+                _ => Kind::Moved,
+            },
+            place: None,
+            p_value,
+            rms: None,
+            parameters: joint.quantities(solved, group, plant),
+            alternatives: alternatives.into_iter().map(|other| joint.groups[other].id.into()).collect(),
+            held_out,
+        }
+    }
+}
+
+fn groups(chosen: &[Chosen]) -> Vec<usize> {
+    chosen.iter().map(|c| c.group).collect()
+}
+
+/// The groups that differ, forward one by one, then without what others that came later explain as well.
+fn choose(joint: &Joint) -> Vec<Chosen> {
+    let family_wise = |surprise: f64| (joint.groups.len() as f64 * (-surprise).exp()).min(1.0);
+    let mut chosen: Vec<Chosen> = Vec::new();
+    while chosen.len() < MOST_CHANGES.min(joint.groups.len()) {
+        let surprises = joint.surprises(&groups(&chosen));
+        let Some(best) = (0..surprises.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b])) else {
+            break;
+        };
+        let p_value = family_wise(surprises[best]);
+        if p_value > FALSE_ALARMS {
+            break;
+        }
+        let near = |k: &usize| *k != best && surprises[*k] > surprises[best] - ALTERNATIVE;
+        let alternatives = (0..surprises.len()).filter(near).collect();
+        chosen.push(Chosen { group: best, p_value, alternatives, held_out: None });
+    }
+    let mut k = 0;
+    while k < chosen.len() && chosen.len() > 1 {
+        let others: Vec<usize> = groups(&chosen).into_iter().filter(|g| *g != chosen[k].group).collect();
+        chosen[k].p_value = family_wise(joint.surprises(&others)[chosen[k].group]);
+        if chosen[k].p_value > FALSE_ALARMS {
+            chosen.remove(k);
+            k = 0;
+        } else {
+            k += 1;
+        }
+    }
+    chosen
+}
+
+/// Withdraws what does not predict rows better that no fit has seen, and says so; `unscored` is fitted without them.
+fn keep_shown(joint: &Joint, unscored: &Joint, chosen: &mut Vec<Chosen>, notes: &mut Vec<String>) {
+    let mut k = 0;
+    while k < chosen.len() {
+        let all = groups(chosen);
+        let fewer: Vec<usize> = all.iter().copied().filter(|g| *g != all[k]).collect();
+        let models = [unscored.solve(&fewer), unscored.solve(&all)];
+        let scores = unscored.scores([&models[0], &models[1]]).filter(|scores| !scores.is_empty());
+        chosen[k].held_out = scores.map(|scores| {
+            let of = |model: usize| rms(&scores.iter().map(|score| score[model]).collect::<Vec<f64>>());
+            let gains: Vec<f64> = scores.iter().map(|[same, changed]| same - changed).collect();
+            HeldOut { same: of(0), changed: of(1), gain: gain(&gains) }
+        });
+        if chosen[k].held_out.as_ref().is_some_and(|held_out| held_out.gain.value <= 0.0) {
+            let id = joint.groups[chosen.remove(k).group].id;
+            notes.push(format!("{id}: a difference is not shown on held-out rows, and is withdrawn"));
+            k = 0;
+        } else {
+            k += 1;
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! One model of two recordings of a mechanism that runs free: every parameter is the same in both, or differs.
+//!
+//! Each recording is fitted by a model with the effects of both, and says how well it determines which parameters: its
+//! information, from the whitened sensitivities. To first order about both fits, that is all that a model of both needs.
+
+use fitter::plant::Plant;
+use rayon::join;
+
+use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
+use super::diagnose::residual;
+use super::effects::unit_of;
+use super::estimate::{Fitted, Simulated, fit};
+use super::interval::{Sort, around};
+use super::model::{Model, Term};
+use super::noise::autoregression;
+use super::recording::DynamicRecording;
+use super::verdict::sort;
+use crate::calibrate::log_tail;
+use crate::compare::{Estimate, Quantity};
+use crate::numerics::{Symmetric, rms};
+use crate::thresholds::NORMAL_95;
+
+/// The parameters of a plant, each a group by itself.
+const PLANT: [(&str, &str, &str); 3] = [
+    ("damping", "the damping of the plant", "1/s"),
+    ("stiffness", "the stiffness of the plant", "1/s²"),
+    ("gain", "the gain of the plant", ""),
+];
+
+/// What may differ: a parameter of the plant, or an effect.
+pub struct Group {
+    /// `damping`, `stiffness`, `gain`, or the effect's id.
+    pub id: &'static str,
+    /// Its name for a reader.
+    pub title: &'static str,
+    /// Its numbers among the packed parameters.
+    lanes: Vec<usize>,
+    /// The number of its term; none of the plant.
+    term: Option<usize>,
+}
+
+/// A recording, fitted.
+struct Determined<'a> {
+    data: Data<'a>,
+    fitted: Fitted,
+    /// What it says of the packed parameters, in units of its noise.
+    information: Symmetric,
+}
+
+/// See the module.
+pub struct Joint<'a> {
+    sides: [Determined<'a>; 2],
+    /// What may differ.
+    pub groups: Vec<Group>,
+}
+
+/// The parameters where some groups differ.
+pub struct Solved {
+    /// The packed parameters of each recording.
+    pub packed: [Vec<f64>; 2],
+    /// Covariance of the common parameters, then of the differences.
+    covariance: Symmetric,
+    /// The numbers of the parameters that differ.
+    differing: Vec<usize>,
+    /// What is left of the distance of the two fits, in units of the noise.
+    left: f64,
+}
+
+/// The model with the effects of both: `model` with those that the other alone has.
+fn with_effects_of(model: &Model, other: &Model, first: &Model) -> Model {
+    let all = first.terms.iter().chain(if std::ptr::eq(first, model) { &other.terms } else { &model.terms });
+    let mut union = Model { terms: Vec::new(), ..model.clone() };
+    for term in all {
+        if union.terms.iter().any(|known| known.effect.id == term.effect.id) {
+            continue;
+        }
+        let of = |model: &Model| model.terms.iter().find(|t| t.effect.id == term.effect.id).cloned();
+        let mut own = of(model).unwrap_or_else(|| term.clone());
+        if let Some(theirs) = of(other) {
+            own.free.iter_mut().zip(&theirs.free).for_each(|(own, theirs)| *own |= theirs);
+        }
+        union.terms.push(own);
+    }
+    union
+}
+
+/// The model with the effects that it has for the other's sake next to nothing.
+fn without_amounts(model: &Model, own: &Model) -> Model {
+    let mut model = model.clone();
+    for term in &mut model.terms {
+        if own.terms.iter().all(|known| known.effect.id != term.effect.id) {
+            let parameters = term.effect.parameters.iter().zip(&mut term.parameters);
+            parameters.filter(|(p, _)| !p.shape).for_each(|(_, value)| *value = 0.0);
+        }
+    }
+    model
+}
+
+impl<'a> Determined<'a> {
+    fn of(recording: &'a DynamicRecording, starts: &[Model], wider: f64) -> Option<Determined<'a>> {
+        let data = Data::new(recording);
+        let fits = starts.iter().filter_map(|model| fit(model, &data.first_states(), &data, ALL));
+        let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
+        let information = information(&fitted, &data, ALL, wider)?;
+        Some(Determined { data, fitted, information })
+    }
+
+    /// The same by the rows alone that do not score.
+    fn unscored(&self, wider: f64) -> Option<Determined<'a>> {
+        let fitted = fit(&self.fitted.model, &self.fitted.states, &self.data, UNSCORED)?;
+        let information = information(&fitted, &self.data, UNSCORED, wider)?;
+        Some(Determined { data: self.data.clone(), fitted, information })
+    }
+
+    /// What packed parameters leave of every row; the initial states are fitted to `folds`.
+    fn left(&self, packed: &[f64], folds: Folds) -> Option<Vec<f64>> {
+        let mut model = self.fitted.model.unpacked(packed);
+        model.nominal_free = [false; 3];
+        model.terms.iter_mut().for_each(|term| term.free.fill(false));
+        fit(&model, &self.fitted.states, &self.data, folds)?.residual(&self.data)
+    }
+
+    /// The stretches of rows that score.
+    fn scored(&self) -> Vec<std::ops::Range<usize>> {
+        let mut stretches: Vec<std::ops::Range<usize>> = Vec::new();
+        for run in &self.data.runs {
+            for row in run.clone().filter(|row| usize::from(self.data.fold[*row]) == SCORE) {
+                match stretches.last_mut().filter(|last| last.end == row && row > run.start) {
+                    Some(last) => last.end = row + 1,
+                    None => stretches.push(row..row + 1),
+                }
+            }
+        }
+        stretches
+    }
+}
+
+/// What some rows say of the packed parameters; structure that is left makes errors `wider`.
+fn information(fitted: &Fitted, data: &Data, folds: Folds, wider: f64) -> Option<Symmetric> {
+    let noise = autoregression(&residual(fitted, data), &data.runs);
+    let whole = fitted.model.normal(&fitted.states, data, &noise.coefficients).ok()?;
+    let mut information = whole.reduced(folds, 0.0, &[]).part(0..fitted.model.free());
+    let square = wider * wider * whole.cost(folds) / whole.rows(folds).max(1) as f64;
+    information.entries.iter_mut().for_each(|entry| *entry /= square);
+    information.entries.iter().all(|entry| entry.is_finite()).then_some(information)
+}
+
+impl<'a> Joint<'a> {
+    /// Of two recordings, whose own models are `models`; errors are taken for so many times as large as their noise says. None
+    /// where one of them cannot be fitted with the effects of both.
+    pub fn new(recordings: [&'a DynamicRecording; 2], models: [&Model; 2], wider: [f64; 2]) -> Option<Self> {
+        let [then, now] = models;
+        let of = |recording: usize| {
+            let (own, other) = (models[recording], models[1 - recording]);
+            let union = with_effects_of(own, other, then);
+            let starts = [union.clone(), without_amounts(&union, own)];
+            let starts = if union.terms.len() > own.terms.len() { &starts[..] } else { &starts[..1] };
+            Determined::of(recordings[recording], starts, wider[recording])
+        };
+        let (a, b) = join(|| of(0), || of(1));
+        let sides = [a?, b?];
+        let model = &sides[0].fitted.model;
+        (now.nominal_free == then.nominal_free && model.free() == sides[1].fitted.model.free())
+            .then_some(())?;
+        let plant = (0..3).filter(|k| model.nominal_free[*k]).enumerate();
+        let plant =
+            plant.map(|(lane, k)| Group { id: PLANT[k].0, title: PLANT[k].1, lanes: vec![lane], term: None });
+        let effects = model.terms.iter().enumerate().map(|(k, term)| Group {
+            id: term.effect.id,
+            title: term.effect.title,
+            lanes: model.packed_of(k).into_iter().flatten().collect(),
+            term: Some(k),
+        });
+        let groups = plant.chain(effects).filter(|group| !group.lanes.is_empty()).collect();
+        Some(Joint { sides, groups })
+    }
+
+    /// The same by the rows alone that do not score.
+    pub fn unscored(&self, wider: [f64; 2]) -> Option<Joint<'a>> {
+        let (a, b) = join(|| self.sides[0].unscored(wider[0]), || self.sides[1].unscored(wider[1]));
+        let groups = self.groups.iter().map(|group| Group { lanes: group.lanes.clone(), ..*group });
+        Some(Joint { sides: [a?, b?], groups: groups.collect() })
+    }
+
+    /// The parameters with these groups differing.
+    pub fn solve(&self, changed: &[usize]) -> Solved {
+        let [then, now] = self.sides.each_ref().map(|side| side.fitted.model.packed());
+        let apart: Vec<f64> = now.iter().zip(&then).map(|(now, then)| now - then).collect();
+        let differing: Vec<usize> = changed.iter().flat_map(|g| self.groups[*g].lanes.clone()).collect();
+        let (n, all) = (then.len(), then.len() + differing.len());
+        // Every unknown is a parameter: the common ones are in both recordings, the differences in the later one.
+        let lane = |unknown: usize| if unknown < n { unknown } else { differing[unknown - n] };
+        let [in_then, in_now] = self.sides.each_ref().map(|side| &side.information);
+        let pull: Vec<f64> = (0..n).map(|i| (0..n).map(|j| in_now.at(i, j) * apart[j]).sum()).collect();
+        let mut normal = Symmetric::zero(all);
+        for i in 0..all {
+            for j in 0..all {
+                let common = if i < n && j < n { in_then.at(i, j) } else { 0.0 };
+                *normal.at_mut(i, j) = common + in_now.at(lane(i), lane(j));
+            }
+        }
+        let right: Vec<f64> = (0..all).map(|i| pull[lane(i)]).collect();
+        let factor = normal.factor();
+        let unknowns = factor.solve(&right);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let left = dot(&apart, &pull) - dot(&right, &unknowns);
+        let common: Vec<f64> = then.iter().zip(&unknowns).map(|(then, by)| then + by).collect();
+        let mut later = common.clone();
+        differing.iter().zip(&unknowns[n..]).for_each(|(lane, by)| later[*lane] += by);
+        Solved { packed: [common, later], covariance: factor.inverse(), differing, left }
+    }
+
+    /// −ln of the p-value that each group differs, beside others that do.
+    pub fn surprises(&self, changed: &[usize]) -> Vec<f64> {
+        let left = self.solve(changed).left;
+        let of = |group: usize| {
+            let explained = left - self.solve(&[changed, &[group]].concat()).left;
+            log_tail(explained.max(0.0), self.groups[group].lanes.len())
+        };
+        (0..self.groups.len()).map(|group| if changed.contains(&group) { 0.0 } else { of(group) }).collect()
+    }
+
+    /// The p-value that a group's amounts are zero in a recording; 0 of the plant.
+    pub fn absence(&self, solved: &Solved, group: usize, recording: usize) -> f64 {
+        let Some(k) = self.groups[group].term else { return 0.0 };
+        let model = &self.sides[0].fitted.model;
+        let parameters = model.terms[k].effect.parameters.iter().zip(model.packed_of(k));
+        let amounts: Vec<usize> = parameters.filter(|(p, _)| !p.shape).filter_map(|(_, lane)| lane).collect();
+        if amounts.is_empty() {
+            return 0.0;
+        }
+        let mut covariance = Symmetric::zero(amounts.len());
+        for (i, a) in amounts.iter().enumerate() {
+            for (j, b) in amounts.iter().enumerate() {
+                *covariance.at_mut(i, j) = solved.covariance([recording, recording], [*a, *b]);
+            }
+        }
+        let value: Vec<f64> = amounts.iter().map(|lane| solved.packed[recording][*lane]).collect();
+        let square: f64 = covariance.factor().solve(&value).iter().zip(&value).map(|(a, b)| a * b).sum();
+        (-log_tail(square.max(0.0), amounts.len())).exp()
+    }
+
+    /// A group's parameters then and now, with 95 % intervals.
+    pub fn quantities(&self, solved: &Solved, group: usize, plant: &Plant) -> Vec<Quantity> {
+        let group = &self.groups[group];
+        let models = [0, 1].map(|r| self.sides[r].fitted.model.unpacked(&solved.packed[r]));
+        let Some(k) = group.term else {
+            let number = PLANT.iter().position(|known| known.0 == group.id).unwrap_or(0);
+            let gain = format!("{}/s²/{}", plant.position_unit, plant.drive_unit);
+            let unit = if PLANT[number].2.is_empty() { gain } else { PLANT[number].2.into() };
+            let values = models.each_ref().map(|model| model.nominal[number]);
+            let gradient = [(group.lanes[0], 1.0)];
+            return vec![solved.quantity(group.id, unit, values, [&gradient, &gradient], Sort::Amount)];
+        };
+        let [then, now] = models.each_ref().map(|model| &model.terms[k]);
+        let lanes = models[0].packed_of(k);
+        let (of_then, of_now) =
+            (then.effect.readings(&then.parameters), now.effect.readings(&now.parameters));
+        let both = of_then.iter().zip(&of_now);
+        both.map(|(a, b)| {
+            let unit = unit_of(a.unit, &plant.position_unit, &plant.drive_unit);
+            let gradients =
+                [packed_gradient(then, &a.gradient, &lanes), packed_gradient(now, &b.gradient, &lanes)];
+            solved.quantity(a.name, unit, [a.value, b.value], [&gradients[0], &gradients[1]], sort(then, a))
+        })
+        .collect()
+    }
+
+    /// What a model of the later recording leaves of it.
+    pub fn rms(&self, solved: &Solved) -> Option<f64> {
+        let left = self.sides[1].left(&solved.packed[1], ALL)?;
+        let rows = self.sides[1].data.runs.iter().flat_map(Clone::clone);
+        Some(rms(&rows.map(|row| left[row]).collect::<Vec<f64>>()))
+    }
+
+    /// What two models leave of the stretches of both recordings that score, in units of the later one's noise.
+    pub fn scores(&self, models: [&Solved; 2]) -> Option<Vec<[f64; 2]>> {
+        let noise = self.sides.each_ref().map(|side| side.fitted.rms(UNSCORED));
+        let mut scores = Vec::new();
+        for (recording, side) in self.sides.iter().enumerate() {
+            let left = [0, 1].map(|m| side.left(&models[m].packed[recording], UNSCORED));
+            let [Some(a), Some(b)] = left else { return None };
+            let scale = noise[1] / noise[recording];
+            let of = |left: &[f64], rows: &std::ops::Range<usize>| scale * rms(&left[rows.clone()]);
+            scores.extend(side.scored().iter().map(|rows| [of(&a, rows), of(&b, rows)]));
+        }
+        Some(scores)
+    }
+}
+
+/// The derivatives of a reading by the packed parameters: a shape is estimated by its logarithm.
+fn packed_gradient(term: &Term, gradient: &[f64], lanes: &[Option<usize>]) -> Vec<(usize, f64)> {
+    let own = term.effect.parameters.iter().zip(&term.parameters).zip(gradient).zip(lanes);
+    own.filter_map(|(((p, value), by), lane)| Some(((*lane)?, if p.shape { by * value } else { *by })))
+        .collect()
+}
+
+impl Solved {
+    /// Covariance of two parameters, each of one of the recordings.
+    fn covariance(&self, recordings: [usize; 2], lanes: [usize; 2]) -> f64 {
+        let unknowns = |k: usize| {
+            let difference = self.differing.iter().position(|lane| *lane == lanes[k]);
+            let difference = difference.filter(|_| recordings[k] == 1).map(|d| self.packed[0].len() + d);
+            std::iter::once(lanes[k]).chain(difference)
+        };
+        unknowns(0).flat_map(|i| unknowns(1).map(move |j| self.covariance.at(i, j))).sum()
+    }
+
+    fn quantity(
+        &self,
+        name: &str,
+        unit: String,
+        values: [f64; 2],
+        gradients: [&[(usize, f64)]; 2],
+        sort: Sort,
+    ) -> Quantity {
+        let of = |a: usize, b: usize| -> f64 {
+            let pairs = gradients[a].iter().flat_map(|x| gradients[b].iter().map(move |y| (x, y)));
+            pairs.map(|((i, x), (j, y))| x * y * self.covariance([a, b], [*i, *j])).sum()
+        };
+        let estimate =
+            |r: usize| Estimate { value: values[r], ci95: around(values[r], of(r, r).max(0.0).sqrt(), sort) };
+        let half = NORMAL_95 * (of(0, 0) + of(1, 1) - 2.0 * of(0, 1)).max(0.0).sqrt();
+        let difference = values[1] - values[0];
+        Quantity {
+            name: name.into(),
+            unit,
+            then: Some(estimate(0)),
+            now: Some(estimate(1)),
+            difference: Some(Estimate { value: difference, ci95: [difference - half, difference + half] }),
+        }
+    }
+}
