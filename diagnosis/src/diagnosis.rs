@@ -6,7 +6,6 @@ use fitter::{Coefficients, Mirror, Recording};
 use serde::Serialize;
 
 use crate::attempt::{self, Attempt};
-use crate::compare::Nearly;
 use crate::compose;
 use crate::condense::{Condensed, condense};
 use crate::effects::{Effect, Place, catalogue};
@@ -128,8 +127,8 @@ pub(crate) struct FoundTerm {
     pub explained: f64,
     /// The part of it that other recordings are expected to have.
     pub reach: f64,
-    /// The catalogued effect that a form without a name nearly is.
-    pub nearly: Option<Nearly>,
+    /// What it adds to the error at every row.
+    pub contribution: Vec<f64>,
 }
 
 /// What a diagnosis is asked for.
@@ -262,17 +261,14 @@ fn too_short(rows: &Rows) -> String {
 fn found_terms(explanation: &Explanation, catalogue: &[Effect], settled: &Settled) -> Vec<FoundTerm> {
     let of = |term: &FittedTerm| {
         let same = |t: &&FittedTerm| t.term.family == term.term.family && t.term.shape == term.term.shape;
-        let form = term.effect.filter(|e| catalogue[*e].is_form());
-        let order = settled.joint.order;
         FoundTerm {
             effect: term.effect.map(|e| catalogue[e].clone()),
-            nearly: form
-                .and_then(|_| Nearly::of(&term.contribution, explanation.search.rows, order, catalogue)),
             place: verdict::place_of(explanation, catalogue, &term.term),
             shape: term.term.shape.clone(),
             p_value: verdict::p_value(&explanation.search, term),
             explained: term.explained,
             reach: settled.handed.terms.iter().find(same).map_or(1.0, |handed| handed.reach),
+            contribution: term.contribution.clone(),
         }
     };
     settled.joint.terms.iter().map(of).collect()

@@ -30,7 +30,8 @@ pub enum Kind {
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct Change {
-    /// Id of the effect; `gain`, `base`, `noise`, or `structure` without a name.
+    /// Id of the effect; `gain`, `base`, `noise`, or `structure` without a name; in motion also `damping` and `stiffness`, or
+    /// `plant` where no model of both recordings was made.
     pub id: String,
     /// Name for a reader.
     pub title: String,
@@ -123,8 +124,8 @@ pub struct Comparison {
     pub now: Side,
     /// The changes, the strongest first.
     pub changes: Vec<Change>,
-    /// Root mean square of what the common model leaves of the later recording where nothing differs, and with the changes; in
-    /// motion what the earlier recording's model leaves of it, and its own.
+    /// Root mean square of what the common model leaves of the later recording where nothing differs, and with the changes;
+    /// in motion, where no model of both was made, what the earlier recording's model leaves of it, and its own.
     pub left: [f64; 2],
     /// Family-wise false alarms that are allowed.
     pub false_alarms: f64,

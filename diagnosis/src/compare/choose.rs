@@ -8,10 +8,11 @@ use crate::correlation::Process;
 use crate::noise::Noise;
 use crate::numerics::{mean, rms, widening};
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, MOST_CHANGES, POWER};
+use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, POWER};
 
 use super::design::{Design, What, White};
 use super::proof::Proof;
+use super::stepwise::{Step, stepwise};
 
 /// A part that differs.
 pub struct Chosen {
@@ -27,39 +28,19 @@ pub struct Chosen {
 
 /// The parts that differ. `tests` is how many differences are tested in all.
 pub fn choose(design: &Design, white: &White, freedom: f64, tests: usize) -> Vec<Chosen> {
-    let mut chosen: Vec<Chosen> = Vec::new();
-    while chosen.len() < MOST_CHANGES {
-        let taken: Vec<usize> = chosen.iter().filter_map(|c| design.part(c.what)).collect();
-        let tails = surprises(design, white, &taken, freedom);
-        let Some(best) = strongest(design, &tails) else { break };
-        let what = design.parts[best].what;
-        let p_value = family_wise(design, what, tails[best], tests);
-        if p_value > FALSE_ALARMS {
-            break;
-        }
-        let near = |k: &usize| *k != best && tails[*k] > tails[best] - ALTERNATIVE;
-        let alternatives = (0..tails.len()).filter(near).map(|k| design.parts[k].what).collect();
-        chosen.push(Chosen { what, p_value, alternatives, proof: None });
-    }
-    // What another that came later explains as well is not needed.
-    let mut k = 0;
-    while k < chosen.len() && chosen.len() > 1 {
-        let others: Vec<usize> = chosen
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| *i != k)
-            .filter_map(|(_, c)| design.part(c.what))
-            .collect();
-        let tail = design.part(chosen[k].what).map_or(0.0, |p| surprises(design, white, &others, freedom)[p]);
-        chosen[k].p_value = family_wise(design, chosen[k].what, tail, tests);
-        if chosen[k].p_value > FALSE_ALARMS {
-            chosen.remove(k);
-            k = 0;
-        } else {
-            k += 1;
-        }
-    }
-    chosen
+    let what = |part: usize| design.parts[part].what;
+    let steps = stepwise(
+        |changed| surprises(design, white, changed, freedom),
+        |tails| strongest(design, tails),
+        |part, surprise| family_wise(design, what(part), surprise, tests),
+    );
+    let chosen = |step: Step| Chosen {
+        what: what(step.number),
+        p_value: step.p_value,
+        alternatives: step.alternatives.into_iter().map(what).collect(),
+        proof: None,
+    };
+    steps.into_iter().map(chosen).collect()
 }
 
 /// The part whose difference is least likely by chance; in the place of the base an effect that does nearly as well: the base

@@ -273,11 +273,10 @@ impl<'a> Design<'a> {
         let mut left = white.target.clone();
         basis.project_off(&mut left);
         let of = |part: usize| {
-            let (mut basis, mut left) = (basis.clone(), left.clone());
+            let mut basis = basis.clone();
             self.differing_base(part).for_each(|column| {
                 basis.add(&white.of(&column));
             });
-            basis.project_off(&mut left);
             explained_by(&mut basis, self.differing(part).map(|column| white.of(&column)), &left)
         };
         (0..self.parts.len()).map(|part| if changed.contains(&part) { (0.0, 0) } else { of(part) }).collect()

@@ -13,8 +13,7 @@ use super::shared::Shared;
 /// The columns of an event over its recording's rows, in the recording's unit.
 pub type Event = Vec<Vec<f64>>;
 
-/// What happened at one time in a recording, or may have, where it is not shared with the other one; and what it has beyond an
-/// effect that it nearly is.
+/// What happened at one time in a recording, or may have, where it is not shared with the other one.
 pub fn of(outcome: &Outcome, shared: &[Shared]) -> Vec<Event> {
     let once = outcome.found.iter().filter_map(|term| {
         let effect = term.effect.as_ref()?;
@@ -22,8 +21,7 @@ pub fn of(outcome: &Outcome, shared: &[Shared]) -> Vec<Event> {
         let once = effect.of_one_time || term.reach < MAY_BE_AN_EVENT && !is_shared();
         once.then(|| effect.signature(&outcome.rows, &term.shape))
     });
-    let more = outcome.found.iter().filter_map(|term| Some(vec![term.nearly.as_ref()?.more.clone()]));
-    once.chain(more).collect()
+    once.collect()
 }
 
 /// The events that a recording shows beside its common model (columns over its rows): effects of the other recording may explain

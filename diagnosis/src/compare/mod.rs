@@ -19,15 +19,17 @@ mod proof;
 mod quantity;
 mod reference;
 mod shared;
+mod stepwise;
 
 use fitter::{Mirror, Recording};
 
 use crate::diagnosis::{Options, Outcome, diagnose};
+use crate::effects::catalogue;
 use crate::error::DiagnosisError;
 use crate::thresholds::compare::LEAST_COMMON;
 
 pub use answer::{Change, Compared, Comparison, HeldOut, Kind, Points, Side, Visible};
-pub(crate) use nearly::Nearly;
+use nearly::take_forms_for_effects;
 use pair::Pair;
 pub use quantity::{Estimate, Quantity};
 
@@ -45,9 +47,11 @@ pub fn compare(
         || diagnose(then, mirror, None, None, options),
         || diagnose(now, mirror, None, None, options),
     );
-    let outcomes = [a?, b?];
+    let mut outcomes = [a?, b?];
     overlap(&outcomes, now)?;
-    Ok(Pair::new(&outcomes).compared())
+    let catalogue = [&catalogue(&mirror.sensor)[..], &options.declared].concat();
+    let beyond = outcomes.each_mut().map(|outcome| take_forms_for_effects(outcome, &catalogue));
+    Ok(Pair::new(&outcomes, beyond).compared())
 }
 
 /// Refuses recordings of different stretches.

@@ -26,13 +26,15 @@ use super::{Compared, Comparison, Kind, Points, Side};
 /// Two diagnosed recordings.
 pub struct Pair<'a> {
     outcomes: &'a [Outcome; 2],
+    /// What forms add in each recording beyond the effects that they nearly are.
+    beyond: [Vec<Event>; 2],
     both: Joined,
     notes: Vec<String>,
 }
 
 impl<'a> Pair<'a> {
-    /// Of the earlier and the later recording.
-    pub fn new(outcomes: &'a [Outcome; 2]) -> Pair<'a> {
+    /// Of the earlier and the later recording, with what each has for itself beyond what was found.
+    pub fn new(outcomes: &'a [Outcome; 2], beyond: [Vec<Event>; 2]) -> Pair<'a> {
         let mut both = Joined::new(&outcomes[0].rows, &outcomes[1].rows);
         let order = order(outcomes);
         // Where the base is of the true position itself, it is only right once the zeros are the same.
@@ -42,7 +44,7 @@ impl<'a> Pair<'a> {
             both.move_zero(to - moved);
             moved = to;
         }
-        Pair { outcomes, both, notes: Vec::new() }
+        Pair { outcomes, beyond, both, notes: Vec::new() }
     }
 
     fn rows(&self, recording: usize) -> &'a Rows {
@@ -54,7 +56,9 @@ impl<'a> Pair<'a> {
         let shared = shared(self.outcomes, &self.both, &mut self.notes);
         self.note_ranges();
         let unmeasured = self.undetermined(&shared);
-        let events = [0, 1].map(|recording| events::of(&self.outcomes[recording], &shared));
+        let events = [0, 1].map(|recording| {
+            [events::of(&self.outcomes[recording], &shared), self.beyond[recording].clone()].concat()
+        });
         let mut design =
             Design::new(&self.both, order(self.outcomes), events::own(&self.both, &events), shared);
         let noise = [self.noise(&design, &events[0], 0), self.noise(&design, &events[1], 1)];

@@ -20,7 +20,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    fn new(value: f64, half: f64) -> Estimate {
+    pub(super) fn new(value: f64, half: f64) -> Estimate {
         Estimate { value, ci95: [value - half, value + half] }
     }
 }

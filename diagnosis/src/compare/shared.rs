@@ -30,22 +30,14 @@ impl Shared {
     pub fn of(term: &FoundTerm, recording: usize) -> Shared {
         let mut found = [None; 2];
         found[recording] = Some(term.p_value);
-        let (effect, place, shape) = compared(term);
         Shared {
-            effect: effect.cloned(),
-            place: place.clone(),
-            shape: [shape.to_vec(), shape.to_vec()],
+            effect: term.effect.clone(),
+            place: term.place.clone(),
+            shape: [term.shape.clone(), term.shape.clone()],
             otherwise: None,
             found,
             amplitudes: [Vec::new(), Vec::new()],
         }
-    }
-
-    /// Whether it is the same as another; `columns` are its own.
-    pub fn is(&self, columns: &[Vec<f64>], other: &Shared, both: &Joined) -> bool {
-        // Of what can be there more than once, what says nearly the same is one.
-        let once = self.effect.as_ref().is_some_and(|effect| !effect.repeatable);
-        self.place == other.place && self.id() == other.id() && (once || alike(columns, &other.columns(both)))
     }
 
     /// Takes note that it was found in the later recording as well, where it is the stronger or not. Which of an effect's forms
@@ -63,10 +55,9 @@ impl Shared {
                 effect.signature(&both.rows, &mixed).len() == effect.signature(&both.rows, shape).len();
             if same { mixed } else { shape.to_vec() }
         };
-        let (_, _, now) = compared(term);
-        let (taken, other) = if stronger { (now, &then[..]) } else { (&then[..], now) };
-        self.shape = [with_form_of(taken, &then), with_form_of(taken, now)];
-        self.otherwise = Some(other.to_vec());
+        let (taken, other) = if stronger { (&term.shape, &then) } else { (&then, &term.shape) };
+        self.shape = [with_form_of(taken, &then), with_form_of(taken, &term.shape)];
+        self.otherwise = Some(other.clone());
     }
 
     /// With the shape that the weaker recording has.
@@ -141,14 +132,6 @@ impl Shared {
     }
 }
 
-/// As what something that was found is compared: effect, place and shape.
-fn compared(term: &FoundTerm) -> (Option<&Effect>, &Place, &[f64]) {
-    match &term.nearly {
-        Some(nearly) => (Some(&nearly.effect), &nearly.effect.place, &[]),
-        None => (term.effect.as_ref(), &term.place, &term.shape),
-    }
-}
-
 /// What was found of the device in either recording, once each; what cannot be compared is said.
 pub fn shared(outcomes: &[Outcome; 2], both: &Joined, notes: &mut Vec<String>) -> Vec<Shared> {
     let mut all: Vec<Shared> = Vec::new();
@@ -168,7 +151,14 @@ pub fn shared(outcomes: &[Outcome; 2], both: &Joined, notes: &mut Vec<String>) -
             if columns.is_empty() {
                 continue;
             }
-            match all.iter_mut().find(|known| new.is(&columns, known, both)) {
+            // Of what can be there more than once, what says nearly the same is one.
+            let once = new.effect.as_ref().is_some_and(|effect| !effect.repeatable);
+            let same = |known: &&mut Shared| {
+                known.place == new.place
+                    && known.id() == new.id()
+                    && (once || alike(&columns, &known.columns(both)))
+            };
+            match all.iter_mut().find(same) {
                 Some(known) if recording == 1 => {
                     // Where it is stronger its shape is known better.
                     let stronger = term.explained > strength(&outcomes[0], known);
@@ -191,16 +181,14 @@ fn happened_once(outcomes: &[Outcome; 2], shared: &Shared) -> bool {
         _ => return false,
     };
     let is_this = |term: &&FoundTerm| {
-        let (effect, _, own) = compared(term);
-        effect.map(|effect| effect.id.as_str()) == shared.id() && own == shape
+        term.effect.as_ref().map(|effect| effect.id.as_str()) == shared.id() && term.shape == *shape
     };
     outcome.found.iter().find(is_this).is_some_and(|term| term.reach < MAY_BE_AN_EVENT)
 }
 
 /// What a recording has of an effect, in units of its noise.
 fn strength(outcome: &Outcome, shared: &Shared) -> f64 {
-    let own =
-        outcome.found.iter().filter(|term| compared(term).0.map(|effect| effect.id.as_str()) == shared.id());
+    let own = outcome.found.iter().filter(|term| term.effect.as_ref().map(|e| e.id.as_str()) == shared.id());
     own.map(|term| term.explained).fold(0.0, f64::max)
 }
 

@@ -3,28 +3,29 @@
 //! Each recording is fitted by a model with the effects of both, and says how well it determines which parameters: its
 //! information, from the whitened sensitivities. To first order about both fits, that is all that a model of both needs.
 
+use std::ops::Range;
+
 use fitter::plant::Plant;
 use rayon::join;
 
 use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
 use super::diagnose::residual;
-use super::effects::unit_of;
+use super::effects::{Reading, unit_of};
 use super::estimate::{Fitted, Simulated, fit};
 use super::interval::{Sort, around};
 use super::model::{Model, Term};
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
-use super::verdict::sort;
+use super::verdict::{nominal, slopes, sort};
 use crate::calibrate::log_tail;
-use crate::compare::{Estimate, Quantity};
 use crate::numerics::{Symmetric, rms};
-use crate::thresholds::NORMAL_95;
+use crate::verdict::Parameter;
 
-/// The parameters of a plant, each a group by itself.
-const PLANT: [(&str, &str, &str); 3] = [
-    ("damping", "the damping of the plant", "1/s"),
-    ("stiffness", "the stiffness of the plant", "1/s²"),
-    ("gain", "the gain of the plant", ""),
+/// Ids and titles of the plant's parameters, each a group by itself.
+const PLANT: [[&str; 2]; 3] = [
+    ["damping", "the damping of the plant"],
+    ["stiffness", "the stiffness of the plant"],
+    ["gain", "the gain of the plant"],
 ];
 
 /// What may differ: a parameter of the plant, or an effect.
@@ -35,8 +36,16 @@ pub struct Group {
     pub title: &'static str,
     /// Its numbers among the packed parameters.
     lanes: Vec<usize>,
-    /// The number of its term; none of the plant.
-    term: Option<usize>,
+    of: Of,
+}
+
+/// What a group is of.
+#[derive(Clone, Copy)]
+enum Of {
+    /// The plant: its damping (0), stiffness (1) or gain (2).
+    Plant(usize),
+    /// The term of this number.
+    Term(usize),
 }
 
 /// A recording, fitted.
@@ -45,6 +54,8 @@ struct Determined<'a> {
     fitted: Fitted,
     /// What it says of the packed parameters, in units of its noise.
     information: Symmetric,
+    /// For how many times as large errors are taken as the noise says.
+    wider: f64,
 }
 
 /// See the module.
@@ -57,7 +68,7 @@ pub struct Joint<'a> {
 /// The parameters where some groups differ.
 pub struct Solved {
     /// The packed parameters of each recording.
-    pub packed: [Vec<f64>; 2],
+    packed: [Vec<f64>; 2],
     /// Covariance of the common parameters, then of the differences.
     covariance: Symmetric,
     /// The numbers of the parameters that differ.
@@ -66,25 +77,35 @@ pub struct Solved {
     left: f64,
 }
 
-/// The model with the effects of both: `model` with those that the other alone has.
-fn with_effects_of(model: &Model, other: &Model, first: &Model) -> Model {
-    let all = first.terms.iter().chain(if std::ptr::eq(first, model) { &other.terms } else { &model.terms });
-    let mut union = Model { terms: Vec::new(), ..model.clone() };
-    for term in all {
-        if union.terms.iter().any(|known| known.effect.id == term.effect.id) {
+/// A parameter in both recordings.
+pub struct Both {
+    /// In the earlier one.
+    pub then: Parameter,
+    /// In the later one.
+    pub now: Parameter,
+    /// Standard error of the difference.
+    pub error: f64,
+}
+
+/// The model of one recording with the effects of both, in the same order for either.
+fn with_effects_of_both(models: [&Model; 2], recording: usize) -> Model {
+    let (own, other) = (models[recording], models[1 - recording]);
+    let mut union = Model { terms: Vec::new(), ..own.clone() };
+    for term in models.iter().flat_map(|model| &model.terms) {
+        let of = |model: &Model| model.terms.iter().find(|t| t.effect.id == term.effect.id).cloned();
+        if of(&union).is_some() {
             continue;
         }
-        let of = |model: &Model| model.terms.iter().find(|t| t.effect.id == term.effect.id).cloned();
-        let mut own = of(model).unwrap_or_else(|| term.clone());
+        let mut known = of(own).unwrap_or_else(|| term.clone());
         if let Some(theirs) = of(other) {
-            own.free.iter_mut().zip(&theirs.free).for_each(|(own, theirs)| *own |= theirs);
+            known.free.iter_mut().zip(&theirs.free).for_each(|(own, theirs)| *own |= theirs);
         }
-        union.terms.push(own);
+        union.terms.push(known);
     }
     union
 }
 
-/// The model with the effects that it has for the other's sake next to nothing.
+/// The model with the amounts at zero of the effects that `own` has not.
 fn without_amounts(model: &Model, own: &Model) -> Model {
     let mut model = model.clone();
     for term in &mut model.terms {
@@ -102,14 +123,14 @@ impl<'a> Determined<'a> {
         let fits = starts.iter().filter_map(|model| fit(model, &data.first_states(), &data, ALL));
         let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
         let information = information(&fitted, &data, ALL, wider)?;
-        Some(Determined { data, fitted, information })
+        Some(Determined { data, fitted, information, wider })
     }
 
     /// The same by the rows alone that do not score.
-    fn unscored(&self, wider: f64) -> Option<Determined<'a>> {
+    fn unscored(&self) -> Option<Determined<'a>> {
         let fitted = fit(&self.fitted.model, &self.fitted.states, &self.data, UNSCORED)?;
-        let information = information(&fitted, &self.data, UNSCORED, wider)?;
-        Some(Determined { data: self.data.clone(), fitted, information })
+        let information = information(&fitted, &self.data, UNSCORED, self.wider)?;
+        Some(Determined { data: self.data.clone(), fitted, information, ..*self })
     }
 
     /// What packed parameters leave of every row; the initial states are fitted to `folds`.
@@ -121,8 +142,8 @@ impl<'a> Determined<'a> {
     }
 
     /// The stretches of rows that score.
-    fn scored(&self) -> Vec<std::ops::Range<usize>> {
-        let mut stretches: Vec<std::ops::Range<usize>> = Vec::new();
+    fn scored(&self) -> Vec<Range<usize>> {
+        let mut stretches: Vec<Range<usize>> = Vec::new();
         for run in &self.data.runs {
             for row in run.clone().filter(|row| usize::from(self.data.fold[*row]) == SCORE) {
                 match stretches.last_mut().filter(|last| last.end == row && row > run.start) {
@@ -149,10 +170,9 @@ impl<'a> Joint<'a> {
     /// Of two recordings, whose own models are `models`; errors are taken for so many times as large as their noise says. None
     /// where one of them cannot be fitted with the effects of both.
     pub fn new(recordings: [&'a DynamicRecording; 2], models: [&Model; 2], wider: [f64; 2]) -> Option<Self> {
-        let [then, now] = models;
         let of = |recording: usize| {
-            let (own, other) = (models[recording], models[1 - recording]);
-            let union = with_effects_of(own, other, then);
+            let own = models[recording];
+            let union = with_effects_of_both(models, recording);
             let starts = [union.clone(), without_amounts(&union, own)];
             let starts = if union.terms.len() > own.terms.len() { &starts[..] } else { &starts[..1] };
             Determined::of(recordings[recording], starts, wider[recording])
@@ -160,24 +180,27 @@ impl<'a> Joint<'a> {
         let (a, b) = join(|| of(0), || of(1));
         let sides = [a?, b?];
         let model = &sides[0].fitted.model;
-        (now.nominal_free == then.nominal_free && model.free() == sides[1].fitted.model.free())
-            .then_some(())?;
+        if models[0].nominal_free != models[1].nominal_free || model.free() != sides[1].fitted.model.free() {
+            return None;
+        }
         let plant = (0..3).filter(|k| model.nominal_free[*k]).enumerate();
-        let plant =
-            plant.map(|(lane, k)| Group { id: PLANT[k].0, title: PLANT[k].1, lanes: vec![lane], term: None });
+        let plant = plant.map(|(lane, k)| {
+            let [id, title] = PLANT[k];
+            Group { id, title, lanes: vec![lane], of: Of::Plant(k) }
+        });
         let effects = model.terms.iter().enumerate().map(|(k, term)| Group {
             id: term.effect.id,
             title: term.effect.title,
             lanes: model.packed_of(k).into_iter().flatten().collect(),
-            term: Some(k),
+            of: Of::Term(k),
         });
         let groups = plant.chain(effects).filter(|group| !group.lanes.is_empty()).collect();
         Some(Joint { sides, groups })
     }
 
     /// The same by the rows alone that do not score.
-    pub fn unscored(&self, wider: [f64; 2]) -> Option<Joint<'a>> {
-        let (a, b) = join(|| self.sides[0].unscored(wider[0]), || self.sides[1].unscored(wider[1]));
+    pub fn unscored(&self) -> Option<Joint<'a>> {
+        let (a, b) = join(|| self.sides[0].unscored(), || self.sides[1].unscored());
         let groups = self.groups.iter().map(|group| Group { lanes: group.lanes.clone(), ..*group });
         Some(Joint { sides: [a?, b?], groups: groups.collect() })
     }
@@ -222,7 +245,7 @@ impl<'a> Joint<'a> {
 
     /// The p-value that a group's amounts are zero in a recording; 0 of the plant.
     pub fn absence(&self, solved: &Solved, group: usize, recording: usize) -> f64 {
-        let Some(k) = self.groups[group].term else { return 0.0 };
+        let Of::Term(k) = self.groups[group].of else { return 0.0 };
         let model = &self.sides[0].fitted.model;
         let parameters = model.terms[k].effect.parameters.iter().zip(model.packed_of(k));
         let amounts: Vec<usize> = parameters.filter(|(p, _)| !p.shape).filter_map(|(_, lane)| lane).collect();
@@ -240,30 +263,24 @@ impl<'a> Joint<'a> {
         (-log_tail(square.max(0.0), amounts.len())).exp()
     }
 
-    /// A group's parameters then and now, with 95 % intervals.
-    pub fn quantities(&self, solved: &Solved, group: usize, plant: &Plant) -> Vec<Quantity> {
+    /// A group's parameters in both recordings, with 95 % intervals.
+    pub fn parameters(&self, solved: &Solved, group: usize, plant: &Plant) -> Vec<Both> {
         let group = &self.groups[group];
         let models = [0, 1].map(|r| self.sides[r].fitted.model.unpacked(&solved.packed[r]));
-        let Some(k) = group.term else {
-            let number = PLANT.iter().position(|known| known.0 == group.id).unwrap_or(0);
-            let gain = format!("{}/s²/{}", plant.position_unit, plant.drive_unit);
-            let unit = if PLANT[number].2.is_empty() { gain } else { PLANT[number].2.into() };
-            let values = models.each_ref().map(|model| model.nominal[number]);
-            let gradient = [(group.lanes[0], 1.0)];
-            return vec![solved.quantity(group.id, unit, values, [&gradient, &gradient], Sort::Amount)];
-        };
-        let [then, now] = models.each_ref().map(|model| &model.terms[k]);
-        let lanes = models[0].packed_of(k);
-        let (of_then, of_now) =
-            (then.effect.readings(&then.parameters), now.effect.readings(&now.parameters));
-        let both = of_then.iter().zip(&of_now);
-        both.map(|(a, b)| {
-            let unit = unit_of(a.unit, &plant.position_unit, &plant.drive_unit);
-            let gradients =
-                [packed_gradient(then, &a.gradient, &lanes), packed_gradient(now, &b.gradient, &lanes)];
-            solved.quantity(a.name, unit, [a.value, b.value], [&gradients[0], &gradients[1]], sort(then, a))
-        })
-        .collect()
+        match group.of {
+            Of::Plant(k) => {
+                let [then, now] = models.map(|model| nominal(model.nominal, [0.0; 3], plant).swap_remove(k));
+                let gradient = [(group.lanes[0], 1.0)];
+                vec![solved.both([then, now], [&gradient, &gradient], Sort::Amount)]
+            }
+            Of::Term(k) => {
+                let lanes = models[0].packed_of(k);
+                let readings = models.each_ref().map(|model| readings(&model.terms[k], &lanes, plant));
+                let [then, now] = readings;
+                let pairs = then.into_iter().zip(now);
+                pairs.map(|((a, x, sort), (b, y, _))| solved.both([a, b], [&x, &y], sort)).collect()
+            }
+        }
     }
 
     /// What a model of the later recording leaves of it.
@@ -273,7 +290,8 @@ impl<'a> Joint<'a> {
         Some(rms(&rows.map(|row| left[row]).collect::<Vec<f64>>()))
     }
 
-    /// What two models leave of the stretches of both recordings that score, in units of the later one's noise.
+    /// What two models leave of the stretches of both recordings that score, each a root mean square in the later one's unit;
+    /// those of the earlier one count by the ratio of their noise.
     pub fn scores(&self, models: [&Solved; 2]) -> Option<Vec<[f64; 2]>> {
         let noise = self.sides.each_ref().map(|side| side.fitted.rms(UNSCORED));
         let mut scores = Vec::new();
@@ -281,18 +299,29 @@ impl<'a> Joint<'a> {
             let left = [0, 1].map(|m| side.left(&models[m].packed[recording], UNSCORED));
             let [Some(a), Some(b)] = left else { return None };
             let scale = noise[1] / noise[recording];
-            let of = |left: &[f64], rows: &std::ops::Range<usize>| scale * rms(&left[rows.clone()]);
+            let of = |left: &[f64], rows: &Range<usize>| scale * rms(&left[rows.clone()]);
             scores.extend(side.scored().iter().map(|rows| [of(&a, rows), of(&b, rows)]));
         }
         Some(scores)
     }
 }
 
-/// The derivatives of a reading by the packed parameters: a shape is estimated by its logarithm.
-fn packed_gradient(term: &Term, gradient: &[f64], lanes: &[Option<usize>]) -> Vec<(usize, f64)> {
-    let own = term.effect.parameters.iter().zip(&term.parameters).zip(gradient).zip(lanes);
-    own.filter_map(|(((p, value), by), lane)| Some(((*lane)?, if p.shape { by * value } else { *by })))
-        .collect()
+/// By which packed parameters a reading changes, and how fast.
+type Gradient = Vec<(usize, f64)>;
+
+/// The reported parameters of a term, as yet without intervals.
+fn readings(term: &Term, lanes: &[Option<usize>], plant: &Plant) -> Vec<(Parameter, Gradient, Sort)> {
+    let one = |reading: &Reading| {
+        let parameter = Parameter {
+            name: reading.name.into(),
+            value: reading.value,
+            unit: unit_of(reading.unit, &plant.position_unit, &plant.drive_unit),
+            ci95: [reading.value; 2],
+        };
+        let by = lanes.iter().zip(slopes(reading, term));
+        (parameter, by.filter_map(|(lane, slope)| Some(((*lane)?, slope))).collect(), sort(term, reading))
+    };
+    term.effect.readings(&term.parameters).iter().map(one).collect()
 }
 
 impl Solved {
@@ -306,28 +335,17 @@ impl Solved {
         unknowns(0).flat_map(|i| unknowns(1).map(move |j| self.covariance.at(i, j))).sum()
     }
 
-    fn quantity(
-        &self,
-        name: &str,
-        unit: String,
-        values: [f64; 2],
-        gradients: [&[(usize, f64)]; 2],
-        sort: Sort,
-    ) -> Quantity {
-        let of = |a: usize, b: usize| -> f64 {
+    /// A parameter in both recordings, with what each is by the packed parameters.
+    fn both(&self, [then, now]: [Parameter; 2], gradients: [&[(usize, f64)]; 2], sort: Sort) -> Both {
+        let covariance = |a: usize, b: usize| -> f64 {
             let pairs = gradients[a].iter().flat_map(|x| gradients[b].iter().map(move |y| (x, y)));
             pairs.map(|((i, x), (j, y))| x * y * self.covariance([a, b], [*i, *j])).sum()
         };
-        let estimate =
-            |r: usize| Estimate { value: values[r], ci95: around(values[r], of(r, r).max(0.0).sqrt(), sort) };
-        let half = NORMAL_95 * (of(0, 0) + of(1, 1) - 2.0 * of(0, 1)).max(0.0).sqrt();
-        let difference = values[1] - values[0];
-        Quantity {
-            name: name.into(),
-            unit,
-            then: Some(estimate(0)),
-            now: Some(estimate(1)),
-            difference: Some(Estimate { value: difference, ci95: [difference - half, difference + half] }),
-        }
+        let estimated = |parameter: Parameter, r: usize| {
+            let deviation = covariance(r, r).max(0.0).sqrt();
+            Parameter { ci95: around(parameter.value, deviation, sort), ..parameter }
+        };
+        let square = covariance(0, 0) + covariance(1, 1) - 2.0 * covariance(0, 1);
+        Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt() }
     }
 }

@@ -173,12 +173,14 @@ pub fn nominal(values: [f64; 3], deviations: [f64; 3], plant: &Plant) -> Vec<Par
     (0..3).map(one).collect()
 }
 
+/// The derivatives of a reading by the term's parameters as they are estimated: a shape by its logarithm.
+pub(super) fn slopes(reading: &Reading, term: &Term) -> Vec<f64> {
+    let parameters = term.effect.parameters.iter().zip(&term.parameters).zip(&reading.gradient);
+    parameters.map(|((p, value), g)| if p.shape { g * value } else { *g }).collect()
+}
+
 fn variance(reading: &Reading, term: &Term, own: &[Option<usize>], covariance: &Symmetric) -> f64 {
-    // A shape is estimated by its logarithm.
-    let slope: Vec<f64> = (term.effect.parameters.iter().zip(&term.parameters))
-        .zip(&reading.gradient)
-        .map(|((p, value), g)| if p.shape { g * value } else { *g })
-        .collect();
+    let slope = slopes(reading, term);
     let mut sum = 0.0;
     for (a, i) in slope.iter().zip(own) {
         for (b, j) in slope.iter().zip(own) {

@@ -159,12 +159,11 @@ impl Compared {
                 let named = if self.kind == Kind::Moved { 0.95 } else { 0.97 };
                 vec![
                     Figure::at_least(format!("{kind}: found"), named, self.found),
-                    Figure::at_least(
+                    Figure::at_least(format!("{kind}: with the right name"), named, self.named),
+                    Figure::reported(
                         format!("{kind}: with the right name, where a recording can tell"),
-                        named,
                         self.told_apart,
                     ),
-                    Figure::reported(format!("{kind}: with the right name, all pairs"), self.named),
                     Figure::at_least(format!("{kind}: nothing else said to have changed"), 0.95, self.alone),
                 ]
             }

@@ -23,12 +23,6 @@ struct Side {
     seed: u64,
 }
 
-/// What an effect does in a recording: ρ, and whether the recording can tell it from every other.
-struct Seen {
-    rho: f64,
-    can_tell: bool,
-}
-
 /// Draws a pair; none where the effect does not show in both recordings, or one of them cannot be simulated.
 pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Option<Pair> {
     // Of the pairs in which nothing changes every other has an effect.
@@ -52,20 +46,23 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Op
     let effect = |strength: f64| -> Option<PlantEffect> {
         Some(drawn_effect(find(ids.first()?)?, strength, &typical, &mut shape.clone()))
     };
-    let seen = |side: &Side, strength: f64| {
+    // ρ of the effect in a recording, and whether the recording can tell it from every other where that is asked.
+    let seen = |side: &Side, strength: f64, asked: bool| -> Option<(f64, bool)> {
         let effects = [effect(strength)?];
         let with = side.bench.with_effects(effects.to_vec()).ok()?;
         let clean = positions(&with, side.seed)?;
         let scene = Scene::new(&side.bench, &with, side.seed, &effects, &clean, &typical)?;
         let rest = scene.beside(0).projected_off(scene.white(0));
         let rho = norm(&rest);
-        let imitation = scene.closest(0, &rest, &mut shape.clone());
-        Some(Seen { rho, can_tell: told_apart(imitation.as_ref(), rho) })
+        let tells = || told_apart(scene.closest(0, &rest, &mut shape.clone()).as_ref(), rho);
+        Some((rho, asked && tells()))
     };
     let (mut amounts, mut can_tell) = ([None, None], false);
     if let Some(strength) = strengths.first().copied() {
-        let [before, after] = [seen(&sides[0], strength)?, seen(&sides[1], strength)?];
-        let joint_error = (before.rho.powi(-2) + after.rho.powi(-2)).sqrt();
+        let had = kind == Kind::Moved;
+        let ((before, then_tells), (after, _)) =
+            (seen(&sides[0], strength, had)?, seen(&sides[1], strength, false)?);
+        let joint_error = (before.powi(-2) + after.powi(-2)).sqrt();
         let moved = MOVED_BY * joint_error;
         let (then, now) = match kind {
             Kind::Same => (Some(strength), strength),
@@ -73,15 +70,15 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Op
             Kind::Moved => (Some(strength), strength * (1.0 + moved)),
             Kind::Came => (None, strength * CAME_BY * joint_error),
         };
-        if kind != Kind::Came && before.rho < LEAST_RHO {
+        if kind != Kind::Came && before < LEAST_RHO {
             return None;
         }
-        let last = seen(&sides[1], now)?;
-        if (last.rho / (after.rho * now / strength) - 1.0).abs() > MISSED {
+        let (last, now_tells) = seen(&sides[1], now, kind != Kind::Same && !then_tells)?;
+        if (last / (after * now / strength) - 1.0).abs() > MISSED {
             return None;
         }
         amounts = [then, Some(now)];
-        can_tell = kind != Kind::Same && (then.is_some() && before.can_tell || last.can_tell);
+        can_tell = then_tells || now_tells;
     }
     let record = |side: &Side, strength: Option<f64>| {
         let effects: Vec<PlantEffect> = strength.and_then(effect).into_iter().collect();

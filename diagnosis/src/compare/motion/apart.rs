@@ -11,7 +11,7 @@ use crate::verdict::{NamedEffect, Parameter};
 
 use super::super::choose::visible;
 use super::super::{Change, Comparison, Estimate, Kind, Quantity, Visible};
-use super::{Pair, wider};
+use super::{Pair, quantity, wider};
 
 /// A parameter that both recordings determine.
 struct Both<'a> {
@@ -32,18 +32,6 @@ impl Both<'_> {
     fn error(&self) -> f64 {
         let error = |p: &Parameter| 0.5 * (p.ci95[1] - p.ci95[0]) / NORMAL_95;
         (self.wider[0] * error(self.then)).hypot(self.wider[1] * error(self.now))
-    }
-
-    fn quantity(&self) -> Quantity {
-        let estimate = |p: &Parameter| Estimate { value: p.value, ci95: p.ci95 };
-        let (difference, half) = (self.now.value - self.then.value, NORMAL_95 * self.error());
-        Quantity {
-            name: self.then.name.clone(),
-            unit: self.then.unit.clone(),
-            then: Some(estimate(self.then)),
-            now: Some(estimate(self.now)),
-            difference: Some(Estimate { value: difference, ci95: [difference - half, difference + half] }),
-        }
     }
 }
 
@@ -99,7 +87,7 @@ impl Pair {
                     place: None,
                     p_value,
                     rms: None,
-                    parameters: of.iter().map(|one| one.quantity()).collect(),
+                    parameters: of.iter().map(|one| quantity(one.then, one.now, one.error())).collect(),
                     alternatives: Vec::new(),
                     held_out: None,
                 });

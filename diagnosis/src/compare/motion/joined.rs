@@ -1,17 +1,17 @@
-//! Which parameters of one model of both recordings differ: the fewest beside which no other does, each shown on rows that no
-//! fit has seen.
+//! Which parameters of one model of both recordings differ: the fewest beside which no other does, each shown on rows
+//! that its fit has not seen.
 
 use fitter::plant::Plant;
 
 use crate::dynamic::joint::{Joint, Solved};
 use crate::held_out::gain;
 use crate::numerics::rms;
-use crate::thresholds::NORMAL_95;
-use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, MOST_CHANGES, PRESENT};
+use crate::thresholds::compare::PRESENT;
 
 use super::super::choose::visible;
+use super::super::stepwise::{Step, stepwise};
 use super::super::{Change, Comparison, HeldOut, Kind, Visible};
-use super::{Pair, wider};
+use super::{Pair, quantity};
 
 /// A group of parameters that differs.
 struct Chosen {
@@ -26,7 +26,7 @@ impl Pair {
     pub(super) fn joined(&self, joint: &Joint, plant: &Plant) -> Comparison {
         let mut chosen = choose(joint);
         let mut notes = Vec::new();
-        if let Some(unscored) = joint.unscored(self.sides().map(wider)) {
+        if let Some(unscored) = joint.unscored() {
             keep_shown(joint, &unscored, &mut chosen, &mut notes);
         }
         let changed = groups(&chosen);
@@ -39,11 +39,9 @@ impl Pair {
         let smallest = |group: usize| {
             let with =
                 if changed.contains(&group) { changed.clone() } else { [&changed[..], &[group]].concat() };
-            let first = joint.quantities(&joint.solve(&with), group, plant).into_iter().next()?;
-            let [low, high] = first.difference?.ci95;
-            let error = 0.5 * (high - low) / NORMAL_95;
+            let first = joint.parameters(&joint.solve(&with), group, plant).into_iter().next()?;
             let id = joint.groups[group].id.into();
-            let parameter = Some((first.name, visible(1, joint.groups.len()) * error));
+            let parameter = Some((first.then.name, visible(1, joint.groups.len()) * first.error));
             Some(Visible { id, rms: None, parameter })
         };
         let mut comparison = self.of(changes, left);
@@ -70,7 +68,9 @@ impl Pair {
             place: None,
             p_value,
             rms: None,
-            parameters: joint.quantities(solved, group, plant),
+            parameters: (joint.parameters(solved, group, plant).iter())
+                .map(|moved| quantity(&moved.then, &moved.now, moved.error))
+                .collect(),
             alternatives: alternatives.into_iter().map(|other| joint.groups[other].id.into()).collect(),
             held_out,
         }
@@ -81,38 +81,23 @@ fn groups(chosen: &[Chosen]) -> Vec<usize> {
     chosen.iter().map(|c| c.group).collect()
 }
 
-/// The groups that differ, forward one by one, then without what others that came later explain as well.
+/// The groups that differ.
 fn choose(joint: &Joint) -> Vec<Chosen> {
-    let family_wise = |surprise: f64| (joint.groups.len() as f64 * (-surprise).exp()).min(1.0);
-    let mut chosen: Vec<Chosen> = Vec::new();
-    while chosen.len() < MOST_CHANGES.min(joint.groups.len()) {
-        let surprises = joint.surprises(&groups(&chosen));
-        let Some(best) = (0..surprises.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b])) else {
-            break;
-        };
-        let p_value = family_wise(surprises[best]);
-        if p_value > FALSE_ALARMS {
-            break;
-        }
-        let near = |k: &usize| *k != best && surprises[*k] > surprises[best] - ALTERNATIVE;
-        let alternatives = (0..surprises.len()).filter(near).collect();
-        chosen.push(Chosen { group: best, p_value, alternatives, held_out: None });
-    }
-    let mut k = 0;
-    while k < chosen.len() && chosen.len() > 1 {
-        let others: Vec<usize> = groups(&chosen).into_iter().filter(|g| *g != chosen[k].group).collect();
-        chosen[k].p_value = family_wise(joint.surprises(&others)[chosen[k].group]);
-        if chosen[k].p_value > FALSE_ALARMS {
-            chosen.remove(k);
-            k = 0;
-        } else {
-            k += 1;
-        }
-    }
-    chosen
+    let steps = stepwise(
+        |changed| joint.surprises(changed),
+        |surprises| (0..surprises.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b])),
+        |_, surprise| (joint.groups.len() as f64 * (-surprise).exp()).min(1.0),
+    );
+    let chosen = |Step { number, p_value, alternatives }| Chosen {
+        group: number,
+        p_value,
+        alternatives,
+        held_out: None,
+    };
+    steps.into_iter().map(chosen).collect()
 }
 
-/// Withdraws what does not predict rows better that no fit has seen, and says so; `unscored` is fitted without them.
+/// Withdraws what does not predict the rows better that score, and says so; `unscored` is fitted without them.
 fn keep_shown(joint: &Joint, unscored: &Joint, chosen: &mut Vec<Chosen>, notes: &mut Vec<String>) {
     let mut k = 0;
     while k < chosen.len() {

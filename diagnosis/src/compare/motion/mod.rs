@@ -10,9 +10,11 @@ use crate::diagnosis::Diagnosis;
 use crate::dynamic::joint::Joint;
 use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, diagnose};
 use crate::error::DiagnosisError;
+use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::FALSE_ALARMS;
+use crate::verdict::Parameter;
 
-use super::{Change, Comparison, Side};
+use super::{Change, Comparison, Estimate, Quantity, Side};
 
 /// Compares two recordings of a mechanism: `case` is that of the earlier one.
 ///
@@ -67,6 +69,18 @@ impl Pair {
             would_have_seen: Vec::new(),
             notes: structured.map(note).collect(),
         }
+    }
+}
+
+/// A parameter then and now; `error` is the standard error of its difference.
+fn quantity(then: &Parameter, now: &Parameter, error: f64) -> Quantity {
+    let estimate = |p: &Parameter| Estimate { value: p.value, ci95: p.ci95 };
+    Quantity {
+        name: then.name.clone(),
+        unit: then.unit.clone(),
+        then: Some(estimate(then)),
+        now: Some(estimate(now)),
+        difference: Some(Estimate::new(now.value - then.value, NORMAL_95 * error)),
     }
 }
 
