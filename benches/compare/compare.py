@@ -318,7 +318,7 @@ def main():
     lines = [
         "# Benchmarks against other fitting tools",
         "",
-        "How fast and how well SciPy, lmfit, a Gaussian process and PySINDy do the same tasks. Made by `benches/compare/compare.py`; ratios carry over to other machines with the same libraries roughly, times do not. "
+        "How fast and how well SciPy, lmfit, a Gaussian process and PySINDy do the same tasks. Made by `benches/compare/compare.py`. Times do not carry over to other machines, ratios by their spread over the runs. "
         "Times are of all processors together, start of the program included. "
         f"Python {platform.python_version()}, numpy {version('numpy')}, {os.cpu_count()} processors.",
         "",
@@ -343,10 +343,10 @@ def main():
         print("skipped: the Silverbox comparison needs ARCSMITH_RECORDINGS", file=sys.stderr)
         lines += ["Left out in this run: the recordings were not there."]
     page = ROOT / "docs/benchmarks.md"
-    # What `benches/new_user.py` wrote stays.
-    begin = "<!-- new_user.py -->"
-    kept = begin + page.read_text().split(begin, 1)[1] if page.exists() and begin in page.read_text() else ""
-    page.write_text("\n".join(lines) + "\n" + ("\n" + kept if kept else ""))
+    # What others wrote below stays.
+    end = "<!-- The end of what compare.py writes. -->\n"
+    kept = page.read_text().partition(end)[2] if page.exists() else ""
+    page.write_text("\n".join(lines) + "\n\n" + end + kept)
     print("\n".join(lines))
 
 
