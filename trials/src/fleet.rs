@@ -295,8 +295,9 @@ impl Measured {
 
     /// What is said of units, lots and times, of which there is nothing to say.
     fn count_alarms(&mut self, answer: &Value) {
+        let level = answer["false_alarms"].as_f64().unwrap_or(FALSE_ALARMS);
         let mut said = |what: &str, of: &dyn Fn(&Value) -> Option<f64>| {
-            let alarms = list(answer, "parameters").filter(|one| of(one).is_some_and(|p| p < FALSE_ALARMS));
+            let alarms = list(answer, "parameters").filter(|one| of(one).is_some_and(|p| p < level));
             let alarms: Vec<String> =
                 alarms.map(|one| format!("{} {}: {what}", one["effect"], one["parameter"])).collect();
             self.alarms.extend(alarms.iter().cloned());

@@ -1,12 +1,13 @@
 //! `fleet.html`: the page over all units.
 
+use diagnosis::fleet::FALSE_ALARMS;
 use diagnosis::report::{probability, without_unit};
 use fitter::figures::{figure, with_interval};
 use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::{Value, context};
 
 use super::results::Results;
-use super::summary::{LEFT, LEVEL, Parameter, Summary};
+use super::summary::{LEFT, Parameter, Summary};
 
 /// Rows of a table, and parameters that are drawn, at most; the tables hold all.
 const MOST_ROWS: usize = 50;
@@ -22,7 +23,7 @@ pub fn page(summary: &Summary, results: &Results, beside: &Beside) -> String {
     let rows =
         |of: &dyn Fn(&Parameter) -> Option<Value>| parameters.iter().filter_map(of).collect::<Vec<Value>>();
     let lots = |one: &Parameter| {
-        let lots = one.lots.as_ref().filter(|lots| lots.means.p_value < LEVEL)?;
+        let lots = one.lots.as_ref().filter(|lots| lots.means.p_value < FALSE_ALARMS)?;
         let mean = |(name, (mean, ci95)): (&String, (&f64, &[f64; 2]))| {
             format!("{name}: {}", with_interval(*mean, *ci95, &one.unit_of_measure))
         };
@@ -37,13 +38,13 @@ pub fn page(summary: &Summary, results: &Results, beside: &Beside) -> String {
         context! { name => name(&one.effect, &one.parameter, &one.unit_of_measure), value, p => probability(p), what }
     };
     let trends = |one: &Parameter| {
-        let trend = one.trend.as_ref().filter(|trend| trend.p_value < LEVEL)?;
+        let trend = one.trend.as_ref().filter(|trend| trend.p_value < FALSE_ALARMS)?;
         Some(change(one, trend.slope, trend.ci95, trend.p_value, "per unit of time"))
     };
     let drifts = |one: &Parameter| {
         let drift = one.drift.as_ref()?;
         let what = if drift.of_same_units { "same units" } else { "two fleets" };
-        let moved = drift.p_value < LEVEL;
+        let moved = drift.p_value < FALSE_ALARMS;
         let row = change(one, drift.change, drift.ci95, drift.p_value, what);
         Some(context! { moved, ..row })
     };

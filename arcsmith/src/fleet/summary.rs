@@ -3,14 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use diagnosis::fleet::{self, Estimate, Pooled, Shared, Trend, lots, outlying, pool, trend};
+use diagnosis::fleet::{self, Estimate, FALSE_ALARMS, Pooled, Shared, Trend, lots, outlying, pool, trend};
 use serde::Serialize;
 
 use super::results::{OfUnit, Results};
 use super::table::PROGRAM;
 
-/// False alarms that are allowed in each question that is asked of the fleet.
-pub const LEVEL: f64 = 0.01;
 /// What is left of held-out rows.
 pub const LEFT: &str = "rms_after";
 /// Units from which on a parameter is pooled, and of a lot within which a unit can depart.
@@ -23,6 +21,8 @@ pub struct Summary {
     /// Version of the format.
     schema: u32,
     program: &'static str,
+    /// False alarms of each question that is asked of the fleet.
+    false_alarms: f64,
     /// Number of units, and of those that failed.
     pub units: usize,
     pub failed: Vec<Failed>,
@@ -146,7 +146,7 @@ impl Summary {
         let over_all = |p: &mut f64| *p = (*p * looked_at).min(1.0);
         for parameter in &mut parameters {
             over_all(&mut parameter.pooled.p_same);
-            parameter.common = parameter.pooled.p_same >= LEVEL;
+            parameter.common = parameter.pooled.p_same >= FALSE_ALARMS;
             parameter.lots.iter_mut().for_each(|lots| over_all(&mut lots.means.p_value));
             parameter.trend.iter_mut().for_each(|trend| over_all(&mut trend.p_value));
             parameter.drift.iter_mut().for_each(|drift| over_all(&mut drift.p_value));
@@ -160,6 +160,7 @@ impl Summary {
         Summary {
             schema: 1,
             program: PROGRAM,
+            false_alarms: FALSE_ALARMS,
             units: units.len(),
             failed: failed.collect(),
             verdicts,
@@ -331,7 +332,7 @@ fn departing(parameters: &[Parameter], units: &[OfUnit]) -> Vec<Departing> {
         let values: Vec<Estimate> = parameter.estimates.iter().map(|(_, estimate)| *estimate).collect();
         for ((k, estimate), far) in parameter.estimates.iter().zip(outlying(&values, &lot)) {
             let p_value = (far.p_value * looked_at as f64).min(1.0);
-            if p_value < LEVEL {
+            if p_value < FALSE_ALARMS {
                 all.push(Departing {
                     unit: units[*k].unit.name.clone(),
                     effect: parameter.effect.clone(),

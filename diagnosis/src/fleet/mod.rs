@@ -10,6 +10,7 @@ mod outlying;
 mod pooled;
 mod together;
 
+pub use crate::thresholds::fleet::FALSE_ALARMS;
 pub use forced::{Forced, Test};
 pub use outlying::{Outlying, outlying};
 pub use pooled::{Estimate, Lots, Pooled, Trend, lots, pool, trend};
