@@ -104,7 +104,7 @@ pub fn options(
     );
     ids.extend(own.iter().map(|effect| effect.text.id.as_str()));
     known(without, &ids)?;
-    Ok(Options { skip: without.to_vec(), given, own })
+    Ok(Options { skip: without.to_vec(), given, own, ..Options::default() })
 }
 
 /// The effects that the plant file gives; refuses ids that no effect has.

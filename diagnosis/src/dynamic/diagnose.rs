@@ -36,6 +36,11 @@ pub struct Options {
     pub given: Vec<Term>,
     /// The user's own effects, in a plant in equations.
     pub own: Vec<Arc<MotionEffect>>,
+    /// Under feedback the frequency up to which the motion is looked at, Hz; that which predicts best where none is given.
+    pub cutoff_hz: Option<f64>,
+    /// Under feedback: the recording is held against another one of the same motion, along which what is left of structure is
+    /// the same. Standard errors are then those of the noise.
+    pub same_motion: bool,
 }
 
 /// Predictions row for row, one column per position.

@@ -8,7 +8,7 @@ pub mod effects;
 pub mod equations;
 mod estimate;
 mod expected;
-mod feedback;
+pub(crate) mod feedback;
 mod floor;
 mod gram;
 mod interval;

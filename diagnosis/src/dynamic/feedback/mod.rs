@@ -42,10 +42,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     let mut catalogue: Vec<&'static DynamicEffect> =
         CATALOGUE.iter().copied().filter(|e| options.skip.iter().all(|id| id != e.id)).collect();
     catalogue.sort_by_key(|e| e.id != DRIVE_LAG);
-    let term = |id: &str| effect(id).map(|e| Term::new(e, (e.starts)(&scale)[0].clone()));
-    let terms = [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG].into_iter().filter_map(term).collect();
-    let trial = Model { terms, ..mechanism(true) };
-    let motion = Motion::new(recording, best_cutoff(recording, &trial), None);
+    let motion = Motion::new(recording, options.cutoff_hz.unwrap_or_else(|| cutoff(recording)), None);
     let per_row = (2.0 * motion.cutoff_hz * motion.step_s).min(1.0);
     let along = Along { motion: &motion, fold: &data.fold, per_row };
     let present = along.search(&catalogue, &scale).ok_or_else(lost)?;
@@ -57,6 +54,14 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
     };
     let proof_before = theirs.or_else(|| without_score(&without, &motion, &data));
     judge::standing(&Feedback { case, data: &data, along, catalogue, found: present, before, proof_before })
+}
+
+/// The frequency up to which a motion under feedback is looked at, Hz.
+pub fn cutoff(recording: &DynamicRecording) -> f64 {
+    let scale = Data::new(recording).scale;
+    let term = |id: &str| effect(id).map(|e| Term::new(e, (e.starts)(&scale)[0].clone()));
+    let terms = [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG].into_iter().filter_map(term).collect();
+    best_cutoff(recording, &Model { terms, ..mechanism(true) })
 }
 
 /// A model fitted without the rows that score.
@@ -86,7 +91,10 @@ impl Problem for Feedback<'_> {
         let motion = self.along.motion;
         let mut present = self.found.clone();
         present.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id));
-        let after = solve(&present, motion, &|_| true).ok_or_else(|| recording.lost(100.0))?;
+        let mut after = solve(&present, motion, &|_| true).ok_or_else(|| recording.lost(100.0))?;
+        if self.case.options.same_motion {
+            after.deviations.clone_from(&after.of_noise);
+        }
         let effects =
             findings::named(&self.along, &present, &after, &self.catalogue, &self.data.scale, nominal);
         let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
