@@ -90,6 +90,9 @@ pub mod compare {
     /// one recording alone shows it: it is likelier that than the effect. Without it one of 240 pairs with nothing changed
     /// alarmed.
     pub const MAY_BE_AN_EVENT: f64 = 0.5;
+    /// Part of a motion by which another one may differ, and of its rows by which it may be longer, for both to be the same. By
+    /// judgement: a loop follows the same command more closely than that.
+    pub const SAME_MOTION: f64 = 0.1;
     /// Part of the square of columns that others may leave for both to say the same.
     pub const SAME: f64 = 0.7;
     /// Part of the square of a form beyond the base that a catalogued effect may leave for the form to be nearly that effect.

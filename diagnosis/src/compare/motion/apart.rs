@@ -3,15 +3,16 @@
 
 use std::collections::BTreeSet;
 
-use statrs::function::erf::erfc;
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::FALSE_ALARMS;
+use crate::thresholds::dynamic::feedback::inverse::PARTS;
 use crate::verdict::{NamedEffect, Parameter};
 
 use super::super::choose::visible;
 use super::super::{Change, Comparison, Estimate, Kind, Quantity, Visible};
-use super::{Pair, quantity, wider};
+use super::{Pair, quantity};
 
 /// A parameter that both recordings determine.
 struct Both<'a> {
@@ -21,6 +22,12 @@ struct Both<'a> {
     now: &'a Parameter,
     /// How many times its standard error each is taken for.
     wider: [f64; 2],
+}
+
+/// The p-value of a difference of so many standard errors. Under feedback each side knows its own from so many parts of the
+/// recording; elsewhere they are known no worse.
+fn two_sided(z: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, 2.0 * (PARTS as f64 - 1.0)).map_or(1.0, |t| 2.0 * t.sf(z))
 }
 
 impl Both<'_> {
@@ -44,7 +51,7 @@ impl Pair {
             let other = now.effects.iter().find(|other| other.id == e.id)?;
             Some((e.id.as_str(), e.title.as_str(), &e.parameters, &other.parameters))
         });
-        let wider = [wider(then), wider(now)];
+        let wider = self.wider();
         let mut both = Vec::new();
         for (id, title, p, q) in plant.chain(effects) {
             let pairs = p.iter().filter_map(|p| Some((p, q.iter().find(|q| q.name == p.name)?)));
@@ -78,7 +85,7 @@ impl Pair {
         for id in ids {
             let of: Vec<&Both> = both.iter().filter(|one| one.id == id).collect();
             let z = of.iter().map(|one| one.z()).fold(0.0, f64::max);
-            let p_value = (tests as f64 * erfc(z * std::f64::consts::FRAC_1_SQRT_2)).min(1.0);
+            let p_value = (tests as f64 * two_sided(z)).min(1.0);
             if p_value <= FALSE_ALARMS {
                 changes.push(Change {
                     id: id.into(),

@@ -8,10 +8,11 @@ mod joined;
 use crate::Verdict;
 use crate::diagnosis::Diagnosis;
 use crate::dynamic::joint::Joint;
-use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, diagnose};
+use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback};
 use crate::error::DiagnosisError;
+use crate::numerics::{centred, rms};
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::compare::FALSE_ALARMS;
+use crate::thresholds::compare::{FALSE_ALARMS, SAME_MOTION};
 use crate::verdict::Parameter;
 
 use super::{Change, Comparison, Estimate, Quantity, Side};
@@ -21,12 +22,23 @@ use super::{Change, Comparison, Estimate, Quantity, Side};
 /// # Errors
 /// [`DiagnosisError`] where one of them cannot be diagnosed.
 pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, DiagnosisError> {
-    let then = case.recording;
-    let of = |recording, held_out| diagnose(&Case { recording, held_out: Some(held_out), ..*case });
+    let (then, plant) = (case.recording, &case.plant.plant);
+    // Under feedback what is estimated depends on how far up the motion is looked at.
+    let cutoff_hz = plant.feedback.as_ref().map(|_| feedback::cutoff(then).min(feedback::cutoff(now)));
+    let same_motion = same_motion([then, now]);
+    let options = Options { cutoff_hz, same_motion, ..case.options.clone() };
+    let of = |recording, held_out| {
+        diagnose(&Case { recording, held_out: Some(held_out), options: &options, ..*case })
+    };
     let (a, b) = rayon::join(|| of(then, now), || of(now, then));
-    let plant = &case.plant.plant;
-    let pair = Pair { then: a?, now: b?, unit: plant.position_unit.clone() };
-    let wider = pair.sides().map(wider);
+    let pair = Pair {
+        then: a?,
+        now: b?,
+        unit: if plant.feedback.is_some() { plant.drive_unit.clone() } else { plant.position_unit.clone() },
+        under_feedback: plant.feedback.is_some(),
+        same_motion,
+    };
+    let wider = pair.wider();
     let joint = match (&pair.then.model, &pair.now.model) {
         (Some(a), Some(b)) => Joint::new([then, now], [a, b], wider),
         _ => None,
@@ -34,10 +46,22 @@ pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, Diagno
     Ok(joint.map_or_else(|| pair.apart(), |joint| pair.joined(&joint, plant)))
 }
 
+/// Whether both positions go the same way, as where the same move is commanded again.
+fn same_motion(recordings: [&DynamicRecording; 2]) -> bool {
+    let [then, now] = recordings.map(|recording| &recording.positions[0][..]);
+    if then.len().abs_diff(now.len()) as f64 > SAME_MOTION * then.len() as f64 {
+        return false;
+    }
+    let apart: Vec<f64> = then.iter().zip(now).map(|(then, now)| now - then).collect();
+    rms(&centred(&apart)) < SAME_MOTION * rms(&centred(then))
+}
+
 struct Pair {
     then: DynamicOutcome,
     now: DynamicOutcome,
     unit: String,
+    under_feedback: bool,
+    same_motion: bool,
 }
 
 impl Pair {
@@ -45,17 +69,30 @@ impl Pair {
         [&self.then.diagnosis, &self.now.diagnosis]
     }
 
+    /// By how much the standard errors of each are too small beside structure that is left (Birge's ratio). Under feedback they
+    /// allow for it already.
+    fn wider(&self) -> [f64; 2] {
+        let birge = |d: &Diagnosis| (d.fit.after.train_rms / d.noise_floor.value).max(1.0);
+        self.sides().map(|d| if structured(d.verdict) && !self.under_feedback { birge(d) } else { 1.0 })
+    }
+
     /// The comparison in which this changed; `left` is as in [`Comparison`].
     fn of(&self, changes: Vec<Change>, left: [f64; 2]) -> Comparison {
         let [then, now] = self.sides();
-        let structured = [then, now].into_iter().filter(|d| structured(d.verdict));
-        let note = |d: &Diagnosis| {
-            format!(
-                "{}: structure is left that no effect explains; standard errors are taken for {:.2} times as large, as what is \
-                 left is so many times the noise: an estimate",
-                d.recording,
-                wider(d)
-            )
+        let structured = [then, now].into_iter().zip(self.wider()).filter(|(d, _)| structured(d.verdict));
+        let note = |(d, wider): (&Diagnosis, f64)| {
+            let errors = if wider > 1.0 {
+                format!(
+                    "are taken for {wider:.2} times as large, as what is left is so many times the noise: an estimate"
+                )
+            } else if self.under_feedback && self.same_motion {
+                "are those of the noise, as both follow the same motion".into()
+            } else if self.under_feedback {
+                "are by how much parts of the recording disagree".into()
+            } else {
+                "allow for none of it, as no more is left than noise".into()
+            };
+            format!("{}: structure is left that no effect explains; standard errors {errors}", d.recording)
         };
         Comparison {
             schema: 1,
@@ -82,11 +119,6 @@ fn quantity(then: &Parameter, now: &Parameter, error: f64) -> Quantity {
         now: Some(estimate(now)),
         difference: Some(Estimate::new(now.value - then.value, NORMAL_95 * error)),
     }
-}
-
-/// By how much standard errors are too small beside structure that is left (Birge's ratio).
-fn wider(d: &Diagnosis) -> f64 {
-    if structured(d.verdict) { (d.fit.after.train_rms / d.noise_floor.value).max(1.0) } else { 1.0 }
 }
 
 fn structured(verdict: Verdict) -> bool {
