@@ -78,6 +78,9 @@ pub mod compare {
     pub const ALTERNATIVE: f64 = 3.0;
     /// Most parts that differ. By judgement: more is another device.
     pub const MOST_CHANGES: usize = 8;
+    /// Effects that are fitted in the place of what came, went or has no name: those that explain most before their shape is
+    /// fitted. By judgement.
+    pub const CANDIDATES: usize = 3;
     /// Standard deviations beyond a threshold at which 95 of 100 are found.
     pub const POWER: f64 = 1.645;
     /// p-value below which a recording has an effect that its own search did not name.

@@ -68,9 +68,13 @@ impl Differences<'_> {
         }
     }
 
-    /// Whether an effect came, went, or moved: by whether each recording has it.
+    /// Whether an effect came, went, or moved: by whether each recording has it. Of what they show together the difference alone
+    /// is known: the base takes up how much of it each has.
     pub fn kind(&self, what: What) -> Kind {
         let Some(k) = what.effect() else { return Kind::Base };
+        if self.design.shared[k].together.is_some() {
+            return Kind::Moved;
+        }
         let Some(part) = self.design.part(What::Amplitude(k)) else { return Kind::Moved };
         let present = |recording: usize| {
             self.design.shared[k].found[recording].is_some()

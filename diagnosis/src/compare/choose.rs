@@ -26,8 +26,14 @@ pub struct Chosen {
     pub proof: Option<Proof>,
 }
 
-/// The parts that differ. `tests` is how many differences are tested in all.
-pub fn choose(design: &Design, white: &White, freedom: f64, tests: usize) -> Vec<Chosen> {
+/// How many differences are tested in all: every part that may differ, and the noise.
+pub fn tests_of(design: &Design) -> usize {
+    (0..design.parts.len()).filter(|part| design.may_differ(*part)).count() + 1
+}
+
+/// The parts that differ.
+pub fn choose(design: &Design, white: &White, freedom: f64) -> Vec<Chosen> {
+    let tests = tests_of(design);
     let what = |part: usize| design.parts[part].what;
     let steps = stepwise(
         |changed| surprises(design, white, changed, freedom),
@@ -67,12 +73,11 @@ fn surprises(design: &Design, white: &White, changed: &[usize], freedom: f64) ->
 /// The p-value over all that is looked for. What was found in one recording only was looked for there, too.
 fn family_wise(design: &Design, what: What, surprise: f64, tests: usize) -> f64 {
     let own = (tests as f64 * (-surprise).exp()).min(1.0);
-    match what {
-        What::Amplitude(k) => match design.shared[k].found {
-            [Some(p), None] | [None, Some(p)] => own.max(p),
-            _ => own,
-        },
-        _ => own,
+    let What::Amplitude(k) = what else { return own };
+    let shared = &design.shared[k];
+    match shared.found {
+        [Some(p), None] | [None, Some(p)] => own.max(p),
+        _ => shared.together.map_or(own, |p| own.max(p)),
     }
 }
 

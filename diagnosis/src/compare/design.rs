@@ -139,7 +139,8 @@ impl White {
         white
     }
 
-    fn of(&self, column: &[f64]) -> Vec<f64> {
+    /// A column of both recordings in units of the noise.
+    pub fn of(&self, column: &[f64]) -> Vec<f64> {
         let (then, now) = column.split_at(self.split);
         [self.whiteners[0].whiten(then), self.whiteners[1].whiten(now)].concat()
     }
@@ -177,14 +178,21 @@ impl<'a> Design<'a> {
         push(What::Base, base[(1 + slope).min(base.len())..].to_vec());
         for (k, shared) in self.shared.iter().enumerate() {
             push(What::Amplitude(k), shared.columns(self.both));
-            // A shape that one recording does not show cannot differ from that of the other.
-            if shared.found.iter().all(Option::is_some) && !shared.amplitudes[0].is_empty() {
+            if !shared.amplitudes[0].is_empty() {
                 for (j, range) in shared.free_shapes(self.both) {
                     push(What::Shape(k, j), vec![shared.derivative(self.both, j, &range)]);
                 }
             }
         }
         self.parts = parts;
+    }
+
+    /// Whether a part may differ. A shape that one recording does not show cannot differ from that of the other.
+    pub fn may_differ(&self, part: usize) -> bool {
+        match self.parts[part].what {
+            What::Shape(k, _) => self.shared[k].found.iter().all(Option::is_some),
+            What::Amplitude(_) | What::Gain | What::Base => true,
+        }
     }
 
     /// A part's columns on the later recording alone.
@@ -259,8 +267,8 @@ impl<'a> Design<'a> {
         Fitted { changed: changed.to_vec(), solution, common, differences, columns }
     }
 
-    /// What it explains that a part differs, beside others that do, and with how many degrees of freedom.
-    pub fn explained(&self, white: &White, changed: &[usize]) -> Vec<(f64, usize)> {
+    /// The whole model with these parts differing, and what it leaves of the observations.
+    pub fn beside(&self, white: &White, changed: &[usize]) -> (Basis, Vec<f64>) {
         let mut basis = Basis::new(self.both.rows.len());
         let whole = self.own.iter().chain(self.parts.iter().flat_map(|part| &part.columns));
         whole.for_each(|column| {
@@ -272,6 +280,12 @@ impl<'a> Design<'a> {
         });
         let mut left = white.target.clone();
         basis.project_off(&mut left);
+        (basis, left)
+    }
+
+    /// What it explains that a part differs, beside others that do, and with how many degrees of freedom.
+    pub fn explained(&self, white: &White, changed: &[usize]) -> Vec<(f64, usize)> {
+        let (basis, left) = self.beside(white, changed);
         let of = |part: usize| {
             let mut basis = basis.clone();
             self.differing_base(part).for_each(|column| {
@@ -279,18 +293,22 @@ impl<'a> Design<'a> {
             });
             explained_by(&mut basis, self.differing(part).map(|column| white.of(&column)), &left)
         };
-        (0..self.parts.len()).map(|part| if changed.contains(&part) { (0.0, 0) } else { of(part) }).collect()
+        let free = |part: &usize| self.may_differ(*part) && !changed.contains(part);
+        (0..self.parts.len()).map(|part| if free(&part) { of(part) } else { (0.0, 0) }).collect()
     }
 
     /// Moves shapes and amplitudes to where a fit puts them, a few times (Gauss–Newton, halving a step that leaves more).
     /// `changed` differ.
     pub fn refine(&mut self, white: &White, changed: &[What]) {
-        let rss = |design: &Design| design.fit(white, &design.parts_of(changed)).solution.rss;
         for _ in 0..TURNS {
             let fitted = self.fit(white, &self.parts_of(changed));
             let moves = self.take_amplitudes(&fitted);
             self.follow();
             self.assemble();
+            if moves.is_empty() {
+                continue;
+            }
+            let left = self.left_at_shapes(white, changed);
             let before: Vec<[Vec<f64>; 2]> = self.shared.iter().map(|shared| shared.shape.clone()).collect();
             for halvings in 0..=HALVINGS {
                 let part = 0.5f64.powi(halvings);
@@ -302,7 +320,7 @@ impl<'a> Design<'a> {
                     }
                 }
                 self.assemble();
-                if moves.is_empty() || rss(self) <= fitted.solution.rss {
+                if self.left_at_shapes(white, changed) <= left {
                     break;
                 }
                 self.shared
@@ -312,6 +330,13 @@ impl<'a> Design<'a> {
             }
             self.assemble();
         }
+    }
+
+    /// What a fit at the present shapes leaves.
+    fn left_at_shapes(&self, white: &White, changed: &[What]) -> f64 {
+        let mut fixed = self.clone();
+        fixed.parts.retain(|part| !matches!(part.what, What::Shape(..)));
+        fixed.fit(white, &fixed.parts_of(changed)).solution.rss
     }
 
     /// Puts shapes that follow from the amplitudes where those of the recording put them that has more of the effect: in the
@@ -354,6 +379,38 @@ impl<'a> Design<'a> {
         design.shared.remove(dropped);
         design.assemble();
         design
+    }
+
+    /// The same without an effect, and what `others` are in it. The base stays.
+    pub fn without(&self, what: What, others: &[What]) -> (Design<'a>, Vec<What>) {
+        let mut design = self.clone();
+        let Some(dropped) = what.effect() else { return (design, others.to_vec()) };
+        design.shared.remove(dropped);
+        design.assemble();
+        let moved = |k: usize| if k > dropped { k - 1 } else { k };
+        let translated = |other: &What| match *other {
+            What::Amplitude(k) => What::Amplitude(moved(k)),
+            What::Shape(k, j) => What::Shape(moved(k), j),
+            of_base => of_base,
+        };
+        (design, others.iter().map(translated).collect())
+    }
+
+    /// The same with a further effect that differs, at the shape that explains most beside `others`, which differ, too. None
+    /// where its difference cannot be that of this effect.
+    pub fn with(&self, added: Shared, white: &White, others: &[What]) -> Option<Design<'a>> {
+        let mut design = self.clone();
+        let of_it = What::Amplitude(design.shared.len());
+        design.shared.push(added);
+        design.assemble();
+        design.refine(white, &[others, &[of_it]].concat());
+        let added = design.shared.last()?;
+        let (effect, [then, now]) = (added.effect.as_ref()?, &added.amplitudes);
+        let plausible = |sign: f64| {
+            let difference: Vec<f64> = now.iter().zip(then).map(|(now, then)| sign * (now - then)).collect();
+            effect.plausible_at(&design.both.rows, &added.shape[1], &difference)
+        };
+        (plausible(1.0) || plausible(-1.0)).then_some(design)
     }
 
     /// The amplitudes of every effect.

@@ -24,13 +24,22 @@ impl Joined {
 
     /// Columns over the rows of each recording, with that recording first.
     pub fn columns(&self, of: impl Fn(&Rows) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-        let mut columns = of(&self.rows);
+        self.each_first(of(&self.rows), of(&self.swapped))
+    }
+
+    /// Columns over the rows of each recording, of those with the earlier first and those with the later first.
+    pub(super) fn each_first(&self, mut columns: Vec<Vec<f64>>, swapped: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let n = self.rows.len() - self.split;
+        columns.iter_mut().zip(swapped).for_each(|(c, later)| c[self.split..].copy_from_slice(&later[..n]));
         columns
-            .iter_mut()
-            .zip(of(&self.swapped))
-            .for_each(|(c, later)| c[self.split..].copy_from_slice(&later[..n]));
-        columns
+    }
+
+    /// A column in one of the recordings (0: then, 1: now) alone.
+    pub(super) fn only(&self, recording: usize, column: &[f64]) -> Vec<f64> {
+        let mut column = column.to_vec();
+        let other = if recording == 0 { &mut column[self.split..] } else { &mut column[..self.split] };
+        other.fill(0.0);
+        column
     }
 
     /// Moves the true position of the later recording, where the reference was zeroed anew.

@@ -6,6 +6,7 @@
 //! rate, and each must predict held-out rows better.
 
 mod answer;
+mod best_name;
 mod changes;
 mod choose;
 mod design;
@@ -51,7 +52,7 @@ pub fn compare(
     overlap(&outcomes, now)?;
     let catalogue = [&catalogue(&mirror.sensor)[..], &options.declared].concat();
     let beyond = outcomes.each_mut().map(|outcome| take_forms_for_effects(outcome, &catalogue));
-    Ok(Pair::new(&outcomes, beyond).compared())
+    Ok(Pair::new(&outcomes, beyond).compared(&catalogue))
 }
 
 /// Refuses recordings of different stretches.

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::base::base_columns;
 use crate::diagnosis::Outcome;
+use crate::effects::Effect;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
 use crate::noise::{Noise, estimate};
@@ -13,8 +14,9 @@ use crate::rows::Rows;
 use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
 use crate::verdict::{angle_name, values_of};
 
+use super::best_name::best_names;
 use super::changes::{Differences, noise_change};
-use super::choose::{Chosen, choose};
+use super::choose::{Chosen, tests_of};
 use super::design::{Design, Fitted, What, White};
 use super::events::{self, Event};
 use super::joined::{Joined, ranges};
@@ -52,7 +54,7 @@ impl<'a> Pair<'a> {
     }
 
     /// What changed.
-    pub fn compared(mut self) -> Compared {
+    pub fn compared(mut self, catalogue: &[Effect]) -> Compared {
         let shared = shared(self.outcomes, &self.both, &mut self.notes);
         self.note_ranges();
         let unmeasured = self.undetermined(&shared);
@@ -79,10 +81,10 @@ impl<'a> Pair<'a> {
         // Each effect about its own strength in each recording; then its shape, the same in both.
         let amplitudes = design.amplitudes();
         design.settle(&white, &amplitudes);
-        // Every part, and the noise.
-        let tests = design.parts.len() + 1;
         let mut notes = Vec::new();
-        let mut chosen = choose(&design, &white, freedom, tests);
+        let (mut design, mut chosen) = best_names(design, &white, freedom, catalogue, &mut notes);
+        let amplitudes = design.amplitudes();
+        let tests = tests_of(&design);
         keep_shown(&design, &noise, &unmeasured, [self.rows(0), self.rows(1)], &mut chosen, &mut notes);
         let same = design.fit(&white, &[]);
         let shapes: Vec<What> =

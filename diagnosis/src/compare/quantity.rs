@@ -138,12 +138,23 @@ fn readings(design: &Design, fitted: &Fitted, k: usize, wide: f64) -> Vec<Quanti
             .sum();
         half(variance.max(0.0).sqrt(), wide)
     };
-    let one = |(k, (a, b)): (usize, (&Reading, &Reading))| Quantity {
-        name: a.name.clone(),
-        unit: a.unit.clone(),
-        then: Some(Estimate::new(a.value, spread(k, 0))),
-        now: Some(Estimate::new(b.value, spread(k, 1))),
-        difference: Some(Estimate::new(b.value - a.value, spread(k, 2))),
+    // What the recordings show together has a shape, but how strong it is in each of them nobody knows.
+    let twice: Vec<f64> = shared.amplitudes[1].iter().map(|amplitude| 2.0 * amplitude).collect();
+    let twice = effect.readings(&design.both.rows, &shared.shape[1], &twice);
+    let once = effect.readings(&design.both.rows, &shared.shape[1], &shared.amplitudes[1]);
+    let of_shape = |k: usize| (twice[k].value - once[k].value).abs() < 0.5 * once[k].value.abs();
+    let one = |(k, (a, b)): (usize, (&Reading, &Reading))| {
+        let known = |value: f64, of: usize| {
+            let known = shared.together.is_none() || of_shape(k);
+            known.then(|| Estimate::new(value, spread(k, of)))
+        };
+        Quantity {
+            name: a.name.clone(),
+            unit: a.unit.clone(),
+            then: known(a.value, 0),
+            now: known(b.value, 1),
+            difference: Some(Estimate::new(b.value - a.value, spread(k, 2))),
+        }
     };
     then.iter().zip(&now).enumerate().map(one).collect()
 }

@@ -21,6 +21,8 @@ pub struct Shared {
     pub otherwise: Option<Vec<f64>>,
     /// Its family-wise p-value in each recording in which it was found.
     pub found: [Option<f64>; 2],
+    /// The p-value of the difference that it explains, where the recordings show it together and neither does by itself.
+    pub together: Option<f64>,
     /// The amplitudes in each recording, as last fitted.
     pub amplitudes: [Vec<f64>; 2],
 }
@@ -36,6 +38,20 @@ impl Shared {
             shape: [term.shape.clone(), term.shape.clone()],
             otherwise: None,
             found,
+            together: None,
+            amplitudes: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// An effect that the recordings show together, in the place of a difference with a p-value.
+    pub fn together(effect: &Effect, shape: Vec<f64>, p_value: f64) -> Shared {
+        Shared {
+            effect: Some(effect.clone()),
+            place: effect.place.clone(),
+            shape: [shape.clone(), shape],
+            otherwise: None,
+            found: [None; 2],
+            together: Some(p_value),
             amplitudes: [Vec::new(), Vec::new()],
         }
     }
