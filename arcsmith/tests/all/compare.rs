@@ -223,6 +223,7 @@ fn under_feedback_worn_friction_is_named_and_another_motion_is_no_change() {
     assert!(ids.is_empty(), "{other}");
     let (ids, worn) = changes_in_the_loop(folder.path(), &then, &drive_in_its_loop(4, 0.44, 0.1, 0.5));
     assert_eq!(ids, ["coulomb_friction"], "{worn}");
+    assert_eq!(worn["changes"][0]["place"]["variable"], "velocity");
     let difference = &worn["changes"][0]["parameters"][0]["difference"]["ci95"];
     let end = |k: usize| difference[k].as_f64().unwrap();
     assert!(end(0) < 0.04 && 0.04 < end(1), "{difference}");

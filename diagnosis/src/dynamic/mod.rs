@@ -39,6 +39,7 @@ pub use diagnose::{Case, DynamicOutcome, Options, OwnSimulation, diagnose};
 #[doc(hidden)]
 pub use feedback::filter::low_pass;
 pub use recording::{DynamicRecording, Reading};
+pub(crate) use verdict::place;
 
 #[cfg(test)]
 mod tests;

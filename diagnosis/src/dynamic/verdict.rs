@@ -11,6 +11,7 @@ use super::estimate::{Fitted, Simulated};
 use super::interval::{Sort, around};
 use super::model::Term;
 use super::noise::Autoregression;
+use super::recording::DynamicRecording;
 use super::search::Search;
 use super::structure::Structure;
 use crate::numerics::Symmetric;
@@ -226,6 +227,21 @@ pub fn locations(
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out
+}
+
+/// Where an effect, or the plant's damping, stiffness or gain, acts in a recording of one drive and one position.
+pub fn place(id: &str, recording: &DynamicRecording, p_value: f64) -> Option<Location> {
+    if recording.drives.len() != 1 || recording.positions.len() != 1 {
+        return None;
+    }
+    let variable = match id {
+        "damping" => "velocity",
+        "stiffness" => "position",
+        "gain" => "drive",
+        _ => effect(id)?.variable,
+    };
+    let (from, to) = reach(&Data::new(recording), &recording.t_s, variable);
+    Some(Location { variable: variable.into(), times: None, from, to, share: 1.0, p_value })
 }
 
 /// The range of an observable in the recording.

@@ -17,7 +17,7 @@ use super::{Pair, quantity};
 /// A parameter that both recordings determine.
 struct Both<'a> {
     id: &'a str,
-    title: &'a str,
+    title: String,
     then: &'a Parameter,
     now: &'a Parameter,
     /// How many times its standard error each is taken for.
@@ -42,20 +42,30 @@ impl Both<'_> {
     }
 }
 
-impl Pair {
-    /// What both determine: the plant's parameters, and those of the effects that both have.
+impl Pair<'_> {
+    /// What both determine: the plant's parameters, each for itself, and those of the effects that both have.
     fn both(&self) -> Vec<Both<'_>> {
         let [then, now] = self.sides();
-        let plant = std::iter::once(("plant", "the plant", &then.plant, &now.plant));
-        let effects = then.effects.iter().filter_map(|e| {
-            let other = now.effects.iter().find(|other| other.id == e.id)?;
-            Some((e.id.as_str(), e.title.as_str(), &e.parameters, &other.parameters))
-        });
         let wider = self.wider();
-        let mut both = Vec::new();
-        for (id, title, p, q) in plant.chain(effects) {
-            let pairs = p.iter().filter_map(|p| Some((p, q.iter().find(|q| q.name == p.name)?)));
-            both.extend(pairs.map(|(then, now)| Both { id, title, then, now, wider }));
+        let of_name = |name: &str, all: &'_ [Parameter]| all.iter().position(|p| p.name == name);
+        let plant = then.plant.iter().filter_map(|p| {
+            let other = &now.plant[of_name(&p.name, &now.plant)?];
+            Some(Both {
+                id: &p.name,
+                title: format!("the {} of the plant", p.name),
+                then: p,
+                now: other,
+                wider,
+            })
+        });
+        let mut both: Vec<Both> = plant.collect();
+        for e in &then.effects {
+            let Some(other) = now.effects.iter().find(|other| other.id == e.id) else { continue };
+            let pairs = e.parameters.iter().filter_map(|p| Some((p, of_name(&p.name, &other.parameters)?)));
+            both.extend(pairs.map(|(then, k)| {
+                let now = &other.parameters[k];
+                Both { id: &e.id, title: e.title.clone(), then, now, wider }
+            }));
         }
         both
     }
@@ -89,9 +99,9 @@ impl Pair {
             if p_value <= FALSE_ALARMS {
                 changes.push(Change {
                     id: id.into(),
-                    title: of[0].title.into(),
+                    title: of[0].title.clone(),
                     kind: Kind::Moved,
-                    place: None,
+                    place: self.place(id, p_value),
                     p_value,
                     rms: None,
                     parameters: of.iter().map(|one| quantity(one.then, one.now, one.error())).collect(),
@@ -120,12 +130,13 @@ impl Pair {
             let (then, now) = if recording == 0 { (estimate, None) } else { (None, estimate) };
             Quantity { name: p.name.clone(), unit: p.unit.clone(), then, now, difference: None }
         };
+        let p_value = (tests as f64 * e.p_value).min(1.0);
         Change {
             id: e.id.clone(),
             title: e.title.clone(),
             kind,
-            place: None,
-            p_value: (tests as f64 * e.p_value).min(1.0),
+            place: self.place(&e.id, p_value),
+            p_value,
             rms: None,
             parameters: e.parameters.iter().map(of).collect(),
             alternatives: e.alternatives.clone(),

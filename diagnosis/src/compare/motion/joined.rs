@@ -21,7 +21,7 @@ struct Chosen {
     held_out: Option<HeldOut>,
 }
 
-impl Pair {
+impl Pair<'_> {
     /// What changed, by a model of both.
     pub(super) fn joined(&self, joint: &Joint, plant: &Plant) -> Comparison {
         let mut chosen = choose(joint);
@@ -65,7 +65,7 @@ impl Pair {
                 (true, false) => Kind::Went,
                 _ => Kind::Moved,
             },
-            place: None,
+            place: self.place(id, p_value),
             p_value,
             rms: None,
             parameters: (joint.parameters(solved, group, plant).iter())

@@ -8,12 +8,12 @@ mod joined;
 use crate::Verdict;
 use crate::diagnosis::Diagnosis;
 use crate::dynamic::joint::Joint;
-use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback};
+use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback, place};
 use crate::error::DiagnosisError;
 use crate::numerics::{centred, rms};
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{FALSE_ALARMS, SAME_MOTION};
-use crate::verdict::Parameter;
+use crate::verdict::{Location, Parameter};
 
 use super::{Change, Comparison, Estimate, Quantity, Side};
 
@@ -32,6 +32,7 @@ pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, Diagno
     };
     let (a, b) = rayon::join(|| of(then, now), || of(now, then));
     let pair = Pair {
+        recording: now,
         then: a?,
         now: b?,
         unit: if plant.feedback.is_some() { plant.drive_unit.clone() } else { plant.position_unit.clone() },
@@ -56,7 +57,9 @@ fn same_motion(recordings: [&DynamicRecording; 2]) -> bool {
     rms(&centred(&apart)) < SAME_MOTION * rms(&centred(then))
 }
 
-struct Pair {
+struct Pair<'a> {
+    /// The later recording.
+    recording: &'a DynamicRecording,
     then: DynamicOutcome,
     now: DynamicOutcome,
     unit: String,
@@ -64,7 +67,7 @@ struct Pair {
     same_motion: bool,
 }
 
-impl Pair {
+impl Pair<'_> {
     fn sides(&self) -> [&Diagnosis; 2] {
         [&self.then.diagnosis, &self.now.diagnosis]
     }
@@ -74,6 +77,11 @@ impl Pair {
     fn wider(&self) -> [f64; 2] {
         let birge = |d: &Diagnosis| (d.fit.after.train_rms / d.noise_floor.value).max(1.0);
         self.sides().map(|d| if structured(d.verdict) && !self.under_feedback { birge(d) } else { 1.0 })
+    }
+
+    /// Where a change lives in the later recording.
+    fn place(&self, id: &str, p_value: f64) -> Option<Location> {
+        place(id, self.recording, p_value)
     }
 
     /// The comparison in which this changed; `left` is as in [`Comparison`].
