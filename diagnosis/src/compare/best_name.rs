@@ -14,7 +14,7 @@ use super::design::{Design, What, White, explained_by};
 use super::joined::Joined;
 use super::shared::Shared;
 
-/// An effect, or what it is to replace, in the place of something that differs.
+/// An effect in the place of something that differs.
 struct InPlace<'a> {
     /// The model with it.
     design: Design<'a>,
@@ -61,18 +61,16 @@ fn renamed<'a>(
     }
     let others: Vec<What> = chosen.iter().map(|c| c.what).filter(|c| c.effect() != what.effect()).collect();
     let (without, others) = design.without(what, &others);
-    let place = Gap::new(&without, white, freedom, &others);
+    let gap = Gap::new(&without, white, freedom, &others);
     let margin = match known.and_then(|shared| shared.effect.as_ref()) {
         Some(effect) if !effect.is_form() => ALTERNATIVE,
         Some(_) => -ALTERNATIVE,
         None => 0.0,
     };
     let all: Vec<What> = chosen.iter().map(|c| c.what).collect();
-    let wanted = place.surprise(design, &all) + margin;
-    let named = |effect: &&Effect| {
-        !design.shared.iter().any(|s| s.effect.as_ref().is_some_and(|named| named.id == effect.id))
-    };
-    let best = place.filled(catalogue, named, chosen[k].p_value)?;
+    let wanted = gap.surprise(design, &all) + margin;
+    let is_new = |effect: &&Effect| design.shared.iter().all(|known| known.id() != Some(&effect.id));
+    let best = gap.filled(catalogue, is_new, chosen[k].p_value)?;
     (best.surprise > wanted).then_some(best.design)
 }
 
@@ -103,7 +101,7 @@ impl<'a, 'b> Gap<'a, 'b> {
         log_tail((self.left - solution.rss) / self.wide, columns)
     }
 
-    /// The effect that one of the recordings has which explains most; its p-value counts as `p_value`.
+    /// The effect that explains most as a difference; `p_value` is that of what it replaces.
     fn filled(
         &self,
         catalogue: &[Effect],

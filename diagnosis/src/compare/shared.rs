@@ -88,7 +88,7 @@ impl Shared {
     }
 
     /// The effect's id; none of structure.
-    fn id(&self) -> Option<&str> {
+    pub fn id(&self) -> Option<&str> {
         self.effect.as_ref().map(|effect| effect.id.as_str())
     }
 

@@ -16,17 +16,10 @@ use super::interval::{Sort, around};
 use super::model::{Model, Term};
 use super::noise::autoregression;
 use super::recording::DynamicRecording;
-use super::verdict::{nominal, slopes, sort};
+use super::verdict::{PLANT, nominal, slopes, sort};
 use crate::calibrate::log_tail;
 use crate::numerics::{Symmetric, rms};
 use crate::verdict::Parameter;
-
-/// Ids and titles of the plant's parameters, each a group by itself.
-const PLANT: [[&str; 2]; 3] = [
-    ["damping", "the damping of the plant"],
-    ["stiffness", "the stiffness of the plant"],
-    ["gain", "the gain of the plant"],
-];
 
 /// What may differ: a parameter of the plant, or an effect.
 pub struct Group {
@@ -185,7 +178,7 @@ impl<'a> Joint<'a> {
         }
         let plant = (0..3).filter(|k| model.nominal_free[*k]).enumerate();
         let plant = plant.map(|(lane, k)| {
-            let [id, title] = PLANT[k];
+            let [id, title, _] = PLANT[k];
             Group { id, title, lanes: vec![lane], of: Of::Plant(k) }
         });
         let effects = model.terms.iter().enumerate().map(|(k, term)| Group {

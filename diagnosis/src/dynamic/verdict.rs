@@ -229,17 +229,20 @@ pub fn locations(
     out
 }
 
+/// Ids, titles and observables of the plant's parameters.
+pub const PLANT: [[&str; 3]; 3] = [
+    ["damping", "the damping of the plant", "velocity"],
+    ["stiffness", "the stiffness of the plant", "position"],
+    ["gain", "the gain of the plant", "drive"],
+];
+
 /// Where an effect, or the plant's damping, stiffness or gain, acts in a recording of one drive and one position.
 pub fn place(id: &str, recording: &DynamicRecording, p_value: f64) -> Option<Location> {
     if recording.drives.len() != 1 || recording.positions.len() != 1 {
         return None;
     }
-    let variable = match id {
-        "damping" => "velocity",
-        "stiffness" => "position",
-        "gain" => "drive",
-        _ => effect(id)?.variable,
-    };
+    let of_plant = PLANT.iter().find(|[of, ..]| *of == id).map(|[.., variable]| *variable);
+    let variable = of_plant.or_else(|| Some(effect(id)?.variable))?;
     let (from, to) = reach(&Data::new(recording), &recording.t_s, variable);
     Some(Location { variable: variable.into(), times: None, from, to, share: 1.0, p_value })
 }

@@ -7,7 +7,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::FALSE_ALARMS;
-use crate::thresholds::dynamic::feedback::inverse::PARTS;
+use crate::thresholds::dynamic::feedback::errors::PARTS;
 use crate::verdict::{NamedEffect, Parameter};
 
 use super::super::choose::visible;

@@ -2,13 +2,12 @@
 
 use fitter::plant::Plant;
 
-use super::inverse::Solved;
 use super::motion::Motion;
 use super::search::Along;
 use super::{filter, square};
 use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Reading, Scale};
-use crate::dynamic::model::Model;
+use crate::dynamic::model::{Model, Term};
 use crate::dynamic::verdict;
 use crate::thresholds::dynamic::feedback::search::ALTERNATIVE;
 use crate::verdict::NamedEffect;
@@ -21,18 +20,18 @@ pub fn coloured(residual: &[f64], motion: &Motion) -> bool {
     square(&slow) > 0.4 * square(residual)
 }
 
-/// The effects of a model, the strongest first.
+/// The effects of a model, the strongest first: its terms, fitted to all rows, with the standard deviations of their parameters.
 pub fn named(
     along: &Along,
     present: &Model,
-    after: &Solved,
+    (terms, deviations): (&[Term], &[Vec<f64>]),
     catalogue: &[&'static DynamicEffect],
     scale: &Scale,
     plant: &Plant,
 ) -> Vec<NamedEffect> {
     let Some(fitted) = along.fit(present) else { return Vec::new() };
     let mut said: Vec<(f64, NamedEffect)> = Vec::new();
-    for (t, term) in after.model.terms.iter().enumerate() {
+    for (t, term) in terms.iter().enumerate() {
         let Some(without) = along.fit(&present.without(t)) else { continue };
         let gain = along.gain(&without, &fitted, FIT) + along.gain(&without, &fitted, CHOOSE);
         let rivals: Vec<&'static DynamicEffect> =
@@ -45,7 +44,7 @@ pub fn named(
             .filter_map(|c| c.model.terms.last().map(|t| t.effect.id.to_string()))
             .collect();
         let deviation = |r: &Reading| {
-            let parts = r.gradient.iter().zip(&after.deviations[1 + t]);
+            let parts = r.gradient.iter().zip(&deviations[t]);
             parts.map(|(g, d)| (g * d).powi(2)).sum::<f64>().sqrt()
         };
         let lost = square(&without.residual) - square(&fitted.residual);

@@ -1,6 +1,7 @@
 //! Recordings under feedback: an open-loop position would integrate the smallest error, so the drive is
 //! what is predicted and scored, by the inverse model along the recorded motion.
 
+mod errors;
 pub mod filter;
 mod findings;
 pub mod inverse;
@@ -19,6 +20,7 @@ use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::dynamic::data::SCORE;
 use crate::verdict::{Said, Verdict};
+use errors::deviations;
 use inverse::{Solved, best_cutoff, mechanism, predict, solve};
 use motion::Motion;
 use search::Along;
@@ -91,12 +93,11 @@ impl Problem for Feedback<'_> {
         let motion = self.along.motion;
         let mut present = self.found.clone();
         present.terms.retain(|t| withdrawn.effects.iter().all(|id| id != t.effect.id));
-        let mut after = solve(&present, motion, &|_| true).ok_or_else(|| recording.lost(100.0))?;
-        if self.case.options.same_motion {
-            after.deviations.clone_from(&after.of_noise);
-        }
+        let after = solve(&present, motion, &|_| true).ok_or_else(|| recording.lost(100.0))?;
+        let deviations = deviations(&after, motion, self.case.options.same_motion);
+        let of_terms = (&after.model.terms[..], &deviations[1..]);
         let effects =
-            findings::named(&self.along, &present, &after, &self.catalogue, &self.data.scale, nominal);
+            findings::named(&self.along, &present, of_terms, &self.catalogue, &self.data.scale, nominal);
         let explained = 1.0 - square(&after.residual) / square(&before.residual).max(f64::MIN_POSITIVE);
         let locations = locations(|variable| motion.reach(variable), &effects, explained, &[]);
         let models = [&before.model, &after.model];
@@ -130,8 +131,8 @@ impl Problem for Feedback<'_> {
             from: format!("what the inverse model leaves below {:.0} Hz", motion.cutoff_hz),
             autocorrelation: 0.0,
         };
-        let deviations = [0, 1, 2].map(|k| after.deviations[0].get(k).copied().unwrap_or(0.0));
-        let mut plant = verdict::nominal(after.model.nominal, deviations, nominal);
+        let of_plant = [0, 1, 2].map(|k| deviations[0][k]);
+        let mut plant = verdict::nominal(after.model.nominal, of_plant, nominal);
         plant.retain(|p| present.nominal_free[1] || p.name != "stiffness");
         let said = Said {
             verdict,

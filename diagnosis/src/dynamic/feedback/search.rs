@@ -140,7 +140,7 @@ impl Along<'_> {
         let model = &present.model;
         let columns = model_columns(present, self.motion);
         let mut basis = Basis::new(self.fold.iter().filter(|f| **f as usize == FIT).count());
-        columns.iter().for_each(|column| _ = basis.add(&self.fit_rows(column)));
+        columns.iter().for_each(|(column, _)| _ = basis.add(&self.fit_rows(column)));
         let constant = |e: &DynamicEffect| matches!(e.part, Part::Drive | Part::SensorOffset);
         let has = |kind: &dyn Fn(&DynamicEffect) -> bool| model.terms.iter().any(|t| kind(t.effect));
         let one = |e: &&'static DynamicEffect| -> Option<Solved> {
