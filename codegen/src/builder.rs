@@ -273,7 +273,7 @@ mod tests {
     #[test]
     fn an_unreachable_bound_says_what_can_be_had_and_writes_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let builder = Builder::new().demo().target(Core::CortexM0).bound_arcsec(1e-9);
+        let builder = Builder::new().demo().target(Core::CortexM0).bound_arcsec(1e-9).formats([Format::Q15]);
         let error = builder.write_to(folder.path()).unwrap_err();
         assert!(
             matches!(

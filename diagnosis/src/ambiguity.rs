@@ -1,11 +1,12 @@
 //! What a recording does not tell apart although it matters in others: two effects that fit alike where the angle and the
 //! columns moved together, and say different things where they come together differently.
 
+use numerics::{add_scaled, centred, dot, least_squares, rms};
+
 use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::generic::beside_the_angle;
 use crate::model::{Model, predictive};
-use crate::numerics::{add_scaled, centred, dot, least_squares, rms};
 use crate::rows::Rows;
 use crate::search::{Found, Term};
 use crate::thresholds::ambiguity::{CONTAINED, DISAGREES, SHIFTS};

@@ -4,6 +4,7 @@
 use std::sync::OnceLock;
 
 use fitter::Coefficients;
+use numerics::rms;
 
 use crate::ambiguity::ambiguous;
 use crate::condense::Condensed;
@@ -14,7 +15,6 @@ use crate::held_out::{self, Fit, Groups, Proof, Score};
 use crate::judge::{self, Judge, Settled};
 use crate::lasting::in_likeliest_noise;
 use crate::model::{self, Model};
-use crate::numerics::rms;
 use crate::reach::reach;
 use crate::search::Term;
 use crate::thresholds::NO_WORSE;

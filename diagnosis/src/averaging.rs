@@ -7,9 +7,10 @@
 //! odds · n^(−k/2) · mean over its shapes of exp(S/2), S what it explains beside the model with k columns more
 //! (the unit-information prior of the Bayesian information criterion).
 
+use numerics::{Basis, dot};
+
 use crate::dictionary::Kind;
 use crate::effects::Effect;
-use crate::numerics::{Basis, dot};
 use crate::search::{Search, Term};
 use crate::thresholds::averaging::{LEAST, ODDS, OWN};
 
@@ -77,7 +78,7 @@ fn explained(columns: &[Vec<f64>], whole: &Basis, residual: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::explained;
-    use crate::numerics::Basis;
+    use numerics::Basis;
 
     #[test]
     fn only_what_the_model_leaves_is_explained() {

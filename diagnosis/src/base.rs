@@ -28,7 +28,7 @@ pub fn base_columns(rows: &Rows, order: usize) -> Vec<Vec<f64>> {
     if let Some(turn) = rows.whole_turn() {
         return harmonics(&rows.truth, turn, order);
     }
-    let scale = 1.0 / crate::numerics::mean(&rows.weight);
+    let scale = 1.0 / numerics::mean(&rows.weight);
     let mut columns = legendre(&rows.scaled_reading(), order);
     for column in &mut columns {
         column.iter_mut().zip(&rows.weight).for_each(|(v, w)| *v *= w * scale);

@@ -5,10 +5,10 @@
 
 use std::sync::OnceLock;
 
+use numerics::{Basis, Columns, parallel, rms};
 use pulp::{Arch, Simd, WithSimd};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use statrs::function::{erf::erfc, gamma::gamma_ur};
 
 use crate::correlation::{Correlation, Process};
@@ -16,8 +16,6 @@ use crate::dictionary::{Dictionary, Family, Kind, Projected};
 use crate::effects::Effect;
 use crate::jumps::Jumps;
 use crate::noise::Noise;
-use crate::numerics::rms;
-use crate::numerics::{Basis, Columns};
 use crate::thresholds::calibrate::{
     FALSE_ALARMS, MOST_NEW, MOST_RANKS, NEIGHBOURHOODS, PRIOR_TAIL, RESAMPLES, TABLE_DENSITY, TABLE_END,
     TABLE_RANK, TAIL, TOGETHER,
@@ -224,44 +222,42 @@ pub fn calibrate(
     let whitener = noise.whitener();
     let jumps: Vec<Option<Jumps>> =
         dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
-    let maxima: Vec<Vec<f64>> = (0..2 * RESAMPLES / TOGETHER)
-        .into_par_iter()
-        .flat_map_iter(|group| {
-            let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
-            random.set_stream(group as u64);
-            let mut resamples = Columns::new(projected.columns.rows);
-            resamples.reserve(TOGETHER);
-            let mut scales = [0.0; TOGETHER];
-            for (k, scale) in scales.iter_mut().enumerate() {
-                let place = (group * TOGETHER + k) % RESAMPLES;
-                let part = (place as f64 + random.random::<f64>()) / RESAMPLES as f64;
-                let memory = Memory::at(&memories, part);
-                resamples.push(&resample(noise, &neighbours, memory, &mut random));
-                // χ² of the level's freedom, by the Wilson–Hilferty cube.
-                let z = standard_normal(&mut random);
-                let v = 2.0 / (9.0 * noise.freedom);
-                *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
-            }
-            let products = resamples.products(&projected.columns);
-            resamples.project_off(&base.columns);
-            let steps: Vec<Option<[f64; TOGETHER]>> = jumps
-                .iter()
-                .map(|jumps| {
-                    let jumps = jumps.as_ref()?;
-                    Some(std::array::from_fn(|b| jumps.best(resamples.get(b)).map_or(0.0, |best| best.1)))
-                })
-                .collect();
-            let maxima = Arch::new().dispatch(FamilyMaxima {
-                dictionary,
-                projected,
-                catalogue,
-                products: &products,
-                steps: &steps,
-                scales: &scales,
-            });
-            (0..TOGETHER).map(move |b| maxima.iter().map(|m| m[b]).collect())
-        })
-        .collect();
+    let maxima: Vec<Vec<Vec<f64>>> = parallel::indices(2 * RESAMPLES / TOGETHER, |group| {
+        let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
+        random.set_stream(group as u64);
+        let mut resamples = Columns::new(projected.columns.rows);
+        resamples.reserve(TOGETHER);
+        let mut scales = [0.0; TOGETHER];
+        for (k, scale) in scales.iter_mut().enumerate() {
+            let place = (group * TOGETHER + k) % RESAMPLES;
+            let part = (place as f64 + random.random::<f64>()) / RESAMPLES as f64;
+            let memory = Memory::at(&memories, part);
+            resamples.push(&resample(noise, &neighbours, memory, &mut random));
+            // χ² of the level's freedom, by the Wilson–Hilferty cube.
+            let z = standard_normal(&mut random);
+            let v = 2.0 / (9.0 * noise.freedom);
+            *scale = 1.0 / (1.0 - v + z * v.sqrt()).powi(3).max(0.2);
+        }
+        let products = resamples.products(&projected.columns);
+        resamples.project_off(&base.columns);
+        let steps: Vec<Option<[f64; TOGETHER]>> = jumps
+            .iter()
+            .map(|jumps| {
+                let jumps = jumps.as_ref()?;
+                Some(std::array::from_fn(|b| jumps.best(resamples.get(b)).map_or(0.0, |best| best.1)))
+            })
+            .collect();
+        let maxima = Arch::new().dispatch(FamilyMaxima {
+            dictionary,
+            projected,
+            catalogue,
+            products: &products,
+            steps: &steps,
+            scales: &scales,
+        });
+        (0..TOGETHER).map(|b| maxima.iter().map(|m| m[b]).collect()).collect()
+    });
+    let maxima: Vec<Vec<f64>> = maxima.into_iter().flatten().collect();
     let mut families: Vec<Tail> = (0..dictionary.families.len())
         .map(|f| Tail::fit(&mut maxima[..RESAMPLES].iter().map(|m| m[f]).collect::<Vec<f64>>()))
         .collect();

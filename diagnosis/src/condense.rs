@@ -3,7 +3,8 @@
 //! and a group of successive passes. A mismatch that a mean over such a cell would lose (a period shorter than a cell)
 //! is below what the search looks for. What is handed on is fitted to the rows again, and every figure is of rows.
 
-use crate::numerics::range;
+use numerics::range;
+
 use crate::rows::Rows;
 use crate::thresholds::condense::{COARSEST_BLOCK, FEWEST_RANGES, MOST_ROWS, MOST_ROWS_APART};
 
@@ -182,8 +183,8 @@ fn limits(theta: &[f64], ranges: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::{Condensed, MOST_ROWS, even_ranges, limits, ranges_of_angle};
-    use crate::numerics::mean;
     use crate::rows::Rows;
+    use numerics::mean;
 
     #[test]
     fn cells_keep_the_mean_and_the_path() {

@@ -2,10 +2,10 @@
 //! done: a thermometer whose readings are independent of one another and of the angle shows its noise alone, and
 //! no explanation can be told from any other by it.
 
+use numerics::{Basis, centred, dot};
+
 use crate::base::legendre;
 use crate::calibrate::log_tail;
-use crate::numerics::centred;
-use crate::numerics::{Basis, dot};
 use crate::thresholds::content::{BLOCKS, ORDER, SURE};
 
 /// Whether the values (in the order of time) are no more than noise, as far as `scaled_angle` (−1 … 1) and the

@@ -14,9 +14,8 @@ pub use filter::{Correlation, Whitener};
 pub use mistaken::suspect;
 pub use process::Process;
 
-use rayon::prelude::*;
+use numerics::{Basis, Columns, cholesky, parallel, quadratic_form};
 
-use crate::numerics::{Basis, Columns, cholesky, quadratic_form};
 use crate::thresholds::correlation::{COARSE, HOPELESS, NEGLIGIBLE, PRIOR_UNCORRELATED};
 
 impl Correlation {
@@ -28,16 +27,15 @@ impl Correlation {
         let at_white = restricted(&columns, &observed, &self.with(&Process::white()));
         let processes = self.forgotten();
         let at = |process: &Process| restricted(&columns, &observed, &self.with(process)) - at_white;
-        let coarse = |(k, process): (usize, &Process)| k.is_multiple_of(COARSE).then(|| at(process));
-        let mut likelihood: Vec<Option<f64>> = processes.par_iter().enumerate().map(coarse).collect();
+        let coarse = |k: usize| k.is_multiple_of(COARSE).then(|| at(&processes[k]));
+        let likelihood: Vec<Option<f64>> = parallel::indices(processes.len(), coarse);
         let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         let hopeful: Vec<bool> =
             likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
-        likelihood.par_iter_mut().enumerate().filter(|(_, v)| v.is_none()).for_each(|(k, value)| {
+        let likelihood = parallel::indices(processes.len(), |k| {
             let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
-            if hopeful[before] || hopeful.get(after) == Some(&true) {
-                *value = Some(at(&processes[k]));
-            }
+            let between = hopeful[before] || hopeful.get(after) == Some(&true);
+            likelihood[k].or_else(|| between.then(|| at(&processes[k])))
         });
         // Relative to the likeliest: read fast, a recording of some hundred rows tells by a factor beyond any number.
         let likeliest = best.max(0.0);

@@ -3,6 +3,7 @@
 use fitter::coefficients::{Correlation, Diagnosed, Recorded};
 use fitter::faults::{BadRow, left};
 use fitter::{Coefficients, Mirror, Recording};
+use numerics::{mean, rms};
 use serde::Serialize;
 
 use crate::attempt::{self, Attempt};
@@ -17,7 +18,6 @@ use crate::hand_on::HandOn;
 use crate::held_out::{Fit, Score};
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
-use crate::numerics::{mean, rms};
 use crate::observe::{Simulated, Wanted, observe};
 use crate::refit;
 use crate::rows::Rows;

@@ -4,14 +4,13 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
+use numerics::{Basis, Columns, add_scaled, dot, parallel};
 
 use crate::base::base_columns;
 use crate::correlation::Whitener;
 use crate::effects::{Effect, Place};
 use crate::generic;
 use crate::jumps::Jumps;
-use crate::numerics::{Basis, Columns, add_scaled, dot};
 use crate::rows::Rows;
 use crate::thresholds::dictionary::{
     HIGHEST_OF_A_MOVE, HIGHEST_ORDER, SMALLEST_PART, SMALLEST_PART_MEASURED, TOGETHER,
@@ -146,8 +145,8 @@ impl Dictionary {
             let starts = effect.starts(rows).into_iter().filter(|shape| over.possible_shape(shape));
             Some(starts.map(|s| (over.signature(&s), s)).collect())
         };
-        let (of_effects, generic): (Vec<_>, _) =
-            rayon::join(|| catalogue.par_iter().map(of_effect).collect(), || generic::families(rows));
+        let (of_effects, generic) =
+            parallel::join(|| parallel::map(catalogue, of_effect), || generic::families(rows));
         for ((index, effect), groups) in catalogue.iter().enumerate().zip(of_effects) {
             let Some(groups) = groups else { continue };
             let begins = match (effect.begins_at_a_row, &effect.ranges(rows)[..]) {
@@ -193,11 +192,8 @@ impl Dictionary {
     /// Every candidate's whitened part outside `basis`, orthonormalised within the candidate; nothing of those
     /// that begin at a row.
     pub fn project(&self, whitener: &Whitener, basis: &Basis) -> Projected {
-        let parts: Vec<Projected> = self
-            .candidates
-            .par_chunks(TOGETHER)
-            .map(|some| self.project_some(some, whitener, basis))
-            .collect();
+        let together: Vec<_> = self.candidates.chunks(TOGETHER).collect();
+        let parts = parallel::map(&together, |some| self.project_some(some, whitener, basis));
         let mut all =
             Projected { columns: Columns::new(basis.columns.rows), of: Vec::new(), parts: Vec::new() };
         all.columns.reserve(parts.iter().map(|part| part.columns.count()).sum());
@@ -271,7 +267,7 @@ pub fn highest_order(rows: &Rows) -> usize {
 mod tests {
     use super::{Projected, Scratch};
     use crate::correlation::{Correlation, Process};
-    use crate::numerics::{Basis, Columns, dot};
+    use numerics::{Basis, Columns, dot};
 
     /// Columns with nothing in common but what comes of their finite length.
     fn column(n: usize, k: usize) -> Vec<f64> {

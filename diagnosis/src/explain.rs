@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
+use numerics::{dot, least_squares, rms};
+
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
 use crate::generic::{saturated, scaled, slow_structure, times};
 use crate::noise::{Noise, estimate, estimate_white};
-use crate::numerics::rms;
-use crate::numerics::{dot, least_squares};
 use crate::rows::Rows;
 use crate::search::{self, Search, Term};
 use crate::thresholds::explain::{
@@ -46,7 +46,7 @@ pub struct Explanation<'a> {
 /// What the noise's variance may depend on.
 pub(crate) fn covariates(rows: &Rows) -> Vec<Vec<f64>> {
     let x = rows.scaled_reading();
-    let centre = |v: Vec<f64>| crate::numerics::centred(&v);
+    let centre = |v: Vec<f64>| numerics::centred(&v);
     let mut out = vec![
         centre(times(&x, &x)),
         centre(x.iter().map(|x| x.abs()).collect()),

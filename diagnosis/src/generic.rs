@@ -7,11 +7,11 @@ mod screen;
 
 use crate::base::legendre;
 use crate::effects::{Place, low_pass};
-use crate::numerics::{mean, range};
 use crate::rows::Rows;
 
 use crate::thresholds::generic::{MOST_RIPPLES, ONSET, WAVES};
 use histories::histories;
+use numerics::{mean, range};
 pub use screen::keep_strongest_columns;
 
 /// One family: what it depends on and the candidates in it, each a group of columns.
@@ -61,14 +61,14 @@ pub fn own_part(z: &[f64], x: &[f64]) -> Vec<f64> {
 
 /// What a smooth dependence on the angle leaves of an observable, where that is nearly all of it.
 pub fn beside_the_angle(z: &[f64], x: &[f64]) -> Option<Vec<f64>> {
-    let mut smooth = crate::numerics::Basis::new(x.len());
+    let mut smooth = numerics::Basis::new(x.len());
     for column in legendre(x, 3) {
         smooth.add(&column);
     }
     let mut left = z.to_vec();
     smooth.project_off(&mut left);
-    let whole = crate::numerics::centred(z);
-    (crate::numerics::rms(&left) < 0.3 * crate::numerics::rms(&whole)).then_some(left)
+    let whole = numerics::centred(z);
+    (numerics::rms(&left) < 0.3 * numerics::rms(&whole)).then_some(left)
 }
 
 /// Values mapped linearly onto −1 … 1.

@@ -7,12 +7,11 @@ use fitter::error_model::ErrorModel;
 use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_angle};
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
+use numerics::{least_squares, mean, range};
 use physics::Columns;
 
 use crate::effects::{Effect, Read, Reading};
 use crate::model::{FittedTerm, Model};
-use crate::numerics::least_squares;
-use crate::numerics::{mean, range};
 use crate::refit;
 use crate::rows::Rows;
 use crate::screened::Seen;

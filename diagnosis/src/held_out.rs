@@ -3,20 +3,16 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
+use numerics::{least_squares, mean, parallel, range, rms, student_95};
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::base::base_columns;
 use crate::explain::{Explanation, first_order, found_without, without_held};
 use crate::generic::saturated;
 use crate::hand_on::HandOn;
 use crate::model::{FittedTerm, Model, choose_order, predictive};
-use crate::numerics::least_squares;
-use crate::numerics::{mean, range, rms};
 use crate::rows::Rows;
 use crate::search::Term;
-use crate::thresholds::NORMAL_95;
 use crate::thresholds::held_out::{BEYOND, COVERED, FEW_OF_A_PASS, FOLDS, JUDGED, ROWS_OF_A_BLOCK};
 
 /// Root mean square of the residual on the rows that were fitted, and on those that were held out.
@@ -206,16 +202,14 @@ pub fn prove<'a>(
     if count < 2 || !enough || !(0..count).any(|g| out_of(g).is_some()) {
         return None;
     }
-    let folds: Vec<Fold> = (0..folds)
-        .into_par_iter()
-        .map(|fold| {
-            let held: Vec<bool> = group.iter().map(|g| out_of(*g) == Some(fold)).collect();
-            let inner = without_held(explanation, &held);
-            let order = choose_order(&inner, &[]).max(1).min(before.order);
-            let base = predictive(&inner, &[], rows.order.unwrap_or(order));
-            Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner, found: OnceLock::new() })
-        })
-        .collect::<Option<_>>()?;
+    let fold = |fold: usize| {
+        let held: Vec<bool> = group.iter().map(|g| out_of(*g) == Some(fold)).collect();
+        let inner = without_held(explanation, &held);
+        let order = choose_order(&inner, &[]).max(1).min(before.order);
+        let base = predictive(&inner, &[], rows.order.unwrap_or(order));
+        Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner, found: OnceLock::new() })
+    };
+    let folds: Vec<Fold> = parallel::indices(folds, fold).into_iter().collect::<Option<_>>()?;
     let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
     let fold_of_row = hand_on.cell_of.iter().map(|cell| judged[*cell]).collect();
     let mut proof = Proof { by, fold_of_row, group_of_row, folds, before: 0.0 };
@@ -259,31 +253,28 @@ impl Proof<'_> {
 
     /// What a model leaves of the held-out rows; none where in some fold it cannot be applied.
     pub fn shows(&self, hand_on: &HandOn, choice: &Choice, order: usize) -> Option<Shown> {
-        let left: Vec<Vec<f64>> = self
-            .folds
-            .par_iter()
-            .map(|fold| {
-                let inner = &fold.inner;
-                let named = |t: &&Term| inner.search.effect(t.family).is_some();
-                let mut terms: Vec<Term> = match choice {
-                    Choice::Searched => {
-                        let found = fold.found.get_or_init(|| found_without(inner, &fold.held));
-                        found.iter().filter(named).cloned().collect()
-                    }
-                    Choice::Of(terms) => terms.to_vec(),
-                };
-                if matches!(choice, Choice::Of(_)) {
-                    inner.search.backfit(&mut terms);
+        let left = |fold: &Fold| {
+            let inner = &fold.inner;
+            let named = |t: &&Term| inner.search.effect(t.family).is_some();
+            let mut terms: Vec<Term> = match choice {
+                Choice::Searched => {
+                    let found = fold.found.get_or_init(|| found_without(inner, &fold.held));
+                    found.iter().filter(named).cloned().collect()
                 }
-                if terms.is_empty() {
-                    return Some(fold.before.clone());
-                }
-                let rows = inner.search.rows;
-                // Fewer rows never justify a higher order than all of them.
-                let order = choose_order(inner, &terms).max(first_order(rows)).min(order);
-                hand_on.left(&predictive(inner, &terms, order), Some(&fold.held))
-            })
-            .collect::<Option<_>>()?;
+                Choice::Of(terms) => terms.to_vec(),
+            };
+            if matches!(choice, Choice::Of(_)) {
+                inner.search.backfit(&mut terms);
+            }
+            if terms.is_empty() {
+                return Some(fold.before.clone());
+            }
+            let rows = inner.search.rows;
+            // Fewer rows never justify a higher order than all of them.
+            let order = choose_order(inner, &terms).max(first_order(rows)).min(order);
+            hand_on.left(&predictive(inner, &terms, order), Some(&fold.held))
+        };
+        let left: Vec<Vec<f64>> = parallel::map(&self.folds, left).into_iter().collect::<Option<_>>()?;
         let mut held: Vec<usize> = self
             .group_of_row
             .iter()
@@ -307,8 +298,7 @@ pub fn gain(gains: &[f64]) -> Gain {
     let value = mean(gains);
     let n = gains.len() as f64;
     let deviation = (gains.iter().map(|g| (g - value).powi(2)).sum::<f64>() / (n - 1.0).max(1.0)).sqrt();
-    let quantile = StudentsT::new(0.0, 1.0, (n - 1.0).max(1.0)).map_or(NORMAL_95, |t| t.inverse_cdf(0.975));
-    let half = quantile * deviation / n.sqrt();
+    let half = student_95(n - 1.0) * deviation / n.sqrt();
     Gain { value, ci95: [value - half, value + half] }
 }
 

@@ -8,14 +8,21 @@
 //! evenly over their range (Cox & Hinkley, Theoretical Statistics, 1974, sections 9.3 and 10.5). That the
 //! noise level is itself an estimate widens everything by the ratio of Student's quantile to the normal one.
 
+use numerics::{Basis, add_scaled, dot, of_triangle, student_95};
+
 use crate::averaging::Rival;
 use crate::correlation::Whitener;
 use crate::effects::{CommonMode, Effect, Over, Range, Reading};
 use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
-use crate::numerics::{Basis, add_scaled, dot, of_triangle};
 use crate::rows::Rows;
+use crate::thresholds::NORMAL_95;
 use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
+
+/// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
+pub fn widening(freedom: f64) -> f64 {
+    student_95(freedom) / NORMAL_95
+}
 
 /// What an effect's shapes are judged beside.
 pub struct Beside<'a> {

@@ -5,6 +5,7 @@
 use std::sync::OnceLock;
 
 use fitter::Coefficients;
+use numerics::rms;
 
 use crate::ambiguity::ambiguous;
 use crate::diagnosis::NoiseFloor;
@@ -14,7 +15,6 @@ use crate::hand_on::HandOn;
 use crate::held_out::{Choice, Groups, Proof, Shown, gain, prove};
 use crate::lasting::Lasting;
 use crate::model::{self, FittedTerm, Model, choose_order};
-use crate::numerics::rms;
 use crate::search::Term;
 use crate::thresholds::judge::{ABOVE_ACCURACY, BESIDE, BOUNDLESS, FOLLOWED, REMEMBERS};
 use crate::thresholds::{AT_FLOOR, NO_WORSE};

@@ -3,8 +3,9 @@
 //! rows serves all k. No grid would do, since in correlated noise a step is told by the one reading at which
 //! it begins, and a step two rows off explains next to nothing.
 
+use numerics::Basis;
+
 use crate::correlation::Whitener;
-use crate::numerics::Basis;
 
 /// Steps beside a whitened basis.
 #[derive(Debug, Clone)]
@@ -64,7 +65,7 @@ fn sums_from_the_end(mut values: Vec<f64>) -> Vec<f64> {
 mod tests {
     use super::{Jumps, step};
     use crate::correlation::{Correlation, Process};
-    use crate::numerics::{Basis, dot};
+    use numerics::{Basis, dot};
 
     #[test]
     fn all_rows_at_once_are_each_row_by_itself() {

@@ -1,12 +1,13 @@
 //! Whether what was found is more than noise that lasts: white readings with parts that are forgotten slowly, a reference that
 //! wanders, flicker. Such noise makes dependences on whatever changed slowly, and no other recording repeats them.
 
+use numerics::dot;
+
 use crate::base::base_columns;
 use crate::dictionary::Kind;
 use crate::explain::{Explanation, first_order};
 use crate::judge::least;
 use crate::model::choose_order;
-use crate::numerics::dot;
 use crate::search::{Search, Term};
 use crate::thresholds::lasting::{LIKELIER, TRIED};
 use crate::thresholds::search::select::MOST_TERMS;

@@ -48,7 +48,6 @@ mod memory;
 mod mixture;
 mod model;
 mod noise;
-mod numerics;
 pub mod observe;
 mod reach;
 mod refit;

@@ -3,8 +3,9 @@
 //! than was thought is known far less well. Averaged over the posterior of the correlation time, with the level
 //! that goes with each.
 
+use numerics::dot;
+
 use crate::noise::Noise;
-use crate::numerics::dot;
 
 /// Ratio of an amplitude's standard deviation, the correlation time drawn from its posterior, to that at the
 /// estimate. `direction` is the whitened direction that the amplitude is read off; `residual` what the
@@ -36,7 +37,7 @@ mod tests {
     use super::spread;
     use crate::correlation::{Correlation, Process};
     use crate::noise::estimate;
-    use crate::numerics::dot;
+    use numerics::dot;
 
     #[test]
     fn transposes_are_transposes() {

@@ -5,15 +5,15 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
+use numerics::{Basis, LeastSquares, add_scaled, dot, least_squares, rms};
+
 use crate::averaging::rivals;
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::dictionary::{Kind, highest_order};
 use crate::effects::{Effect, Reading};
 use crate::explain::{Explanation, first_order};
-use crate::intervals::Beside;
-use crate::numerics::rms;
-use crate::numerics::{Basis, LeastSquares, add_scaled, dot, least_squares, widening};
+use crate::intervals::{Beside, widening};
 use crate::rows::Rows;
 use crate::search::{Search, Term};
 use crate::thresholds::explain::STAGE_GAIN;

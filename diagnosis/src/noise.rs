@@ -5,9 +5,9 @@
 //! Covariance: Σ = D R D, D = diag(σᵢ), R of a stationary process that is forgotten with one time constant (see
 //! [`crate::correlation`]).
 
+use numerics::{Basis, dot, median};
+
 use crate::correlation::{Correlation, Process, Whitener, suspect};
-use crate::numerics::median;
-use crate::numerics::{Basis, dot};
 use crate::thresholds::noise::{ALONE, HAMPEL, MOST_CLEANED, VARIANCE_GAIN};
 
 /// The noise of a recording.
@@ -128,7 +128,7 @@ fn estimate_with(
         .zip(&unit.sigma)
         .map(|((y, c), s)| hampel_slope((y - c) / (scale * s)))
         .collect();
-    let slope = crate::numerics::mean(&slopes).max(0.2);
+    let slope = numerics::mean(&slopes).max(0.2);
     let spread = slopes.iter().map(|v| (v - slope).powi(2)).sum::<f64>() / n as f64;
     let price = (1.0 + whitened.rank() as f64 / n as f64 * spread / (slope * slope)) / slope;
     // Leverage shrinks each residual: give it back its variance.
@@ -138,7 +138,7 @@ fn estimate_with(
     }
     Noise {
         sigma: unit.sigma.iter().map(|s| s * scale * price).collect(),
-        level: crate::numerics::rms(&unit.sigma) * scale,
+        level: numerics::rms(&unit.sigma) * scale,
         freedom,
         whitened_residual: r,
         ..unit
@@ -294,7 +294,7 @@ fn variance_shape(squares: &[f64], covariates: &[Vec<f64>]) -> Vec<f64> {
             _ => break,
         }
     }
-    let centre = crate::numerics::mean(&log_variance);
+    let centre = numerics::mean(&log_variance);
     log_variance.iter().map(|l| (0.5 * (l - centre)).clamp(-2.5, 2.5).exp()).collect()
 }
 

@@ -5,10 +5,10 @@ use fitter::error_model::Sensor;
 use fitter::recording::{Note, Readings};
 use fitter::turn::Turn;
 use fitter::{Mirror, Recording};
+use numerics::{mean, range};
 
 use crate::content::is_noise_alone;
 use crate::error::DiagnosisError;
-use crate::numerics::{mean, range};
 use crate::rows::{Column, Rows};
 use crate::slow_channel::without_noise;
 use crate::thresholds::observe::FEWEST_ROWS;

@@ -3,13 +3,13 @@
 
 use std::collections::BTreeSet;
 
+use numerics::{Basis, centred, dot};
+
 use crate::base::base_columns;
 use crate::effects::Effect;
 use crate::explain::Explanation;
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
-use crate::numerics::centred;
-use crate::numerics::{Basis, dot};
 use crate::search::{Found, Term};
 use crate::thresholds::averaging::ODDS;
 use crate::thresholds::reach::{HALF, LITTLE};

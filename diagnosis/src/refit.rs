@@ -9,9 +9,8 @@
 use fitter::Coefficients;
 use fitter::error_model::{ErrorModel, Sensor};
 use fitter::terms::{Observables, Operator, Periodic, Term};
+use numerics::{least_squares, range, rms};
 
-use crate::numerics::least_squares;
-use crate::numerics::{range, rms};
 use crate::rows::Rows;
 use crate::screened::Seen;
 use crate::thresholds::refit::{GAIN, HARMONIC_GAIN, MOST_HARMONICS, MOST_ROWS, STEEP, STEPS};

@@ -4,9 +4,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::numerics::{least_squares, mean, median, range};
 use crate::thresholds::rows::SAME_PLACE;
 use fitter::turn::Turn;
+use numerics::{least_squares, mean, median, range};
 
 /// One observable of a recording.
 #[derive(Debug, Clone)]

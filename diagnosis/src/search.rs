@@ -11,7 +11,7 @@ mod select;
 
 use std::sync::{Arc, OnceLock};
 
-use rayon::prelude::*;
+use numerics::{Basis, Columns, add_scaled, dot, least_squares, parallel};
 
 use crate::base::base_columns;
 use crate::calibrate::{Calibration, calibrate, log_tail};
@@ -21,7 +21,6 @@ use crate::effects::{Effect, Over, Range};
 use crate::generic::observables;
 use crate::jumps::Jumps;
 use crate::noise::Noise;
-use crate::numerics::{Basis, Columns, add_scaled, dot, least_squares};
 use crate::rows::Rows;
 use crate::thresholds::calibrate::GENERIC_SHARE;
 use crate::thresholds::compose::{CURVE, HANDICAP, HANDICAP_PER_FACTOR};
@@ -314,7 +313,8 @@ impl<'a> Search<'a> {
         further.push(residual);
         let projected = self.projected();
         let products = projected.products(&further);
-        let best_of = |scratch: &mut Scratch, f: usize| {
+        let best_of = |f: usize| {
+            let mut scratch = Scratch::default();
             let family = &self.dictionary.families[f];
             if let Some(jumps) = self.dictionary.jumps(family, &self.whitener, basis) {
                 return self.best_step(f, &jumps, residual);
@@ -322,7 +322,7 @@ impl<'a> Search<'a> {
             let mut possible: Vec<(f64, usize, f64)> = Vec::new();
             let mut explained_by = Vec::new();
             for c in family.candidates.clone() {
-                projected.scores(c, &products, count, family.smallest_part, scratch);
+                projected.scores(c, &products, count, family.smallest_part, &mut scratch);
                 let scores = &scratch.scores;
                 let s = dot(scores, scores);
                 explained_by.push(s);
@@ -347,8 +347,7 @@ impl<'a> Search<'a> {
                 }
             })
         };
-        let families = 0..self.dictionary.families.len();
-        families.into_par_iter().map_init(Scratch::default, best_of).flatten_iter().collect()
+        parallel::indices(self.dictionary.families.len(), best_of).into_iter().flatten().collect()
     }
 
     /// The one free shape parameter of a family at the tops of its grid that may be the highest once refined; nothing

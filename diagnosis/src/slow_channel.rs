@@ -23,7 +23,7 @@ pub fn without_noise(t_s: &[f64], readings: &[f64]) -> Vec<f64> {
     if gaps.is_empty() {
         return readings.to_vec();
     }
-    let typical = crate::numerics::median(&mut gaps);
+    let typical = numerics::median(&mut gaps);
     let readings = &between_updates(t_s, readings, typical);
     let (low, high, count) = RATIOS;
     let ratio = |k: usize| low * (high / low).powf(k as f64 / (count - 1) as f64);
@@ -88,7 +88,7 @@ fn smooth(filtered: &[Filtered]) -> Vec<f64> {
 mod tests {
     use super::without_noise;
     use crate::correlation::tests::white;
-    use crate::numerics::rms;
+    use numerics::rms;
 
     fn error(found: &[f64], truth: &[f64]) -> f64 {
         rms(&found.iter().zip(truth).map(|(a, b)| a - b).collect::<Vec<f64>>())

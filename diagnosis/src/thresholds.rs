@@ -894,14 +894,6 @@ pub mod judge {
     pub const ABOVE_ACCURACY: f64 = 5.0;
 }
 
-/// See [`crate::numerics`].
-pub mod numerics {
-    /// Relative length below which what is left of a column after projection is rounding.
-    pub const DEPENDENT: f64 = 1e-7;
-    /// Partial sums of an inner product: enough for two of the widest registers, and the same on every processor.
-    pub const LANES: usize = 16;
-}
-
 /// See [`crate::lasting`].
 pub mod lasting {
     /// Effects that are held against noise that lasts in the place of one that does not stand above it: by judgement, the

@@ -2,6 +2,7 @@
 //! recording cannot exclude, and the experiment that would decide between them.
 
 use fitter::figures::with_interval;
+use numerics::{centred, range};
 use serde::Serialize;
 
 use crate::calibrate::log_tail;
@@ -11,7 +12,6 @@ use crate::experiment;
 use crate::explain::Explanation;
 use crate::judge::Settled;
 use crate::model::{FittedTerm, Model};
-use crate::numerics::{centred, range};
 use crate::rows::Rows;
 use crate::search::{Search, Term};
 use crate::thresholds::NORMAL_95;
@@ -351,10 +351,10 @@ fn alternatives(explanation: &Explanation, catalogue: &[Effect], model: &Model, 
 /// Part of a slow observable's variance that is its reading noise, from second differences.
 fn roughness(values: &[f64]) -> f64 {
     let seconds: Vec<f64> = values.windows(3).map(|w| w[0] - 2.0 * w[1] + w[2]).collect();
-    let whole = crate::numerics::rms(&centred(values)).powi(2);
+    let whole = numerics::rms(&centred(values)).powi(2);
     // The median of squares is deaf to the jumps between passes; 0.455 is that of χ²₁.
     let mut squares: Vec<f64> = seconds.iter().map(|s| s * s).collect();
-    crate::numerics::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
+    numerics::median(&mut squares) / 0.455 / 6.0 / whole.max(1e-300)
 }
 
 /// The values of an observable by its name in `locations`.
@@ -386,7 +386,7 @@ pub(crate) fn locate(rows: &Rows, place: &Place, contribution: &[f64], share: f6
     let about = centred(contribution);
     // About its most common value rather than its mean, so that a step or a bump counts where it is.
     let mut sorted = contribution.to_vec();
-    let middle = crate::numerics::median(&mut sorted);
+    let middle = numerics::median(&mut sorted);
     let deviation: Vec<f64> =
         if narrow(contribution, middle) { contribution.iter().map(|c| c - middle).collect() } else { about };
     let largest = deviation.iter().fold(0.0_f64, |m, d| m.max(d.abs()));

@@ -105,7 +105,7 @@ const PATH: [&str; 12] = [
     "generate --coefficients c.json --out g --format q31",
     "check --coefficients c.json --out g --format q31",
     "budget --coefficients c.json --format q31 --out b.html",
-    "explore --coefficients c.json --target cortex-m4f --format f32",
+    "explore --coefficients c.json --target cortex-m4f --format q15",
 ];
 
 #[test]

@@ -68,6 +68,7 @@ fn estimates_are_as_close_to_the_counts_as_they_claim() {
 /// What a core is given for the bounds of the device of Eq. 12: as few instructions and bytes as the best that is known to be
 /// written by hand, in the model's estimate, which the counts above hold. The scale is the one that one instruction limits.
 #[test]
+#[ignore = "takes long: in .ci/full"]
 fn a_target_gets_what_is_cheapest_on_it() {
     let within = |core: Core, bound| {
         let mut options = Options { bound: Some(bound), ..Options::default() };
@@ -99,6 +100,7 @@ fn a_target_gets_what_is_cheapest_on_it() {
 
 /// Floats take a linear coefficient of two where that is the cheapest within the bound, and one where one does.
 #[test]
+#[ignore = "takes long: in .ci/full"]
 fn a_target_gets_two_floats_where_they_are_cheapest() {
     let instructions = |format, core: Core, bound, two: bool| {
         let mut options = Options { bound: Some(bound), ..Options::default() };

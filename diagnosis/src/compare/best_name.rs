@@ -2,11 +2,11 @@
 //! a base of its own, which takes up a part of them; beside the base that both recordings have in common another effect may do
 //! better, or an effect may do where the base seemed to differ.
 
-use rayon::prelude::*;
+use numerics::{Basis, parallel};
 
 use crate::calibrate::log_tail;
 use crate::effects::Effect;
-use crate::numerics::{Basis, widening};
+use crate::intervals::widening;
 use crate::thresholds::compare::{ALTERNATIVE, CANDIDATES, MOST_CHANGES};
 
 use super::choose::{Chosen, choose};
@@ -105,7 +105,7 @@ impl<'a, 'b> Gap<'a, 'b> {
     fn filled(
         &self,
         catalogue: &[Effect],
-        wanted: impl Fn(&&Effect) -> bool + Sync,
+        wanted: impl Fn(&&Effect) -> bool,
         p_value: f64,
     ) -> Option<InPlace<'a>> {
         let both = self.without.both;
@@ -113,9 +113,10 @@ impl<'a, 'b> Gap<'a, 'b> {
             let lasts = !effect.of_one_time && !effect.is_form() && !effect.begins_at_a_row;
             lasts && wanted(effect) && effect.testable(&both.rows).is_ok()
         };
+        let catalogue: Vec<&Effect> = catalogue.iter().filter(can_be).collect();
         let beside = self.without.beside(self.white, &self.without.parts_of(self.others));
-        let start = |effect| best_start(effect, both, self.white, &beside, p_value);
-        let mut starts: Vec<(f64, Shared)> = catalogue.par_iter().filter(can_be).filter_map(start).collect();
+        let start = |effect: &&Effect| best_start(effect, both, self.white, &beside, p_value);
+        let mut starts: Vec<(f64, Shared)> = parallel::filter_map(&catalogue, start);
         starts.sort_by(|a, b| b.0.total_cmp(&a.0));
         let settled = starts.into_iter().take(CANDIDATES).filter_map(|(_, shared)| {
             let searched = shared.effect.as_ref()?.starts(&both.rows).len().max(1) as f64;

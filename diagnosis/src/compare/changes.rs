@@ -1,7 +1,9 @@
 //! What is said of the parts that differ, and of how small a difference would have been seen.
 
+use numerics::{centred, rms};
+
+use crate::intervals::widening;
 use crate::noise::Noise;
-use crate::numerics::{centred, rms, widening};
 use crate::rows::Rows;
 use crate::thresholds::calibrate::HALF_SEEN;
 use crate::thresholds::compare::{FALSE_ALARMS, POWER, PRESENT};

@@ -1,12 +1,13 @@
 //! Which parts of the common model differ between the recordings: the fewest beside which nothing else does.
 
+use numerics::{mean, rms};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::erf::erfc;
 
 use crate::calibrate::log_tail;
 use crate::correlation::Process;
+use crate::intervals::widening;
 use crate::noise::Noise;
-use crate::numerics::{mean, rms, widening};
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS, POWER};
 

@@ -1,10 +1,11 @@
 //! One linear model of two recordings: what each has for itself, what is common, and what of the common may differ.
 
+use numerics::{Basis, LeastSquares, add_scaled, dot, least_squares};
+
 use crate::base::base_columns;
 use crate::correlation::Whitener;
 use crate::effects::{Effect, Place, Range};
 use crate::noise::Noise;
-use crate::numerics::{Basis, LeastSquares, add_scaled, dot, least_squares};
 use crate::thresholds::compare::{HALVINGS, TURNS};
 use crate::thresholds::explain::UNMEASURED;
 

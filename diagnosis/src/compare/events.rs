@@ -1,9 +1,10 @@
 //! What happened at one time of one recording: it belongs to that recording, and is no change of the device.
 
+use numerics::Basis;
+
 use crate::calibrate::log_tail;
 use crate::diagnosis::Outcome;
 use crate::noise::Noise;
-use crate::numerics::Basis;
 use crate::thresholds::compare::{FALSE_ALARMS, MAY_BE_AN_EVENT};
 
 use super::design::explained_by;

@@ -1,6 +1,7 @@
 //! Two recordings as one, with the columns that both have.
 
-use crate::numerics::range;
+use numerics::range;
+
 use crate::rows::{Column, Rows};
 use crate::thresholds::compare::PAUSE;
 

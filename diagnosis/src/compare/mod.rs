@@ -23,6 +23,7 @@ mod shared;
 mod stepwise;
 
 use fitter::{Mirror, Recording};
+use numerics::parallel;
 
 use crate::diagnosis::{Options, Outcome, diagnose};
 use crate::effects::catalogue;
@@ -44,7 +45,7 @@ pub fn compare(
     mirror: &Mirror,
     options: &Options,
 ) -> Result<Compared, DiagnosisError> {
-    let (a, b) = rayon::join(
+    let (a, b) = parallel::join(
         || diagnose(then, mirror, None, None, options),
         || diagnose(now, mirror, None, None, options),
     );

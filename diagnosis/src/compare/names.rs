@@ -2,7 +2,7 @@
 
 use crate::calibrate::log_tail;
 use crate::effects::Effect;
-use crate::numerics::widening;
+use crate::intervals::widening;
 use crate::thresholds::compare::{ALTERNATIVE, FALSE_ALARMS};
 
 use super::design::{Design, What, White};

@@ -2,10 +2,11 @@
 //! coefficients says a little more than it, and takes its place. The other recording often cannot determine that many: so the
 //! effect is compared, and what the form adds beyond it belongs to its recording alone.
 
+use numerics::{add_scaled, dot, least_squares};
+
 use crate::base::base_columns;
 use crate::diagnosis::{FoundTerm, Outcome};
 use crate::effects::Effect;
-use crate::numerics::{add_scaled, dot, least_squares};
 use crate::thresholds::compare::NEARLY;
 
 use super::events::Event;

@@ -3,13 +3,14 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use numerics::{centred, least_squares, rms};
+
 use crate::base::base_columns;
 use crate::diagnosis::Outcome;
 use crate::effects::Effect;
 use crate::explain::covariates;
 use crate::generic::slow_structure;
 use crate::noise::{Noise, estimate};
-use crate::numerics::{centred, least_squares, rms};
 use crate::rows::Rows;
 use crate::thresholds::compare::{FALSE_ALARMS, ZEROS};
 use crate::verdict::{angle_name, values_of};

@@ -1,9 +1,10 @@
 //! Whether held-out rows of both recordings are predicted better where a part may differ. A row that the others hardly determine
 //! (its pass alone was as warm, or went as far) counts as little as its prediction is worth.
 
+use numerics::rms;
+
 use crate::held_out::{Gain, Groups, gain, groups};
 use crate::noise::Noise;
-use crate::numerics::rms;
 use crate::rows::Rows;
 use crate::thresholds::held_out::FOLDS;
 

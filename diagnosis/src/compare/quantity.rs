@@ -1,10 +1,10 @@
 //! The parameters of what changed, then and now, with intervals that allow for everything else.
 
+use numerics::{centred, dot};
 use serde::Serialize;
 
 use crate::calibrate::log_tail;
 use crate::effects::Reading;
-use crate::numerics::{centred, dot};
 use crate::thresholds::NORMAL_95;
 
 use super::design::{Design, Fitted, What, White};

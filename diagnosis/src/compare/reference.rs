@@ -2,7 +2,8 @@
 //! another gain at another temperature from which it is counted. Nobody knows that temperature. So what it does to the base
 //! belongs to a difference of the effect, and does not show one by itself.
 
-use crate::numerics::{add_scaled, centred, dot, least_squares, rms};
+use numerics::{add_scaled, centred, dot, least_squares, rms};
+
 use crate::rows::Rows;
 use crate::thresholds::compare::OF_THE_BASE;
 

@@ -1,9 +1,10 @@
 //! What was found in either recording, once each, with its shape in both.
 
+use numerics::{dot, least_squares};
+
 use crate::diagnosis::{FoundTerm, Outcome};
 use crate::effects::{Effect, Place, Range};
 use crate::generic;
-use crate::numerics::{dot, least_squares};
 use crate::thresholds::compare::{MAY_BE_AN_EVENT, SAME, SHAPE_STEP};
 
 use super::joined::Joined;

@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use numerics::{Columns, median};
+
 use super::Process;
-use crate::numerics::{Columns, median};
 
 /// Columns that are made white together: the steps of a row take as long as so many additions.
 const ABREAST: usize = 8;

@@ -1,11 +1,10 @@
 //! What looks like correlated noise and is none: a step, a seat that differs from pass to pass, a sway, the
 //! trace of an earlier move. Left in, it would be taken for correlation, and the noise would then hide it.
 
-use rayon::prelude::*;
+use numerics::{Basis, Columns, add_scaled, cholesky, dot, parallel};
 
 use super::{Correlation, Process, Whitener, orthonormal};
 use crate::jumps::{Jumps, step};
-use crate::numerics::{Basis, Columns, add_scaled, cholesky, dot};
 use crate::thresholds::correlation::COARSE;
 use crate::thresholds::correlation::mistaken::{
     CORRELATION_SEEN, FEW_COLUMNS, FIRST_STEP, MOST_TAKEN, NEARLY, SLOW_GAIN, SLOW_GAIN_PER_COLUMN,
@@ -45,22 +44,18 @@ impl Correlation {
         while taken.len() < MOST_TAKEN {
             let before = places.iter().map(now).fold(f64::INFINITY, f64::min);
             // Gain of every group over what is asked of it, with the process that suits it best.
-            let gains: Vec<Vec<f64>> = places
-                .par_iter()
-                .map(|place| {
-                    let rss = dot(&place.residual, &place.residual);
-                    let of_groups = place.explained_by(suspects).into_iter().zip(suspects);
-                    let of_groups = of_groups.map(|(explained, group)| {
-                        (explained, SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (group.len() as f64 - 1.0))
-                    });
-                    let of_steps =
-                        place.explained_by_steps().into_iter().map(|explained| (explained, of_a_step));
-                    of_groups
-                        .chain(of_steps)
-                        .map(|(explained, asked)| before - deviance(place, rss - explained) - asked)
-                        .collect()
-                })
-                .collect();
+            let gains: Vec<Vec<f64>> = parallel::map(&places, |place| {
+                let rss = dot(&place.residual, &place.residual);
+                let of_groups = place.explained_by(suspects).into_iter().zip(suspects);
+                let of_groups = of_groups.map(|(explained, group)| {
+                    (explained, SLOW_GAIN + SLOW_GAIN_PER_COLUMN * (group.len() as f64 - 1.0))
+                });
+                let of_steps = place.explained_by_steps().into_iter().map(|explained| (explained, of_a_step));
+                of_groups
+                    .chain(of_steps)
+                    .map(|(explained, asked)| before - deviance(place, rss - explained) - asked)
+                    .collect()
+            });
             let open: Vec<(usize, f64)> = (0..suspects.len() + n)
                 .filter(|k| !taken.contains(k))
                 .map(|k| (k, gains.iter().map(|g| g[k]).fold(f64::NEG_INFINITY, f64::max)))
@@ -113,7 +108,7 @@ impl Correlation {
         };
         let own = deviance(self.process());
         let tried: Vec<Process> = self.tried().collect();
-        let deviances: Vec<f64> = tried.par_iter().map(deviance).collect();
+        let deviances = parallel::map(&tried, deviance);
         let least = deviances.into_iter().zip(tried).min_by(|a, b| a.0.total_cmp(&b.0));
         match least {
             Some((least, process)) if least < own => (process, own - least),
@@ -135,7 +130,7 @@ impl Correlation {
         shape: &[f64],
     ) -> Vec<Place> {
         let processes: Vec<Process> = std::iter::once(Process::white()).chain(processes).collect();
-        processes.par_iter().map(|process| Place::new(self.with(process), columns, clean, shape)).collect()
+        parallel::map(&processes, |process| Place::new(self.with(process), columns, clean, shape))
     }
 }
 

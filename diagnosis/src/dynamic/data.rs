@@ -7,13 +7,13 @@ use std::ops::Range;
 use fitter::plant::Hold;
 use fitter::table::Values;
 use motion::equations::Input;
+use numerics::mean;
 
 use super::effects::Scale;
 use super::recording::DynamicRecording;
 use super::signal::Signal;
 use super::simulate::Course;
 use super::turns::Turns;
-use crate::numerics::mean;
 use crate::thresholds::dynamic::data::{BLOCKS, BLOCKS_OF_WINDOW, BOUND, LEAST_WINDOW, MOST_LEAD, WINDOWS};
 
 /// Number of kinds of rows.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use fitter::plant::{Kind, PlantFile};
 use fitter::table::Values;
 use motion::equations::MotionEffect;
-use rayon::prelude::*;
+use numerics::{Symmetric, parallel};
 
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, UNSCORED};
 use super::estimate::{Fitted, fit};
@@ -21,7 +21,6 @@ use super::{equations, expected, feedback, floor, linear, plant, remainder};
 use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
 use crate::held_out::Fit;
-use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::diagnose::{SEARCH_STEPS, START_ROWS};
 use crate::thresholds::dynamic::effects::HARD;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
@@ -189,7 +188,7 @@ fn free_run(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
         chosen = decided(&search, &data, chosen);
     }
     let nominal_model = seen.model.clone();
-    let (before, found) = rayon::join(|| whole(&data, &nominal_model), || whole(&data, &chosen.model));
+    let (before, found) = parallel::join(|| whole(&data, &nominal_model), || whole(&data, &chosen.model));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     let creeps = chosen.model.terms.iter().any(|t| t.effect.creep().is_some_and(|k| t.free[k]));
     judge::standing(&FreeRun { case, data: &data, search: &search, seen, before, chosen, found, creeps })
@@ -263,7 +262,7 @@ impl FreeRun<'_> {
         let plant = &self.case.plant.plant;
         // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
         let proof_of = |f: &Fitted| fit(&f.model, &f.states, data, UNSCORED);
-        let (proof_before, proof_after) = rayon::join(|| proof_of(before), || proof_of(found));
+        let (proof_before, proof_after) = parallel::join(|| proof_of(before), || proof_of(found));
         let small = search.complete(small);
         let Remains { structures, left, floor } = self.remains(&small, found);
         let verdict = verdict::verdict(before, found, &left);
@@ -397,7 +396,7 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
         return chosen;
     }
     let whole = |m: &Model| fit(m, &data.first_states(), data, FIT_ROWS);
-    let mut fits = models.par_iter().map(whole).collect::<Vec<_>>().into_iter();
+    let mut fits = parallel::map(&models, whole).into_iter();
     let Some(own) = fits.next().flatten() else { return chosen };
     let better = fits
         .flatten()
@@ -409,7 +408,7 @@ fn decided(search: &Search, data: &Data, chosen: Fitted) -> Fitted {
 
 /// Free run of another recording; what cannot be simulated stands still at the mean.
 fn predicted(recording: &DynamicRecording, model: &Model) -> Vec<Vec<f64>> {
-    let still = || vec![crate::numerics::mean(&recording.positions[0]); recording.rows()];
+    let still = || vec![numerics::mean(&recording.positions[0]); recording.rows()];
     vec![score::free_run(model, recording).unwrap_or_else(still)]
 }
 

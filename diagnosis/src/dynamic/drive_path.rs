@@ -2,6 +2,8 @@
 //! in one step of the integrator is handed on as the parabola with the same mean, first and second moment: the
 //! fourth-order rule then moves the mechanism as the drive itself would, jumps and fast transients included.
 
+use physics::number::Number;
+
 use super::effects::Part;
 use super::lag::{Lag, moments};
 use super::model::Model;
@@ -9,7 +11,6 @@ use super::signal::{Piece, Signal};
 use super::simulate::{Course, Theta};
 use super::span::Span;
 use super::turns::Turns;
-use crate::numerics::Number;
 use crate::thresholds::dynamic::drive_path::LEAST_PART;
 
 /// The drive's path.

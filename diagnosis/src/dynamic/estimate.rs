@@ -3,7 +3,7 @@
 //! a step that is refused.
 
 use fitter::plant::Hold;
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, SCORE_ROWS, over};
 use super::gram::Grams;
@@ -100,14 +100,14 @@ pub fn fit<M: Simulated>(model: &M, states: &[M::Start], data: &Data, folds: Fol
 
 /// The same in each of some ways of running between the samples; those that cannot be simulated are left out.
 pub fn fit_in_ways(
-    holds: impl IntoParallelIterator<Item = Hold>,
+    holds: impl IntoIterator<Item = Hold>,
     model: &Model,
     states: &[[f64; 2]],
     data: &Data,
     folds: Folds,
 ) -> Vec<Fitted> {
-    let one = |hold| fit(&Model { hold, ..model.clone() }, states, data, folds);
-    holds.into_par_iter().filter_map(one).collect()
+    let one = |hold: &Hold| fit(&Model { hold: *hold, ..model.clone() }, states, data, folds);
+    parallel::filter_map(&Vec::from_iter(holds), one)
 }
 
 /// The same in so many steps at most.

@@ -37,7 +37,7 @@ pub fn nominal(
         }
     };
     let best = best.ok_or_else(|| recording.lost(100.0))?;
-    let middle = crate::numerics::mean(data.position);
+    let middle = numerics::mean(data.position);
     let rows = data.runs.iter().flat_map(|r| r.clone());
     let whole: f64 = rows.map(|k| (data.position[k] - middle).powi(2)).sum();
     let part = best.cost(ALL) / whole.max(f64::MIN_POSITIVE);

@@ -114,14 +114,14 @@ fn by_motion(residual: &[f64], simulated: &[f64], data: &Data, noise: &Autoregre
             let past: f64 = noise.coefficients.iter().enumerate().map(|(j, c)| c * residual[k - 1 - j]).sum();
             squares.push((residual[k] - past).powi(2));
             speeds.push(((simulated[k + 1] - simulated[k - 1]) / (2.0 * data.step_s)).powi(2));
-            sizes.push((simulated[k] - crate::numerics::mean(&simulated[run.clone()])).powi(2));
+            sizes.push((simulated[k] - numerics::mean(&simulated[run.clone()])).powi(2));
         }
     }
     let all = [("t_s", Some("velocity"), speeds), ("position", None, sizes)];
     let rms = power(data.runs.iter().flat_map(|r| &residual[r.clone()])).sqrt();
     let of = |(variable, times, drivers): (&'static str, Option<&'static str>, Vec<f64>)| {
         let still = standing(&squares, &drivers)?;
-        let part = 1.0 - still / crate::numerics::mean(&squares);
+        let part = 1.0 - still / numerics::mean(&squares);
         Some(Floor {
             level: rms * (1.0 - part).max(0.0).sqrt(),
             from: "readings of the mechanism at rest",
@@ -133,7 +133,7 @@ fn by_motion(residual: &[f64], simulated: &[f64], data: &Data, noise: &Autoregre
 
 /// The mean of `squares` where `drivers` is zero, by a straight line; none where they do not depend on it.
 fn standing(squares: &[f64], drivers: &[f64]) -> Option<f64> {
-    let (middle, mean) = (crate::numerics::mean(drivers), crate::numerics::mean(squares));
+    let (middle, mean) = (numerics::mean(drivers), numerics::mean(squares));
     let (mut xx, mut xy) = (0.0, 0.0);
     for (x, y) in drivers.iter().zip(squares) {
         xx += (x - middle) * (x - middle);

@@ -1,13 +1,12 @@
 //! Normal equations of a free-run simulation: the simulation runs once with its sensitivities, and only the
 //! inner products of residual and sensitivities are kept, for every run and kind of row apart.
 
-use rayon::prelude::*;
+use numerics::{Symmetric, parallel};
+use physics::number::{Dual, Number};
 
 use super::data::{Data, FOLDS, Folds, over};
 use super::model::Model;
 use super::simulate::{Theta, Unstable, simulate};
-use crate::numerics::Symmetric;
-use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::gram::STATE;
 
 /// Inner products of the sensitivities (first the run's initial state, then the free parameters) and, in the last place, of the residual.
@@ -126,7 +125,7 @@ pub fn through<const N: usize, const F: usize>(
         })?;
         Ok(sums.map(|(sums, rows)| (sums.map(|s| s.symmetric(lanes)), rows)))
     };
-    let runs: Vec<_> = (0..data.runs.len()).into_par_iter().map(of_run).collect();
+    let runs = parallel::indices(data.runs.len(), of_run);
     let mut grams =
         filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS], states });
     for run in runs {

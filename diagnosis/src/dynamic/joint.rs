@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use fitter::plant::Plant;
-use rayon::join;
+use numerics::{Symmetric, parallel, rms};
 
 use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
 use super::diagnose::residual;
@@ -18,7 +18,6 @@ use super::noise::autoregression;
 use super::recording::DynamicRecording;
 use super::verdict::{PLANT, nominal, slopes, sort};
 use crate::calibrate::log_tail;
-use crate::numerics::{Symmetric, rms};
 use crate::verdict::Parameter;
 
 /// What may differ: a parameter of the plant, or an effect.
@@ -170,7 +169,7 @@ impl<'a> Joint<'a> {
             let starts = if union.terms.len() > own.terms.len() { &starts[..] } else { &starts[..1] };
             Determined::of(recordings[recording], starts, wider[recording])
         };
-        let (a, b) = join(|| of(0), || of(1));
+        let (a, b) = parallel::join(|| of(0), || of(1));
         let sides = [a?, b?];
         let model = &sides[0].fitted.model;
         if models[0].nominal_free != models[1].nominal_free || model.free() != sides[1].fitted.model.free() {
@@ -193,7 +192,7 @@ impl<'a> Joint<'a> {
 
     /// The same by the rows alone that do not score.
     pub fn unscored(&self) -> Option<Joint<'a>> {
-        let (a, b) = join(|| self.sides[0].unscored(), || self.sides[1].unscored());
+        let (a, b) = parallel::join(|| self.sides[0].unscored(), || self.sides[1].unscored());
         let groups = self.groups.iter().map(|group| Group { lanes: group.lanes.clone(), ..*group });
         Some(Joint { sides: [a?, b?], groups: groups.collect() })
     }

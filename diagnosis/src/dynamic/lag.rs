@@ -1,6 +1,6 @@
 //! A first-order lag on the way in or out, in closed form along a cubic.
 
-use crate::numerics::Number;
+use physics::number::Number;
 
 /// One first-order lag τ w′ = u − w.
 #[derive(Clone, Copy)]

@@ -3,6 +3,7 @@
 
 use std::ops::Mul;
 
+use physics::number::Number;
 use pulp::Arch;
 
 use super::effects::{DynamicEffect, Flow, Part};
@@ -10,7 +11,6 @@ use super::model::{Model, Term};
 use super::simulate::Theta;
 use super::span::Span;
 use super::step::{Room, Step};
-use crate::numerics::Number;
 use crate::thresholds::dynamic::machine::MOST_EVENTS;
 
 /// Position, velocity, and the states of effects, for which there are `Z` places, and `Q` for what is only probed.

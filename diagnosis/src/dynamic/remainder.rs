@@ -1,10 +1,11 @@
 //! How much of a residual is no noise, whether a family of forces has its shape or not: what is above the noise, and
 //! a tone that the drive does not hold.
 
+use numerics::fourier::{coefficients, hann};
+
 use super::data::{ALL, Data};
 use super::estimate::{Fitted, Simulated};
 use super::noise::Autoregression;
-use super::spectrum::fourier::{coefficients, hann};
 use super::structure::Structure;
 use crate::thresholds::dynamic::remainder::{
     ABOVE, ALONE, AROUND, COLOURED, IN_DRIVE, LEAST_PART, PREDICTED, SPREAD, TONE,
@@ -32,7 +33,7 @@ pub fn above<M: Simulated>(
 pub fn tone(residual: &[f64], data: &Data) -> Option<Structure> {
     let run = data.runs.iter().max_by_key(|run| run.len())?.clone();
     let power = |values: &[f64]| -> Vec<f64> {
-        let middle = crate::numerics::mean(values);
+        let middle = numerics::mean(values);
         let window = hann(values.len());
         let windowed: Vec<f64> = values.iter().zip(window).map(|(x, w)| (x - middle) * w).collect();
         coefficients(&windowed).iter().map(|c| c.norm_sqr()).collect()

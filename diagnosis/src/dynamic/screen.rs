@@ -3,7 +3,7 @@
 //! sensitivities are whitened by the residual's own autoregression, and the present model's parameters and
 //! initial states are free beside each candidate.
 
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::data::{CHOOSE_ROWS, Data, FIT_ROWS, Folds};
 use super::estimate::Fitted;
@@ -46,9 +46,9 @@ pub fn screen<M: Augmented, const F: usize>(
         Some(all) => vec![all],
         None => pack.chunks(1).filter_map(of).collect(),
     };
-    let screened: Vec<[Vec<(usize, f64)>; F]> = packs.par_iter().flat_map_iter(of_pack).collect();
+    let screened = parallel::map(&packs, of_pack);
     let mut all = filters.map(|_| Vec::new());
-    for pack in screened {
+    for pack in screened.into_iter().flatten() {
         all.iter_mut().zip(pack).for_each(|(all, some)| all.extend(some));
     }
     all

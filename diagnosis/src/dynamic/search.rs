@@ -9,7 +9,7 @@ mod grow;
 mod named;
 mod rare_saturation;
 
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::data::{ALL, CHOOSE, CHOOSE_ROWS, Data, FIT_ROWS, FOLDS, Folds, over};
 use super::estimate::{Fitted, Simulated};
@@ -153,11 +153,10 @@ impl<M: Augmented> Search<'_, M> {
     pub fn pruned(&self, mut present: Fitted<M>) -> Fitted<M> {
         while present.model.terms().len() > 1 + self.given {
             let last = present.model.terms().len() - 1;
-            let shorter: Vec<Fitted<M>> = (self.given..last)
-                .into_par_iter()
-                .filter_map(|k| self.fit(&present.model.without(k)?, &present.states))
-                .filter(|f| !M::worth(self, f, &present))
-                .collect();
+            let mut shorter = parallel::filter_map(&Vec::from_iter(self.given..last), |k| {
+                self.fit(&present.model.without(*k)?, &present.states)
+            });
+            shorter.retain(|f| !M::worth(self, f, &present));
             match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
                 Some(f) => present = f,
                 None => break,

@@ -2,10 +2,10 @@
 
 use fitter::plant::Hold;
 use motion::equations::Input;
+use physics::number::Number;
 
 use super::span::Span;
 use super::turns::Turns;
-use crate::numerics::Number;
 
 /// The drive of one run as a function of time: on every interval a cubic a + b s + c s² + d s³ of the part
 /// s of the interval that has passed. It may begin before the run's first row.
@@ -149,7 +149,7 @@ fn spline(samples: &[f64]) -> Vec<[f64; 4]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::Dual;
+    use physics::number::Dual;
 
     fn sine(n: usize) -> Vec<f64> {
         (0..n).map(|k| (0.4 * k as f64).sin()).collect()

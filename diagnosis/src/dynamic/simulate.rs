@@ -2,6 +2,8 @@
 //! the way to the recording. Written over [`Number`], so that with derivative-carrying numbers it integrates
 //! the sensitivity equations alongside.
 
+use physics::number::Number;
+
 use super::drive_path::DrivePath;
 use super::effects::Part;
 use super::lag::Lag;
@@ -9,7 +11,6 @@ use super::machine::{Machine, State};
 use super::model::Model;
 use super::signal::Signal;
 use super::step::Room;
-use crate::numerics::Number;
 use crate::thresholds::dynamic::model::{MOST_EXTRA, MOST_PROBED};
 use crate::thresholds::dynamic::simulate::SLOPE_ROWS;
 

@@ -1,8 +1,9 @@
 //! The drive in one step of the integrator: a parabola.
 
+use physics::number::Number;
+
 use super::lag::moments;
 use super::turns::Turns;
-use crate::numerics::Number;
 
 /// The drive at the beginning, middle and end of a step.
 #[derive(Clone, Copy)]

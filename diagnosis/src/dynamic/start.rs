@@ -3,12 +3,11 @@
 //! least squares and refined by instrumental variables from the model's own simulation (SRIVC).
 
 use fitter::plant::Hold;
-use rayon::prelude::*;
+use numerics::{Symmetric, parallel};
 
 use super::data::{ALL, Data, HOLDS};
 use super::estimate::{Fitted, Simulated, fit_in_ways};
 use super::model::Model;
-use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::start::{ROUNDS, WIDTHS};
 
 /// The nominal plant of a recording, fitted by output error, for every way in which the drive may run
@@ -21,31 +20,30 @@ pub fn nominal(data: &Data) -> Vec<Fitted> {
             data.runs.iter().flat_map(|r| r.clone()).map(|k| (y[k] - data.position[k]).powi(2)).sum();
         cost.is_finite().then_some((cost, y))
     };
-    let starts: Vec<(f64, [f64; 3])> = WIDTHS
-        .par_iter()
-        .flat_map_iter(|width| {
-            let omega = (width * data.scale.rate).min(1.0 / data.step_s);
-            let mut denominator = [2.0 * omega, omega * omega];
-            let mut simulated: Option<Vec<f64>> = None;
-            let mut found = Vec::new();
-            for _ in 0..ROUNDS {
-                let Some(next) = solve(data, denominator, simulated.as_deref()) else { break };
-                // A filter has to be stable, and no slower than the plant can be seen.
-                if next[1] > 0.0 && next[0] > 0.0 {
-                    denominator = [next[0].max(0.02 * next[1].sqrt()), next[1]];
-                }
-                simulated = match cost(next) {
-                    Some((cost, y)) => {
-                        found.push((cost, next));
-                        Some(y)
-                    }
-                    None => None,
-                };
+    let starts: Vec<Vec<(f64, [f64; 3])>> = parallel::map(&WIDTHS, |width| {
+        let omega = (width * data.scale.rate).min(1.0 / data.step_s);
+        let mut denominator = [2.0 * omega, omega * omega];
+        let mut simulated: Option<Vec<f64>> = None;
+        let mut found = Vec::new();
+        for _ in 0..ROUNDS {
+            let Some(next) = solve(data, denominator, simulated.as_deref()) else { break };
+            // A filter has to be stable, and no slower than the plant can be seen.
+            if next[1] > 0.0 && next[0] > 0.0 {
+                denominator = [next[0].max(0.02 * next[1].sqrt()), next[1]];
             }
-            found
-        })
-        .collect();
-    let Some((_, plant)) = starts.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else { return Vec::new() };
+            simulated = match cost(next) {
+                Some((cost, y)) => {
+                    found.push((cost, next));
+                    Some(y)
+                }
+                None => None,
+            };
+        }
+        found
+    });
+    let Some((_, plant)) = starts.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0)) else {
+        return Vec::new();
+    };
     let mut fitted = fit_in_ways(HOLDS, &Model::nominal(plant, HOLDS[0]), &states, data, ALL);
     fitted.sort_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)));
     fitted

@@ -3,11 +3,11 @@
 
 use std::ops::Mul;
 
+use physics::number::Number;
 use pulp::{Simd, WithSimd};
 
 use super::machine::{Machine, State};
 use super::span::Span;
-use crate::numerics::Number;
 
 /// Room for a step.
 pub struct Room<T, const Z: usize, const Q: usize> {

@@ -2,7 +2,8 @@
 //! mechanism does? Families of forces without a physical name, each of several shapes of one observable,
 //! are screened as the effects are; the strongest families say where the mismatch lives.
 
-use rayon::prelude::*;
+use numerics::parallel;
+use physics::number::Number;
 
 use super::data::Data;
 use super::effects::{DynamicEffect, Flow, Law, Parameter, amount, shape as size};
@@ -10,7 +11,6 @@ use super::estimate::{Fitted, Simulated};
 use super::model::Term;
 use super::screen::gained;
 use crate::dynamic::data::CHOOSE;
-use crate::numerics::Number;
 use crate::thresholds::dynamic::gram::MOST_FREE;
 
 /// The families: the observable in `locations`, the one that multiplies it, and the number of shapes.
@@ -157,27 +157,26 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
         scale.rate,
         data.duration_s,
     ];
-    let mut found: Vec<Structure> = FAMILIES
-        .par_iter()
-        .enumerate()
-        .filter_map(|(family, (variable, times, shapes))| {
-            let count = (*shapes).min(MOST_FREE - base);
-            if count == 0 {
-                return None;
-            }
-            let model = SHAPES[family][..count].iter().fold(present.model.clone(), |model, shape| {
-                let parameters = std::iter::once(0.0).chain(sizes).map(|s: f64| s.max(0.0)).collect();
-                let free = (0..PARAMETERS.len()).map(|k| k == 0).collect();
-                model.with(Term { effect: shape, parameters, free, probe: true })
-            });
-            let whole = model.normal(&present.states, data, whitening).ok()?;
-            let lanes: Vec<usize> = (0..base + count).collect();
-            let (fitted_gain, gain) = gained(&whole, base, &lanes);
-            let rows = whole.rows[CHOOSE].max(1) as f64;
-            let part = 1.0 - (-gain / rows).exp();
-            Some(Structure { variable, times: *times, part, gain, fitted_gain, shapes: count, at: None })
-        })
-        .collect();
+    let of_family = |family: usize| {
+        let (variable, times, shapes) = &FAMILIES[family];
+        let count = (*shapes).min(MOST_FREE - base);
+        if count == 0 {
+            return None;
+        }
+        let model = SHAPES[family][..count].iter().fold(present.model.clone(), |model, shape| {
+            let parameters = std::iter::once(0.0).chain(sizes).map(|s: f64| s.max(0.0)).collect();
+            let free = (0..PARAMETERS.len()).map(|k| k == 0).collect();
+            model.with(Term { effect: shape, parameters, free, probe: true })
+        });
+        let whole = model.normal(&present.states, data, whitening).ok()?;
+        let lanes: Vec<usize> = (0..base + count).collect();
+        let (fitted_gain, gain) = gained(&whole, base, &lanes);
+        let rows = whole.rows[CHOOSE].max(1) as f64;
+        let part = 1.0 - (-gain / rows).exp();
+        Some(Structure { variable, times: *times, part, gain, fitted_gain, shapes: count, at: None })
+    };
+    let mut found: Vec<Structure> =
+        parallel::indices(FAMILIES.len(), of_family).into_iter().flatten().collect();
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found
 }

@@ -2,7 +2,7 @@
 //! beyond an earlier extreme wipes out the loop that closes there (Madelung 1905; Mayergoyz, Mathematical
 //! Models of Hysteresis (1991), section 1.2), so that the response is a sum over the few extremes left.
 
-use crate::numerics::Number;
+use physics::number::Number;
 
 /// What Rayleigh's material remembers: the extremes left, the present input last, each with the response
 /// R there: u |u| from rest on, and half a squared move, with its sign, from each extreme to the next.
@@ -62,7 +62,7 @@ impl<T: Number> Turns<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::Dual;
+    use physics::number::Dual;
 
     fn walk() -> impl Iterator<Item = f64> {
         let mut state = 7u64;

@@ -3,6 +3,7 @@
 
 use fitter::figures::with_interval;
 use fitter::plant::Plant;
+use numerics::{Symmetric, range};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::data::{ALL, Data, FIT_ROWS};
@@ -14,8 +15,6 @@ use super::noise::Autoregression;
 use super::recording::DynamicRecording;
 use super::search::Search;
 use super::structure::Structure;
-use crate::numerics::Symmetric;
-use crate::numerics::range;
 use crate::thresholds::dynamic::verdict::{
     ALTERNATIVE_MARGIN, IMPERFECT_MARGIN, LEFT_GAIN, LEFT_GAIN_PER_SHAPE, LEFT_PART, MIMICRY, WITHOUT_END,
 };

@@ -133,7 +133,7 @@ impl Effect {
             let Some(known) = Read::need_not_be(name) else { continue };
             let values =
                 read.column(name).ok_or_else(|| format!("the recording has no usable column {known}"))?;
-            let (low, high) = crate::numerics::range(&values);
+            let (low, high) = numerics::range(&values);
             if high <= low {
                 return Err(format!("the column {known} is constant"));
             }

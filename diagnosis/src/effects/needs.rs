@@ -91,8 +91,8 @@ fn several_speeds(rows: &Rows) -> Result<(), String> {
     if rows.command_deg.is_some() && !unlike_passes(rows, &velocity) {
         return Err("the readings are settled ones at commanded angles: nothing moves".into());
     }
-    let (low, high) = crate::numerics::range(&velocity);
-    let middle = crate::numerics::mean(&velocity).abs().max(1e-12);
+    let (low, high) = numerics::range(&velocity);
+    let middle = numerics::mean(&velocity).abs().max(1e-12);
     if high - low > 0.2 * middle {
         Ok(())
     } else {
@@ -105,7 +105,7 @@ fn unlike_passes(rows: &Rows, velocity: &[f64]) -> bool {
     let typical = rows.passes().into_iter().map(|pass| {
         let mut speeds: Vec<f64> =
             velocity.iter().zip(&rows.pass).filter(|(_, p)| **p == pass).map(|(v, _)| v.abs()).collect();
-        crate::numerics::median(&mut speeds)
+        numerics::median(&mut speeds)
     });
     let (slowest, fastest) = typical.fold((f64::INFINITY, 0.0), |(s, f), v: f64| (v.min(s), v.max(f)));
     fastest > 1.5 * slowest

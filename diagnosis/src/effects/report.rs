@@ -34,7 +34,7 @@ fn half_height_of_loop(effect: &Effect, rows: &Rows, shape: &[f64], amplitudes: 
     for (amplitude, column) in amplitudes.iter().zip(effect.signature(&twice, shape)) {
         distance.iter_mut().zip(&column[cycle.len()..]).for_each(|(sum, value)| *sum += amplitude * value);
     }
-    let mut polynomial = crate::numerics::Basis::new(cycle.len());
+    let mut polynomial = numerics::Basis::new(cycle.len());
     for column in crate::base::legendre(&cycle, 9) {
         polynomial.add(&column);
     }

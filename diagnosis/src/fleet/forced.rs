@@ -8,12 +8,13 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use numerics::{Basis, Symmetric, dot};
+
 use crate::base::base_columns;
 use crate::dictionary::Kind;
 use crate::effects::{Effect, Range};
 use crate::explain::{Explanation, first_order};
 use crate::model::Model;
-use crate::numerics::{Basis, Symmetric, dot};
 use crate::rows::Rows;
 use crate::thresholds::fleet::{OWN, SET_SHAPES};
 

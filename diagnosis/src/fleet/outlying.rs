@@ -1,10 +1,10 @@
 //! Units that depart from the others: each against the median of the fleet and its spread by the median deviation, so that
 //! departing units do not hide each other.
 
+use numerics::median;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::numerics::median;
 use crate::thresholds::fleet::{FEWEST_TO_DEPART_FROM, HALVINGS, MEDIAN_FREEDOM, NORMAL_QUARTILE};
 
 use super::Estimate;

@@ -5,10 +5,10 @@
 //! the interval of Knapp and Hartung (Statist. Med. 22 (2003) 2693–2710; for a mean Hartung, Biom. J. 41 (1999) 901–916,
 //! without the truncation of its factor at 1), τ with the Q-profile interval (Viechtbauer, Statist. Med. 26 (2007) 37–52).
 
+use numerics::{LeastSquares, dot, least_squares, student_95};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
-use crate::numerics::{LeastSquares, dot, least_squares};
 use crate::thresholds::fleet::HALVINGS;
 
 /// One unit's estimate.
@@ -184,7 +184,7 @@ impl<'a> Fitted<'a> {
 
     fn ci95(&self, k: usize) -> [f64; 2] {
         let (value, error) = self.coefficient(k);
-        let half = StudentsT::new(0.0, 1.0, self.freedom).map_or(f64::NAN, |t| t.inverse_cdf(0.975)) * error;
+        let half = student_95(self.freedom) * error;
         [value - half, value + half]
     }
 

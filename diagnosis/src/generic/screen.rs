@@ -3,13 +3,12 @@
 //! leave; what only shows in a product of two columns is lost where neither of them shows. A column that is kept
 //! stands for as many as it was chosen from, and must be that much less likely by chance.
 
-use rayon::prelude::*;
+use numerics::{Basis, Columns, dot, parallel};
 
 use super::{Scaled, Setting, saturated, varying};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
 use crate::explain::first_order;
-use crate::numerics::{Basis, Columns, dot};
 use crate::rows::Rows;
 use crate::thresholds::generic::screen::MOST_COLUMNS;
 
@@ -34,8 +33,7 @@ pub fn keep_strongest_columns(rows: &mut Rows) {
         let groups = families.iter().flat_map(|(_, groups)| groups);
         groups.map(|group| explained(group, &basis, &left, level)).fold(0.0, f64::max)
     };
-    let strengths: Vec<f64> =
-        columns.par_iter().map(|c| varying(&c.name, &c.values).map_or(0.0, strength)).collect();
+    let strengths: Vec<f64> = parallel::map(&columns, |c| varying(&c.name, &c.values).map_or(0.0, strength));
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| strengths[*b].total_cmp(&strengths[*a]));
     order.truncate(MOST_COLUMNS);

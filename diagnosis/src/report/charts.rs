@@ -1,10 +1,10 @@
 //! Charts of the residual before and after.
 
 use fitter::report::{Chart, Colour, Figure, Mark, Series};
+use numerics::{mean, range};
 
 use super::readable;
 use crate::diagnosis::Outcome;
-use crate::numerics::{mean, range};
 use crate::thresholds::report::charts::BINS;
 use crate::verdict::values_of;
 

@@ -3,10 +3,10 @@
 use fitter::figures;
 use fitter::report::{Beside, Chart, Colour, Figure, Mark, Series, environment};
 use minijinja::context;
+use numerics::{mean, range};
 
 use super::{digits, figure, probability, readable, typeset};
 use crate::compare::{Comparison, Estimate, Kind, Points};
-use crate::numerics::{mean, range};
 use crate::thresholds::report::charts::BINS;
 
 fn how(kind: Kind) -> &'static str {

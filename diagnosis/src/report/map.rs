@@ -4,11 +4,11 @@
 use std::fmt::Write;
 
 use fitter::report::Colour;
+use numerics::range;
 
 use super::{digits, readable};
 use crate::diagnosis::Outcome;
 use crate::generic;
-use crate::numerics::range;
 use crate::thresholds::report::map::{CELL, FULL, LEFT, LINE, RANGES};
 use crate::verdict::{angle_name, values_of};
 

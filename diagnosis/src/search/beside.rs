@@ -4,8 +4,9 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use numerics::{Basis, dot};
+
 use super::{Found, Search, Term};
-use crate::numerics::{Basis, dot};
 use crate::thresholds::search::beside::MOST_KEPT;
 
 /// A set of terms, in whatever order: families and the bits of their shapes.

@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
+use numerics::{Basis, add_scaled, dot, least_squares};
+
 use super::{Found, MOST_TIED, NEAR_TIE, Search, Term};
 use crate::base::base_columns;
 use crate::calibrate::log_tail;
-use crate::numerics::{Basis, add_scaled, dot, least_squares};
 use crate::steps::beginning;
 use crate::thresholds::search::refine::{FINE, SHRUNK};
 

@@ -3,13 +3,13 @@
 //! name alone is worse than a right one with a reservation: so the same test of every place, calibrated by the
 //! same resamples, is made at a level of its own and without favour to the catalogue.
 
+use numerics::dot;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::{Found, Search, Term};
 use crate::dictionary::Kind;
 use crate::effects::Place;
 use crate::generic::{observables, own_part, scaled, times};
-use crate::numerics::dot;
 use crate::thresholds::search::remainder::{BEYOND_DOUBT, MISFIT};
 
 impl Search<'_> {

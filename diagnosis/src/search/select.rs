@@ -1,6 +1,6 @@
 //! The set of terms: grown forward, with exchanges of one term and of two, and pruned.
 
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::{Found, GRID_LOSS, Search, Term, handicap};
 use crate::thresholds::search::refine::ROUGH;
@@ -43,16 +43,13 @@ impl Search<'_> {
             .take(most)
             .filter(|k| found[*k].explained * GRID_LOSS - self.price(&found[*k].term) > least)
             .collect();
-        let mut out: Vec<Found> = (0..found.len())
-            .into_par_iter()
-            .map(|k| {
-                if promising.contains(&k) {
-                    beside.refined(found[k], |f| self.refine(f, &beside.basis, &beside.residual, ROUGH))
-                } else {
-                    found[k].clone()
-                }
-            })
-            .collect();
+        let mut out: Vec<Found> = parallel::indices(found.len(), |k| {
+            if promising.contains(&k) {
+                beside.refined(found[k], |f| self.refine(f, &beside.basis, &beside.residual, ROUGH))
+            } else {
+                found[k].clone()
+            }
+        });
         out.sort_by(|a, b| self.gain(b).total_cmp(&self.gain(a)));
         out
     }
@@ -185,12 +182,11 @@ impl Search<'_> {
     fn exchange(&self, terms: &mut Vec<Term>, named_only: bool) {
         let mut merit = self.merit(terms);
         for _ in 0..4 {
-            let singly =
-                (0..terms.len()).into_par_iter().flat_map(|k| self.without(terms, k, merit, named_only));
+            let singly = parallel::indices(terms.len(), |k| self.without(terms, k, merit, named_only));
             // One explanation in the place of two.
             let few = if terms.len() <= MOST_FOR_PAIRS { terms.len() } else { 0 };
             let pairs: Vec<_> = (0..few).flat_map(|k| (k + 1..few).map(move |j| (k, j))).collect();
-            let for_pairs = pairs.par_iter().filter_map(|(k, j)| {
+            let for_pairs = parallel::filter_map(&pairs, |(k, j)| {
                 let mut with: Vec<Term> = terms.clone();
                 with.remove(*j);
                 with.remove(*k);
@@ -199,9 +195,9 @@ impl Search<'_> {
                 with.push(found.into_iter().next()?.term);
                 Some((self.merit(&with), with))
             });
-            let sets: Vec<(f64, Vec<Term>)> = singly.chain(for_pairs).collect();
+            let sets = singly.into_iter().flatten().chain(for_pairs);
             // Of equal sets the first.
-            let better = sets.into_iter().rev().max_by(|a, b| a.0.total_cmp(&b.0));
+            let better = sets.rev().max_by(|a, b| a.0.total_cmp(&b.0));
             match better {
                 Some((m, candidate)) if m > merit + EXCHANGE_MARGIN => {
                     *terms = candidate;

@@ -26,7 +26,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 /// Devices of each kind of routine whose bound is tried, and inputs of each.
-const DEVICES: u32 = 16;
+const DEVICES: u32 = 4;
 const INPUTS: usize = 4_000;
 /// Devices of each kind that are compiled as well, in Rust and in C.
 const COMPILED: u32 = 1;

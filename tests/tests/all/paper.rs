@@ -12,7 +12,7 @@ use codegen::options::OutOfRange;
 use fitter::Mirror;
 
 /// Devices, the seeds 1 to this.
-const SEEDS: u64 = 200;
+const SEEDS: u64 = 60;
 
 #[test]
 fn the_papers_figures_come_out() {

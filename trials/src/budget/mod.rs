@@ -271,18 +271,18 @@ fn routine(generated: &Generated) -> Option<(&Program, f64)> {
 mod tests {
     use super::*;
 
-    /// The same as `arcsmith trials budget`, with fewer devices: wide enough for the scatter of so few. Eighty devices that
-    /// cover 95 % give less than 88 % or more than 99.5 % once in a thousand times.
+    /// The same as `arcsmith trials budget`, with fewer devices: wide enough for the scatter of so few. Twenty devices that
+    /// cover 95 % give less than 81 % once in a thousand times.
     #[test]
     fn the_stated_uncertainty_holds() {
-        const DEVICES: usize = 80;
+        const DEVICES: usize = 20;
         for kind in Kind::ALL {
             let covered = run(kind, DEVICES, 20_261_124, 2, &()).unwrap();
             // One in two hundred diagnoses takes the drift with temperature for another effect.
-            let fewest = if kind == Kind::Warmed { DEVICES - 3 } else { DEVICES };
+            let fewest = if kind == Kind::Warmed { DEVICES - 1 } else { DEVICES };
             assert!(covered.devices.hits >= fewest as u64, "{covered:?}");
             let share = covered.pooled.value().unwrap();
-            assert!((0.88..=0.995).contains(&share), "{covered:?}");
+            assert!((0.81..=1.0).contains(&share), "{covered:?}");
         }
     }
 }

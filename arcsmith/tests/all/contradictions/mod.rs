@@ -20,7 +20,7 @@ use rand_chacha::rand_core::SeedableRng;
 use serde_json::Value;
 
 /// Draws where the environment does not say: what takes a minute.
-const DRAWN: u64 = 120;
+const DRAWN: u64 = 40;
 /// Kinds follow one another in strides of this, so that few draws have kinds of every sort.
 const STRIDE: u64 = 37;
 /// Of so many draws one has its routines made: that takes longer than all the rest.

@@ -20,7 +20,18 @@ fn read(path: &Path) -> Recording {
 }
 
 #[test]
-fn opened_recordings_are_diagnosed() {
+fn some_opened_recordings_are_diagnosed() {
+    opened_recordings_are_diagnosed(3);
+}
+
+#[test]
+#[ignore = "takes long: in .ci/full"]
+fn all_opened_recordings_are_diagnosed() {
+    opened_recordings_are_diagnosed(1);
+}
+
+/// Every so many of them.
+fn opened_recordings_are_diagnosed(step: usize) {
     let Some(folder) = folder() else {
         println!("skipped the opened examples: set ARCSMITH_EXAMPLES to their folder");
         return;
@@ -29,7 +40,7 @@ fn opened_recordings_are_diagnosed() {
     let truth: Value = serde_json::from_str(&text).expect("JSON");
     let mirror = Mirror::read(&folder.join("mirror.toml")).expect("mirror.toml");
     let (mut clear, mut exact, mut missed) = (0, 0, Vec::new());
-    for (stem, told) in truth.as_object().expect("an object") {
+    for (stem, told) in truth.as_object().expect("an object").iter().step_by(step) {
         let recording = read(&folder.join("recordings").join(format!("{stem}.csv")));
         let outcome =
             diagnose(&recording, &mirror, None, None, &Options::default()).unwrap_or_else(|e| panic!("{e}"));
@@ -75,6 +86,6 @@ fn opened_recordings_are_diagnosed() {
         }
     }
     println!("{exact} of {clear} clear recordings right; missed: {missed:?}");
-    // One in ten may be missed: a dozen recordings cannot measure more than that.
-    assert!(exact * 10 >= clear * 9, "{exact} of {clear}: {missed:?}");
+    // One in ten may be missed, one of any number: a dozen recordings cannot measure more than that.
+    assert!(clear - exact <= (clear / 10).max(1), "{exact} of {clear}: {missed:?}");
 }

@@ -2,10 +2,10 @@
 //! that its fit has not seen.
 
 use fitter::plant::Plant;
+use numerics::rms;
 
 use crate::dynamic::joint::{Joint, Solved};
 use crate::held_out::gain;
-use crate::numerics::rms;
 use crate::thresholds::compare::PRESENT;
 
 use super::super::choose::visible;

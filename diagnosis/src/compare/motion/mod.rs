@@ -5,12 +5,13 @@
 mod apart;
 mod joined;
 
+use numerics::{centred, parallel, rms};
+
 use crate::Verdict;
 use crate::diagnosis::Diagnosis;
 use crate::dynamic::joint::Joint;
 use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback, place};
 use crate::error::DiagnosisError;
-use crate::numerics::{centred, rms};
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{FALSE_ALARMS, SAME_MOTION};
 use crate::verdict::{Location, Parameter};
@@ -30,7 +31,7 @@ pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, Diagno
     let of = |recording, held_out| {
         diagnose(&Case { recording, held_out: Some(held_out), options: &options, ..*case })
     };
-    let (a, b) = rayon::join(|| of(then, now), || of(now, then));
+    let (a, b) = parallel::join(|| of(then, now), || of(now, then));
     let pair = Pair {
         recording: now,
         then: a?,

@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use physics::number::Number;
+
 use super::Flow;
 use crate::dynamic::structure::shape;
-use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::bouc_wen_hysteresis::USUAL;
 
 /// What an effect does with its parameters: the declarations give the formulas.

@@ -9,9 +9,9 @@ mod friction;
 mod law;
 mod path;
 
+use physics::number::Number;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::numerics::Number;
 use crate::thresholds::dynamic::effects::MOST_STATES;
 pub use law::Law;
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use motion::equations::Plant;
-use rayon::join;
+use numerics::{Symmetric, parallel};
 
 use super::super::data::{ALL, Data, UNSCORED};
 use super::super::diagnose::{Case, DynamicOutcome, Predicted, repeated};
@@ -18,7 +18,6 @@ use super::search::Search;
 use super::{catalogue, forms, start, verdict};
 use crate::DiagnosisError;
 use crate::diagnosis::{Diagnosis, NoiseFloor};
-use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::expected::LOST;
 use crate::thresholds::dynamic::score::STEADY_ROWS;
 use crate::verdict::{CATALOGUED, DECLARED, EMPIRICAL, Said, Verdict};
@@ -73,7 +72,7 @@ pub fn attempt<T>(
     let lost = || no_equations(recording, 100.0);
     let nominal = start::nominal(&plant, &data)?.ok_or_else(lost)?;
     let (windows, seen) = (&nominal.windows, &nominal.free);
-    let middle = crate::numerics::mean(&recording.positions[0]);
+    let middle = numerics::mean(&recording.positions[0]);
     let whole: f64 = recording.positions[0].iter().map(|y| (y - middle).powi(2)).sum();
     let left = seen.rms(ALL).powi(2) * data.count(ALL) as f64 / whole;
     if left > LOST {
@@ -90,7 +89,8 @@ pub fn attempt<T>(
     effects.iter_mut().for_each(|effect| *effect = Arc::new(catalogue::scaled(effect, &data)));
     let search = Search { data: windows, catalogue: effects, given: seen.model.terms.len() };
     let chosen = search.run(&nominal).unwrap_or_else(|| seen.clone());
-    let (before, found) = join(|| all_rows(&data, windows, seen), || all_rows(&data, windows, &chosen));
+    let (before, found) =
+        parallel::join(|| all_rows(&data, windows, seen), || all_rows(&data, windows, &chosen));
     let (before, found) = (before.ok_or_else(lost)?, found.ok_or_else(lost)?);
     judged(Found { case, data: &data, search: &search, catalogued, before, chosen, found })
 }
@@ -145,7 +145,7 @@ impl Found<'_> {
         let nominal = self.case.plant;
         // The proof: the nominal and the chosen model, fitted and chosen without the rows that score.
         let proof_of = |f: &Fitted<Model>| fit(&f.model, &f.states, data, UNSCORED);
-        let (proof_before, proof_after) = join(|| proof_of(before), || proof_of(found));
+        let (proof_before, proof_after) = parallel::join(|| proof_of(before), || proof_of(found));
         let (above, floor) = self.floor(found);
         let named_any = found.model.terms.len() > search.given;
         let verdict = match (named_any, above > 0.0) {
@@ -231,7 +231,7 @@ impl Found<'_> {
 
 /// Free run of another recording: its first rows say where its states begin, as far as the plant leaves that open.
 fn held_out(recording: &DynamicRecording, fitted: &Fitted<Model>) -> Vec<Vec<f64>> {
-    let still = || vec![crate::numerics::mean(&recording.positions[0]); recording.rows()];
+    let still = || vec![numerics::mean(&recording.positions[0]); recording.rows()];
     let run = || {
         let (model, data) = (fitted.model.fixed(), Data::new(recording));
         let rows = if recording.unscored() == 0 { STEADY_ROWS } else { recording.unscored() };

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use fitter::plant::Hold;
 use motion::equations::{Course, EquationsError, MotionEffect, Observer, Plant, Stopped, System};
 use physics::Parameter;
+use physics::number::{Dual, Number};
 
 use super::super::data::Data;
 use super::super::estimate::Simulated;
 use super::super::gram::{Grams, through};
 use super::super::simulate::Unstable;
-use crate::numerics::{Dual, Number};
 use crate::thresholds::dynamic::equations::LOGARITHMIC;
 
 /// An effect with its parameters.

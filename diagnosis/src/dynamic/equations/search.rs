@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use motion::equations::MotionEffect;
-use rayon::prelude::*;
+use numerics::fourier::coefficients;
+use numerics::parallel;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::super::data::{ALL, CHOOSE, CHOOSE_ROWS, Data, FIT, FIT_ROWS, Folds};
@@ -12,7 +13,6 @@ use super::super::estimate::{Fitted, Simulated};
 use super::super::noise::autoregression;
 use super::super::search::contenders::best_of_each;
 use super::super::search::{Augmented, gain, worth};
-use super::super::spectrum::fourier::coefficients;
 use super::model::{Model, Term};
 use super::start::{Nominal, estimated, relaxed, within};
 use crate::thresholds::dynamic::equations::{BY_CHANCE, MOST_STARTS, OBSERVED, PAIRED, SIMPLER, STARTS};
@@ -129,7 +129,7 @@ impl Search<'_> {
             if self.structured(&present) {
                 let under =
                     |f: &Fitted<Model>| self.fit(&Model { observed: OBSERVED, ..f.model.clone() }, &f.states);
-                observed = observed.par_iter().filter_map(under).collect();
+                observed = parallel::filter_map(&observed, under);
                 contenders.extend(self.contenders(&observed));
             }
             let Some(next) = self.next(&present, &best_of_each(contenders)) else { break };

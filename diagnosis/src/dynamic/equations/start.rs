@@ -4,8 +4,8 @@
 
 use fitter::plant::Hold;
 use motion::equations::{EquationsError, MOST_SUBSTEPS, Plant};
+use numerics::parallel;
 use physics::Parameter;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 use super::super::data::{ALL, Data, Folds, HOLDS};
@@ -71,14 +71,11 @@ fn followed<'a>(
     windows: Data<'a>,
 ) -> Option<Nominal<'a>> {
     let data = &windows;
-    let starts = starts.par_iter();
-    let observed = best(starts.filter_map(|(model, states)| estimated(model, states, data, ALL)).collect());
-    let relaxed = observed.par_iter().filter_map(|f| relaxed(f.clone(), data, ALL));
-    let free = best(relaxed.collect()).into_iter().next()?;
-    let others = holds[1..].par_iter();
-    let mut all: Vec<Fitted<Model>> = others
-        .filter_map(|hold| fit(&Model { hold: *hold, ..free.model.clone() }, &free.states, data, ALL))
-        .collect();
+    let observed = best(parallel::filter_map(&starts, |(model, states)| estimated(model, states, data, ALL)));
+    let relaxed = parallel::filter_map(&observed, |f| relaxed(f.clone(), data, ALL));
+    let free = best(relaxed).into_iter().next()?;
+    let held = |hold: &Hold| fit(&Model { hold: *hold, ..free.model.clone() }, &free.states, data, ALL);
+    let mut all = parallel::filter_map(&holds[1..], held);
     all.insert(0, free);
     let free = best(all).into_iter().next()?;
     Some(Nominal { observed: distinct(observed, free.model.hold), free, windows })
@@ -186,11 +183,11 @@ fn tried(plain: &Model, data: &Data) -> Vec<(Model, Vec<Vec<f64>>)> {
     };
     let count = if free.is_empty() { 1 } else { POINTS };
     let states = first_states(plain, data);
-    let tried = (0..count).into_par_iter().filter_map(|number| {
+    let tried = parallel::indices(count, |number| {
         let model = accurate(&point(number), &states, &head)?;
         fit_in(STEPS, &model, &states, &head, ALL)
     });
-    best(tried.collect()).into_iter().map(|f| (f.model, f.states)).collect()
+    best(tried.into_iter().flatten().collect()).into_iter().map(|f| (f.model, f.states)).collect()
 }
 
 /// An estimate in as many steps of the integration as the estimated motion itself asks for.

@@ -6,6 +6,7 @@ use fitter::plant::equations::{PlantParameter, StateStart};
 use fitter::plant::{Equations, PlantFile};
 use fitter::table::Values;
 use motion::equations::Target;
+use numerics::{Symmetric, range};
 
 use super::super::data::Data;
 use super::super::estimate::Fitted;
@@ -13,7 +14,6 @@ use super::super::interval::{Sort, around};
 use super::super::verdict::p_value;
 use super::model::{Model, Term};
 use super::search::Search;
-use crate::numerics::{Symmetric, range};
 use crate::thresholds::dynamic::verdict::ALTERNATIVE_MARGIN;
 use crate::verdict::{Location, NamedEffect, Parameter};
 

@@ -2,10 +2,12 @@
 //! stretches, so that the errors of white noise are too small. Successive parts of the recording disagree by as much as the
 //! estimates are really uncertain.
 
+use numerics::Symmetric;
+
 use super::inverse::{Column, Solved, model_columns, normal_equations};
 use super::motion::Motion;
 use crate::dynamic::effects::Part;
-use crate::numerics::{Symmetric, widening};
+use crate::intervals::widening;
 use crate::thresholds::dynamic::feedback::errors::PARTS;
 
 /// A sum of coefficients: their numbers and weights.

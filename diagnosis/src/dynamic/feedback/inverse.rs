@@ -4,12 +4,12 @@
 //! Technol. 22 (2014)).
 
 use fitter::plant::Hold;
+use numerics::Symmetric;
 
 use super::motion::Motion;
 use crate::dynamic::effects::{DynamicEffect, Part};
 use crate::dynamic::model::Model;
 use crate::dynamic::recording::DynamicRecording;
-use crate::numerics::Symmetric;
 use crate::thresholds::dynamic::feedback::inverse::ROUNDS;
 
 /// A mechanism without effects, with or without a stiffness; what multiplies follows by least squares.

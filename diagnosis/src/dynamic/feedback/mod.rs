@@ -186,5 +186,5 @@ fn expected(
 }
 
 fn square(residual: &[f64]) -> f64 {
-    crate::numerics::rms(residual).powi(2)
+    numerics::rms(residual).powi(2)
 }

@@ -1,10 +1,11 @@
 //! The recorded motion as the inverse model needs it: smoothed position, velocity and acceleration, and the
 //! accelerations that the catalogue's effects add along it.
 
+use numerics::range;
+
 use super::filter::{derivative, low_pass};
 use crate::dynamic::effects::{DynamicEffect, Flow, Part};
 use crate::dynamic::recording::DynamicRecording;
-use crate::numerics::range;
 use crate::thresholds::dynamic::effects::MOST_STATES;
 use crate::thresholds::dynamic::feedback::motion::{STANDING, SUBSTEPS};
 
@@ -54,7 +55,7 @@ impl Motion {
             position.extend(x);
             drive.extend(low_pass(&recording.drives[0][run.clone()], cutoff_hz, h));
         }
-        let slow = slow.unwrap_or_else(|| STANDING * crate::numerics::rms(&velocity)).max(f64::MIN_POSITIVE);
+        let slow = slow.unwrap_or_else(|| STANDING * numerics::rms(&velocity)).max(f64::MIN_POSITIVE);
         Motion {
             step_s: h,
             runs: recording.runs.clone(),

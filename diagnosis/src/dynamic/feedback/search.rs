@@ -1,7 +1,7 @@
 //! Which effects help along a recorded motion: forward, each chosen on blocks of rows that did not fit it,
 //! with what a later one has made idle left out again.
 
-use rayon::prelude::*;
+use numerics::{Basis, dot, mean_and_error, parallel};
 
 use super::inverse::{Solved, effect_columns, mechanism, model_columns, solve};
 use super::motion::Motion;
@@ -9,7 +9,6 @@ use crate::dynamic::data::{CHOOSE, FIT};
 use crate::dynamic::effects::{DynamicEffect, Parameter, Part, Scale};
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::search::Augmented;
-use crate::numerics::{Basis, dot, mean_and_error};
 use crate::thresholds::dynamic::feedback::search::{ALTERNATIVE, CONSISTENT, LEAST_PART, RESOLVED};
 use crate::thresholds::dynamic::model::MOST_TERMS;
 use crate::thresholds::dynamic::search::LEAST_GAIN;
@@ -169,7 +168,7 @@ impl Along<'_> {
             let seen = seen(e, parameters, self.motion.slow, self.motion.cutoff_hz);
             (seen && (e.plausible)(parameters, scale)).then_some(solved)
         };
-        let mut found: Vec<Solved> = catalogue.par_iter().filter_map(one).collect();
+        let mut found: Vec<Solved> = parallel::filter_map(catalogue, one);
         found.sort_by(|a, b| self.square(&a.residual, CHOOSE).total_cmp(&self.square(&b.residual, CHOOSE)));
         found
     }

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use fitter::plant::Order;
+use numerics::Limits;
 
 use super::looped::{Looped, Stretch};
 use super::modal::Modal;
@@ -19,7 +20,6 @@ use crate::dynamic::spectrum::Response;
 use crate::dynamic::spectrum::experiments::mean_period;
 use crate::dynamic::{DynamicOutcome, DynamicRecording, OwnSimulation};
 use crate::held_out::{Fit, Score};
-use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::diagnose::{
     FINAL_STEPS, GROWS, LINEAR_STEPS, NOISE, RIVAL, RIVAL_STEPS, STEPS,
 };

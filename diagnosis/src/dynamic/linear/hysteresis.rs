@@ -3,12 +3,12 @@
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use numerics::Limits;
 
 use super::looped::{Looped, Stretch};
 use super::modal::Modal;
 use super::operator::Operator;
 use super::sensitivity;
-use crate::numerics::Limits;
 use crate::thresholds::dynamic::linear::hysteresis::{EXPONENT, STRENGTHS};
 
 /// The best start over what the operator may act on and how strongly; `None` where none can be simulated.

@@ -4,13 +4,13 @@
 use std::ops::Range;
 
 use fitter::plant::{Numbers, PlantEffect, PlantFile};
+use numerics::{mean, mean_and_error};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::diagnose::rms;
 use super::plan::Plan;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::effects::{DRIVE_OFFSET, SENSOR_OFFSET};
-use crate::numerics::{mean, mean_and_error};
 use crate::thresholds::dynamic::linear::offset::{BLOCKS, CHANCE, LEAST_PART};
 use crate::verdict::{NamedEffect, Parameter};
 

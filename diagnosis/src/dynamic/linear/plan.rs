@@ -147,7 +147,7 @@ fn amplitude(recording: &DynamicRecording, run: &Range<usize>) -> f64 {
     let sum: f64 = recording
         .drives
         .iter()
-        .map(|d| crate::numerics::centred(&d[run.clone()]).iter().map(|v| v.powi(2)).sum::<f64>())
+        .map(|d| numerics::centred(&d[run.clone()]).iter().map(|v| v.powi(2)).sum::<f64>())
         .sum();
     (sum / (run.len() * recording.drives.len().max(1)).max(1) as f64).sqrt()
 }

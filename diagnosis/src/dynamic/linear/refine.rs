@@ -2,14 +2,13 @@
 //! which for white noise is the maximum likelihood (Pintelon & Schoukens, section 9.11).
 
 use faer::Mat;
-use rayon::prelude::*;
+use numerics::{Limits, Normal, minimise, parallel};
 
 use super::looped::Looped;
 use super::modal::Modal;
 use super::sensitivity::{Entry, entries};
 use crate::dynamic::spectrum::frf::Line;
 use crate::dynamic::spectrum::{Complex, Experiments};
-use crate::numerics::{Limits, Normal, minimise};
 use crate::thresholds::dynamic::linear::refine::PIECE;
 
 /// A line with its point z. Σ |w (Y − G U)|² over the experiments of it is Σ |(Ĝ − G) L|² plus what no G can change, with
@@ -21,23 +20,20 @@ pub fn refine(start: &Modal, data: &Experiments, steps: usize) -> Modal {
     let points = data.points().into_iter().enumerate();
     let lines: Vec<Point> = points.filter_map(|(k, point)| Some((point, Line::of(data, k)?))).collect();
     let entries = entries(&Looped::plain(start.clone()));
+    let pieces: Vec<&[Point]> = lines.chunks(PIECE).collect();
     let normal = |parameters: &[f64]| {
         let model = start.with(parameters);
-        let pieces: Vec<Normal> =
-            lines.par_chunks(PIECE).map(|piece| normal_of(&model, &entries, piece)).collect();
+        let pieces = parallel::map(&pieces, |piece| normal_of(&model, &entries, piece));
         let mut sum = Normal::zeros(parameters.len());
         pieces.iter().for_each(|piece| sum.merge(piece));
         Some(sum)
     };
     let cost = |parameters: &[f64]| {
         let model = start.with(parameters);
-        let pieces: Vec<f64> = lines
-            .par_chunks(PIECE)
-            .map(|piece| {
-                piece.iter().map(|l| residual(&model, l).iter().map(|r| r.norm_sqr()).sum::<f64>()).sum()
-            })
-            .collect();
-        model.stable().then(|| pieces.iter().sum())
+        let squares = parallel::map(&pieces, |piece| {
+            piece.iter().map(|l| residual(&model, l).iter().map(|r| r.norm_sqr()).sum::<f64>()).sum::<f64>()
+        });
+        model.stable().then(|| squares.iter().sum())
     };
     let limits = Limits { steps, decrease: 1e-4 };
     start.with(&minimise(start.parameters(), normal, cost, limits))

@@ -6,12 +6,11 @@
 
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, MatRef, Par};
+use numerics::{Limits, Normal, minimise, parallel};
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use super::looped::{Looped, State, Stepper, Stretch};
 use super::operator::Response;
-use crate::numerics::{Limits, Normal, minimise};
 use crate::thresholds::dynamic::linear::sensitivity::{LANES, PIECES};
 
 type Lane = [f64; LANES];
@@ -37,15 +36,12 @@ pub fn cost(model: &Looped, stretches: &[Stretch]) -> Option<f64> {
     if !admissible(model) {
         return None;
     }
-    let each: Vec<Option<f64>> = stretches
-        .par_iter()
-        .map(|s| {
-            let y = predict(model, s)?;
-            let first = s.skip * model.linear.outputs;
-            let rest = y[first..].iter().zip(&s.position[first..]);
-            Some(s.weight * s.weight * rest.map(|(y, measured)| (y - measured).powi(2)).sum::<f64>())
-        })
-        .collect();
+    let each = parallel::map(stretches, |s| {
+        let y = predict(model, s)?;
+        let first = s.skip * model.linear.outputs;
+        let rest = y[first..].iter().zip(&s.position[first..]);
+        Some(s.weight * s.weight * rest.map(|(y, measured)| (y - measured).powi(2)).sum::<f64>())
+    });
     each.into_iter().sum()
 }
 
@@ -101,43 +97,50 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
     if kept == 0 {
         return Some(());
     }
-    let mut jacobian = vec![0.0; kept * size];
-    jacobian.par_chunks_mut(kept * LANES).zip(entries.par_chunks(LANES)).for_each(|(columns, entries)| {
+    let lanes: Vec<&[Vec<Entry>]> = entries.chunks(LANES).collect();
+    let columns = parallel::map(&lanes, |entries| {
+        let mut columns = vec![0.0; kept * entries.len()];
         let first = path.lead + first;
-        Arch::new().dispatch(Sensitivities { model, path: &path, first, entries, columns, kept });
+        Arch::new().dispatch(Sensitivities {
+            model,
+            path: &path,
+            first,
+            entries,
+            columns: &mut columns,
+            kept,
+        });
+        columns
     });
+    let jacobian = columns.concat();
     let measured = &stretch.position[first * p..];
     let predicted = &path.y[(path.lead + first) * p..];
     let residual: Vec<f64> =
         predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
     let whole = MatRef::from_column_major_slice(&jacobian, kept, size);
     let piece = kept.div_ceil(PIECES);
-    let grams: Vec<faer::Mat<f64>> = (0..PIECES)
-        .into_par_iter()
-        .map(|k| {
-            let (from, to) = ((k * piece).min(kept), ((k + 1) * piece).min(kept));
-            let part = whole.subrows(from, to - from);
-            let mut gram = faer::Mat::<f64>::zeros(size, size);
-            triangular::matmul(
-                gram.as_mut(),
-                BlockStructure::TriangularLower,
-                Accum::Replace,
-                part.transpose(),
-                BlockStructure::Rectangular,
-                part,
-                BlockStructure::Rectangular,
-                1.0,
-                Par::Seq,
-            );
-            gram
-        })
-        .collect();
+    let grams = parallel::indices(PIECES, |k| {
+        let (from, to) = ((k * piece).min(kept), ((k + 1) * piece).min(kept));
+        let part = whole.subrows(from, to - from);
+        let mut gram = faer::Mat::<f64>::zeros(size, size);
+        triangular::matmul(
+            gram.as_mut(),
+            BlockStructure::TriangularLower,
+            Accum::Replace,
+            part.transpose(),
+            BlockStructure::Rectangular,
+            part,
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+        gram
+    });
     let square = stretch.weight * stretch.weight;
     for gram in grams {
         sum.gram += faer::Scale(square) * gram;
     }
     for (k, g) in sum.gradient.iter_mut().enumerate() {
-        *g += stretch.weight * crate::numerics::dot(&jacobian[k * kept..(k + 1) * kept], &residual);
+        *g += stretch.weight * numerics::dot(&jacobian[k * kept..(k + 1) * kept], &residual);
     }
     sum.cost += residual.iter().map(|r| r * r).sum::<f64>();
     Some(())

@@ -1,5 +1,6 @@
 //! What is said of a recording of a linear nominal: where it differs, what it is called, and by how much.
 
+use numerics::mean_and_error;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::looped::{Looped, Stretch};
@@ -10,7 +11,6 @@ use super::sensitivity;
 use crate::dynamic::DynamicRecording;
 use crate::dynamic::spectrum::growth::{Growth, growth};
 use crate::dynamic::spectrum::{Experiments, Response, response};
-use crate::numerics::mean_and_error;
 use crate::thresholds::dynamic::linear::verdict::{BLOCKS, HELD, OCTAVE, SMALLEST, WORTH};
 use crate::verdict::{Location, NamedEffect, Parameter};
 

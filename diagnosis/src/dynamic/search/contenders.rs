@@ -1,6 +1,6 @@
 //! Every effect beside a model: screened, the most promising fitted in full.
 
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::{Augmented, LEAST_GAIN, Search, gain, last_id};
 use crate::dynamic::data::{CHOOSE, FIT, FIT_ROWS};
@@ -50,10 +50,8 @@ impl<M: Augmented> Search<'_, M> {
             let further = M::further(self, base, candidates);
             models.extend(further.into_iter().map(|model| (model, &base.states[..])));
         }
-        let tried: Vec<Fitted<M>> = models
-            .par_iter()
-            .filter_map(|(model, states)| fit_in(HEAT, model, states, self.data, FIT_ROWS))
-            .collect();
+        let tried =
+            parallel::filter_map(&models, |(model, states)| fit_in(HEAT, model, states, self.data, FIT_ROWS));
         // What is far behind one with no more parameters after a few steps is not followed to its end.
         let size = |f: &Fitted<M>| f.model.packed().len();
         let behind =
@@ -61,10 +59,9 @@ impl<M: Augmented> Search<'_, M> {
         let mut followed: Vec<&Fitted<M>> = tried.iter().filter(|f| !behind(f)).collect();
         followed.sort_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
         followed.truncate(REFITTED);
-        let fits = followed.par_iter().filter_map(|f| M::finished(self, (*f).clone()));
-        best_of_each(
-            fits.filter(|f| f.model.terms().last().is_some_and(|t| M::sound(t, self.data))).collect(),
-        )
+        let mut fits = parallel::filter_map(&followed, |f| M::finished(self, (*f).clone()));
+        fits.retain(|f| f.model.terms().last().is_some_and(|t| M::sound(t, self.data)));
+        best_of_each(fits)
     }
 
     /// The starts that are worth an estimate in full: the best two of the effects that promise most, whitened and as they are.
@@ -137,7 +134,7 @@ impl<M: Augmented> Search<'_, M> {
             let fitted = fit_in(SHORT, &model, &present.states, self.data, FIT_ROWS)?;
             Some(Promise { base, candidate, gain: gain(present, &fitted, FIT_ROWS) })
         };
-        all.par_iter().filter_map(one).collect()
+        parallel::filter_map(&all, one)
     }
 }
 

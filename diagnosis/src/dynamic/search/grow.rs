@@ -1,7 +1,7 @@
 //! Growing the model of a second-order plant: which effect is taken, and what goes with it.
 
 use fitter::plant::Hold;
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::{Augmented, MOST_EXCHANGES, Search, worth};
 use crate::dynamic::data::{ALL, Data, FIT, FIT_ROWS, Folds, HOLDS};
@@ -169,15 +169,12 @@ impl<'a> Search<'a> {
             return present;
         };
         let Some(creep) = present.model.terms[k].effect.creep() else { return present };
-        let freed: Vec<Fitted> = [3e-4, 3e-3, 3e-2]
-            .par_iter()
-            .filter_map(|part| {
-                let mut model = present.model.clone();
-                model.terms[k].parameters[creep] = part * self.data.scale.speed;
-                model.terms[k].free[creep] = true;
-                self.fit(&model, &present.states)
-            })
-            .collect();
+        let freed = parallel::filter_map(&[3e-4, 3e-3, 3e-2], |part| {
+            let mut model = present.model.clone();
+            model.terms[k].parameters[creep] = part * self.data.scale.speed;
+            model.terms[k].free[creep] = true;
+            self.fit(&model, &present.states)
+        });
         let best = freed.into_iter().min_by(|a, b| a.costs[FIT].total_cmp(&b.costs[FIT]));
         match best {
             Some(f) if worth(self.data, &present, &f) => f,

@@ -1,6 +1,6 @@
 //! What is said of each effect of a model, and which of them does the rows that score no good.
 
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::{Augmented, Search, gain, last_id};
 use crate::dynamic::data::{ALL, Data, FIT_ROWS, SCORE, SCORE_ROWS, UNSCORED};
@@ -25,7 +25,7 @@ impl<M: Augmented> Search<'_, M> {
             let effect = said(k, gain(&without, found, ALL), self.alternatives(small, k, margin));
             Some((without.cost(ALL) - found.cost(ALL), effect))
         };
-        shared((self.given..found.model.terms().len()).into_par_iter().filter_map(one).collect())
+        shared(parallel::filter_map(&Vec::from_iter(self.given..found.model.terms().len()), |k| one(*k)))
     }
 
     /// Effects that do as well in the place of term `k`: at most `margin` behind in −2 log likelihood, the nearest first.
@@ -57,8 +57,9 @@ impl<M: Augmented> Search<'_, M> {
             let shown = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
             shown.then(|| (k, gain(&without, with, SCORE_ROWS)))
         };
-        let terms = (self.given..with.model.terms().len()).into_par_iter();
-        let worst = terms.filter_map(gained).min_by(|a, b| a.1.total_cmp(&b.1));
+        let terms = Vec::from_iter(self.given..with.model.terms().len());
+        let gains = parallel::filter_map(&terms, |k| gained(*k));
+        let worst = gains.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
         let (k, _) = worst.filter(|(_, gain)| *gain <= 0.0)?;
         Some(M::id(M::effect(&with.model.terms()[k])).to_string())
     }

@@ -1,6 +1,6 @@
 //! What acts on hardly any row that fits: a limit that the drive reaches once or twice.
 
-use rayon::prelude::*;
+use numerics::parallel;
 
 use super::{Augmented, LEAST_GAIN, LEAST_PART, RARE_GAIN, Search, compared};
 use crate::dynamic::data::{CHOOSE_ROWS, FIT_ROWS, UNSCORED};
@@ -28,9 +28,9 @@ impl Search<'_> {
         let Some(base) = fit(&present.model, &present.states, self.data, UNSCORED) else {
             return present;
         };
-        let best = models
-            .par_iter()
-            .filter_map(|model| fit_in(SHORT, model, &base.states, self.data, UNSCORED))
+        let short = |model: &Model| fit_in(SHORT, model, &base.states, self.data, UNSCORED);
+        let best = parallel::filter_map(&models, short)
+            .into_iter()
             .min_by(|a, b| a.cost(UNSCORED).total_cmp(&b.cost(UNSCORED)))
             .filter(|f| f.cost(UNSCORED) < base.cost(UNSCORED))
             .and_then(|f| fit(&f.model, &f.states, self.data, UNSCORED))

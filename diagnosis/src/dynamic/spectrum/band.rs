@@ -1,6 +1,6 @@
 //! Power spectra by Welch's method.
 
-use super::fourier::{coefficients, hann};
+use numerics::fourier::{coefficients, hann};
 
 /// Adds the power |X_k|² of the lines of segments of a record, which overlap by half, under Hann's window; the number of
 /// segments.

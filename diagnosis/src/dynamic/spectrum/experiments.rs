@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use fitter::table::Values;
+use numerics::fourier::{coefficients, hann};
 
 use super::Complex;
-use super::fourier::{coefficients, hann};
 use crate::thresholds::dynamic::spectrum::experiments::EXCITED;
 
 /// One experiment's spectra, by line: drive `lines × inputs`, position `lines × outputs`.

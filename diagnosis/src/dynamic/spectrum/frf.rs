@@ -1,9 +1,10 @@
 //! The frequency response: the best linear approximation of a periodic recording, Welch's estimate of any
 //! other.
 
+use numerics::hermitian::{cholesky, divide};
+
 use super::{Complex, Experiments};
-use crate::numerics::hermitian::{cholesky, divide};
-use crate::numerics::widening;
+use crate::intervals::widening;
 use crate::thresholds::NORMAL_95;
 
 /// A frequency response on the lines of its experiments.

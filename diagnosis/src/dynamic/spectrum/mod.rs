@@ -12,12 +12,10 @@
 pub mod band;
 pub mod distortion;
 pub mod experiments;
-pub mod fourier;
 pub mod frf;
 pub mod growth;
 
 pub use experiments::Experiments;
 pub use frf::{Response, response};
 
-/// A complex number in double precision.
-pub type Complex = rustfft::num_complex::Complex<f64>;
+pub use numerics::Complex;

@@ -147,24 +147,17 @@ fn terms() -> Vec<Term> {
 /// Half the range of the paper's device in millimetres.
 pub const PAPER_RANGE_MM: f64 = 0.38;
 
-/// Builds the `codegen` program and gives its path.
+/// The program `codegen`, which a build of the workspace lays beside this one.
 ///
 /// # Errors
-/// [`Problem::Refused`] where it does not build.
+/// [`Problem::Content`] where it is not there.
 pub fn codegen() -> Result<PathBuf, Problem> {
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../Cargo.toml");
-    let arguments =
-        ["build", "--release", "-q", "-p", "codegen", "--message-format", "json", "--manifest-path"];
-    let messages = run("building codegen", Command::new(cargo).args(arguments).arg(manifest))?;
-    let executable = messages.lines().rev().find_map(|line| {
-        let message: Value = serde_json::from_str(line).ok()?;
-        let is_codegen = message["target"]["name"] == "codegen";
-        is_codegen.then(|| message["executable"].as_str().map(PathBuf::from)).flatten()
-    });
-    executable.ok_or_else(|| Problem::Content {
-        path: "cargo's messages".into(),
-        message: "no executable of codegen among them".into(),
+    let this = std::env::current_exe().map_err(Problem::file(Path::new("this program")))?;
+    // A test lies one folder deeper.
+    let beside = this.ancestors().skip(1).take(2).map(|folder| folder.join("codegen"));
+    beside.into_iter().find(|path| path.is_file()).ok_or_else(|| Problem::Content {
+        path: this.clone(),
+        message: "codegen is not beside it; build it: cargo build --release --workspace".into(),
     })
 }
 

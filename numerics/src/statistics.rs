@@ -2,8 +2,6 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use crate::thresholds::NORMAL_95;
-
 /// Smallest and largest value.
 pub fn range(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)))
@@ -42,19 +40,18 @@ pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     (mean, (variance / count.max(1.0)).sqrt())
 }
 
-/// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
-pub fn widening(freedom: f64) -> f64 {
-    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(1.0, |t| t.inverse_cdf(0.975) / NORMAL_95)
+/// Student's quantile at 97.5 %, of `freedom` degrees (one at least): half the width of a 95 % interval, in standard errors.
+pub fn student_95(freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{NORMAL_95, widening};
+    use super::student_95;
 
     #[test]
     fn few_degrees_of_freedom_widen() {
-        // Student's quantile at 10 degrees is 2.2281.
-        assert!((widening(10.0) - 2.2281 / NORMAL_95).abs() < 1e-4);
-        assert!((widening(1e6) - 1.0).abs() < 1e-4);
+        assert!((student_95(10.0) / 2.2281 - 1.0).abs() < 1e-4);
+        assert!((student_95(1e6) / 1.959964 - 1.0).abs() < 1e-4);
     }
 }

@@ -1,7 +1,7 @@
 //! Least squares by orthogonalisation.
 
 use super::orthogonal::{Columns, add_scaled, dot};
-use crate::thresholds::numerics::DEPENDENT;
+use crate::DEPENDENT;
 
 /// Least squares of some values on columns.
 pub struct LeastSquares {

@@ -2,7 +2,7 @@
 
 use realfft::RealFftPlanner;
 
-use super::Complex;
+use crate::Complex;
 
 /// Coefficients X_k = (1/N) Σ x_n e^(−2πi k n/N) of a real record, k = 0 … N/2; units of the record.
 ///

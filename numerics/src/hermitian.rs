@@ -1,6 +1,6 @@
 //! Small Hermitian systems, one for each spectral line.
 
-use crate::dynamic::spectrum::Complex;
+use crate::Complex;
 
 /// Lower factor L of S = L Lᴴ, `size × size` by rows; `None` where S is not positive definite to rounding.
 pub fn cholesky(s: &[Complex], size: usize) -> Option<Vec<Complex>> {

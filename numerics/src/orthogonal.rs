@@ -1,9 +1,12 @@
 //! Orthonormal bases, built one column at a time, and one matrix product for many columns at once.
 
-use crate::thresholds::numerics::{DEPENDENT, LANES};
+use crate::DEPENDENT;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
+
+/// Partial sums of an inner product: enough for two of the widest registers, and the same on every processor.
+const LANES: usize = 16;
 
 /// Inner product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
