@@ -81,6 +81,8 @@ pub mod compare {
     /// Effects that are fitted in the place of what came, went or has no name: those that explain most before their shape is
     /// fitted. By judgement.
     pub const CANDIDATES: usize = 3;
+    /// Effects of each recording in motion that are tried as what came or went. By judgement.
+    pub const NEWCOMERS: usize = 4;
     /// Standard deviations beyond a threshold at which 95 of 100 are found.
     pub const POWER: f64 = 1.645;
     /// p-value below which a recording has an effect that its own search did not name.

@@ -167,6 +167,30 @@ fn in_motion_a_moved_parameter_is_named_and_an_unchanged_mechanism_is_not() {
     assert!(held_out["changed"].as_f64() < held_out["same"].as_f64(), "{held_out}");
 }
 
+/// A drag that came, too weak to be named in its own recording, is told from damping that moved.
+#[test]
+fn in_motion_a_weak_effect_that_came_is_no_change_of_damping() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
+    std::fs::write(folder.join("plant.toml"), plant).unwrap();
+    let record = |rest: &str| run(folder, &format!("excite --device-seed 7 {rest} -q"));
+    record("--seed 1 --out then.csv");
+    record("--seed 2 --effect quadratic_damping:coefficient=1e-8 --out now.csv");
+    run(folder, "diagnose now.csv --plant plant.toml --out alone -q --no-report");
+    let json = |name: &str| -> Value {
+        serde_json::from_str(&std::fs::read_to_string(folder.join(name)).unwrap()).unwrap()
+    };
+    assert_eq!(json("alone/now.json")["effects"], Value::Array(Vec::new()));
+    run(folder, "compare then.csv now.csv --plant plant.toml --out new -q");
+    let compared = json("new/compare.json");
+    let changes = compared["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{compared}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"quadratic_damping".into(), &"came".into()));
+    let ci95 = &changes[0]["parameters"][0]["difference"]["ci95"];
+    assert!(ci95[0].as_f64().unwrap() < 1e-8 && 1e-8 < ci95[1].as_f64().unwrap(), "{ci95}");
+}
+
 /// A drive in its position loop, 8 s at 1 kHz: its friction in m/s², how far and how often it goes to and fro.
 fn drive_in_its_loop(seed: u32, friction: f64, stroke: f64, hz: f64) -> String {
     let mut state = seed;

@@ -46,6 +46,8 @@ struct Determined<'a> {
     fitted: Fitted,
     /// What it says of the packed parameters, in units of its noise.
     information: Symmetric,
+    /// −2 log likelihood, but for a constant.
+    deviance: f64,
     /// For how many times as large errors are taken as the noise says.
     wider: f64,
 }
@@ -55,6 +57,8 @@ pub struct Joint<'a> {
     sides: [Determined<'a>; 2],
     /// What may differ.
     pub groups: Vec<Group>,
+    /// Number of effects among which one of the groups was sought.
+    sought: usize,
 }
 
 /// The parameters where some groups differ.
@@ -114,15 +118,15 @@ impl<'a> Determined<'a> {
         let data = Data::new(recording);
         let fits = starts.iter().filter_map(|model| fit(model, &data.first_states(), &data, ALL));
         let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
-        let information = information(&fitted, &data, ALL, wider)?;
-        Some(Determined { data, fitted, information, wider })
+        let (information, deviance) = information(&fitted, &data, ALL, wider)?;
+        Some(Determined { data, fitted, information, deviance, wider })
     }
 
     /// The same by the rows alone that do not score.
     fn unscored(&self) -> Option<Determined<'a>> {
         let fitted = fit(&self.fitted.model, &self.fitted.states, &self.data, UNSCORED)?;
-        let information = information(&fitted, &self.data, UNSCORED, self.wider)?;
-        Some(Determined { data: self.data.clone(), fitted, information, ..*self })
+        let (information, deviance) = information(&fitted, &self.data, UNSCORED, self.wider)?;
+        Some(Determined { data: self.data.clone(), fitted, information, deviance, ..*self })
     }
 
     /// What packed parameters leave of every row; the initial states are fitted to `folds`.
@@ -148,14 +152,18 @@ impl<'a> Determined<'a> {
     }
 }
 
-/// What some rows say of the packed parameters; structure that is left makes errors `wider`.
-fn information(fitted: &Fitted, data: &Data, folds: Folds, wider: f64) -> Option<Symmetric> {
+/// What some rows say of the packed parameters, and −2 log likelihood; structure that is left makes errors `wider`.
+fn information(fitted: &Fitted, data: &Data, folds: Folds, wider: f64) -> Option<(Symmetric, f64)> {
     let noise = autoregression(&residual(fitted, data), &data.runs);
     let whole = fitted.model.normal(&fitted.states, data, &noise.coefficients).ok()?;
     let mut information = whole.reduced(folds, 0.0, &[]).part(0..fitted.model.free());
-    let square = wider * wider * whole.cost(folds) / whole.rows(folds).max(1) as f64;
-    information.entries.iter_mut().for_each(|entry| *entry /= square);
-    information.entries.iter().all(|entry| entry.is_finite()).then_some(information)
+    let rows = whole.rows(folds).max(1) as f64;
+    let square = whole.cost(folds) / rows;
+    let scale = wider * wider * square;
+    information.entries.iter_mut().for_each(|entry| *entry /= scale);
+    let deviance = rows * square.ln() / (wider * wider);
+    let finite = deviance.is_finite() && information.entries.iter().all(|entry| entry.is_finite());
+    finite.then_some((information, deviance))
 }
 
 impl<'a> Joint<'a> {
@@ -187,14 +195,32 @@ impl<'a> Joint<'a> {
             of: Of::Term(k),
         });
         let groups = plant.chain(effects).filter(|group| !group.lanes.is_empty()).collect();
-        Some(Joint { sides, groups })
+        Some(Joint { sides, groups, sought: 0 })
+    }
+
+    /// The same where one of its effects was sought among so many.
+    pub fn among(self, sought: usize) -> Joint<'a> {
+        Joint { sought, ..self }
+    }
+
+    /// Number of things whose difference was, or would have been, looked at.
+    pub fn looked_at(&self) -> usize {
+        self.groups.len() + self.sought
+    }
+
+    /// Akaike's criterion of both recordings where some groups differ: −2 log likelihood, and two for each parameter that
+    /// differs and for the choice among the effects that were sought.
+    pub fn criterion(&self, changed: &[usize]) -> f64 {
+        let solved = self.solve(changed);
+        let own: f64 = self.sides.iter().map(|side| side.deviance).sum();
+        own + solved.left + 2.0 * (solved.differing.len() as f64 + (self.sought.max(1) as f64).ln())
     }
 
     /// The same by the rows alone that do not score.
     pub fn unscored(&self) -> Option<Joint<'a>> {
         let (a, b) = parallel::join(|| self.sides[0].unscored(), || self.sides[1].unscored());
         let groups = self.groups.iter().map(|group| Group { lanes: group.lanes.clone(), ..*group });
-        Some(Joint { sides: [a?, b?], groups: groups.collect() })
+        Some(Joint { sides: [a?, b?], groups: groups.collect(), sought: self.sought })
     }
 
     /// The parameters with these groups differing.

@@ -18,6 +18,7 @@ mod lag;
 pub mod linear;
 mod machine;
 pub mod model;
+pub(crate) mod newcomer;
 mod noise;
 pub mod plant;
 mod recording;

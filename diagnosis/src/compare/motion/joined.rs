@@ -41,7 +41,7 @@ impl Pair<'_> {
                 if changed.contains(&group) { changed.clone() } else { [&changed[..], &[group]].concat() };
             let first = joint.parameters(&joint.solve(&with), group, plant).into_iter().next()?;
             let id = joint.groups[group].id.into();
-            let parameter = Some((first.then.name, visible(1, joint.groups.len()) * first.error));
+            let parameter = Some((first.then.name, visible(1, joint.looked_at()) * first.error));
             Some(Visible { id, rms: None, parameter })
         };
         let mut comparison = self.of(changes, left);
@@ -81,12 +81,17 @@ fn groups(chosen: &[Chosen]) -> Vec<usize> {
     chosen.iter().map(|c| c.group).collect()
 }
 
+/// The numbers of the groups that differ.
+pub fn differing(joint: &Joint) -> Vec<usize> {
+    groups(&choose(joint))
+}
+
 /// The groups that differ.
 fn choose(joint: &Joint) -> Vec<Chosen> {
     let steps = stepwise(
         |changed| joint.surprises(changed),
         |surprises| (0..surprises.len()).max_by(|a, b| surprises[*a].total_cmp(&surprises[*b])),
-        |_, surprise| (joint.groups.len() as f64 * (-surprise).exp()).min(1.0),
+        |_, surprise| (joint.looked_at() as f64 * (-surprise).exp()).min(1.0),
     );
     let chosen = |Step { number, p_value, alternatives }| Chosen {
         group: number,
