@@ -83,6 +83,9 @@ pub mod compare {
     pub const CANDIDATES: usize = 3;
     /// Effects of each recording in motion that are tried as what came or went. By judgement.
     pub const NEWCOMERS: usize = 4;
+    /// By how much Akaike's criterion must fall for an effect that came or went in motion where nothing else differs: half of
+    /// what one of ρ 8 explains, so that the tail of the search over all shapes stays below it.
+    pub const UNPROMPTED: f64 = 30.0;
     /// Standard deviations beyond a threshold at which 95 of 100 are found.
     pub const POWER: f64 = 1.645;
     /// p-value below which a recording has an effect that its own search did not name.

@@ -7,12 +7,12 @@ use crate::dynamic::DynamicRecording;
 use crate::dynamic::joint::Joint;
 use crate::dynamic::model::Model;
 use crate::dynamic::newcomer::newcomers;
-use crate::thresholds::compare::NEWCOMERS;
+use crate::thresholds::compare::{NEWCOMERS, UNPROMPTED};
 
 use super::joined::differing;
 
-/// Where something differs by `joint`, the model of both with one effect more, of one recording alone, if the difference of
-/// this effect explains both better than whatever differs without it.
+/// The model of both with one effect more, of one recording alone, if the difference of this effect explains both better
+/// than whatever differs by `joint`; far better, where nothing does.
 pub fn with_newcomer<'a>(
     joint: Joint<'a>,
     recordings: [&'a DynamicRecording; 2],
@@ -21,9 +21,6 @@ pub fn with_newcomer<'a>(
     skip: &[String],
 ) -> Joint<'a> {
     let changed = differing(&joint);
-    if changed.is_empty() {
-        return joint;
-    }
     let found = parallel::indices(2, |side| newcomers(recordings[side], models[side], skip, NEWCOMERS));
     let sought = found.iter().map(|found| found.sought).sum::<usize>();
     let of_side = |side: usize| found[side].models.iter().map(move |model| (side, model));
@@ -37,6 +34,7 @@ pub fn with_newcomer<'a>(
         Some((joint.criterion(&[group]), joint))
     });
     let best = with.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+    let least = if changed.is_empty() { UNPROMPTED } else { 0.0 };
     let before = joint.criterion(&changed);
-    best.filter(|(after, _)| *after < before).map_or(joint, |(_, joint)| joint)
+    best.filter(|(after, _)| *after < before - least).map_or(joint, |(_, joint)| joint)
 }
