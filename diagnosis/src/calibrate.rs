@@ -222,7 +222,7 @@ pub fn calibrate(
     let whitener = noise.whitener();
     let jumps: Vec<Option<Jumps>> =
         dictionary.families.iter().map(|family| dictionary.jumps(family, &whitener, base)).collect();
-    let maxima: Vec<Vec<Vec<f64>>> = parallel::indices(2 * RESAMPLES / TOGETHER, |group| {
+    let maxima: Vec<Vec<Vec<f64>>> = parallel::indices(0..2 * RESAMPLES / TOGETHER, |group| {
         let mut random = ChaCha8Rng::seed_from_u64(0x5eed_d1a6);
         random.set_stream(group as u64);
         let mut resamples = Columns::new(projected.columns.rows);

@@ -28,11 +28,11 @@ impl Correlation {
         let processes = self.forgotten();
         let at = |process: &Process| restricted(&columns, &observed, &self.with(process)) - at_white;
         let coarse = |k: usize| k.is_multiple_of(COARSE).then(|| at(&processes[k]));
-        let likelihood: Vec<Option<f64>> = parallel::indices(processes.len(), coarse);
+        let likelihood: Vec<Option<f64>> = parallel::indices(0..processes.len(), coarse);
         let best = likelihood.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
         let hopeful: Vec<bool> =
             likelihood.iter().map(|l| l.is_some_and(|l| l > best - HOPELESS && l > -HOPELESS)).collect();
-        let likelihood = parallel::indices(processes.len(), |k| {
+        let likelihood = parallel::indices(0..processes.len(), |k| {
             let (before, after) = (k / COARSE * COARSE, (k / COARSE + 1) * COARSE);
             let between = hopeful[before] || hopeful.get(after) == Some(&true);
             likelihood[k].or_else(|| between.then(|| at(&processes[k])))

@@ -209,7 +209,7 @@ pub fn prove<'a>(
         let base = predictive(&inner, &[], rows.order.unwrap_or(order));
         Some(Fold { before: hand_on.left(&base, Some(&held))?, held, inner, found: OnceLock::new() })
     };
-    let folds: Vec<Fold> = parallel::indices(folds, fold).into_iter().collect::<Option<_>>()?;
+    let folds: Vec<Fold> = parallel::indices(0..folds, fold).into_iter().collect::<Option<_>>()?;
     let group_of_row: Vec<usize> = hand_on.cell_of.iter().map(|cell| group[*cell]).collect();
     let fold_of_row = hand_on.cell_of.iter().map(|cell| judged[*cell]).collect();
     let mut proof = Proof { by, fold_of_row, group_of_row, folds, before: 0.0 };

@@ -347,7 +347,7 @@ impl<'a> Search<'a> {
                 }
             })
         };
-        parallel::indices(self.dictionary.families.len(), best_of).into_iter().flatten().collect()
+        parallel::indices(0..self.dictionary.families.len(), best_of).into_iter().flatten().collect()
     }
 
     /// The one free shape parameter of a family at the tops of its grid that may be the highest once refined; nothing

@@ -3,13 +3,14 @@
 //! The threads are rayon's. Its generic iterators are compiled here once, behind a function pointer, instead of at every
 //! call: an item of work takes microseconds at least, the pointer a nanosecond.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
 /// `f` of every item.
 pub fn map<'a, T: Sync, R: Send>(items: &'a [T], f: impl Fn(&'a T) -> R + Sync) -> Vec<R> {
-    indices(items.len(), |k| f(&items[k]))
+    indices(0..items.len(), |k| f(&items[k]))
 }
 
 /// `f` of every item, where it gives something.
@@ -17,11 +18,11 @@ pub fn filter_map<'a, T: Sync, R: Send>(items: &'a [T], f: impl Fn(&'a T) -> Opt
     map(items, f).into_iter().flatten().collect()
 }
 
-/// `f` of 0, 1, … below `count`.
-pub fn indices<R: Send>(count: usize, f: impl Fn(usize) -> R + Sync) -> Vec<R> {
-    let results: Vec<Mutex<Option<R>>> = (0..count).map(|_| Mutex::new(None)).collect();
-    each(count, &|k| {
-        let result = f(k);
+/// `f` of every index.
+pub fn indices<R: Send>(range: Range<usize>, f: impl Fn(usize) -> R + Sync) -> Vec<R> {
+    let results: Vec<Mutex<Option<R>>> = range.clone().map(|_| Mutex::new(None)).collect();
+    each(results.len(), &|k| {
+        let result = f(range.start + k);
         *results[k].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     });
     results.into_iter().filter_map(|r| r.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
@@ -52,7 +53,7 @@ mod tests {
     #[test]
     fn results_are_in_the_order_of_the_items() {
         let squares: Vec<usize> = (0..1000).map(|k| k * k).collect();
-        assert_eq!(indices(1000, |k| k * k), squares);
+        assert_eq!(indices(0..1000, |k| k * k), squares);
         assert_eq!(filter_map(&squares, |s| (s % 2 == 0).then_some(*s)).len(), 500);
         assert_eq!(join(|| 1, || "two"), (1, "two"));
     }

@@ -134,13 +134,19 @@ fn a_defect_that_no_recording_shows_by_itself_is_named_by_both() {
     }
 }
 
+/// A folder with the plant of a mirror in motion.
+fn of_a_mirror_in_motion() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
+    std::fs::write(folder.path().join("plant.toml"), plant).unwrap();
+    folder
+}
+
 /// Driven otherwise, a mechanism is the same; a dry friction that moved is told from its damping.
 #[test]
 fn in_motion_a_moved_parameter_is_named_and_an_unchanged_mechanism_is_not() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = of_a_mirror_in_motion();
     let folder = folder.path();
-    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
-    std::fs::write(folder.join("plant.toml"), plant).unwrap();
     let record = |name: &str, rest: &str, force: f64| {
         let friction = format!("--effect coulomb_friction:force_per_inertia={force}");
         run(folder, &format!("excite --device-seed 7 {rest} {friction} --out {name} -q"));
@@ -170,10 +176,8 @@ fn in_motion_a_moved_parameter_is_named_and_an_unchanged_mechanism_is_not() {
 /// A drag that came, too weak to be named in its own recording, is told from damping that moved.
 #[test]
 fn in_motion_a_weak_effect_that_came_is_no_change_of_damping() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = of_a_mirror_in_motion();
     let folder = folder.path();
-    let plant = "[plant]\nkind = \"second-order\"\nposition_unit = \"arcsec\"\ndrive_unit = \"A\"\n";
-    std::fs::write(folder.join("plant.toml"), plant).unwrap();
     let record = |rest: &str| run(folder, &format!("excite --device-seed 7 {rest} -q"));
     record("--seed 1 --out then.csv");
     record("--seed 2 --effect quadratic_damping:coefficient=1e-8 --out now.csv");

@@ -125,7 +125,7 @@ pub fn through<const N: usize, const F: usize>(
         })?;
         Ok(sums.map(|(sums, rows)| (sums.map(|s| s.symmetric(lanes)), rows)))
     };
-    let runs = parallel::indices(data.runs.len(), of_run);
+    let runs = parallel::indices(0..data.runs.len(), of_run);
     let mut grams =
         filters.map(|_| Grams { products: Vec::with_capacity(runs.len()), rows: [0; FOLDS], states });
     for run in runs {

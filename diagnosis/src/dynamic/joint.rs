@@ -199,7 +199,7 @@ impl<'a> Joint<'a> {
     }
 
     /// The same where one of its effects was sought among so many.
-    pub fn among(self, sought: usize) -> Joint<'a> {
+    pub fn sought_among(self, sought: usize) -> Joint<'a> {
         Joint { sought, ..self }
     }
 

@@ -1,6 +1,7 @@
 //! Diagnosis of dynamic recordings: a drive goes in, a position comes out, the nominal mechanism is
 //! simulated, the recording disagrees.
 
+pub(crate) mod candidates;
 mod data;
 pub mod diagnose;
 mod drive_path;
@@ -18,7 +19,6 @@ mod lag;
 pub mod linear;
 mod machine;
 pub mod model;
-pub(crate) mod newcomer;
 mod noise;
 pub mod plant;
 mod recording;

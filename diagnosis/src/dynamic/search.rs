@@ -153,11 +153,10 @@ impl<M: Augmented> Search<'_, M> {
     pub fn pruned(&self, mut present: Fitted<M>) -> Fitted<M> {
         while present.model.terms().len() > 1 + self.given {
             let last = present.model.terms().len() - 1;
-            let mut shorter = parallel::filter_map(&Vec::from_iter(self.given..last), |k| {
-                self.fit(&present.model.without(*k)?, &present.states)
+            let shorter = parallel::indices(self.given..last, |k| {
+                self.fit(&present.model.without(k)?, &present.states).filter(|f| !M::worth(self, f, &present))
             });
-            shorter.retain(|f| !M::worth(self, f, &present));
-            match shorter.into_iter().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
+            match shorter.into_iter().flatten().min_by(|a, b| a.costs[CHOOSE].total_cmp(&b.costs[CHOOSE])) {
                 Some(f) => present = f,
                 None => break,
             }

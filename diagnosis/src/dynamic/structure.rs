@@ -176,7 +176,7 @@ pub fn structure(present: &Fitted, data: &Data, whitening: &[f64]) -> Vec<Struct
         Some(Structure { variable, times: *times, part, gain, fitted_gain, shapes: count, at: None })
     };
     let mut found: Vec<Structure> =
-        parallel::indices(FAMILIES.len(), of_family).into_iter().flatten().collect();
+        parallel::indices(0..FAMILIES.len(), of_family).into_iter().flatten().collect();
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found
 }

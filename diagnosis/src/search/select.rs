@@ -43,7 +43,7 @@ impl Search<'_> {
             .take(most)
             .filter(|k| found[*k].explained * GRID_LOSS - self.price(&found[*k].term) > least)
             .collect();
-        let mut out: Vec<Found> = parallel::indices(found.len(), |k| {
+        let mut out: Vec<Found> = parallel::indices(0..found.len(), |k| {
             if promising.contains(&k) {
                 beside.refined(found[k], |f| self.refine(f, &beside.basis, &beside.residual, ROUGH))
             } else {
@@ -182,7 +182,7 @@ impl Search<'_> {
     fn exchange(&self, terms: &mut Vec<Term>, named_only: bool) {
         let mut merit = self.merit(terms);
         for _ in 0..4 {
-            let singly = parallel::indices(terms.len(), |k| self.without(terms, k, merit, named_only));
+            let singly = parallel::indices(0..terms.len(), |k| self.without(terms, k, merit, named_only));
             // One explanation in the place of two.
             let few = if terms.len() <= MOST_FOR_PAIRS { terms.len() } else { 0 };
             let pairs: Vec<_> = (0..few).flat_map(|k| (k + 1..few).map(move |j| (k, j))).collect();

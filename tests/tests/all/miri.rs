@@ -8,7 +8,6 @@ use arcsmith_tests::programs::root;
 const MAIN: &str = include_str!("../../shim/miri.rs");
 
 #[test]
-#[ignore = "takes long: in .ci/full"]
 fn the_committed_generation_is_clean_under_miri() {
     let miri = |arguments: &[&str]| {
         let mut command = Command::new("cargo");

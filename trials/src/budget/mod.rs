@@ -271,18 +271,28 @@ fn routine(generated: &Generated) -> Option<(&Program, f64)> {
 mod tests {
     use super::*;
 
-    /// The same as `arcsmith trials budget`, with fewer devices: wide enough for the scatter of so few. Twenty devices that
-    /// cover 95 % give less than 81 % once in a thousand times.
+    /// Twenty devices that cover 95 % give less than 81 % once in a thousand times. That too much is covered, they cannot show.
     #[test]
-    fn the_stated_uncertainty_holds() {
-        const DEVICES: usize = 20;
+    fn the_stated_uncertainty_holds_for_some_devices() {
+        the_stated_uncertainty_holds(20, 1, 0.81..=1.0);
+    }
+
+    /// Eighty devices that cover 95 % give less than 88 % or more than 99.5 % once in a thousand times.
+    #[test]
+    #[ignore = "takes long: in .ci/full"]
+    fn the_stated_uncertainty_holds_for_many_devices() {
+        the_stated_uncertainty_holds(80, 3, 0.88..=0.995);
+    }
+
+    /// The same as `arcsmith trials budget`, with fewer devices: the share covered is within the scatter of so few.
+    fn the_stated_uncertainty_holds(devices: usize, misnamed: usize, covers: std::ops::RangeInclusive<f64>) {
         for kind in Kind::ALL {
-            let covered = run(kind, DEVICES, 20_261_124, 2, &()).unwrap();
-            // One in two hundred diagnoses takes the drift with temperature for another effect.
-            let fewest = if kind == Kind::Warmed { DEVICES - 1 } else { DEVICES };
+            let covered = run(kind, devices, 20_261_124, 2, &()).unwrap();
+            // So many at most: one in two hundred diagnoses takes the drift with temperature for another effect.
+            let fewest = if kind == Kind::Warmed { devices - misnamed } else { devices };
             assert!(covered.devices.hits >= fewest as u64, "{covered:?}");
             let share = covered.pooled.value().unwrap();
-            assert!((0.81..=1.0).contains(&share), "{covered:?}");
+            assert!(covers.contains(&share), "{covered:?}");
         }
     }
 }

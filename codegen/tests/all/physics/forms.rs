@@ -323,7 +323,7 @@ fn share_a_table(ids: &[&str], methods: &[Method]) {
         assert_eq!(held(&coefficients, &options, &words), Ok(true), "{id}");
     }
     let mut options = options_of(&all.terms[0], false);
-    // Of the shaft's angle.
+    // The fourth is of the shaft's angle, the others of the coil's current.
     if let Some(other) = all.terms.get(3) {
         options.further.extend(options_of(other, false).further);
     }

@@ -3,8 +3,8 @@
 //! parameters are held against each other.
 
 mod apart;
+mod best_name;
 mod joined;
-mod newcomer;
 
 use numerics::{centred, parallel, rms};
 
@@ -17,7 +17,7 @@ use crate::thresholds::NORMAL_95;
 use crate::thresholds::compare::{FALSE_ALARMS, SAME_MOTION};
 use crate::verdict::{Location, Parameter};
 
-use self::newcomer::with_newcomer;
+use self::best_name::with_best_name;
 use super::{Change, Comparison, Estimate, Quantity, Side};
 
 /// Compares two recordings of a mechanism: `case` is that of the earlier one.
@@ -45,7 +45,7 @@ pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, Diagno
     let wider = pair.wider();
     let joint = match (&pair.then.model, &pair.now.model) {
         (Some(a), Some(b)) => Joint::new([then, now], [a, b], wider)
-            .map(|joint| with_newcomer(joint, [then, now], [a, b], wider, &options.skip)),
+            .map(|joint| with_best_name(joint, [then, now], [a, b], wider, &options.skip)),
         _ => None,
     };
     Ok(joint.map_or_else(|| pair.apart(), |joint| pair.joined(&joint, plant)))

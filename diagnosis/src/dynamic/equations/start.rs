@@ -183,7 +183,7 @@ fn tried(plain: &Model, data: &Data) -> Vec<(Model, Vec<Vec<f64>>)> {
     };
     let count = if free.is_empty() { 1 } else { POINTS };
     let states = first_states(plain, data);
-    let tried = parallel::indices(count, |number| {
+    let tried = parallel::indices(0..count, |number| {
         let model = accurate(&point(number), &states, &head)?;
         fit_in(STEPS, &model, &states, &head, ALL)
     });

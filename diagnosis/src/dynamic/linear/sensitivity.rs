@@ -118,7 +118,7 @@ fn add_stretch(model: &Looped, stretch: &Stretch, entries: &[Vec<Entry>], sum: &
         predicted.iter().zip(measured).map(|(y, measured)| stretch.weight * (y - measured)).collect();
     let whole = MatRef::from_column_major_slice(&jacobian, kept, size);
     let piece = kept.div_ceil(PIECES);
-    let grams = parallel::indices(PIECES, |k| {
+    let grams = parallel::indices(0..PIECES, |k| {
         let (from, to) = ((k * piece).min(kept), ((k + 1) * piece).min(kept));
         let part = whole.subrows(from, to - from);
         let mut gram = faer::Mat::<f64>::zeros(size, size);

@@ -25,7 +25,8 @@ impl<M: Augmented> Search<'_, M> {
             let effect = said(k, gain(&without, found, ALL), self.alternatives(small, k, margin));
             Some((without.cost(ALL) - found.cost(ALL), effect))
         };
-        shared(parallel::filter_map(&Vec::from_iter(self.given..found.model.terms().len()), |k| one(*k)))
+        let all = parallel::indices(self.given..found.model.terms().len(), one);
+        shared(all.into_iter().flatten().collect())
     }
 
     /// Effects that do as well in the place of term `k`: at most `margin` behind in −2 log likelihood, the nearest first.
@@ -57,9 +58,8 @@ impl<M: Augmented> Search<'_, M> {
             let shown = moved > TOLD * with.rms(SCORE_ROWS).powi(2);
             shown.then(|| (k, gain(&without, with, SCORE_ROWS)))
         };
-        let terms = Vec::from_iter(self.given..with.model.terms().len());
-        let gains = parallel::filter_map(&terms, |k| gained(*k));
-        let worst = gains.into_iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let gains = parallel::indices(self.given..with.model.terms().len(), gained);
+        let worst = gains.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
         let (k, _) = worst.filter(|(_, gain)| *gain <= 0.0)?;
         Some(M::id(M::effect(&with.model.terms()[k])).to_string())
     }

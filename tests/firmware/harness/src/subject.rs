@@ -147,17 +147,33 @@ fn terms() -> Vec<Term> {
 /// Half the range of the paper's device in millimetres.
 pub const PAPER_RANGE_MM: f64 = 0.38;
 
-/// The program `codegen`, which a build of the workspace lays beside this one.
+/// Builds the program `codegen` with the features of the whole workspace, so that nothing is compiled twice, and gives its path.
 ///
 /// # Errors
-/// [`Problem::Content`] where it is not there.
+/// [`Problem::Refused`] where it does not build.
 pub fn codegen() -> Result<PathBuf, Problem> {
-    let this = std::env::current_exe().map_err(Problem::file(Path::new("this program")))?;
-    // A test lies one folder deeper.
-    let beside = this.ancestors().skip(1).take(2).map(|folder| folder.join("codegen"));
-    beside.into_iter().find(|path| path.is_file()).ok_or_else(|| Problem::Content {
-        path: this.clone(),
-        message: "codegen is not beside it; build it: cargo build --release --workspace".into(),
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../Cargo.toml");
+    let arguments = [
+        "build",
+        "--release",
+        "-q",
+        "--workspace",
+        "--bin",
+        "codegen",
+        "--message-format",
+        "json",
+        "--manifest-path",
+    ];
+    let messages = run("building codegen", Command::new(cargo).args(arguments).arg(manifest))?;
+    let executable = messages.lines().rev().find_map(|line| {
+        let message: Value = serde_json::from_str(line).ok()?;
+        let is_codegen = message["target"]["name"] == "codegen";
+        is_codegen.then(|| message["executable"].as_str().map(PathBuf::from)).flatten()
+    });
+    executable.ok_or_else(|| Problem::Content {
+        path: "cargo's messages".into(),
+        message: "no executable of codegen among them".into(),
     })
 }
 
