@@ -90,7 +90,7 @@ fn conflicting_rival<'c>(
 }
 
 /// Whether a column is a sum of others.
-fn contained(column: &[f64], others: &[Vec<f64>]) -> bool {
+pub fn contained(column: &[f64], others: &[Vec<f64>]) -> bool {
     least_squares(others, column).rss < CONTAINED * dot(column, column)
 }
 

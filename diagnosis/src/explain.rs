@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use numerics::{dot, least_squares, rms};
+use numerics::{Basis, dot, least_squares, rms};
 
+use crate::ambiguity::contained;
 use crate::base::base_columns;
 use crate::dictionary::highest_order;
 use crate::effects::Effect;
@@ -16,6 +17,7 @@ use crate::thresholds::explain::{
     ANY_WILL_DO, CHARACTERISTIC, GROSS, LONGEST_MEMORY, MISFIT_OF_A_CURVE, MOSTLY, NEARLY, SAME_CORRELATION,
     STAGE_GAIN, STAGES, UNMEASURED,
 };
+use crate::thresholds::intervals::DETERMINED;
 use crate::thresholds::verdict::ALTERNATIVE_MARGIN;
 
 /// Order of the base polynomial that is absorbed before anything is tested: the paper's for a pair, a
@@ -132,7 +134,7 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
     };
     let about = last.as_ref().unwrap_or(&search);
     let mut floor = reading_noise(&about.noise, rows);
-    if let Some(rest) = rest {
+    if let Some(rest) = rest.and_then(|rest| beyond_names(rest, &base, &terms)) {
         terms.push(rest);
         // What is found is no noise.
         let model = columns_with(&base, &terms);
@@ -141,6 +143,26 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
     }
     let search = last.unwrap_or(search);
     Found { explanation: Explanation { search, terms, chosen, floor, gross: false }, gross }
+}
+
+/// What names leave, less what they say themselves where it could take the place of one: beside it nothing would be determined
+/// of the name. None where nothing else is in it.
+fn beyond_names(rest: Term, base: &[Vec<f64>], names: &[Term]) -> Option<Term> {
+    let whole = columns_with(base, std::slice::from_ref(&rest));
+    if !names.iter().flat_map(|name| name.columns.iter()).any(|column| contained(column, &whole)) {
+        return Some(rest);
+    }
+    let mut said = Basis::new(base[0].len());
+    for column in columns_with(base, names) {
+        said.add(&column);
+    }
+    let beyond = |column: &Vec<f64>| {
+        let mut left = column.clone();
+        said.project_off(&mut left);
+        (rms(&left) > DETERMINED * rms(column)).then_some(left)
+    };
+    let columns: Vec<Vec<f64>> = rest.columns.iter().filter_map(beyond).collect();
+    (!columns.is_empty()).then(|| Term { columns: Arc::new(columns), ..rest })
 }
 
 /// Standard deviation of a reading as it was read, outliers and all.

@@ -94,7 +94,7 @@ impl<'a> Judge<'a, '_> {
             let fault = match self.undetermined(&joint) {
                 Some(fault) => Some(fault),
                 None => match self.handed(&joint, &named, withdrawn.is_empty()) {
-                    Ok(Handed { shown: Some(shown), .. }) if !shows_gain(&shown) => {
+                    Ok(Handed { shown: Some(shown), .. }) if !self.shows_gain(&shown, &joint) => {
                         self.extend_intervals(&mut joint, &mut judged);
                         judged.push(NOT_SHOWN.into());
                         return self.base_alone(joint, withdrawn, judged);
@@ -155,11 +155,29 @@ impl<'a> Judge<'a, '_> {
         (kept, said)
     }
 
+    /// The terms of a model that would be found if noise lasted.
+    fn beyond_noise(&self, model: &Model) -> Vec<Term> {
+        let fitted: Vec<Term> = model.terms.iter().map(|term| term.term.clone()).collect();
+        let beyond = Lasting::new(self.explanation, model.order).beyond(&fitted);
+        fitted.into_iter().zip(beyond).filter_map(|(term, beyond)| beyond.then_some(term)).collect()
+    }
+
+    /// Whether held-out rows are predicted better in the mean. Effects that were chosen with all rows look better there than
+    /// they are: they must be better beyond the interval of the gain, or be found if noise lasted, where what chance chooses
+    /// is paid for.
+    fn shows_gain(&self, shown: &Shown, model: &Model) -> bool {
+        let gain = gain(&shown.gains);
+        let found_in_any_noise = || {
+            let beyond = self.beyond_noise(model);
+            model.terms.iter().filter(|t| t.effect.is_some()).all(|t| beyond.iter().any(|b| same(b, &t.term)))
+        };
+        gain.value > 0.0 && (shown.chosen_without || gain.ci95[0] > 0.0 || found_in_any_noise())
+    }
+
     /// Leaves out the effects that noise which lasts does as well as.
     fn keep_beyond_noise(&self, kept: &mut Vec<Term>, joint: &Model, judged: &mut Vec<String>) {
-        let fitted: Vec<Term> = joint.terms.iter().map(|term| term.term.clone()).collect();
-        let beyond = Lasting::new(self.explanation, joint.order).beyond(&fitted);
-        let shown = |t: &Term| fitted.iter().zip(&beyond).any(|(of, beyond)| *beyond && same(of, t));
+        let beyond = self.beyond_noise(joint);
+        let shown = |t: &Term| beyond.iter().any(|of| same(of, t));
         let others: Vec<&str> =
             kept.iter().filter(|t| self.of_device(t) && !shown(t)).map(|t| self.id(t)).collect();
         if others.is_empty() {
@@ -182,7 +200,7 @@ impl<'a> Judge<'a, '_> {
             return None;
         }
         let without = self.handed(&self.alone(kept), kept, false).ok();
-        without.filter(|handed| handed.shown.as_ref().is_none_or(shows_gain))
+        without.filter(|h| h.shown.as_ref().is_none_or(|shown| self.shows_gain(shown, &h.model)))
     }
 
     /// The answer where the base alone is handed on.
@@ -323,13 +341,6 @@ impl<'a> Judge<'a, '_> {
         let order = choose_order(self.explanation, named).max(first_order(rows));
         model::predictive(self.explanation, named, order)
     }
-}
-
-/// Whether held-out rows are predicted better: in the mean with effects that the other rows show; beyond the interval of
-/// the gain with effects that were chosen with all rows, which makes them look better than they are.
-fn shows_gain(shown: &Shown) -> bool {
-    let gain = gain(&shown.gains);
-    if shown.chosen_without { gain.value > 0.0 } else { gain.ci95[0] > 0.0 }
 }
 
 fn same(a: &Term, b: &Term) -> bool {
