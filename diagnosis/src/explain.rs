@@ -332,3 +332,31 @@ fn strongest(search: &Search) -> Option<search::Found> {
         .filter(|f| search.effect(f.term.family).is_some() || search.is_generic(f.term.family))
         .max_by(|a, b| search.family_wise(a).total_cmp(&search.family_wise(b)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_names_leave_takes_nothing_from_them() {
+        let column = |of: fn(f64) -> f64| (0..50).map(|k| of(f64::from(k) / 50.0)).collect::<Vec<f64>>();
+        let term = |columns: &[Vec<f64>]| Term::new(0, Vec::new(), Arc::new(columns.to_vec()));
+        let (one, line, square, wave) =
+            (column(|_| 1.0), column(|z| z - 0.3), column(|z| z * z), column(|z| (9.0 * z).sin()));
+        let base = [one.clone()];
+        let name = term(std::slice::from_ref(&line));
+        let beyond = |columns: &[Vec<f64>]| {
+            let rest = beyond_names(term(columns), &base, std::slice::from_ref(&name))?;
+            Some(rest.columns.to_vec())
+        };
+        let apart = [square.clone(), wave];
+        assert_eq!(beyond(&apart).as_deref(), Some(&apart[..]), "it could not take the place of the name");
+        let whole = [column(|z| 2.0 * z), square];
+        let left = beyond(&whole).expect("the square is left");
+        assert_eq!(left.len(), 1);
+        for said in [&one, &line] {
+            assert!(dot(&left[0], said).abs() < 1e-12);
+        }
+        assert!(beyond(&whole[..1]).is_none(), "all of it is said");
+    }
+}

@@ -340,6 +340,27 @@ fn figures_of_a_recording_become_numbers() {
 }
 
 #[test]
+fn a_lag_that_keeps_near_its_mean_begins_there_on_other_recordings() {
+    let recording = Made::of(2000);
+    let settled = |text: &str, tau: f64| {
+        let parameters = [parameter("k", "arcsec/A^2", None), parameter("tau", "s", Some((tau, tau)))];
+        let text =
+            read(text, "arcsec", &parameters).unwrap().settled_for_others(&recording, &[1.0, tau]).unwrap();
+        let first = read(&text, "arcsec", &parameters).unwrap().values(&recording, &[1.0, tau]).unwrap()[0];
+        (text, first)
+    };
+    // The current swings in 80 s.
+    let current = recording.column("coil_a").unwrap();
+    let mean = current.iter().map(|a| a * a).sum::<f64>() / 2000.0;
+    let (text, first) = settled("k * lowpass(coil_a^2, tau)", 100.0);
+    approx::assert_relative_eq!(first, mean, max_relative = 1e-12);
+    assert_ne!(text, "k * lowpass(coil_a^2, tau)");
+    // What follows at once begins at what it follows, and what states its beginning keeps it.
+    assert_eq!(settled("k * lowpass(coil_a^2, tau)", 5.0).1, current[0] * current[0]);
+    assert_eq!(settled("k * lowpass(coil_a^2, tau, 0 [A^2])", 100.0).1, 0.0);
+}
+
+#[test]
 fn many_plays_abreast_are_those_one_by_one() {
     let parameters = [parameter("r", "arcsec", Some((100.0, 9000.0)))];
     let sentence = read("plays(angle, r, 100, 17)", "arcsec", &parameters).unwrap();

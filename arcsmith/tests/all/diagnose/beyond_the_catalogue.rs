@@ -121,6 +121,38 @@ fn a_ripple_whose_phase_moves_with_the_temperature_is_not_taken_for_noise() {
 }
 
 #[test]
+fn what_fades_after_a_turn_is_described_whatever_direction_a_stage_at_rest_claims() {
+    // The strain of a seal: dragged over where the stage is on its way back, not before the first turn.
+    let strain = |row: usize| -> f64 {
+        let turns =
+            (1..=row.saturating_sub(1) / 31).map(|pass| (if pass % 2 == 0 { 1.0 } else { -1.0 }, pass));
+        turns
+            .map(|(heading, pass)| heading * (-(3.0 * row as f64 - 93.0 * pass as f64 - 1.5) / 30.0).exp())
+            .sum()
+    };
+    let scene = scene();
+    let noise = white(3);
+    let rows = schedule();
+    let path = recording(scene.folder.path(), "r.csv", 6, |row, cells| {
+        cells[5] = format!("{:.3}", 3600.0 * rows[row].0 * 0.97 - 4.0 * strain(row) + noise[row]);
+        // At the first stop of a pass the stage stands still.
+        if row % 31 == 0 && row % 2 == 0 {
+            cells[2] = if cells[2] == "1" { "-1".into() } else { "1".into() };
+        }
+    });
+    let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json = scene.json(&out, "r");
+    assert_eq!(json["effects"][0]["title"], "fades in time after the motion turned", "{json}");
+    let parameters = json["effects"][0]["parameters"].as_array().expect("parameters");
+    for (name, truth) in [("k", 2.0), ("tau", 30.0)] {
+        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
+        let [low, high] = [0, 1].map(|end| found["ci95"][end].as_f64().expect("an end"));
+        assert!((low - 0.2 * (high - low)..high + 0.2 * (high - low)).contains(&truth), "{found}");
+    }
+}
+
+#[test]
 fn what_a_coil_heats_is_described_handed_on_and_limited_to_what_was_recorded() {
     let scene = scene();
     let mut noise = normal(77);
