@@ -145,8 +145,8 @@ pub fn explain<'a>(rows: &'a Rows, catalogue: &'a [Effect], skip: &[String]) -> 
     Found { explanation: Explanation { search, terms, chosen, floor, gross: false }, gross }
 }
 
-/// What names leave, less what they say themselves where it could take the place of one: beside it nothing would be determined
-/// of the name. None where nothing else is in it.
+/// The structure that the named effects leave. If its columns can make up one of a named effect, nothing of that effect would be
+/// determined beside it: then only their part outside the named effects is kept, and nothing where there is none.
 fn beyond_names(rest: Term, base: &[Vec<f64>], names: &[Term]) -> Option<Term> {
     let whole = columns_with(base, std::slice::from_ref(&rest));
     if !names.iter().flat_map(|name| name.columns.iter()).any(|column| contained(column, &whole)) {

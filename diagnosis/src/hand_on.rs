@@ -1,10 +1,12 @@
 //! The augmented model as a coefficients file, which `apply` and `generate` read.
 
+mod other_recordings;
+
 use std::collections::BTreeMap;
 
 use fitter::coefficients::{Coefficients, Provenance, VERSION_EXPRESSION, VERSION_TURN};
 use fitter::error_model::ErrorModel;
-use fitter::terms::{Expressed, Observables, Operator, Periodic, Scope, Term, depends_on_angle};
+use fitter::terms::{Observables, Operator, Periodic, Scope, Term, depends_on_angle};
 use fitter::turn::{Amplitude, Turn};
 use fitter::{Mirror, Recording};
 use numerics::{least_squares, mean, range};
@@ -140,62 +142,6 @@ impl HandOn<'_> {
         file.joint_covariance = propagated(&linear, &model.covariance);
         file.observed = observed(self.seen.recording, self.mirror, &file.terms);
         file
-    }
-
-    /// Parts every effect that is not the same on other recordings: what they get, and what holds here alone.
-    fn share_out(&self, file: &mut Coefficients, model: &Model) {
-        let named: Vec<(&FittedTerm, &Effect)> =
-            model.terms.iter().filter_map(|term| Some((term, &self.catalogue[term.effect?]))).collect();
-        let harmonics_of_turn = file.terms.len() - named.len();
-        // Of every coefficient of the new file: which one of the old it is a part of, and what part.
-        let mut parts: Vec<(usize, f64)> = (0..file.base.coefficients.len()).map(|k| (k, 1.0)).collect();
-        let mut first = parts.len();
-        let mut terms = Vec::with_capacity(file.terms.len());
-        for (k, term) in std::mem::take(&mut file.terms).into_iter().enumerate() {
-            let own = first..first + term.coefficients.len();
-            first = own.end;
-            let named = k.checked_sub(harmonics_of_turn).map(|k| named[k]);
-            let reach = named.map_or(1.0, |(fitted, _)| fitted.reach);
-            let form = named.is_some_and(|(_, effect)| effect.is_form());
-            let others = form.then(|| self.for_others(&term.operator)).flatten();
-            let shares = match &others {
-                None => {
-                    vec![(term.scope, &term.operator, reach), (Scope::Recording, &term.operator, 1.0 - reach)]
-                }
-                Some(others) => vec![
-                    (term.scope, others, reach),
-                    (Scope::Recording, &term.operator, 1.0),
-                    (Scope::Recording, others, -reach),
-                ],
-            };
-            for (scope, operator, part) in shares.into_iter().filter(|(.., part)| *part != 0.0) {
-                let scaled = |by: f64, values: &[f64]| values.iter().map(|v| by * v).collect::<Vec<f64>>();
-                parts.extend(own.clone().map(|k| (k, part)));
-                terms.push(Term {
-                    scope,
-                    operator: operator.clone(),
-                    coefficients: scaled(part, &term.coefficients),
-                    covariance: term.covariance.iter().map(|row| scaled(part * part, row)).collect(),
-                    ..term.clone()
-                });
-            }
-        }
-        file.terms = terms;
-        if !file.joint_covariance.is_empty() {
-            let old = std::mem::take(&mut file.joint_covariance);
-            let row = |(i, p): &(usize, f64)| parts.iter().map(|(k, q)| p * q * old[*i][*k]).collect();
-            file.joint_covariance = parts.iter().map(row).collect();
-        }
-    }
-
-    /// An expression as other recordings get it, where that differs: lags may begin in another state.
-    fn for_others(&self, operator: &Operator) -> Option<Operator> {
-        let Operator::Expression(here) = operator else { return None };
-        let factors = here.factors.iter().map(|_| 1.0);
-        let values: Vec<f64> = factors.chain(here.parameters.iter().map(|fixed| fixed.value)).collect();
-        let sentence = here.sentence(self.rows.pair).ok()?;
-        let text = sentence.settled_for_others(&Read(self.full), &values).ok()?;
-        (text != here.text).then(|| Operator::Expression(Expressed { text, ..here.clone() }))
     }
 
     /// The base: of a whole turn a constant and a term of harmonics.

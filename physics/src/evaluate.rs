@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::check::{Applied, Node, Sentence};
+use crate::unit::Unit;
 
 /// Most arguments of an operator.
 const MOST_ARGUMENTS: usize = 4;
@@ -51,7 +52,7 @@ impl Value {
     }
 
     /// Multiplied by a number.
-    fn times(mut self, factor: f64) -> Value {
+    pub(crate) fn times(mut self, factor: f64) -> Value {
         if factor != 1.0 {
             let columns = self.slopes.iter_mut().map(|(_, slopes)| slopes).chain([&mut self.rows]);
             columns.flatten().for_each(|value| *value *= factor);
@@ -125,10 +126,6 @@ pub(crate) fn pointwise(
     Value { rows, slopes }
 }
 
-/// So many times nearer to its mean than to what it follows is a lag whose state before the first row is taken for the mean. By
-/// judgement: a device that has stood still begins at what it finds.
-const MUCH_NEARER: f64 = 3.0;
-
 impl Sentence {
     /// Its value at every row, in its unit, and the derivatives by the parameters at these `values`.
     ///
@@ -151,30 +148,17 @@ impl Sentence {
     /// # Errors
     /// The name of a column that is missing.
     pub fn settled(&self, columns: &dyn Columns, values: &[f64]) -> Result<String, String> {
-        let mut changes = Vec::new();
-        self.root.figures(columns, values, &mut changes)?;
-        Ok(self.changed(changes))
-    }
-
-    /// As [`Sentence::settled`], for other recordings. Where a lag does not state its state before the first row, nobody knows
-    /// it there: it is the first value, but the mean where over the rows the state was much nearer to that than to what it follows.
-    ///
-    /// # Errors
-    /// The name of a column that is missing.
-    pub fn settled_for_others(&self, columns: &dyn Columns, values: &[f64]) -> Result<String, String> {
-        let mut changes = Vec::new();
-        self.root.figures(columns, values, &mut changes)?;
-        self.root.states_at_first(columns, values, &mut changes)?;
-        Ok(self.changed(changes))
-    }
-
-    /// Its text with others in these places.
-    fn changed(&self, mut changes: Vec<(Range<usize>, String)>) -> String {
         let mut text = self.text.clone();
+        let mut figures = Vec::new();
+        self.root.figures(&mut figures);
         // From the end, so that the places before stay.
-        changes.sort_by_key(|(place, _)| std::cmp::Reverse(place.start));
-        changes.iter().for_each(|(place, other)| text.replace_range(place.clone(), other));
-        text
+        figures.sort_by_key(|(span, ..)| std::cmp::Reverse(span.start));
+        for (span, figure, unit) in figures {
+            let value = figure.value(columns, values, false)?.at(0);
+            let number = if unit.is_one() { format!("{value}") } else { format!("{value} [{unit}]") };
+            text.replace_range(span, &if value < 0.0 { format!("({number})") } else { number });
+        }
+        Ok(text)
     }
 }
 
@@ -214,45 +198,13 @@ impl Node {
         })
     }
 
-    /// The places of the figures of the recording in it, with their numbers.
-    fn figures(
-        &self,
-        columns: &dyn Columns,
-        values: &[f64],
-        found: &mut Vec<(Range<usize>, String)>,
-    ) -> Result<(), String> {
-        let Node::Apply(Applied { operator, arguments, span, unit }) = self else { return Ok(()) };
-        let Some(unit) = unit.as_ref().filter(|_| operator.of_recording()) else {
-            return arguments.iter().try_for_each(|(argument, _)| argument.figures(columns, values, found));
-        };
-        let value = self.value(columns, values, false)?.at(0);
-        let number = if unit.is_one() { format!("{value}") } else { format!("{value} [{unit}]") };
-        found.push((span.clone(), if value < 0.0 { format!("({number})") } else { number }));
-        Ok(())
-    }
-
-    /// The places in it where lags want their first state, with the mean of what each follows where that foretells its state
-    /// much better than what it follows does.
-    fn states_at_first(
-        &self,
-        columns: &dyn Columns,
-        values: &[f64],
-        found: &mut Vec<(Range<usize>, String)>,
-    ) -> Result<(), String> {
-        let Node::Apply(Applied { operator, arguments, span, .. }) = self else { return Ok(()) };
-        if let ("lowpass", [(followed, factor), _]) = (operator.name(), &arguments[..]) {
-            let (state, followed) =
-                (self.value(columns, values, false)?, followed.value(columns, values, false)?);
-            let followed = followed.times(*factor);
-            let rows = state.rows.len();
-            let mean = (0..rows).map(|row| followed.at(row)).sum::<f64>() / rows as f64;
-            let squares = |of: &dyn Fn(usize) -> f64| {
-                (0..rows).map(|row| (state.at(row) - of(row)).powi(2)).sum::<f64>()
-            };
-            if MUCH_NEARER.powi(2) * squares(&|_| mean) < squares(&|row| followed.at(row)) {
-                found.push((span.end - 1..span.end - 1, format!(", {mean}")));
+    /// The figures of the recording in it, with their places and units.
+    fn figures<'a>(&'a self, found: &mut Vec<(Range<usize>, &'a Node, &'a Unit)>) {
+        if let Node::Apply(Applied { operator, arguments, span, unit }) = self {
+            match unit {
+                Some(unit) if operator.of_recording() => found.push((span.clone(), self, unit)),
+                _ => arguments.iter().for_each(|(argument, _)| argument.figures(found)),
             }
         }
-        arguments.iter().try_for_each(|(argument, _)| argument.states_at_first(columns, values, found))
     }
 }

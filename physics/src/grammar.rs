@@ -15,7 +15,10 @@ const BEGINS: &str = "[[effect]]";
 /// ```
 pub fn forms(columns: &[&str]) -> Vec<String> {
     let mut forms = Vec::new();
-    for form in GRAMMAR.split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end())) {
+    // Comments are for the reader of the file: one stands before the form that it is about, and so behind another.
+    let grammar: Vec<&str> = GRAMMAR.lines().filter(|line| !line.starts_with('#')).collect();
+    for form in grammar.join("\n").split(BEGINS).skip(1).map(|form| format!("{BEGINS}{}\n", form.trim_end()))
+    {
         match (form.contains("{z}"), form.contains("{w}")) {
             (false, _) if form.contains("{shaft}") => {
                 let shafts = columns.iter().filter(|column| is_angle(column));

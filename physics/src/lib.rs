@@ -18,6 +18,7 @@ mod declaration;
 mod error;
 mod evaluate;
 mod expression;
+mod first_state;
 mod grammar;
 mod interval;
 mod known;

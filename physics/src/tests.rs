@@ -344,8 +344,10 @@ fn a_lag_that_keeps_near_its_mean_begins_there_on_other_recordings() {
     let recording = Made::of(2000);
     let settled = |text: &str, tau: f64| {
         let parameters = [parameter("k", "arcsec/A^2", None), parameter("tau", "s", Some((tau, tau)))];
-        let text =
-            read(text, "arcsec", &parameters).unwrap().settled_for_others(&recording, &[1.0, tau]).unwrap();
+        let text = read(text, "arcsec", &parameters)
+            .unwrap()
+            .with_first_states(&recording, &[1.0, tau], 3.0)
+            .unwrap();
         let first = read(&text, "arcsec", &parameters).unwrap().values(&recording, &[1.0, tau]).unwrap()[0];
         (text, first)
     };

@@ -118,7 +118,7 @@ fn every_form_can_be_read_of_a_column_whose_unit_fits() {
     assert!(
         effects
             .iter()
-            .all(|effect| matches!(&effect.origin, Origin::Form(text) if text.contains(&effect.id)))
+            .all(|effect| matches!(&effect.origin, Origin::Form(text) if text.contains(&effect.id) && !text.contains('#')))
     );
     assert!(effects.iter().all(|effect| !effect.suggestions.is_empty()));
 }

@@ -51,6 +51,16 @@ fn said(json: &Value) -> (String, String) {
     )
 }
 
+/// Intervals hold the truth, or miss it by a fifth of their width at most.
+fn holds(effect: &Value, truths: &[(&str, f64)]) {
+    let parameters = effect["parameters"].as_array().expect("parameters");
+    for (name, truth) in truths {
+        let found = parameters.iter().find(|p| p["name"] == *name).expect("the parameter");
+        let [low, high] = [0, 1].map(|end| found["ci95"][end].as_f64().expect("an end"));
+        assert!((low - 0.2 * (high - low)..high + 0.2 * (high - low)).contains(truth), "{found}");
+    }
+}
+
 #[test]
 fn creep_that_heat_hastens_is_no_drift_with_temperature_beside_one_with_time() {
     for seed in 1..6 {
@@ -144,12 +154,7 @@ fn what_fades_after_a_turn_is_described_whatever_direction_a_stage_at_rest_claim
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let json = scene.json(&out, "r");
     assert_eq!(json["effects"][0]["title"], "fades in time after the motion turned", "{json}");
-    let parameters = json["effects"][0]["parameters"].as_array().expect("parameters");
-    for (name, truth) in [("k", 2.0), ("tau", 30.0)] {
-        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
-        let [low, high] = [0, 1].map(|end| found["ci95"][end].as_f64().expect("an end"));
-        assert!((low - 0.2 * (high - low)..high + 0.2 * (high - low)).contains(&truth), "{found}");
-    }
+    holds(&json["effects"][0], &[("k", 2.0), ("tau", 30.0)]);
 }
 
 #[test]
@@ -174,12 +179,7 @@ fn what_a_coil_heats_is_described_handed_on_and_limited_to_what_was_recorded() {
     assert_eq!((&effect["id"], &effect["kind"]), (&"empirical_1".into(), &"empirical".into()));
     assert_eq!(effect["formula"], "k * lowpass(coil_a^2, tau, 0 [A^2])", "it was cold");
     assert!(effect["readings"][0].as_str().expect("a suggestion").contains("power of coil_a"), "{effect}");
-    let parameters = effect["parameters"].as_array().expect("parameters");
-    for (name, truth) in [("k", 60.0), ("tau", 90.0)] {
-        let found = parameters.iter().find(|p| p["name"] == name).expect("the parameter");
-        let [low, high] = [0, 1].map(|end| found["ci95"][end].as_f64().expect("an end"));
-        assert!((low - 0.2 * (high - low)..high + 0.2 * (high - low)).contains(&truth), "{found}");
-    }
+    holds(effect, &[("k", 60.0), ("tau", 90.0)]);
     // The declaration is what `--effects` reads.
     let declared = scene.folder.path().join("mine.toml");
     std::fs::write(&declared, effect["declaration"].as_str().expect("a declaration")).expect("a file");

@@ -1,0 +1,60 @@
+//! Where a lag begins on another recording than the one that it was found on: its state before the first row is not known there.
+
+use std::ops::Range;
+
+use crate::check::{Applied, Node, Sentence};
+use crate::evaluate::Columns;
+
+impl Sentence {
+    /// The text where every lag that does not state its state before the first row begins at the mean of what it follows, if
+    /// over the rows of `columns` its state was `nearer` times nearer to that mean (root mean square) than to what it follows.
+    /// Other lags still begin at the first value of what they follow. `values` are those of the parameters.
+    ///
+    /// # Errors
+    /// The name of a column that is missing.
+    pub fn with_first_states(
+        &self,
+        columns: &dyn Columns,
+        values: &[f64],
+        nearer: f64,
+    ) -> Result<String, String> {
+        let mut lags = Vec::new();
+        self.root.unstated_lags(&mut lags);
+        let mut text = self.text.clone();
+        // From the end, so that the places before stay.
+        lags.sort_by_key(|lag| std::cmp::Reverse(lag.span.end));
+        for lag in lags {
+            let state = lag.node.value(columns, values, false)?;
+            let followed = lag.followed.value(columns, values, false)?.times(lag.factor);
+            let rows = state.rows.len();
+            let mean = (0..rows).map(|row| followed.at(row)).sum::<f64>() / rows as f64;
+            let squares = |of: &dyn Fn(usize) -> f64| {
+                (0..rows).map(|row| (state.at(row) - of(row)).powi(2)).sum::<f64>()
+            };
+            if nearer.powi(2) * squares(&|_| mean) < squares(&|row| followed.at(row)) {
+                text.insert_str(lag.span.end - 1, &format!(", {mean}"));
+            }
+        }
+        Ok(text)
+    }
+}
+
+/// A lag that does not state where it begins.
+struct Lag<'a> {
+    node: &'a Node,
+    /// What it follows, with the factor that brings it to the lag's unit.
+    followed: &'a Node,
+    factor: f64,
+    /// Its place in the text, up to its closing bracket.
+    span: &'a Range<usize>,
+}
+
+impl Node {
+    fn unstated_lags<'a>(&'a self, found: &mut Vec<Lag<'a>>) {
+        let Node::Apply(Applied { operator, arguments, span, .. }) = self else { return };
+        if let ("lowpass", [(followed, factor), _]) = (operator.name(), &arguments[..]) {
+            found.push(Lag { node: self, followed, factor: *factor, span });
+        }
+        arguments.iter().for_each(|(argument, _)| argument.unstated_lags(found));
+    }
+}
