@@ -8,7 +8,10 @@ use numerics::rms;
 
 use crate::ambiguity::ambiguous;
 use crate::condense::Condensed;
+
 use crate::diagnosis::NoiseFloor;
+use crate::effects::Effect;
+use crate::experiment;
 use crate::explain::{Explanation, Found, explain, explain_gross};
 use crate::hand_on::HandOn;
 use crate::held_out::{self, Fit, Groups, Proof, Score};
@@ -20,6 +23,7 @@ use crate::search::Term;
 use crate::thresholds::NO_WORSE;
 use crate::thresholds::attempt::CLEARLY;
 use crate::thresholds::compose::CLEARLY as FORMS;
+use crate::thresholds::verdict::MOST_ALTERNATIVES;
 use crate::verdict::{self, Said, Verdict};
 
 /// What is said where a search without the held-out rows does not find effects that predict them.
@@ -66,6 +70,27 @@ impl Attempt<'_> {
         search.merit(terms) > search.merit(&own) + FORMS
     }
 
+    /// Lists the forms of a search that did better with all rows, though not without the held-out ones, as alternatives of
+    /// the named effects in whose place they stand.
+    fn may_be(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
+        let (search, terms) = (&with_forms.search, &with_forms.terms);
+        let own = search.translated(&self.explanation.search, &self.explanation.terms);
+        let found: Vec<&Effect> =
+            terms.iter().filter_map(|t| search.effect(t.family)).map(|e| &catalogue[e]).collect();
+        let forms: Vec<&String> =
+            found.iter().filter(|effect| effect.is_form()).map(|form| &form.id).collect();
+        if forms.is_empty() || search.merit(terms) <= search.merit(&own) {
+            return;
+        }
+        let replaced = |id: &String| found.iter().all(|effect| effect.id != *id);
+        for effect in self.said.effects.iter_mut().filter(|effect| replaced(&effect.id)) {
+            effect.alternatives.extend(forms.iter().take(MOST_ALTERNATIVES).map(|id| (*id).clone()));
+        }
+        let Said { verdict, locations, effects, .. } = &self.said;
+        let rows = self.explanation.search.rows;
+        self.said.next_experiment = experiment::next(rows, catalogue, effects, locations, *verdict);
+    }
+
     /// What is left of held-out readings, of all where none are held out.
     fn left(&self) -> f64 {
         self.fit.after.held_out_rms.unwrap_or(self.fit.after.train_rms)
@@ -103,10 +128,13 @@ pub fn with_forms<'a>(
             Err(_) => return Ok(named),
         },
     };
-    match ambiguous(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms).is_empty() {
-        true => Ok(named),
-        false => judged(named.explanation, hand_on, accuracy, Some(&forms)),
-    }
+    let mut named =
+        match ambiguous(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms).is_empty() {
+            true => named,
+            false => judged(named.explanation, hand_on, accuracy, Some(&forms))?,
+        };
+    named.may_be(&forms, hand_on.catalogue);
+    Ok(named)
 }
 
 fn best_of<'a>(

@@ -99,6 +99,10 @@ impl Experiment {
 const BOTH_WAYS: &str = "record the same range in both directions, at two speeds: a backlash stays when the direction is \
                          reversed, a lag grows with the speed, a gain does neither";
 
+/// What separates the device's physics from what happened once.
+const SAME_AGAIN: &str = "repeat the same schedule twice on different days: what returns belongs to the schedule, what does not to \
+                          the day";
+
 /// What to record next: the experiment that decides between what is named and its alternatives, or that would
 /// explain what is not; in both directions, where this recording has one only.
 pub fn next(
@@ -127,17 +131,18 @@ fn deciding(
         .collect();
     if !pairs.is_empty() {
         // The first pair of the strongest effect counts most.
-        let best = Experiment::MENU.iter().rev().max_by_key(|e| {
+        let separated = |e: &&Experiment| {
             let first = usize::from(e.separates(catalogue, &pairs[0]));
             100 * first + pairs.iter().filter(|p| e.separates(catalogue, p)).count()
-        });
-        return best.map(|e| e.advice().to_string());
+        };
+        let best = Experiment::MENU.iter().rev().max_by_key(separated).filter(|e| separated(e) > 0);
+        return Some(best.map_or(SAME_AGAIN, |e| e.advice()).to_string());
     }
     if matches!(verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
         let generic = locations.first()?;
         let variable = generic.variable.as_str();
         let advice = match variable {
-            "t_s" | "pass" => "repeat the same schedule twice on different days: what returns belongs to the schedule, what does not to the day".to_string(),
+            "t_s" | "pass" => SAME_AGAIN.to_string(),
             "direction" | "history" | "velocity" => "record nested loops both ways over the full, half and a tenth of the stroke, starting once from either end".to_string(),
             angle if angle == "angle_deg" || angle.starts_with("position_") => "repeat with a quarter of the angle step over the range in question, both ways".to_string(),
             other => format!(

@@ -8,7 +8,7 @@
 //! evenly over their range (Cox & Hinkley, Theoretical Statistics, 1974, sections 9.3 and 10.5). That the
 //! noise level is itself an estimate widens everything by the ratio of Student's quantile to the normal one.
 
-use numerics::{Basis, add_scaled, dot, of_triangle, student_95};
+use numerics::{Basis, add_scaled, dot, of_triangle, parallel, student_95};
 
 use crate::averaging::Rival;
 use crate::correlation::Whitener;
@@ -17,7 +17,9 @@ use crate::mixture::{Part, quantile};
 use crate::noise::Noise;
 use crate::rows::Rows;
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::intervals::{DETERMINED, DIVISIONS, HIDDEN, NEGLIGIBLE, PARTS, STEP_REACH, UNEVEN};
+use crate::thresholds::intervals::{
+    DETERMINED, DIVISIONS, HIDDEN, MOST_DIVIDED, NEGLIGIBLE, PARTS, PARTS_OF_MANY, STEP_REACH, UNEVEN,
+};
 
 /// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
 pub fn widening(freedom: f64) -> f64 {
@@ -130,44 +132,41 @@ impl Beside<'_> {
         let log_of = |p: &Option<Place>| p.as_ref().map_or(f64::NEG_INFINITY, |p| p.log_likelihood);
         let home: Vec<f64> = free.iter().map(|k| to(*k, best[*k])).collect();
         let mut top = log_of(&best_place);
-        let mut open: Vec<(Cell, Option<Place>)> = first_cells(self.rows, &free, &ranges, effect, best)
-            .into_iter()
-            .map(|cell| {
-                let place = at(&cell.middle);
-                (cell, place)
-            })
-            .collect();
+        let placed = |cells: Vec<Cell>| -> Vec<(Cell, Option<Place>)> {
+            let places = parallel::map(&cells, |cell| at(&cell.middle));
+            cells.into_iter().zip(places).collect()
+        };
+        let mut open = placed(first_cells(self.rows, &free, &ranges, effect, best));
         let mut places = Vec::new();
         for division in 0..=DIVISIONS {
             top = open.iter().map(|(_, p)| log_of(p)).fold(top, f64::max);
             if top == f64::NEG_INFINITY {
                 return Vec::new();
             }
-            let least = top - NEGLIGIBLE - HIDDEN * top * 0.25_f64.powi(division);
-            let mut next = Vec::new();
-            for (cell, place) in open {
-                if log_of(&place) < least && !cell.holds(&home) {
-                    continue;
+            let hidden = HIDDEN * top * 0.25_f64.powi(division);
+            open.retain(|(cell, place)| log_of(place) >= top - NEGLIGIBLE - hidden || cell.holds(&home));
+            if hidden < NEGLIGIBLE && open.len() > MOST_DIVIDED {
+                // A shape where the likelihood jumps has ever more cells on the jump, which hold ever less.
+                let held = |(cell, place): &(Cell, Option<Place>)| cell.size() * (log_of(place) - top).exp();
+                open.sort_by(|a, b| held(b).total_cmp(&held(a)));
+                places.extend(open.drain(MOST_DIVIDED..).filter_map(|(cell, place)| weighed(&cell, place)));
+            }
+            let count = 1 << free.len();
+            let parts = placed(open.drain(..).flat_map(|(cell, _)| cell.halves()).collect());
+            let mut parts = parts.into_iter();
+            loop {
+                let halves: Vec<(Cell, Option<Place>)> = parts.by_ref().take(count).collect();
+                if halves.is_empty() {
+                    break;
                 }
-                let parts: Vec<(Cell, Option<Place>)> = cell
-                    .halves()
-                    .into_iter()
-                    .map(|part| {
-                        let place = at(&part.middle);
-                        (part, place)
-                    })
-                    .collect();
-                let logs = || parts.iter().map(|(_, p)| log_of(p));
+                let logs = || halves.iter().map(|(_, p)| log_of(p));
                 let change = logs().fold(f64::NEG_INFINITY, f64::max) - logs().fold(f64::INFINITY, f64::min);
                 if change < UNEVEN || division == DIVISIONS {
-                    places.extend(
-                        parts.into_iter().filter_map(|(c, p)| Some(Place { weight: c.size(), ..p? })),
-                    );
+                    places.extend(halves.into_iter().filter_map(|(cell, place)| weighed(&cell, place)));
                 } else {
-                    next.extend(parts);
+                    open.extend(halves);
                 }
             }
-            open = next;
         }
         places
     }
@@ -319,6 +318,11 @@ impl Beside<'_> {
     }
 }
 
+/// The place in the middle of a cell, with the cell's weight.
+fn weighed(cell: &Cell, place: Option<Place>) -> Option<Place> {
+    Some(Place { weight: cell.size(), ..place? })
+}
+
 /// A part of the range of the shape parameters that are free, in coordinates in which they are spread evenly.
 struct Cell {
     middle: Vec<f64>,
@@ -350,6 +354,7 @@ impl Cell {
 /// The whole range of the free shape parameters in cells over which a signature stays much the same: the last one
 /// first, since how finely the others are divided may depend on it (the place of a bump on its width).
 fn first_cells(rows: &Rows, free: &[usize], ranges: &[Range], effect: &Effect, best: &[f64]) -> Vec<Cell> {
+    let parts = if free.len() < 3 { PARTS } else { PARTS_OF_MANY };
     let mut cells = vec![(Cell { middle: Vec::new(), half: Vec::new() }, best.to_vec())];
     for &k in free.iter().rev() {
         let Range { low, high, logarithmic, .. } = ranges[k];
@@ -357,7 +362,7 @@ fn first_cells(rows: &Rows, free: &[usize], ranges: &[Range], effect: &Effect, b
         cells = cells
             .into_iter()
             .flat_map(|(cell, shape)| {
-                let spacing = effect.spacing(rows, k, &shape).unwrap_or((to - from) / PARTS);
+                let spacing = effect.spacing(rows, k, &shape).unwrap_or((to - from) / parts);
                 let count = ((to - from) / spacing).ceil().max(1.0);
                 let half = 0.5 * (to - from) / count;
                 (0..count as usize).map(move |i| {

@@ -9,7 +9,7 @@ use crate::explain::{Explanation, first_order};
 use crate::judge::least;
 use crate::model::choose_order;
 use crate::search::{Search, Term};
-use crate::thresholds::lasting::{LIKELIER, TRIED};
+use crate::thresholds::lasting::{BY_CHANCE, LIKELIER, TRIED};
 use crate::thresholds::search::select::MOST_TERMS;
 
 /// A recording whose noise may last.
@@ -26,14 +26,17 @@ impl<'a, 'b> Lasting<'a, 'b> {
         Lasting { explanation, base }
     }
 
-    /// What further terms gain beside others, noise being whatever suits either best, less what the search asks of them:
-    /// what chance explains once in so many recordings of nothing, over all effects and forms.
+    /// What further terms gain beside others, noise being whatever suits either best, less what the search asks of them: what
+    /// chance explains once in so many recordings of nothing, over all effects and forms. Of one alone no more is asked than
+    /// chance gains in noise that lasts; of several, of which there are many more, chance makes more.
     fn above(&self, others: &[&Term], added: &[&Term]) -> f64 {
         let search = &self.explanation.search;
         let noise = &search.noise;
         let beside = [self.base.clone(), columns(others)].concat();
         let gain = noise.correlation.gain(&noise.clean, &beside, &noise.sigma, &columns(added));
-        gain - added.iter().map(|term| search.price(term)).sum::<f64>()
+        let asked = added.iter().map(|term| search.price(term)).sum::<f64>();
+        let alone = others.is_empty() && added.len() == 1;
+        gain - if alone { asked.min(BY_CHANCE) } else { asked }
     }
 
     /// Which terms would be found if noise lasted as it suits the recording best: all of them together, and each beside the
