@@ -84,7 +84,8 @@ impl Attempt<'_> {
         }
         let replaced = |id: &String| found.iter().all(|effect| effect.id != *id);
         for effect in self.said.effects.iter_mut().filter(|effect| replaced(&effect.id)) {
-            effect.alternatives.extend(forms.iter().take(MOST_ALTERNATIVES).map(|id| (*id).clone()));
+            effect.alternatives.splice(0..0, forms.iter().map(|id| (*id).clone()));
+            effect.alternatives.truncate(MOST_ALTERNATIVES);
         }
         let Said { verdict, locations, effects, .. } = &self.said;
         let rows = self.explanation.search.rows;

@@ -175,7 +175,10 @@ fn a_fan_that_a_thermostat_switches_is_no_steps() {
     let json = scene.json(&out, "r");
     assert_eq!(json["verdict"], "described", "{json}");
     let effect = &json["effects"][0];
-    assert_eq!(effect["title"], "switched on above one value of temperature_c and off below another", "{json}");
+    assert_eq!(
+        effect["title"], "switched on above one value of temperature_c and off below another",
+        "{json}"
+    );
     // From off to on the term goes from -k to k.
     holds(effect, &[("k", 2.0), ("at", 24.15), ("r", 1.25), ("tau", 12.0)]);
 }
