@@ -18,7 +18,8 @@ use crate::noise::Noise;
 use crate::rows::Rows;
 use crate::thresholds::NORMAL_95;
 use crate::thresholds::intervals::{
-    DETERMINED, DIVISIONS, HIDDEN, MOST_DIVIDED, NEGLIGIBLE, PARTS, PARTS_OF_MANY, STEP_REACH, UNEVEN,
+    DETERMINED, DIVISIONS, HIDDEN, MOST_DIVIDED, MOST_SEARCHED, NEGLIGIBLE, PARTS, PARTS_OF_MANY, STEP_REACH,
+    UNEVEN,
 };
 
 /// Ratio of Student's 97.5 % quantile at `freedom` degrees to the normal one.
@@ -145,11 +146,12 @@ impl Beside<'_> {
             }
             let hidden = HIDDEN * top * 0.25_f64.powi(division);
             open.retain(|(cell, place)| log_of(place) >= top - NEGLIGIBLE - hidden || cell.holds(&home));
-            if hidden < NEGLIGIBLE && open.len() > MOST_DIVIDED {
+            let most = if hidden < NEGLIGIBLE { MOST_DIVIDED } else { MOST_SEARCHED };
+            if open.len() > most {
                 // A shape where the likelihood jumps has ever more cells on the jump, which hold ever less.
                 let held = |(cell, place): &(Cell, Option<Place>)| cell.size() * (log_of(place) - top).exp();
                 open.sort_by(|a, b| held(b).total_cmp(&held(a)));
-                places.extend(open.drain(MOST_DIVIDED..).filter_map(|(cell, place)| weighed(&cell, place)));
+                places.extend(open.drain(most..).filter_map(|(cell, place)| weighed(&cell, place)));
             }
             let count = 1 << free.len();
             let parts = placed(open.drain(..).flat_map(|(cell, _)| cell.halves()).collect());

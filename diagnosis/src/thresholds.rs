@@ -876,8 +876,11 @@ pub mod intervals {
     /// The same where three or more are free. By judgement: 96 of each took four minutes for a recording of 450 rows.
     pub const PARTS_OF_MANY: f64 = 12.0;
     /// Most cells that are divided further once nothing hides between them: those that hold most. The others are taken as
-    /// they are, which errs to either side.
+    /// they are, which errs to either side. Before, as many as keep a mismatch of thousands of standard deviations, where
+    /// much may hide, within seconds. Both by judgement.
     pub const MOST_DIVIDED: usize = 300;
+    /// See [`MOST_DIVIDED`].
+    pub const MOST_SEARCHED: usize = 3000;
     /// Fall of the log likelihood below the largest at which nothing more is expected.
     pub const NEGLIGIBLE: f64 = 9.0;
     /// Part of the largest log likelihood that the middle of a first cell may miss of the best place in it: a fall with
