@@ -158,32 +158,6 @@ fn what_fades_after_a_turn_is_described_whatever_direction_a_stage_at_rest_claim
 }
 
 #[test]
-fn a_fan_that_a_thermostat_switches_is_no_steps() {
-    let scene = scene();
-    let mut noise = normal(41);
-    let (mut runs, mut cooled) = (false, 0.0);
-    let rows = schedule();
-    let path = recording(scene.folder.path(), "r.csv", 6, |row, cells| {
-        let temperature = 24.0 + 3.0 * (row as f64 / 9.0).sin() + 0.01 * row as f64;
-        runs = temperature > 25.4 || runs && temperature > 22.9;
-        cooled += (1.0 - (-3.0 / 12.0_f64).exp()) * (f64::from(u8::from(runs)) - cooled);
-        cells[5] = format!("{:.3}", 3600.0 * rows[row].0 * 0.97 - 4.0 * cooled + 0.5 * noise());
-        cells[6] = format!("{temperature:.3}");
-    });
-    let (output, out) = scene.diagnose(&[&path], &["--no-report"]);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let json = scene.json(&out, "r");
-    assert_eq!(json["verdict"], "described", "{json}");
-    let effect = &json["effects"][0];
-    assert_eq!(
-        effect["title"], "switched on above one value of temperature_c and off below another",
-        "{json}"
-    );
-    // From off to on the term goes from -k to k.
-    holds(effect, &[("k", 2.0), ("at", 24.15), ("r", 1.25), ("tau", 12.0)]);
-}
-
-#[test]
 fn bits_of_a_converter_are_no_wave() {
     let bits = |angle: f64| {
         let code = ((angle + 1.55) / 0.2).floor() as u32;
