@@ -8,7 +8,6 @@ use numerics::rms;
 
 use crate::ambiguity::ambiguous;
 use crate::condense::Condensed;
-
 use crate::diagnosis::NoiseFloor;
 use crate::effects::Effect;
 use crate::experiment;
@@ -71,8 +70,8 @@ impl Attempt<'_> {
     }
 
     /// Lists the forms of a search that did better with all rows, though not without the held-out ones, as alternatives of
-    /// the named effects in whose place they stand.
-    fn may_be(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
+    /// the named effects that it did not need.
+    fn list_alternatives(&mut self, with_forms: &Explanation, catalogue: &[Effect]) {
         let (search, terms) = (&with_forms.search, &with_forms.terms);
         let own = search.translated(&self.explanation.search, &self.explanation.terms);
         let found: Vec<&Effect> =
@@ -82,8 +81,8 @@ impl Attempt<'_> {
         if forms.is_empty() || search.merit(terms) <= search.merit(&own) {
             return;
         }
-        let replaced = |id: &String| found.iter().all(|effect| effect.id != *id);
-        for effect in self.said.effects.iter_mut().filter(|effect| replaced(&effect.id)) {
+        let not_needed = |id: &String| found.iter().all(|effect| effect.id != *id);
+        for effect in self.said.effects.iter_mut().filter(|effect| not_needed(&effect.id)) {
             effect.alternatives.splice(0..0, forms.iter().map(|id| (*id).clone()));
             effect.alternatives.truncate(MOST_ALTERNATIVES);
         }
@@ -129,12 +128,12 @@ pub fn with_forms<'a>(
             Err(_) => return Ok(named),
         },
     };
-    let mut named =
-        match ambiguous(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms).is_empty() {
-            true => named,
-            false => judged(named.explanation, hand_on, accuracy, Some(&forms))?,
-        };
-    named.may_be(&forms, hand_on.catalogue);
+    let rivals = ambiguous(&named.explanation, hand_on.catalogue, &named.settled.handed, &forms);
+    let mut named = match rivals.is_empty() {
+        true => named,
+        false => judged(named.explanation, hand_on, accuracy, Some(&forms))?,
+    };
+    named.list_alternatives(&forms, hand_on.catalogue);
     Ok(named)
 }
 

@@ -148,23 +148,20 @@ impl Beside<'_> {
             open.retain(|(cell, place)| log_of(place) >= top - NEGLIGIBLE - hidden || cell.holds(&home));
             let most = if hidden < NEGLIGIBLE { MOST_DIVIDED } else { MOST_SEARCHED };
             if open.len() > most {
-                // A shape where the likelihood jumps has ever more cells on the jump, which hold ever less.
+                // Where the likelihood jumps, the cells on the jump double with every division, and each holds less.
                 let held = |(cell, place): &(Cell, Option<Place>)| cell.size() * (log_of(place) - top).exp();
                 open.sort_by(|a, b| held(b).total_cmp(&held(a)));
-                places.extend(open.drain(most..).filter_map(|(cell, place)| weighed(&cell, place)));
+                places.extend(open.drain(most..).filter_map(|(cell, place)| place_of_cell(&cell, place)));
             }
             let count = 1 << free.len();
             let parts = placed(open.drain(..).flat_map(|(cell, _)| cell.halves()).collect());
-            let mut parts = parts.into_iter();
-            loop {
+            let mut parts = parts.into_iter().peekable();
+            while parts.peek().is_some() {
                 let halves: Vec<(Cell, Option<Place>)> = parts.by_ref().take(count).collect();
-                if halves.is_empty() {
-                    break;
-                }
                 let logs = || halves.iter().map(|(_, p)| log_of(p));
                 let change = logs().fold(f64::NEG_INFINITY, f64::max) - logs().fold(f64::INFINITY, f64::min);
                 if change < UNEVEN || division == DIVISIONS {
-                    places.extend(halves.into_iter().filter_map(|(cell, place)| weighed(&cell, place)));
+                    places.extend(halves.into_iter().filter_map(|(cell, place)| place_of_cell(&cell, place)));
                 } else {
                     open.extend(halves);
                 }
@@ -320,8 +317,8 @@ impl Beside<'_> {
     }
 }
 
-/// The place in the middle of a cell, with the cell's weight.
-fn weighed(cell: &Cell, place: Option<Place>) -> Option<Place> {
+/// The place in the middle of a cell, where there is one, with the cell's size as its weight.
+fn place_of_cell(cell: &Cell, place: Option<Place>) -> Option<Place> {
     Some(Place { weight: cell.size(), ..place? })
 }
 
