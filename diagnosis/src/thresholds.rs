@@ -87,6 +87,14 @@ pub mod compare {
     /// judgement: half of what an effect of ρ 8 explains. With it none of 32 unchanged pairs alarms, and one more of 24 effects
     /// that came is found.
     pub const NOTHING_ELSE_DIFFERS: f64 = 30.0;
+    /// A model of two recordings in motion, see [`crate::dynamic::joint`].
+    pub mod joint {
+        /// Most steps of its estimate. By judgement: a pair that begins near takes three.
+        pub const PATIENCE: usize = 25;
+        /// Promised fall of −2 log likelihood below which it is at its end: nothing beside the differences that are tested.
+        pub const ENOUGH: f64 = 0.01;
+    }
+
     /// Standard deviations beyond a threshold at which 95 of 100 are found.
     pub const POWER: f64 = 1.645;
     /// p-value below which a recording has an effect that its own search did not name.

@@ -9,6 +9,8 @@ use numerics::{Symmetric, parallel};
 
 use super::data::{ALL, CHOOSE_ROWS, Data, FIT_ROWS, UNSCORED};
 use super::estimate::{Fitted, fit};
+use super::joint::equations::InEquations;
+use super::joint::feedback::Inverse;
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::noise::autoregression;
@@ -76,8 +78,20 @@ pub struct DynamicOutcome {
     pub other: Option<Predicted>,
     /// An effect that changes what is predicted of the rows that score, and does not improve it.
     pub idle: Option<String>,
-    /// The augmented plant of a mechanism that runs free, for a comparison with another recording.
-    pub(crate) model: Option<Model>,
+    /// The augmented plant as it was fitted, for a comparison with another recording.
+    pub(crate) identified: Identified,
+}
+
+/// What a recording identified.
+pub(crate) enum Identified {
+    /// A mechanism that runs free.
+    SecondOrder(Box<Model>),
+    /// A plant in equations.
+    Equations(Box<InEquations>),
+    /// An inverse model.
+    Inverse(Inverse),
+    /// A structure of many modes.
+    Modes,
 }
 
 /// The user's own simulation of a recording.
@@ -318,10 +332,11 @@ impl FreeRun<'_> {
             locations,
             effects: verdict::listed(named),
         };
-        let identified = verdict::nominal(after.model.nominal, deviations, plant);
-        let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
-        let model = Some(after.model.clone());
-        DynamicOutcome { diagnosis, plant: plant::to_file(&after.model, plant), own, other, idle, model }
+        let of_plant = verdict::nominal(after.model.nominal, deviations, plant);
+        let diagnosis = Diagnosis { plant: of_plant, ..self.case.said(said, floor, fit) };
+        let plant = plant::to_file(&after.model, plant);
+        let identified = Identified::SecondOrder(Box::new(after.model.clone()));
+        DynamicOutcome { diagnosis, plant, own, other, idle, identified }
     }
 
     /// What a model leaves: as structure, above the noise, and as noise.

@@ -2,7 +2,7 @@
 //! simulated, the recording disagrees.
 
 pub(crate) mod candidates;
-mod data;
+pub(crate) mod data;
 pub mod diagnose;
 mod drive_path;
 pub mod effects;

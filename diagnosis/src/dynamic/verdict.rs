@@ -10,6 +10,7 @@ use super::data::{ALL, Data, FIT_ROWS};
 use super::effects::{Reading, effect, unit_of};
 use super::estimate::{Fitted, Simulated};
 use super::interval::{Sort, around};
+use super::joint::INERTIA;
 use super::model::Term;
 use super::noise::Autoregression;
 use super::recording::DynamicRecording;
@@ -235,12 +236,13 @@ pub const PLANT: [[&str; 3]; 3] = [
     ["gain", "the gain of the plant", "drive"],
 ];
 
-/// Where an effect, or the plant's damping, stiffness or gain, acts in a recording of one drive and one position.
+/// Where an effect, the inertia, or the plant's damping, stiffness or gain acts in a recording of one drive and one position.
 pub fn place(id: &str, recording: &DynamicRecording, p_value: f64) -> Option<Location> {
     if recording.drives.len() != 1 || recording.positions.len() != 1 {
         return None;
     }
     let of_plant = PLANT.iter().find(|[of, ..]| *of == id).map(|[.., variable]| *variable);
+    let of_plant = of_plant.or((id == INERTIA).then_some("acceleration"));
     let variable = of_plant.or_else(|| Some(effect(id)?.variable))?;
     let (from, to) = reach(&Data::new(recording), &recording.t_s, variable);
     Some(Location { variable: variable.into(), times: None, from, to, share: 1.0, p_value })
@@ -253,6 +255,13 @@ pub fn reach(data: &Data, t_s: &[f64], variable: &str) -> (f64, f64) {
         "drive" => range(data.drive),
         "t_s" => range(t_s),
         "frequency_hz" => (0.0, 0.5 / data.step_s),
+        "acceleration" => {
+            let rates = data.runs.iter().flat_map(|run| {
+                let of = |w: &[f64]| (w[8] - 2.0 * w[4] + w[0]) / (4.0 * data.step_s).powi(2);
+                data.position[run.clone()].windows(9).map(of)
+            });
+            range(&rates.collect::<Vec<f64>>())
+        }
         _ => {
             let speeds = data.runs.iter().flat_map(|run| {
                 data.position[run.clone()].windows(9).map(|w| (w[8] - w[0]) / (8.0 * data.step_s))

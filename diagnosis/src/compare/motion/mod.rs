@@ -1,23 +1,32 @@
-//! What changed between two recordings of a mechanism in motion. Each is diagnosed by itself, with the other to predict. Where
+//! What changed between two recordings of a mechanism in motion. Each is diagnosed by itself. Where
 //! the mechanism runs free, one model of both recordings follows, in which each parameter is the same or differs; else their
 //! parameters are held against each other.
 
 mod apart;
 mod best_name;
+mod form_names;
 mod joined;
 
+use fitter::plant::{Kind, Plant};
 use numerics::{centred, parallel, rms};
 
 use crate::Verdict;
 use crate::diagnosis::Diagnosis;
-use crate::dynamic::joint::Joint;
-use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback, place};
+use crate::dynamic::candidates::candidates;
+use crate::dynamic::data::Data;
+use crate::dynamic::diagnose::Identified;
+use crate::dynamic::joint::equations::{InEquations, of_one_plant};
+use crate::dynamic::joint::feedback::Inverse;
+use crate::dynamic::joint::free_run::Known;
+use crate::dynamic::model::Model;
+use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback, joint, place};
 use crate::error::DiagnosisError;
 use crate::thresholds::NORMAL_95;
-use crate::thresholds::compare::{FALSE_ALARMS, SAME_MOTION};
+use crate::thresholds::compare::{CANDIDATES_IN_MOTION, FALSE_ALARMS, SAME_MOTION};
 use crate::verdict::{Location, Parameter};
 
 use self::best_name::with_best_name;
+use self::form_names::FormNames;
 use super::{Change, Comparison, Estimate, Quantity, Side};
 
 /// Compares two recordings of a mechanism: `case` is that of the earlier one.
@@ -26,29 +35,34 @@ use super::{Change, Comparison, Estimate, Quantity, Side};
 /// [`DiagnosisError`] where one of them cannot be diagnosed.
 pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, DiagnosisError> {
     let (then, plant) = (case.recording, &case.plant.plant);
+    then.comparable(now)?;
     // Under feedback what is estimated depends on how far up the motion is looked at.
     let cutoff_hz = plant.feedback.as_ref().map(|_| feedback::cutoff(then).min(feedback::cutoff(now)));
     let same_motion = same_motion([then, now]);
     let options = Options { cutoff_hz, same_motion, ..case.options.clone() };
-    let of = |recording, held_out| {
-        diagnose(&Case { recording, held_out: Some(held_out), options: &options, ..*case })
+    // What came is not in the other recording: held out, that would speak against it.
+    let modes = plant.kind == Kind::Linear;
+    let of = |recording, other| {
+        diagnose(&Case { recording, held_out: modes.then_some(other), options: &options, ..*case })
     };
     let (a, b) = parallel::join(|| of(then, now), || of(now, then));
+    let (a, b) = (a?, b?);
     let pair = Pair {
         recording: now,
-        then: a?,
-        now: b?,
+        names: FormNames::of(&a.identified, &b.identified),
+        then: a,
+        now: b,
         unit: if plant.feedback.is_some() { plant.drive_unit.clone() } else { plant.position_unit.clone() },
         under_feedback: plant.feedback.is_some(),
         same_motion,
     };
-    let wider = pair.wider();
-    let joint = match (&pair.then.model, &pair.now.model) {
-        (Some(a), Some(b)) => Joint::new([then, now], [a, b], wider)
-            .map(|joint| with_best_name(joint, [then, now], [a, b], wider, &options.skip)),
-        _ => None,
-    };
-    Ok(joint.map_or_else(|| pair.apart(), |joint| pair.joined(&joint, plant)))
+    Ok(pair.compared(case))
+}
+
+/// Two models, that of one side replaced.
+fn with<'m>(mut models: [&'m Model; 2], side: usize, model: &'m Model) -> [&'m Model; 2] {
+    models[side] = model;
+    models
 }
 
 /// Whether both positions go the same way, as where the same move is commanded again.
@@ -64,6 +78,7 @@ fn same_motion(recordings: [&DynamicRecording; 2]) -> bool {
 struct Pair<'a> {
     /// The later recording.
     recording: &'a DynamicRecording,
+    names: FormNames,
     then: DynamicOutcome,
     now: DynamicOutcome,
     unit: String,
@@ -72,6 +87,86 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
+    /// By a model of both where there is one, else by the parameters that both recordings determine.
+    fn compared(&self, case: &Case) -> Comparison {
+        let recordings = [case.recording, self.recording];
+        let (plant, skip) = (&case.plant.plant, &case.options.skip);
+        let joined = match [&self.then.identified, &self.now.identified] {
+            [Identified::SecondOrder(a), Identified::SecondOrder(b)] => {
+                self.free_run(recordings, [a, b], plant, skip)
+            }
+            [Identified::Inverse(a), Identified::Inverse(b)] => self.inverse(recordings, [a, b], plant, skip),
+            identified => self.in_equations(identified, recordings, plant),
+        };
+        joined.unwrap_or_else(|| self.apart())
+    }
+
+    /// By one second-order mechanism that runs free.
+    fn free_run(
+        &self,
+        recordings: [&DynamicRecording; 2],
+        models: [&Model; 2],
+        plant: &Plant,
+        skip: &[String],
+    ) -> Option<Comparison> {
+        let starts = recordings.map(|recording| Data::new(recording).first_states());
+        let wider = self.wider();
+        let of = |models: [&Model; 2]| {
+            let known = |k: usize| Known {
+                recording: recordings[k],
+                model: models[k],
+                states: &starts[k],
+                wider: wider[k],
+            };
+            joint::free_run::joint([known(0), known(1)], plant)
+        };
+        let found = [0, 1].map(|k| candidates(recordings[k], models[k], skip, CANDIDATES_IN_MOTION));
+        let joint = with_best_name(of(models)?, &found, |side, model| of(with(models, side, model)));
+        Some(self.joined(&joint))
+    }
+
+    /// By one inverse model.
+    fn inverse(
+        &self,
+        recordings: [&DynamicRecording; 2],
+        found: [&Inverse; 2],
+        plant: &Plant,
+        skip: &[String],
+    ) -> Option<Comparison> {
+        let models = found.map(|found| &found.model);
+        let recorded = joint::feedback::Recorded::new(recordings, found, plant, self.same_motion);
+        let tried = [0, 1].map(|k| recorded.candidates(k, models[k], skip));
+        let of = |side: usize, model: &Model| recorded.joint(with(models, side, model));
+        let joint = with_best_name(recorded.joint(models)?, &tried, of);
+        Some(self.joined(&joint))
+    }
+
+    /// By one plant in equations; none where either recording has none.
+    fn in_equations(
+        &self,
+        identified: [&Identified; 2],
+        recordings: [&DynamicRecording; 2],
+        plant: &Plant,
+    ) -> Option<Comparison> {
+        let known = |number: usize| match (identified[number], identified[1 - number]) {
+            (Identified::Equations(own), _) => Some(InEquations::clone(own)),
+            (Identified::SecondOrder(own), Identified::Equations(other)) => {
+                let written = &[&self.then, &self.now][number].plant;
+                InEquations::of_second_order(written, own.nominal, &other.fitted.model, recordings[number])
+            }
+            _ => None,
+        };
+        let [a, b] = [known(0)?, known(1)?];
+        let [first, second] = of_one_plant([&a.fitted.model, &b.fitted.model])?;
+        let [then, now] = recordings.map(|recording| recording.with_inputs(&first.plant.inputs));
+        let [of_then, of_now] = self.wider();
+        let sides = [
+            Known { recording: &then, model: &first, states: &a.fitted.states, wider: of_then },
+            Known { recording: &now, model: &second, states: &b.fitted.states, wider: of_now },
+        ];
+        joint::free_run::joint(sides, plant).map(|joint| self.joined(&joint))
+    }
+
     fn sides(&self) -> [&Diagnosis; 2] {
         [&self.then.diagnosis, &self.now.diagnosis]
     }

@@ -6,8 +6,9 @@ use motion::equations::Plant;
 use numerics::{Symmetric, parallel};
 
 use super::super::data::{ALL, Data, UNSCORED};
-use super::super::diagnose::{Case, DynamicOutcome, Predicted, repeated};
+use super::super::diagnose::{Case, DynamicOutcome, Identified, Predicted, repeated};
 use super::super::estimate::{Fitted, Simulated, fit};
+use super::super::joint::equations::InEquations;
 use super::super::judge::{self, Problem, Withdrawn};
 use super::super::noise::autoregression;
 use super::super::recording::DynamicRecording;
@@ -182,9 +183,12 @@ impl Found<'_> {
             locations,
             effects: listed(named),
         };
-        let identified = verdict::plant(found, &covariance);
-        let diagnosis = Diagnosis { plant: identified, ..self.case.said(said, floor, fit) };
-        DynamicOutcome { diagnosis, plant: verdict::to_file(found, nominal), own, other, idle, model: None }
+        let of_plant = verdict::plant(found, &covariance);
+        let diagnosis = Diagnosis { plant: of_plant, ..self.case.said(said, floor, fit) };
+        let plant = verdict::to_file(found, nominal);
+        let identified = InEquations { fitted: found.clone(), names: Vec::new() };
+        let identified = Identified::Equations(Box::new(identified));
+        DynamicOutcome { diagnosis, plant, own, other, idle, identified }
     }
 
     /// Where an effect comes from.

@@ -8,7 +8,7 @@ use fitter::plant::{Kind, PlantFile};
 use motion::equations::Plant;
 use physics::Unit;
 
-use super::super::diagnose::{Case, DynamicOutcome};
+use super::super::diagnose::{Case, DynamicOutcome, Identified};
 use super::super::judge;
 use super::super::recording::DynamicRecording;
 use super::diagnose::{Found, attempt};
@@ -121,6 +121,9 @@ fn number(outcome: &mut DynamicOutcome, second_order: bool) {
     numbered.sort_by_key(|(id, _)| std::cmp::Reverse(id.len()));
     let texts = unidentifiable.iter_mut().chain(judged).chain(next_experiment);
     texts.for_each(|text| numbered.iter().for_each(|(id, name)| *text = text.replace(id.as_str(), name)));
+    if let Identified::Equations(identified) = &mut outcome.identified {
+        identified.names = numbered;
+    }
 }
 
 /// How a form would be declared as an effect of the user's own; beside a second-order plant, which has no further columns,

@@ -3,11 +3,11 @@
 mod catalogue;
 mod diagnose;
 mod forms;
-mod model;
+pub mod model;
 mod search;
 pub mod second_order;
-mod start;
-mod verdict;
+pub mod start;
+pub mod verdict;
 
 use std::sync::Arc;
 

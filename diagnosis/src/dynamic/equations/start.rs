@@ -148,7 +148,7 @@ fn spread(number: usize, dimensions: usize) -> Vec<f64> {
 }
 
 /// The states at the start of every run, as far as the recorded position says.
-fn first_states(model: &Model, data: &Data) -> Vec<Vec<f64>> {
+pub fn first_states(model: &Model, data: &Data) -> Vec<Vec<f64>> {
     let plant = &model.plant;
     let output = plant.states.iter().position(|(name, _)| *name == plant.output.1.text);
     // The state that is the rate of the output.

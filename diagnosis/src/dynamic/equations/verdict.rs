@@ -116,23 +116,33 @@ pub fn locations(
     for effect in named {
         let term = found.model.terms.iter().find(|term| term.effect.text.id == effect.id);
         let Some(term) = term else { continue };
-        let further = columns.iter().find(|(name, _)| reads(term, name));
-        let of_motion = variable(&found.model, term);
-        let (variable, times) = match further {
-            Some((name, _)) => (name.as_str(), Some(of_motion)),
-            None if reads(term, "t") => ("t_s", Some(of_motion)),
-            None => (of_motion, None),
-        };
-        if out.iter().any(|location| location.variable == variable) {
-            continue;
+        let location =
+            location(&found.model, term, columns, [effect.share * explained, effect.p_value], &reach);
+        if out.iter().all(|known| known.variable != location.variable) {
+            out.push(location);
         }
-        let (from, to) = further.map_or_else(|| reach(variable), |(_, values)| range(values));
-        let times = times.map(Into::into);
-        let (share, p_value) = (effect.share * explained, effect.p_value);
-        out.push(Location { variable: variable.into(), times, from, to, share, p_value });
     }
     out.sort_by(|a, b| b.share.total_cmp(&a.share));
     out
+}
+
+/// Where a term acts, with the share of what it explains and its p-value.
+pub fn location(
+    model: &Model,
+    term: &Term,
+    columns: &[(String, Values)],
+    [share, p_value]: [f64; 2],
+    reach: impl Fn(&str) -> (f64, f64),
+) -> Location {
+    let further = columns.iter().find(|(name, _)| reads(term, name));
+    let of_motion = variable(model, term);
+    let (variable, times) = match further {
+        Some((name, _)) => (name.as_str(), Some(of_motion)),
+        None if reads(term, "t") => ("t_s", Some(of_motion)),
+        None => (of_motion, None),
+    };
+    let (from, to) = further.map_or_else(|| reach(variable), |(_, values)| range(values));
+    Location { variable: variable.into(), times: times.map(Into::into), from, to, share, p_value }
 }
 
 /// Whether an effect reads a name.

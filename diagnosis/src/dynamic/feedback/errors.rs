@@ -7,33 +7,91 @@ use numerics::Symmetric;
 use super::inverse::{Column, Solved, model_columns, normal_equations};
 use super::motion::Motion;
 use crate::dynamic::effects::Part;
+use crate::dynamic::joint::feedback::Lane;
 use crate::intervals::widening;
 use crate::thresholds::dynamic::feedback::errors::PARTS;
 
 /// A sum of coefficients: their numbers and weights.
 type Sum = Vec<(usize, f64)>;
 
+/// What the errors of sums of coefficients follow from, on some rows.
+struct Errors {
+    /// Of white noise below the cut-off.
+    of_noise: Symmetric,
+    /// By how much parts disagree; none where the estimates are compared with those of the same motion, along which what is
+    /// left of structure is the same.
+    of_parts: Option<Symmetric>,
+}
+
+impl Errors {
+    fn of(solved: &Solved, motion: &Motion, same_motion: bool, rows: &[usize], columns: &[Column]) -> Errors {
+        let inverse = normal_equations(columns, rows, &motion.drive).0.factor().inverse();
+        let square: f64 = rows.iter().map(|k| solved.residual[*k].powi(2)).sum();
+        let independent = rows.len().max(1) as f64 * motion.independent_per_row();
+        let mut of_noise = inverse.clone();
+        of_noise.entries.iter_mut().for_each(|entry| *entry *= square / independent);
+        let of_parts = (!same_motion).then(|| by_parts(columns, rows, &solved.residual, &inverse));
+        Errors { of_noise, of_parts }
+    }
+
+    /// That of white noise, and no less than that by parts.
+    fn deviation(&self, sum: &Sum) -> f64 {
+        let parts = self.of_parts.as_ref().map_or(0.0, |of_parts| product(sum, sum, of_parts));
+        product(sum, sum, &self.of_noise).max(parts).max(0.0).sqrt()
+    }
+
+    /// Of noise and parts together.
+    fn product(&self, a: &Sum, b: &Sum) -> f64 {
+        product(a, b, &self.of_noise) + self.of_parts.as_ref().map_or(0.0, |parts| product(a, b, parts))
+    }
+}
+
+fn product(a: &Sum, b: &Sum, covariance: &Symmetric) -> f64 {
+    let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+    pairs.map(|((i, a), (j, b))| a * b * covariance.at(*i, *j)).sum()
+}
+
 /// Standard deviations of damping, stiffness and gain, then of every term's parameters, each in its parameter's unit; 0 of
 /// what was not fitted. They are those of white noise below the cut-off, and no less than those by parts, unless the estimates
-/// are compared with those of the `same_motion`: what is left of structure is then the same in both.
+/// are compared with those of the `same_motion`.
 pub fn deviations(solved: &Solved, motion: &Motion, same_motion: bool) -> Vec<Vec<f64>> {
     let columns = model_columns(solved, motion);
     let rows: Vec<usize> = motion.runs.iter().flat_map(|run| run.clone()).collect();
-    let inverse = normal_equations(&columns, &rows, &motion.drive).0.factor().inverse();
-    let square: f64 = rows.iter().map(|k| solved.residual[*k].powi(2)).sum();
-    let per_row = (2.0 * motion.cutoff_hz * motion.step_s).min(1.0);
-    let mut of_noise = inverse.clone();
-    of_noise.entries.iter_mut().for_each(|entry| *entry *= square / (rows.len().max(1) as f64 * per_row));
-    let of_parts = (!same_motion).then(|| by_parts(&columns, &rows, &solved.residual, &inverse));
-    let variance = |sum: &Sum, covariance: &Symmetric| -> f64 {
-        let pairs = sum.iter().flat_map(|a| sum.iter().map(move |b| (a, b)));
-        pairs.map(|((i, a), (j, b))| a * b * covariance.at(*i, *j)).sum()
+    let errors = Errors::of(solved, motion, same_motion, &rows, &columns);
+    let of_term = |of_term: &Vec<Sum>| of_term.iter().map(|sum| errors.deviation(sum)).collect();
+    sums(solved, &columns).iter().map(of_term).collect()
+}
+
+/// Covariance of some parameters by the rows that are wanted: with the deviations of [`deviations`], correlated as noise and
+/// parts are together.
+pub fn covariance(
+    solved: &Solved,
+    motion: &Motion,
+    same_motion: bool,
+    wanted: &dyn Fn(usize) -> bool,
+    lanes: &[Lane],
+) -> Symmetric {
+    let columns = model_columns(solved, motion);
+    let all = motion.runs.iter().flat_map(|run| run.clone());
+    let rows: Vec<usize> = all.filter(|row| wanted(*row)).collect();
+    let errors = Errors::of(solved, motion, same_motion, &rows, &columns);
+    let sums = sums(solved, &columns);
+    let of = |lane: &Lane| match *lane {
+        Lane::Plant(k) => &sums[0][k],
+        Lane::Term(k, j) => &sums[1 + k][j],
     };
-    let deviation = |sum: &Sum| {
-        let parts = of_parts.as_ref().map_or(0.0, |of_parts| variance(sum, of_parts));
-        variance(sum, &of_noise).max(parts).max(0.0).sqrt()
+    let chosen: Vec<&Sum> = lanes.iter().map(of).collect();
+    let scale = |sum: &Sum| {
+        let together = errors.product(sum, sum).sqrt();
+        if together > 0.0 { errors.deviation(sum) / together } else { 0.0 }
     };
-    sums(solved, &columns).iter().map(|of_term| of_term.iter().map(deviation).collect()).collect()
+    let mut covariance = Symmetric::zero(chosen.len());
+    for (i, a) in chosen.iter().enumerate() {
+        for (j, b) in chosen.iter().enumerate() {
+            *covariance.at_mut(i, j) = scale(a) * scale(b) * errors.product(a, b);
+        }
+    }
+    covariance
 }
 
 /// Damping, stiffness and gain, then every term's parameters, as sums of the coefficients of columns by their slopes.

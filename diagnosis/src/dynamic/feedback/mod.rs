@@ -1,7 +1,7 @@
 //! Recordings under feedback: an open-loop position would integrate the smallest error, so the drive is
 //! what is predicted and scored, by the inverse model along the recorded motion.
 
-mod errors;
+pub mod errors;
 pub mod filter;
 mod findings;
 pub mod inverse;
@@ -9,8 +9,9 @@ pub mod motion;
 pub mod search;
 
 use super::data::Data;
-use super::diagnose::{Case, DynamicOutcome, OwnSimulation, Predicted};
+use super::diagnose::{Case, DynamicOutcome, Identified, OwnSimulation, Predicted};
 use super::effects::{CATALOGUE, COULOMB_FRICTION, DRIVE_LAG, DRIVE_OFFSET, DynamicEffect, Scale, effect};
+use super::joint::feedback::Inverse;
 use super::judge::{self, Problem, Withdrawn};
 use super::model::{Model, Term};
 use super::recording::DynamicRecording;
@@ -45,8 +46,7 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
         CATALOGUE.iter().copied().filter(|e| options.skip.iter().all(|id| id != e.id)).collect();
     catalogue.sort_by_key(|e| e.id != DRIVE_LAG);
     let motion = Motion::new(recording, options.cutoff_hz.unwrap_or_else(|| cutoff(recording)), None);
-    let per_row = (2.0 * motion.cutoff_hz * motion.step_s).min(1.0);
-    let along = Along { motion: &motion, fold: &data.fold, per_row };
+    let along = Along { motion: &motion, fold: &data.fold, per_row: motion.independent_per_row() };
     let present = along.search(&catalogue, &scale).ok_or_else(lost)?;
     let without = mechanism(present.nominal_free[1]);
     let theirs = simulated.map(|own| expected(own, recording, &along, &scale)).transpose()?;
@@ -148,7 +148,11 @@ impl Problem for Feedback<'_> {
             own,
             other,
             idle: None,
-            model: None,
+            identified: Identified::Inverse(Inverse {
+                model: after.model,
+                cutoff_hz: motion.cutoff_hz,
+                slow: motion.slow,
+            }),
         })
     }
 }

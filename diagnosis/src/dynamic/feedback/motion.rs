@@ -68,6 +68,11 @@ impl Motion {
         }
     }
 
+    /// Independent readings per row of what has passed the smoothing.
+    pub fn independent_per_row(&self) -> f64 {
+        (2.0 * self.cutoff_hz * self.step_s).min(1.0)
+    }
+
     /// `x` smoothed as the motion is.
     pub fn smooth(&self, x: &[f64]) -> Vec<f64> {
         self.runs.iter().flat_map(|r| low_pass(&x[r.clone()], self.cutoff_hz, self.step_s)).collect()

@@ -12,7 +12,7 @@ use super::plan::{self, Plan};
 use super::{file, hysteresis, nominal, sensitivity, verdict};
 use crate::DiagnosisError;
 use crate::diagnosis::NoiseFloor;
-use crate::dynamic::diagnose::{Case, Predicted};
+use crate::dynamic::diagnose::{Case, Identified, Predicted};
 use crate::dynamic::effects::CUBIC_STIFFNESS;
 use crate::dynamic::judge::{self, Problem, Withdrawn};
 use crate::dynamic::score;
@@ -116,7 +116,8 @@ impl Problem for Modes<'_> {
         let mut written = file::to_file(after, &plant.plant);
         let constant = constant.map(|found| found.and(stated.as_ref())).or(stated);
         written.effects.extend(constant.map(|o| o.effect()));
-        Ok(DynamicOutcome { diagnosis, plant: written, own, other, idle: None, model: None })
+        let identified = Identified::Modes;
+        Ok(DynamicOutcome { diagnosis, plant: written, own, other, idle: None, identified })
     }
 }
 

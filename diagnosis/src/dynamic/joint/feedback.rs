@@ -1,0 +1,277 @@
+//! A recording under feedback, as one of two: the inverse model of either has the effects of both, along motions that are
+//! smoothed alike. Shapes are those of the recording in which the effect was found; its amounts may differ.
+
+use std::sync::Arc;
+
+use fitter::plant::Plant;
+use numerics::parallel;
+
+use super::expansion::Expansion;
+use super::second_order::{is_per_inertia, readings};
+use super::{Gradient, Group, Joint, Of, Side};
+use crate::dynamic::candidates::Candidates;
+use crate::dynamic::data::{Data, Folds, SCORE};
+use crate::dynamic::effects::{CATALOGUE, DynamicEffect, Part};
+use crate::dynamic::feedback::errors::covariance;
+use crate::dynamic::feedback::inverse::{Solved, predict, solve};
+use crate::dynamic::feedback::motion::Motion;
+use crate::dynamic::feedback::search::Along;
+use crate::dynamic::interval::Sort;
+use crate::dynamic::model::{Model, Term};
+use crate::dynamic::recording::DynamicRecording;
+use crate::dynamic::verdict::{PLANT, nominal, place};
+use crate::thresholds::dynamic::feedback::errors::PARTS;
+use crate::verdict::{Location, Parameter};
+
+/// What was found along a motion: the inverse model, up to which frequency, and below which speed it stands still.
+#[derive(Clone)]
+pub struct Inverse {
+    /// The model.
+    pub model: Model,
+    /// The cut-off of the smoothing, Hz.
+    pub cutoff_hz: f64,
+    /// The speed.
+    pub slow: f64,
+}
+
+/// See the module.
+#[derive(Clone)]
+pub struct UnderFeedback<'a> {
+    recording: &'a DynamicRecording,
+    plant: &'a Plant,
+    data: Data<'a>,
+    motion: Arc<Motion>,
+    /// Whether the other recording follows the same motion.
+    same_motion: bool,
+    solved: Solved,
+    packed: Vec<f64>,
+    own: Expansion,
+}
+
+/// Two recordings under feedback, their motions smoothed alike.
+pub struct Recorded<'a> {
+    recordings: [&'a DynamicRecording; 2],
+    plant: &'a Plant,
+    same_motion: bool,
+    motions: [Arc<Motion>; 2],
+}
+
+impl<'a> Recorded<'a> {
+    /// Up to the lower cut-off of both, and standing still below the higher speed.
+    pub fn new(
+        recordings: [&'a DynamicRecording; 2],
+        found: [&Inverse; 2],
+        plant: &'a Plant,
+        same_motion: bool,
+    ) -> Recorded<'a> {
+        let slow = found[0].slow.max(found[1].slow);
+        let cutoff_hz = found[0].cutoff_hz.min(found[1].cutoff_hz);
+        let motions = recordings.map(|recording| Motion::new(recording, cutoff_hz, Some(slow)).into());
+        Recorded { recordings, plant, same_motion, motions }
+    }
+
+    /// A model of both with the effects of two; none where one of the recordings does not determine it.
+    pub fn joint(&self, models: [&Model; 2]) -> Option<Joint<UnderFeedback<'a>>> {
+        let of = |number: usize, shapes: &Model| {
+            let motion = self.motions[number].clone();
+            UnderFeedback::of(self.recordings[number], self.plant, motion, shapes, self.same_motion, &|_| {
+                true
+            })
+        };
+        let with = |first: usize| {
+            let shapes = with_effects_of_both(models[first], models[1 - first]);
+            let (then, now) = parallel::join(|| of(0, &shapes), || of(1, &shapes));
+            Some([then?, now?])
+        };
+        let left = |[then, now]: &[UnderFeedback; 2]| then.mean_square().ln() + now.mean_square().ln();
+        let both = [0, 1].into_iter().filter_map(with).min_by(|a, b| left(a).total_cmp(&left(b)));
+        both.map(|[then, now]| Joint::new(then, now))
+    }
+
+    /// The effects of the catalogue beside the model of one of them, leaving out those in `skip`.
+    pub fn candidates(&self, number: usize, model: &Model, skip: &[String]) -> Candidates {
+        let data = Data::new(self.recordings[number]);
+        let motion = &*self.motions[number];
+        let along = Along { motion, fold: &data.fold, per_row: motion.independent_per_row() };
+        let catalogue: Vec<&'static DynamicEffect> =
+            CATALOGUE.iter().copied().filter(|effect| skip.iter().all(|id| id != effect.id)).collect();
+        let present = along.fit(model);
+        let found = present.map(|present| along.contenders(&present, &catalogue, &data.scale));
+        let models = found.into_iter().flatten().map(|solved| solved.model).collect();
+        Candidates { models, sought: catalogue.len() }
+    }
+}
+
+/// A model with the effects of both; of two that cannot be told apart the first one's.
+fn with_effects_of_both(first: &Model, second: &Model) -> Model {
+    let mut union = first.clone();
+    // A spring that neither shows by itself may have come.
+    union.nominal_free[1] = true;
+    let constant = |effect: &DynamicEffect| matches!(effect.part, Part::Drive | Part::SensorOffset);
+    for term in &second.terms {
+        let alike = |known: &Term| {
+            let (a, b) = (known.effect, term.effect);
+            a.id == b.id || (a.is_late() && b.is_late()) || (constant(a) && constant(b))
+        };
+        if !union.terms.iter().any(alike) {
+            union.terms.push(term.clone());
+        }
+    }
+    union
+}
+
+impl<'a> UnderFeedback<'a> {
+    fn of(
+        recording: &'a DynamicRecording,
+        plant: &'a Plant,
+        motion: Arc<Motion>,
+        shapes: &Model,
+        same_motion: bool,
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Option<UnderFeedback<'a>> {
+        let solved = solve(shapes, &motion, wanted)?;
+        let lanes = lanes(&solved.model);
+        let covariance = covariance(&solved, &motion, same_motion, wanted, &lanes);
+        // The inverse model is linear: its fit says all.
+        let information = covariance.factor().inverse();
+        let own = Expansion { cost: 0.0, pull: vec![0.0; lanes.len()], information };
+        let packed: Vec<f64> = lanes.iter().map(|lane| *value(&mut solved.model.clone(), *lane)).collect();
+        let finite = own.is_finite() && packed.iter().all(|value| value.is_finite());
+        let data = Data::new(recording);
+        finite.then_some(UnderFeedback { recording, plant, data, motion, same_motion, solved, packed, own })
+    }
+
+    fn mean_square(&self) -> f64 {
+        numerics::rms(&self.solved.residual).powi(2)
+    }
+
+    fn with(&self, packed: &[f64]) -> Model {
+        let mut model = self.solved.model.clone();
+        lanes(&model).into_iter().zip(packed).for_each(|(lane, to)| *value(&mut model, lane) = *to);
+        model
+    }
+
+    fn lanes_of(&self, k: usize) -> Vec<Option<usize>> {
+        let lanes = lanes(&self.solved.model);
+        let of = |j: usize| lanes.iter().position(|lane| *lane == Lane::Term(k, j));
+        (0..self.solved.model.terms[k].parameters.len()).map(of).collect()
+    }
+}
+
+/// A parameter that is fitted: of the plant, or of a term.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lane {
+    /// Damping (0), stiffness (1) or gain (2).
+    Plant(usize),
+    /// Of this term this parameter.
+    Term(usize, usize),
+}
+
+/// The parameters of an inverse model that are fitted: all but shapes.
+fn lanes(model: &Model) -> Vec<Lane> {
+    let plant = (0..3).filter(|k| *k != 1 || model.nominal_free[1]).map(Lane::Plant);
+    let of_terms = model.terms.iter().enumerate().flat_map(|(k, term)| {
+        let effect = term.effect;
+        let fitted = move |j: &usize| match effect.part {
+            Part::Force => !effect.parameters[*j].shape,
+            _ => *j == 0,
+        };
+        (0..term.parameters.len()).filter(fitted).map(move |j| Lane::Term(k, j))
+    });
+    plant.chain(of_terms).collect()
+}
+
+fn value(model: &mut Model, lane: Lane) -> &mut f64 {
+    match lane {
+        Lane::Plant(k) => &mut model.nominal[k],
+        Lane::Term(k, j) => &mut model.terms[k].parameters[j],
+    }
+}
+
+impl Side for UnderFeedback<'_> {
+    fn groups(&self) -> Vec<Group> {
+        let model = &self.solved.model;
+        let lanes = lanes(model);
+        let plant = lanes.iter().enumerate().filter_map(|(lane, of)| {
+            let Lane::Plant(k) = *of else { return None };
+            Some(Group::of_lanes(PLANT[k][0], PLANT[k][1], [lane], Of::Plant(k)))
+        });
+        let effects = model.terms.iter().enumerate().map(|(k, term)| {
+            let lanes = self.lanes_of(k).into_iter().flatten();
+            Group::of_lanes(term.effect.id, term.effect.title, lanes, Of::Term(k))
+        });
+        let per_inertia = |lane: &usize| match lanes[*lane] {
+            Lane::Plant(_) => true,
+            Lane::Term(k, j) => is_per_inertia(&model.terms[k], j),
+        };
+        let inertia = Group::of_inertia(&self.packed, (0..lanes.len()).filter(per_inertia));
+        plant.chain(effects).chain(inertia).collect()
+    }
+
+    fn packed(&self) -> Vec<f64> {
+        self.packed.clone()
+    }
+
+    fn expanded(&self, packed: &[f64]) -> Option<Expansion> {
+        let by: Vec<f64> = packed.iter().zip(&self.packed).map(|(to, from)| to - from).collect();
+        Some(self.own.shifted(&by))
+    }
+
+    fn own(&self) -> &Expansion {
+        &self.own
+    }
+
+    /// Of a real drive a better fit says nothing of a change: it always has structure that no model explains.
+    fn deviance(&self) -> f64 {
+        0.0
+    }
+
+    /// Parts of the recording say how uncertain its estimates are.
+    fn freedom(&self) -> Option<f64> {
+        Some(PARTS as f64 - 1.0)
+    }
+
+    fn unscored(&self) -> Option<Self> {
+        let wanted = |row: usize| usize::from(self.data.fold[row]) != SCORE;
+        let (motion, model) = (self.motion.clone(), &self.solved.model);
+        UnderFeedback::of(self.recording, self.plant, motion, model, self.same_motion, &wanted)
+    }
+
+    fn left(&self, packed: &[f64], _: Folds) -> Option<Vec<f64>> {
+        let predicted = self.motion.smooth(&predict(&self.with(packed), &self.motion));
+        Some(self.motion.drive.iter().zip(&predicted).map(|(drive, predicted)| drive - predicted).collect())
+    }
+
+    fn noise(&self) -> f64 {
+        self.mean_square().sqrt()
+    }
+
+    fn data(&self) -> &Data<'_> {
+        &self.data
+    }
+
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)> {
+        let model = self.with(packed);
+        match of {
+            Of::Plant(k) => {
+                let lane = lanes(&model).iter().position(|lane| *lane == Lane::Plant(k));
+                let parameter = nominal(model.nominal, [0.0; 3], self.plant).swap_remove(k);
+                vec![(parameter, lane.map(|lane| (lane, 1.0)).into_iter().collect(), Sort::Amount)]
+            }
+            Of::Term(k) => {
+                let plain = |reading: &crate::dynamic::effects::Reading, _: &Term| reading.gradient.clone();
+                readings(&model.terms[k], &self.lanes_of(k), plain, self.plant)
+            }
+            Of::Inertia => Vec::new(),
+        }
+    }
+
+    fn amounts(&self, of: Of) -> Vec<usize> {
+        let Of::Term(k) = of else { return Vec::new() };
+        self.lanes_of(k).into_iter().flatten().collect()
+    }
+
+    fn place(&self, group: &Group, p_value: f64) -> Option<Location> {
+        place(&group.id, self.recording, p_value)
+    }
+}

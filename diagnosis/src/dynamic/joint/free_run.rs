@@ -1,0 +1,193 @@
+//! A recording of a mechanism that runs free, as one of two: its information is that of the whitened sensitivities.
+
+use fitter::plant::Plant;
+
+use super::expansion::Expansion;
+use super::{Gradient, Group, Joint, Of, Side};
+use crate::dynamic::data::{ALL, Data, Folds, UNSCORED};
+use crate::dynamic::estimate::{Fitted, Simulated, fit};
+use crate::dynamic::interval::Sort;
+use crate::dynamic::noise::autoregression;
+use crate::dynamic::recording::DynamicRecording;
+use crate::verdict::{Location, Parameter};
+
+/// A model that two recordings may have in common.
+pub trait InCommon: Simulated {
+    /// The model of one recording with the effects of both, in the same order for either; none where there is none.
+    fn with_effects_of_both(models: [&Self; 2], recording: usize) -> Option<Self>;
+
+    /// The model with the amounts at zero of the effects that `own` has not; none where it has them all.
+    fn without_amounts(&self, own: &Self) -> Option<Self>;
+
+    /// The model with nothing but its initial states free.
+    fn fixed(&self) -> Self;
+
+    /// Fitted to some rows.
+    fn estimated(&self, states: &[Self::Start], data: &Data, folds: Folds) -> Option<Fitted<Self>> {
+        fit(self, states, data, folds)
+    }
+
+    /// As [`Side::groups`].
+    fn groups(&self) -> Vec<Group>;
+
+    /// As [`Side::readings`].
+    fn readings(&self, of: Of, plant: &Plant) -> Vec<(Parameter, Gradient, Sort)>;
+
+    /// As [`Side::amounts`].
+    fn amounts(&self, of: Of) -> Vec<usize>;
+
+    /// As [`Side::place`].
+    fn place(&self, group: &Group, recording: &DynamicRecording, p_value: f64) -> Option<Location>;
+}
+
+/// See the module.
+pub struct FreeRun<'a, M: InCommon> {
+    recording: &'a DynamicRecording,
+    plant: &'a Plant,
+    data: Data<'a>,
+    fitted: Fitted<M>,
+    /// Which rows it is fitted to.
+    folds: Folds,
+    noise: Noise,
+    own: Expansion,
+    deviance: f64,
+    /// For how many times as large errors are taken as the noise says.
+    wider: f64,
+}
+
+/// The noise of a recording.
+#[derive(Clone)]
+struct Noise {
+    /// Its autoregression.
+    coefficients: Vec<f64>,
+    /// Its variance, as it is taken.
+    variance: f64,
+}
+
+/// One of the recordings and what is known of it.
+pub struct Known<'a, 'm, M: InCommon> {
+    /// The recording.
+    pub recording: &'a DynamicRecording,
+    /// Its own model.
+    pub model: &'m M,
+    /// Where its runs begin.
+    pub states: &'m [M::Start],
+    /// For how many times as large errors are taken as the noise says.
+    pub wider: f64,
+}
+
+/// A model of both recordings; none where one of them cannot be fitted with the effects of both.
+pub fn joint<'a, M: InCommon>(
+    sides: [Known<'a, '_, M>; 2],
+    plant: &'a Plant,
+) -> Option<Joint<FreeRun<'a, M>>> {
+    let models = [sides[0].model, sides[1].model];
+    let of = |number: usize| FreeRun::of(&sides[number], models, number, plant);
+    let (then, now) = numerics::parallel::join(|| of(0), || of(1));
+    let (then, now) = (then?, now?);
+    let same = then.fitted.model.packed().len() == now.fitted.model.packed().len();
+    same.then(|| Joint::new(then, now))
+}
+
+impl<'a, M: InCommon> FreeRun<'a, M> {
+    fn of(known: &Known<'a, '_, M>, models: [&M; 2], number: usize, plant: &'a Plant) -> Option<Self> {
+        let data = Data::new(known.recording);
+        let union = M::with_effects_of_both(models, number)?;
+        let without = union.without_amounts(known.model);
+        let starts = [Some(union), without];
+        let fits = starts.iter().flatten().filter_map(|model| model.estimated(known.states, &data, ALL));
+        let fitted = fits.min_by(|a, b| a.cost(ALL).total_cmp(&b.cost(ALL)))?;
+        let Known { recording, wider, .. } = *known;
+        FreeRun::fitted(recording, plant, data, fitted, ALL, wider)
+    }
+
+    /// As it was fitted to some rows; structure that is left makes errors `wider`.
+    fn fitted(
+        recording: &'a DynamicRecording,
+        plant: &'a Plant,
+        data: Data<'a>,
+        fitted: Fitted<M>,
+        folds: Folds,
+        wider: f64,
+    ) -> Option<Self> {
+        let coefficients = autoregression(&fitted.residual(&data)?, &data.runs).coefficients;
+        let whole = fitted.model.normal(&fitted.states, &data, &coefficients).ok()?;
+        let rows = whole.rows(folds).max(1) as f64;
+        let square = whole.cost(folds) / rows;
+        let noise = Noise { coefficients, variance: wider * wider * square };
+        let own = expansion(&fitted, &data, folds, &noise)?;
+        let deviance = rows * square.ln() / (wider * wider);
+        Some(FreeRun { recording, plant, data, fitted, folds, noise, own, deviance, wider })
+    }
+}
+
+/// What some rows say of a model about its parameters, beside initial states that follow to first order.
+fn expansion<M: Simulated>(
+    fitted: &Fitted<M>,
+    data: &Data,
+    folds: Folds,
+    noise: &Noise,
+) -> Option<Expansion> {
+    let whole = fitted.model.normal(&fitted.states, data, &noise.coefficients).ok()?;
+    let cost = whole.cost(folds) / noise.variance;
+    let mut reduced = whole.reduced(folds, 0.0, &[]);
+    reduced.entries.iter_mut().for_each(|entry| *entry /= noise.variance);
+    let free = reduced.size - 1;
+    let pull = (0..free).map(|k| reduced.at(k, free)).collect();
+    let expansion = Expansion { cost, pull, information: reduced.part(0..free) };
+    expansion.is_finite().then_some(expansion)
+}
+
+impl<M: InCommon> Side for FreeRun<'_, M> {
+    fn groups(&self) -> Vec<Group> {
+        self.fitted.model.groups()
+    }
+
+    fn packed(&self) -> Vec<f64> {
+        self.fitted.model.packed()
+    }
+
+    fn expanded(&self, packed: &[f64]) -> Option<Expansion> {
+        let model = self.fitted.model.unpacked(packed);
+        let states = fit(&model.fixed(), &self.fitted.states, &self.data, self.folds)?.states;
+        expansion(&Fitted { model, states, ..self.fitted.clone() }, &self.data, self.folds, &self.noise)
+    }
+
+    fn own(&self) -> &Expansion {
+        &self.own
+    }
+
+    fn deviance(&self) -> f64 {
+        self.deviance
+    }
+
+    fn unscored(&self) -> Option<Self> {
+        let fitted = self.fitted.model.estimated(&self.fitted.states, &self.data, UNSCORED)?;
+        FreeRun::fitted(self.recording, self.plant, self.data.clone(), fitted, UNSCORED, self.wider)
+    }
+
+    fn left(&self, packed: &[f64], folds: Folds) -> Option<Vec<f64>> {
+        let model = self.fitted.model.unpacked(packed).fixed();
+        fit(&model, &self.fitted.states, &self.data, folds)?.residual(&self.data)
+    }
+
+    fn noise(&self) -> f64 {
+        self.fitted.rms(UNSCORED)
+    }
+
+    fn data(&self) -> &Data<'_> {
+        &self.data
+    }
+
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)> {
+        self.fitted.model.unpacked(packed).readings(of, self.plant)
+    }
+
+    fn amounts(&self, of: Of) -> Vec<usize> {
+        self.fitted.model.amounts(of)
+    }
+
+    fn place(&self, group: &Group, p_value: f64) -> Option<Location> {
+        self.fitted.model.place(group, self.recording, p_value)
+    }
+}

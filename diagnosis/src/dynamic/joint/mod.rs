@@ -1,0 +1,398 @@
+//! One model of two recordings of a mechanism: every parameter is the same in both, or differs.
+//!
+//! Each recording is fitted by a model with the effects of both. A model of both is then estimated by Marquardt's method from
+//! what each recording says of it; whether something else differs is judged to first order about that.
+
+pub mod equations;
+mod expansion;
+pub mod feedback;
+pub mod free_run;
+mod second_order;
+
+use std::ops::Range;
+
+use numerics::{Symmetric, parallel, rms};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+use self::expansion::{Direction, Expansion, Point, estimated, promised, together};
+use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
+use super::interval::{Sort, around};
+use crate::calibrate::log_tail;
+use crate::verdict::{Location, Parameter};
+
+/// What may differ: a parameter of the plant, or an effect.
+#[derive(Clone)]
+pub struct Group {
+    /// The name of the plant's parameter, or the effect's id.
+    pub id: String,
+    /// Its name for a reader.
+    pub title: String,
+    /// How the packed parameters may differ.
+    pub directions: Vec<Direction>,
+    /// What it is of.
+    pub of: Of,
+}
+
+impl Group {
+    /// Of packed parameters that differ each by itself.
+    fn of_lanes(id: &str, title: &str, lanes: impl IntoIterator<Item = usize>, of: Of) -> Group {
+        let directions = lanes.into_iter().map(|lane| vec![(lane, 1.0)]).collect();
+        Group { id: id.into(), title: title.into(), directions, of }
+    }
+
+    /// Of a mechanism whose parameters are per inertia: these all fall as it grows. None where that is one parameter.
+    fn of_inertia(packed: &[f64], per_inertia: impl IntoIterator<Item = usize>) -> Option<Group> {
+        let falls: Direction = per_inertia.into_iter().map(|lane| (lane, -packed[lane])).collect();
+        let title = "the inertia of the mechanism".into();
+        (falls.len() > 1).then(|| Group {
+            id: INERTIA.into(),
+            title,
+            directions: vec![falls],
+            of: Of::Inertia,
+        })
+    }
+}
+
+/// Id of the inertia.
+pub const INERTIA: &str = "inertia";
+
+/// What a group is of.
+#[derive(Clone, Copy)]
+pub enum Of {
+    /// The plant's parameter of this number.
+    Plant(usize),
+    /// The term of this number.
+    Term(usize),
+    /// What all that is per inertia has in common.
+    Inertia,
+}
+
+/// By which packed parameters a reading changes, and how fast.
+pub type Gradient = Vec<(usize, f64)>;
+
+/// One of the recordings, fitted by a model with the effects of both.
+pub trait Side: Sized + Send + Sync {
+    /// What may differ, in the same order for both recordings.
+    fn groups(&self) -> Vec<Group>;
+
+    /// The packed parameters.
+    fn packed(&self) -> Vec<f64>;
+
+    /// What the recording says of a model about some packed parameters; none where it cannot be simulated there.
+    fn expanded(&self, packed: &[f64]) -> Option<Expansion>;
+
+    /// What it says about its own fit.
+    fn own(&self) -> &Expansion;
+
+    /// −2 log likelihood, but for a constant.
+    fn deviance(&self) -> f64;
+
+    /// Degrees of freedom of the noise; none where it is known as well as a normal one.
+    fn freedom(&self) -> Option<f64> {
+        None
+    }
+
+    /// The same by the rows alone that do not score.
+    fn unscored(&self) -> Option<Self>;
+
+    /// What packed parameters leave of every row; what belongs to this recording alone is fitted to `folds`.
+    fn left(&self, packed: &[f64], folds: Folds) -> Option<Vec<f64>>;
+
+    /// Root mean square of what its own fit leaves of the rows that do not score.
+    fn noise(&self) -> f64;
+
+    /// Runs and kinds of rows.
+    fn data(&self) -> &Data<'_>;
+
+    /// The reported parameters of a group at packed parameters, as yet without intervals.
+    fn readings(&self, of: Of, packed: &[f64]) -> Vec<(Parameter, Gradient, Sort)>;
+
+    /// The packed parameters that multiply a term; none of the plant.
+    fn amounts(&self, of: Of) -> Vec<usize>;
+
+    /// Where a change of a group lives in the recording.
+    fn place(&self, group: &Group, p_value: f64) -> Option<Location>;
+}
+
+/// See the module.
+pub struct Joint<S> {
+    sides: [S; 2],
+    /// What may differ.
+    pub groups: Vec<Group>,
+    /// Number of effects among which one of the groups was sought.
+    sought: usize,
+}
+
+/// The parameters where some groups differ.
+pub struct Solved {
+    /// The packed parameters of each recording.
+    point: Point,
+    /// Covariance of the common parameters, then of the lengths of the differences.
+    covariance: Symmetric,
+    /// How the parameters differ.
+    differing: Vec<Direction>,
+    /// What is left of both recordings, in units of their noise, beyond what their own fits leave.
+    left: f64,
+    /// What each recording says about there.
+    about: [Expansion; 2],
+}
+
+/// A parameter in both recordings.
+pub struct Both {
+    /// In the earlier one.
+    pub then: Parameter,
+    /// In the later one.
+    pub now: Parameter,
+    /// Standard error of the difference.
+    pub error: f64,
+}
+
+/// The stretches of rows that score.
+fn scored(data: &Data) -> Vec<Range<usize>> {
+    let mut stretches: Vec<Range<usize>> = Vec::new();
+    for run in &data.runs {
+        for row in run.clone().filter(|row| usize::from(data.fold[*row]) == SCORE) {
+            match stretches.last_mut().filter(|last| last.end == row && row > run.start) {
+                Some(last) => last.end = row + 1,
+                None => stretches.push(row..row + 1),
+            }
+        }
+    }
+    stretches
+}
+
+impl<S: Side> Joint<S> {
+    /// Of two recordings that were fitted by the same model.
+    pub fn new(then: S, now: S) -> Joint<S> {
+        let groups = then.groups().into_iter().filter(|group| !group.directions.is_empty()).collect();
+        Joint { sides: [then, now], groups, sought: 0 }
+    }
+
+    /// The same where one of its effects was sought among so many.
+    pub fn sought_among(self, sought: usize) -> Joint<S> {
+        Joint { sought, ..self }
+    }
+
+    /// Number of things whose difference was, or would have been, looked at.
+    pub fn looked_at(&self) -> usize {
+        self.groups.len() + self.sought
+    }
+
+    /// Akaike's criterion of both recordings where some groups differ: −2 log likelihood, and two for each parameter that
+    /// differs and for the choice among the effects that were sought.
+    pub fn criterion(&self, changed: &[usize]) -> f64 {
+        let solved = self.solve(changed);
+        let own: f64 = self.sides.iter().map(S::deviance).sum();
+        own + solved.left + 2.0 * (solved.differing.len() as f64 + (self.sought.max(1) as f64).ln())
+    }
+
+    /// The same by the rows alone that do not score.
+    pub fn unscored(&self) -> Option<Joint<S>> {
+        let (a, b) = parallel::join(|| self.sides[0].unscored(), || self.sides[1].unscored());
+        Some(Joint { sides: [a?, b?], groups: self.groups.clone(), sought: self.sought })
+    }
+
+    /// The parameters with these groups differing.
+    pub fn solve(&self, changed: &[usize]) -> Solved {
+        let differing = self.directions(changed);
+        let own = self.sides.each_ref().map(S::packed);
+        let of_own = |recording: usize, packed: &[f64]| {
+            let by: Vec<f64> = packed.iter().zip(&own[recording]).map(|(to, from)| to - from).collect();
+            Some(self.sides[recording].own().shifted(&by))
+        };
+        // With every difference of one parameter as the own fits have it, or none.
+        let apart = |direction: &Direction| match direction[..] {
+            [(lane, part)] => (own[1][lane] - own[0][lane]) / part,
+            _ => 0.0,
+        };
+        let start = |recording: usize, differ: bool| {
+            let lengths = differing.iter().map(|direction| if differ { apart(direction) } else { 0.0 });
+            let mut point = Point {
+                packed: [own[recording].clone(), own[recording].clone()],
+                lengths: lengths.collect(),
+            };
+            for (direction, length) in differing.iter().zip(&point.lengths) {
+                let sign = [1.0, -1.0][recording];
+                let other = &mut point.packed[1 - recording];
+                direction.iter().for_each(|(lane, part)| other[*lane] += sign * length * part);
+            }
+            point
+        };
+        let mut starts = vec![start(0, false), start(1, false)];
+        if !differing.is_empty() {
+            starts.extend([start(0, true), start(1, true)]);
+        }
+        let first = estimated(&starts, &differing, of_own);
+        starts.extend(first.iter().map(|(point, _)| point.clone()));
+        let exact = |recording: usize, packed: &[f64]| self.sides[recording].expanded(packed);
+        let found = estimated(&starts, &differing, exact).or(first);
+        // The one by the own fits is always there.
+        let (point, about) =
+            found.unwrap_or_else(|| (start(0, false), self.sides.each_ref().map(|s| s.own().clone())));
+        let left = about.iter().zip(&self.sides).map(|(about, side)| about.cost - side.own().cost).sum();
+        let covariance = together(&about, &differing).0.factor().inverse();
+        Solved { point, covariance, differing, left, about }
+    }
+
+    fn directions(&self, groups: &[usize]) -> Vec<Direction> {
+        groups.iter().flat_map(|group| self.groups[*group].directions.clone()).collect()
+    }
+
+    /// The same to first order where one more group differs.
+    pub fn extended(&self, solved: &Solved, group: usize) -> Solved {
+        let differing = [&solved.differing[..], &self.groups[group].directions].concat();
+        let covariance = together(&solved.about, &differing).0.factor().inverse();
+        let (mut point, about) = (solved.point.clone(), solved.about.clone());
+        point.lengths.resize(differing.len(), 0.0);
+        Solved { point, covariance, differing, left: solved.left, about }
+    }
+
+    /// −ln of the p-value that each group differs, beside others that do.
+    pub fn surprises(&self, changed: &[usize]) -> Vec<f64> {
+        let solved = self.solve(changed);
+        let without = promised(&solved.about, &solved.differing);
+        let of = |k: usize, group: &Group| {
+            let directions = [&solved.differing[..], &group.directions].concat();
+            let explained = match self.has_slope(k) {
+                true => promised(&solved.about, &directions) - without,
+                false => solved.left - self.solve(&[changed, &[k]].concat()).left,
+            };
+            self.surprise(explained.max(0.0), group.directions.len())
+        };
+        let all = self.groups.iter().enumerate();
+        all.map(|(k, group)| if changed.contains(&k) { 0.0 } else { of(k, group) }).collect()
+    }
+
+    /// Whether costs fall at once where a group begins to differ. A limit that is beyond the drive changes nothing at first.
+    pub fn has_slope(&self, group: usize) -> bool {
+        let of = self.groups[group].of;
+        !matches!(of, Of::Term(_)) || !self.sides[0].amounts(of).is_empty()
+    }
+
+    /// The two groups that differ most surprisingly together, −ln of the p-value, and how many pairs there are, also with
+    /// what was sought.
+    pub fn pair(&self) -> Option<([usize; 2], f64, usize)> {
+        let solved = self.solve(&[]);
+        let without = promised(&solved.about, &[]);
+        let count = self.groups.len();
+        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
+        let of = |pair: [usize; 2]| {
+            let directions = self.directions(&pair);
+            let explained = (promised(&solved.about, &directions) - without).max(0.0);
+            (pair, self.surprise(explained, directions.len()))
+        };
+        let best = pairs.map(of).max_by(|a, b| a.1.total_cmp(&b.1));
+        let looked_at = self.looked_at();
+        best.map(|(pair, surprise)| (pair, surprise, looked_at * (looked_at - 1) / 2))
+    }
+
+    /// −ln of the p-value that so many parameters explain so much by chance, in units of the noise.
+    fn surprise(&self, explained: f64, rank: usize) -> f64 {
+        let tail = |freedom: f64| {
+            let f = FisherSnedecor::new(rank as f64, freedom).ok()?;
+            Some(-f.sf(explained / rank as f64).max(f64::MIN_POSITIVE).ln())
+        };
+        let freedoms: Option<Vec<f64>> = self.sides.iter().map(S::freedom).collect();
+        freedoms.and_then(|both| tail(both.iter().sum())).unwrap_or_else(|| log_tail(explained, rank))
+    }
+
+    /// The p-value that a group's amounts are zero in a recording; 0 of the plant, 1 of an effect without amounts.
+    pub fn absence(&self, solved: &Solved, group: usize, recording: usize) -> f64 {
+        let of = self.groups[group].of;
+        let amounts = self.sides[0].amounts(of);
+        if amounts.is_empty() {
+            return if matches!(of, Of::Term(_)) { 1.0 } else { 0.0 };
+        }
+        let mut covariance = Symmetric::zero(amounts.len());
+        for (i, a) in amounts.iter().enumerate() {
+            for (j, b) in amounts.iter().enumerate() {
+                *covariance.at_mut(i, j) = solved.covariance([recording, recording], [*a, *b]);
+            }
+        }
+        let value: Vec<f64> = amounts.iter().map(|lane| solved.point.packed[recording][*lane]).collect();
+        let square: f64 = covariance.factor().solve(&value).iter().zip(&value).map(|(a, b)| a * b).sum();
+        (-self.surprise(square.max(0.0), amounts.len())).exp()
+    }
+
+    /// A group's parameters in both recordings, with 95 % intervals.
+    pub fn parameters(&self, solved: &Solved, group: usize) -> Vec<Both> {
+        let of = self.groups[group].of;
+        let [then, now] = [0, 1].map(|r| self.sides[r].readings(of, &solved.point.packed[r]));
+        let pairs = then.into_iter().zip(now);
+        pairs.map(|((a, x, sort), (b, y, _))| solved.both([a, b], [&x, &y], sort)).collect()
+    }
+
+    /// The inertia of the later recording over that of the earlier one, with its standard error; none of another group.
+    pub fn inertia(&self, solved: &Solved, group: usize) -> Option<(f64, f64)> {
+        let group = &self.groups[group];
+        let fallen = group.directions.first().filter(|_| matches!(group.of, Of::Inertia))?;
+        let (by, error) = solved.length(fallen)?;
+        Some((1.0 / (1.0 - by), error / (1.0 - by).powi(2)))
+    }
+
+    /// Where a change of a group lives in the later recording.
+    pub fn place(&self, group: usize, p_value: f64) -> Option<Location> {
+        self.sides[1].place(&self.groups[group], p_value)
+    }
+
+    /// What a model of the later recording leaves of it.
+    pub fn rms(&self, solved: &Solved) -> Option<f64> {
+        let left = self.sides[1].left(&solved.point.packed[1], ALL)?;
+        let rows = self.sides[1].data().runs.iter().flat_map(Clone::clone);
+        Some(rms(&rows.map(|row| left[row]).collect::<Vec<f64>>()))
+    }
+
+    /// What two models leave of the stretches of both recordings that score, each a root mean square in the later one's unit;
+    /// those of the earlier one count by the ratio of their noise.
+    pub fn scores(&self, models: [&Solved; 2]) -> Option<Vec<[f64; 2]>> {
+        let noise = self.sides.each_ref().map(S::noise);
+        let mut scores = Vec::new();
+        for (recording, side) in self.sides.iter().enumerate() {
+            let left = [0, 1].map(|m| side.left(&models[m].point.packed[recording], UNSCORED));
+            let [Some(a), Some(b)] = left else { return None };
+            let scale = noise[1] / noise[recording];
+            let of = |left: &[f64], rows: &Range<usize>| scale * rms(&left[rows.clone()]);
+            scores.extend(scored(side.data()).iter().map(|rows| [of(&a, rows), of(&b, rows)]));
+        }
+        Some(scores)
+    }
+}
+
+impl Solved {
+    /// Covariance of two parameters, each of one of the recordings.
+    fn covariance(&self, recordings: [usize; 2], lanes: [usize; 2]) -> f64 {
+        let unknowns = |k: usize| -> Direction {
+            let n = self.point.packed[0].len();
+            let part = |direction: &Direction| {
+                direction.iter().filter(|(lane, _)| *lane == lanes[k]).map(|(_, part)| part).sum::<f64>()
+            };
+            let differences = self.differing.iter().enumerate().filter(|_| recordings[k] == 1);
+            let differences = differences.map(|(d, direction)| (n + d, part(direction)));
+            std::iter::once((lanes[k], 1.0)).chain(differences).collect()
+        };
+        let [a, b] = [unknowns(0), unknowns(1)];
+        let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (a, b)));
+        pairs.map(|((i, a), (j, b))| a * b * self.covariance.at(*i, *j)).sum()
+    }
+
+    /// How far a direction goes, with its standard error; none where nothing differs so.
+    fn length(&self, of: &Direction) -> Option<(f64, f64)> {
+        let k = self.differing.iter().position(|direction| direction == of)?;
+        let unknown = self.point.packed[0].len() + k;
+        Some((self.point.lengths[k], self.covariance.at(unknown, unknown).max(0.0).sqrt()))
+    }
+
+    /// A parameter in both recordings, with what each is by the packed parameters.
+    fn both(&self, [then, now]: [Parameter; 2], gradients: [&[(usize, f64)]; 2], sort: Sort) -> Both {
+        let covariance = |a: usize, b: usize| -> f64 {
+            let pairs = gradients[a].iter().flat_map(|x| gradients[b].iter().map(move |y| (x, y)));
+            pairs.map(|((i, x), (j, y))| x * y * self.covariance([a, b], [*i, *j])).sum()
+        };
+        let estimated = |parameter: Parameter, r: usize| {
+            let deviation = covariance(r, r).max(0.0).sqrt();
+            Parameter { ci95: around(parameter.value, deviation, sort), ..parameter }
+        };
+        let square = covariance(0, 0) + covariance(1, 1) - 2.0 * covariance(0, 1);
+        Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt() }
+    }
+}
