@@ -195,17 +195,93 @@ fn in_motion_a_weak_effect_that_came_is_no_change_of_damping() {
     assert!(ci95[0].as_f64().unwrap() < 1e-8 && 1e-8 < ci95[1].as_f64().unwrap(), "{ci95}");
 }
 
-/// A drive in its position loop, 8 s at 1 kHz: its friction in m/s², how far and how often it goes to and fro.
-fn drive_in_its_loop(seed: u32, friction: f64, stroke: f64, hz: f64) -> String {
+/// A limit of the drive changes nothing while it is not reached, so that nothing about a model without it shows it.
+#[test]
+fn in_motion_a_limit_that_came_is_named() {
+    let folder = of_a_mirror_in_motion();
+    let folder = folder.path();
+    let record = |rest: &str| run(folder, &format!("excite --device-seed 7 {rest} -q"));
+    record("--seed 1 --out then.csv");
+    record("--seed 2 --effect drive_saturation:limit=0.05 --out now.csv");
+    let text = run(folder, "compare then.csv now.csv --plant plant.toml --out new --json");
+    let compared: Value = serde_json::from_str(&text).unwrap();
+    let changes = compared["changes"].as_array().unwrap();
+    assert_eq!(changes.len(), 1, "{compared}");
+    assert_eq!((&changes[0]["id"], &changes[0]["kind"]), (&"drive_saturation".into(), &"came".into()));
+    let limit = &changes[0]["parameters"][0];
+    assert!(limit["then"].is_null() && limit["difference"].is_null(), "{limit}");
+    let now = limit["now"]["value"].as_f64().unwrap();
+    assert!((now - 0.05).abs() < 1e-4, "{limit}");
+}
+
+/// Two tanks, the first running into the second, at 4 s a sample, pumped by steps: the outflow of the second, and how much the
+/// pump gives.
+fn tanks(seed: u32, outflow: f64, pump: f64) -> String {
+    let mut scatter = scatter(seed);
+    let (mut first, mut second, mut drive) = (3.0_f64, 4.0_f64, 0.0);
+    let mut text = "t_s,drive,position\n".to_string();
+    for k in 0..1000 {
+        if k % 25 == 0 {
+            drive = 2.5 + 0.8 * scatter().clamp(-2.0, 2.0);
+        }
+        text += &format!("{},{drive:.4},{:.4}\n", 4 * k, second + 0.005 * scatter());
+        for _ in 0..400 {
+            let between = 0.05 * first.max(0.0).sqrt();
+            second += 0.01 * (between - outflow * second.max(0.0).sqrt());
+            first += 0.01 * (pump * drive - between);
+        }
+    }
+    text
+}
+
+const TANKS: &str = "\
+[plant]
+kind = \"equations\"
+inputs = { u = \"V\" }
+states = { h1 = { unit = \"m\", start = \"fit\" }, h2 = { unit = \"m\", start = \"fit\" } }
+output = { y = \"h2\" }
+sampling = \"held\"
+[plant.equations]
+h1 = \"-between * sqrt(h1) + pump * u\"
+h2 = \"between * sqrt(h1) - outflow * sqrt(h2)\"
+[plant.parameters]
+outflow = { unit = \"m^0.5/s\", from = 0.01, to = 0.2 }
+between = { unit = \"m^0.5/s\", value = 0.05 }
+pump = { unit = \"m/V/s\", from = 0.001, to = 0.5 }
+";
+
+#[test]
+fn in_equations_a_parameter_that_moved_is_named_and_other_steps_are_no_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let then = tanks(1, 0.05, 0.035);
+    let (ids, same) = changes(folder, TANKS, &then, &tanks(2, 0.05, 0.035));
+    assert!(ids.is_empty(), "{same}");
+    let (ids, worn) = changes(folder, TANKS, &then, &tanks(3, 0.0505, 0.035));
+    assert_eq!(ids, ["outflow"], "{worn}");
+    let difference = &worn["changes"][0]["parameters"][0]["difference"]["ci95"];
+    let end = |k: usize| difference[k].as_f64().unwrap();
+    assert!(end(0) < 0.0005 && 0.0005 < end(1), "{difference}");
+    let (ids, weak) = changes(folder, TANKS, &then, &tanks(4, 0.05, 0.0345));
+    assert_eq!(ids, ["pump"], "{weak}");
+}
+
+/// Nearly normal numbers.
+fn scatter(seed: u32) -> impl FnMut() -> f64 {
     let mut state = seed;
-    let mut scatter = move || {
+    move || {
         let mut sum = 0.0;
         for _ in 0..12 {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             sum += f64::from(state) / f64::from(u32::MAX);
         }
         sum - 6.0
-    };
+    }
+}
+
+/// A drive in its position loop, 8 s at 1 kHz: its inertia, its friction, how far and how often it goes to and fro.
+fn drive_in_its_loop(seed: u32, [inertia, friction]: [f64; 2], stroke: f64, hz: f64) -> String {
+    let mut scatter = scatter(seed);
     let (mut x, mut v) = (0.0, 0.0);
     let mut text = "t_s,drive,position,command\n".to_string();
     for k in 0..8000 {
@@ -215,7 +291,7 @@ fn drive_in_its_loop(seed: u32, friction: f64, stroke: f64, hz: f64) -> String {
         let drive = 4000.0 * (command - read) - 80.0 * v;
         text += &format!("{t:.3},{drive:.6},{read:.9},{command:.9}\n");
         for _ in 0..20 {
-            v += 5e-5 * (drive - 2.0 * v - friction * f64::tanh(v / 1e-3));
+            v += 5e-5 / inertia * (drive - 2.0 * v - friction * f64::tanh(v / 1e-3));
             x += 5e-5 * v;
         }
     }
@@ -230,12 +306,12 @@ drive_unit = \"N\"
 feedback = \"command\"
 ";
 
-/// The changes between two recordings of a drive in its loop: their ids, and the page's figures.
-fn changes_in_the_loop(folder: &Path, then: &str, now: &str) -> (Vec<String>, Value) {
+/// The changes between two recordings of a plant: their ids, and the page's figures.
+fn changes(folder: &Path, plant: &str, then: &str, now: &str) -> (Vec<String>, Value) {
     std::fs::write(folder.join("then.csv"), then).unwrap();
     std::fs::write(folder.join("now.csv"), now).unwrap();
-    std::fs::write(folder.join("drive.toml"), DRIVE).unwrap();
-    let answer = run(folder, "compare then.csv now.csv --plant drive.toml --out new --json");
+    std::fs::write(folder.join("plant.toml"), plant).unwrap();
+    let answer = run(folder, "compare then.csv now.csv --plant plant.toml --out new --json");
     let answer: Value = serde_json::from_str(&answer).unwrap();
     let ids = answer["changes"].as_array().unwrap().iter().map(|c| c["id"].as_str().unwrap().to_string());
     (ids.collect(), answer)
@@ -244,17 +320,31 @@ fn changes_in_the_loop(folder: &Path, then: &str, now: &str) -> (Vec<String>, Va
 #[test]
 fn under_feedback_worn_friction_is_named_and_another_motion_is_no_change() {
     let folder = tempfile::tempdir().unwrap();
-    let then = drive_in_its_loop(1, 0.4, 0.1, 0.5);
-    let (ids, same) = changes_in_the_loop(folder.path(), &then, &drive_in_its_loop(2, 0.4, 0.1, 0.5));
+    let then = drive_in_its_loop(1, [1.0, 0.4], 0.1, 0.5);
+    let changes = |now: &str| changes(folder.path(), DRIVE, &then, now);
+    let (ids, same) = changes(&drive_in_its_loop(2, [1.0, 0.4], 0.1, 0.5));
     assert!(ids.is_empty(), "{same}");
-    let (ids, other) = changes_in_the_loop(folder.path(), &then, &drive_in_its_loop(3, 0.4, 0.07, 0.8));
+    let (ids, other) = changes(&drive_in_its_loop(3, [1.0, 0.4], 0.07, 0.8));
     assert!(ids.is_empty(), "{other}");
-    let (ids, worn) = changes_in_the_loop(folder.path(), &then, &drive_in_its_loop(4, 0.44, 0.1, 0.5));
+    let (ids, worn) = changes(&drive_in_its_loop(4, [1.0, 0.44], 0.1, 0.5));
     assert_eq!(ids, ["coulomb_friction"], "{worn}");
     assert_eq!(worn["changes"][0]["place"]["variable"], "velocity");
     let difference = &worn["changes"][0]["parameters"][0]["difference"]["ci95"];
     let end = |k: usize| difference[k].as_f64().unwrap();
     assert!(end(0) < 0.04 && 0.04 < end(1), "{difference}");
+}
+
+/// Every parameter is per inertia. A load that came changes them all, and is one change.
+#[test]
+fn under_feedback_a_load_that_came_is_one_change() {
+    let folder = tempfile::tempdir().unwrap();
+    let then = drive_in_its_loop(1, [1.0, 0.4], 0.1, 0.5);
+    let (ids, loaded) = changes(folder.path(), DRIVE, &then, &drive_in_its_loop(2, [1.2, 0.4], 0.1, 0.5));
+    assert_eq!(ids, ["inertia"], "{loaded}");
+    assert_eq!(loaded["changes"][0]["place"]["variable"], "acceleration");
+    let ratio = &loaded["changes"][0]["parameters"][0]["difference"]["ci95"];
+    let end = |k: usize| ratio[k].as_f64().unwrap();
+    assert!(end(0) < 1.2 && 1.2 < end(1), "{ratio}");
 }
 
 /// A real drive: its first half against its second, and with a tenth more friction concealed in the second.
@@ -281,10 +371,10 @@ fn friction_concealed_in_a_recording_of_a_real_drive_is_named_alone() {
     };
     let (first, second) = rows.split_at(rows.len() / 2);
     let folder = tempfile::tempdir().unwrap();
-    let (ids, same) = changes_in_the_loop(folder.path(), &part(first, 0.0), &part(second, 0.0));
+    let (ids, same) = changes(folder.path(), DRIVE, &part(first, 0.0), &part(second, 0.0));
     assert!(ids.is_empty(), "{same}");
     // Its own friction is 20.4 N, its mass 95 kg.
-    let (ids, worn) = changes_in_the_loop(folder.path(), &part(first, 0.0), &part(second, 2.04));
+    let (ids, worn) = changes(folder.path(), DRIVE, &part(first, 0.0), &part(second, 2.04));
     assert_eq!(ids, ["coulomb_friction"], "{worn}");
     let difference = &worn["changes"][0]["parameters"][0]["difference"]["ci95"];
     let end = |k: usize| difference[k].as_f64().unwrap();

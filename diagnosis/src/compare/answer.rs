@@ -30,8 +30,8 @@ pub enum Kind {
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct Change {
-    /// Id of the effect; `gain`, `base`, `noise`, or `structure` without a name; in motion also `damping` and `stiffness`, or
-    /// `plant` where no model of both recordings was made.
+    /// Id of the effect; `gain`, `base`, `noise`, or `structure` without a name; in motion also `inertia`, or a parameter
+    /// of the plant.
     pub id: String,
     /// Name for a reader.
     pub title: String,

@@ -1,4 +1,4 @@
-//! Two recordings of which no joint model is made, as of mechanisms under feedback. The parameters that both determine are held
+//! Two recordings of which no joint model is made, as of structures of many modes. The parameters that both determine are held
 //! against each other by their intervals; an effect that one recording alone has came or went.
 
 use std::collections::BTreeSet;
@@ -24,8 +24,7 @@ struct Both<'a> {
     wider: [f64; 2],
 }
 
-/// The p-value of a difference of so many standard errors. Under feedback each side knows its own from so many parts of the
-/// recording; elsewhere they are known no worse.
+/// The p-value of a difference of so many standard errors, each known at least as well as from so many parts of a recording.
 fn two_sided(z: f64) -> f64 {
     StudentsT::new(0.0, 1.0, 2.0 * (PARTS as f64 - 1.0)).map_or(1.0, |t| 2.0 * t.sf(z))
 }
@@ -84,7 +83,8 @@ impl Pair<'_> {
         let [then, now] = self.sides();
         // The later recording by the earlier one's model, and by its own.
         let own = now.fit.after.train_rms;
-        let left = [then.fit.after.held_out_rms.unwrap_or(own), own];
+        let of_now = then.fit.held_out_by == now.recording;
+        let left = [then.fit.after.held_out_rms.filter(|_| of_now).unwrap_or(own), own];
         let mut changes: Vec<Change> = Vec::new();
         let ids: Vec<&str> = both.iter().fold(Vec::new(), |mut ids, one| {
             if !ids.contains(&one.id) {
@@ -111,8 +111,9 @@ impl Pair<'_> {
             }
         }
         for (recording, kind) in [(1, Kind::Came), (0, Kind::Went)] {
-            let found =
-                self.alone(recording).into_iter().filter(|e| tests as f64 * e.p_value <= FALSE_ALARMS);
+            // What came or went must show where the earlier model meets the later recording.
+            let found = self.alone(recording).into_iter();
+            let found = found.filter(|e| own < left[0] && tests as f64 * e.p_value <= FALSE_ALARMS);
             changes.extend(found.map(|e| self.one_sided(e, recording, kind, tests)));
         }
         changes.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
