@@ -53,20 +53,50 @@ pub fn low_pass(x: &[f64], cutoff_hz: f64, step_s: f64) -> Vec<f64> {
     y[pad..pad + x.len()].to_vec()
 }
 
-/// Central differences; one-sided at the ends.
+/// Central differences of fourth order: at an eighth of the sampling rate, above which nothing has passed the filter, they are
+/// 1.3 % low, those of second order 10 %. Of second order next to the ends, one-sided at them.
 pub fn derivative(x: &[f64], step_s: f64) -> Vec<f64> {
     let last = x.len() - 1;
-    (0..x.len())
-        .map(|k| {
+    let over = |k: usize, by: usize| (x[k + by] - x[k - by]) / (2.0 * by as f64 * step_s);
+    let one = |k: usize| match k.min(last - k) {
+        0 => {
             let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
             (x[after] - x[before]) / ((after - before) as f64 * step_s)
-        })
-        .collect()
+        }
+        1 => over(k, 1),
+        _ => (4.0 * over(k, 1) - over(k, 2)) / 3.0,
+    };
+    (0..x.len()).map(one).collect()
+}
+
+/// The same of the second derivative; at the ends it is that of their neighbours.
+pub fn second_derivative(x: &[f64], step_s: f64) -> Vec<f64> {
+    let last = x.len() - 1;
+    let over = |k: usize, by: usize| (x[k + by] - 2.0 * x[k] + x[k - by]) / (by as f64 * step_s).powi(2);
+    let one = |k: usize| match k.min(last - k) {
+        0 | 1 => over(k.clamp(1, last - 1), 1),
+        _ => (4.0 * over(k, 1) - over(k, 2)) / 3.0,
+    };
+    (0..x.len()).map(one).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn derivatives_of_what_passes_are_nearly_right() {
+        let rate = 2.0 * PI * 0.125;
+        let x: Vec<f64> = (0..100).map(|k| (rate * f64::from(k)).sin()).collect();
+        let (first, second) = (derivative(&x, 1.0), second_derivative(&x, 1.0));
+        for k in 2..98 {
+            let (sine, cosine) = (rate * k as f64).sin_cos();
+            assert!((first[k] - rate * cosine).abs() < 0.014 * rate, "{k}: {}", first[k]);
+            assert!((second[k] + rate * rate * sine).abs() < 0.005 * rate * rate, "{k}: {}", second[k]);
+        }
+        let square: Vec<f64> = (0..9).map(|k| f64::from(k * k)).collect();
+        assert!(second_derivative(&square, 1.0).iter().all(|value| (value - 2.0).abs() < 1e-12));
+    }
 
     #[test]
     fn passes_below_halves_at_the_cutoff_and_shifts_nothing() {

@@ -60,10 +60,14 @@ pub fn diagnose(case: &Case) -> Result<DynamicOutcome, DiagnosisError> {
 
 /// The frequency up to which a motion under feedback is looked at, Hz.
 pub fn cutoff(recording: &DynamicRecording) -> f64 {
+    best_cutoff(recording, &Model { terms: usual_terms(recording), ..mechanism(true) })
+}
+
+/// What every drive has some of: dry friction, an offset, a lag.
+pub fn usual_terms(recording: &DynamicRecording) -> Vec<Term> {
     let scale = Data::new(recording).scale;
     let term = |id: &str| effect(id).map(|e| Term::new(e, (e.starts)(&scale)[0].clone()));
-    let terms = [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG].into_iter().filter_map(term).collect();
-    best_cutoff(recording, &Model { terms, ..mechanism(true) })
+    [COULOMB_FRICTION, DRIVE_OFFSET, DRIVE_LAG].into_iter().filter_map(term).collect()
 }
 
 /// A model fitted without the rows that score.

@@ -3,7 +3,7 @@
 
 use numerics::range;
 
-use super::filter::{derivative, low_pass};
+use super::filter::{derivative, low_pass, second_derivative};
 use crate::dynamic::effects::{DynamicEffect, Flow, Part};
 use crate::dynamic::recording::DynamicRecording;
 use crate::thresholds::dynamic::effects::MOST_STATES;
@@ -46,11 +46,7 @@ impl Motion {
         for run in &recording.runs {
             let x = low_pass(&recording.positions[0][run.clone()], cutoff_hz, h);
             let v = derivative(&x, h);
-            let last = x.len() - 1;
-            acceleration.extend((0..x.len()).map(|k| {
-                let k = k.clamp(1, last - 1);
-                (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (h * h)
-            }));
+            acceleration.extend(second_derivative(&x, h));
             velocity.extend(v);
             position.extend(x);
             drive.extend(low_pass(&recording.drives[0][run.clone()], cutoff_hz, h));

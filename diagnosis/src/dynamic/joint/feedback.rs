@@ -16,6 +16,7 @@ use crate::dynamic::feedback::errors::covariance;
 use crate::dynamic::feedback::inverse::{Solved, predict, solve};
 use crate::dynamic::feedback::motion::Motion;
 use crate::dynamic::feedback::search::Along;
+use crate::dynamic::feedback::usual_terms;
 use crate::dynamic::interval::Sort;
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
@@ -78,8 +79,9 @@ impl<'a> Recorded<'a> {
                 true
             })
         };
+        let usual = usual_terms(self.recordings[0]);
         let with = |first: usize| {
-            let shapes = with_effects_of_both(models[first], models[1 - first]);
+            let shapes = with_effects_of_both(models[first], models[1 - first], &usual);
             let (then, now) = parallel::join(|| of(0, &shapes), || of(1, &shapes));
             Some([then?, now?])
         };
@@ -102,16 +104,17 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// A model with the effects of both; of two that cannot be told apart the first one's.
-fn with_effects_of_both(first: &Model, second: &Model) -> Model {
+/// A model with the effects of both, of two that cannot be told apart the first one's; and with what every drive has some of.
+/// Neither recording may show it by itself, but left out it moves the others, and by how much depends on the motion.
+fn with_effects_of_both(first: &Model, second: &Model, usual: &[Term]) -> Model {
     let mut union = first.clone();
-    // A spring that neither shows by itself may have come.
     union.nominal_free[1] = true;
     let constant = |effect: &DynamicEffect| matches!(effect.part, Part::Drive | Part::SensorOffset);
-    for term in &second.terms {
+    for term in second.terms.iter().chain(usual) {
         let alike = |known: &Term| {
             let (a, b) = (known.effect, term.effect);
-            a.id == b.id || (a.is_late() && b.is_late()) || (constant(a) && constant(b))
+            let same = |is: &dyn Fn(&DynamicEffect) -> bool| is(a) && is(b);
+            a.id == b.id || same(&DynamicEffect::is_late) || same(&constant) || same(&|e| e.creeps)
         };
         if !union.terms.iter().any(alike) {
             union.terms.push(term.clone());
