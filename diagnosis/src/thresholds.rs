@@ -359,6 +359,9 @@ pub mod dynamic {
             /// there are enough for a spread. The viscous friction of a real drive has an error of 7.3 N s/m by 20 parts, 8.1 by
             /// 10, 6.5 by 40, 4.9 by 80, and of 1.0 by white noise.
             pub const PARTS: usize = 20;
+            /// Part of the cut-off at which an estimate is made once more, where recordings of different motions are compared: by
+            /// how much it moves it is uncertain. By judgement: at half of it the noise of an acceleration has a fifth.
+            pub const SMOOTHER: f64 = 0.5;
         }
 
         /// See [`crate::dynamic::feedback::inverse`].

@@ -21,7 +21,7 @@ use crate::dynamic::interval::Sort;
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
 use crate::dynamic::verdict::{PLANT, nominal, place};
-use crate::thresholds::dynamic::feedback::errors::PARTS;
+use crate::thresholds::dynamic::feedback::errors::{PARTS, SMOOTHER};
 use crate::verdict::{Location, Parameter};
 
 /// What was found along a motion: the inverse model, up to which frequency, and below which speed it stands still.
@@ -41,20 +41,25 @@ pub struct UnderFeedback<'a> {
     recording: &'a DynamicRecording,
     plant: &'a Plant,
     data: Data<'a>,
-    motion: Arc<Motion>,
-    /// Whether the other recording follows the same motion.
-    same_motion: bool,
+    motions: Arc<Motions>,
     solved: Solved,
     packed: Vec<f64>,
     own: Expansion,
+}
+
+/// The motion of a recording.
+struct Motions {
+    motion: Motion,
+    /// The same up to a part of its cut-off. The reading noise is in the drive and in the motion: it moves the estimates, more so
+    /// the higher one looks. None where the other recording follows the same motion, and they are moved alike.
+    smoother: Option<Motion>,
 }
 
 /// Two recordings under feedback, their motions smoothed alike.
 pub struct Recorded<'a> {
     recordings: [&'a DynamicRecording; 2],
     plant: &'a Plant,
-    same_motion: bool,
-    motions: [Arc<Motion>; 2],
+    motions: [Arc<Motions>; 2],
 }
 
 impl<'a> Recorded<'a> {
@@ -67,17 +72,19 @@ impl<'a> Recorded<'a> {
     ) -> Recorded<'a> {
         let slow = found[0].slow.max(found[1].slow);
         let cutoff_hz = found[0].cutoff_hz.min(found[1].cutoff_hz);
-        let motions = recordings.map(|recording| Motion::new(recording, cutoff_hz, Some(slow)).into());
-        Recorded { recordings, plant, same_motion, motions }
+        let motions = recordings.map(|recording| {
+            let motion = |cutoff_hz: f64| Motion::new(recording, cutoff_hz, Some(slow));
+            let smoother = (!same_motion).then(|| motion(SMOOTHER * cutoff_hz));
+            Motions { motion: motion(cutoff_hz), smoother }.into()
+        });
+        Recorded { recordings, plant, motions }
     }
 
     /// A model of both with the effects of two; none where one of the recordings does not determine it.
     pub fn joint(&self, models: [&Model; 2]) -> Option<Joint<UnderFeedback<'a>>> {
         let of = |number: usize, shapes: &Model| {
-            let motion = self.motions[number].clone();
-            UnderFeedback::of(self.recordings[number], self.plant, motion, shapes, self.same_motion, &|_| {
-                true
-            })
+            let motions = self.motions[number].clone();
+            UnderFeedback::of(self.recordings[number], self.plant, motions, shapes, &|_| true)
         };
         let usual = usual_terms(self.recordings[0]);
         let with = |first: usize| {
@@ -93,7 +100,7 @@ impl<'a> Recorded<'a> {
     /// The effects of the catalogue beside the model of one of them, leaving out those in `skip`.
     pub fn candidates(&self, number: usize, model: &Model, skip: &[String]) -> Candidates {
         let data = Data::new(self.recordings[number]);
-        let motion = &*self.motions[number];
+        let motion = &self.motions[number].motion;
         let along = Along { motion, fold: &data.fold, per_row: motion.independent_per_row() };
         let catalogue: Vec<&'static DynamicEffect> =
             CATALOGUE.iter().copied().filter(|effect| skip.iter().all(|id| id != effect.id)).collect();
@@ -127,21 +134,31 @@ impl<'a> UnderFeedback<'a> {
     fn of(
         recording: &'a DynamicRecording,
         plant: &'a Plant,
-        motion: Arc<Motion>,
+        motions: Arc<Motions>,
         shapes: &Model,
-        same_motion: bool,
         wanted: &dyn Fn(usize) -> bool,
     ) -> Option<UnderFeedback<'a>> {
-        let solved = solve(shapes, &motion, wanted)?;
+        let Motions { motion, smoother } = &*motions;
+        let solved = solve(shapes, motion, wanted)?;
         let lanes = lanes(&solved.model);
-        let covariance = covariance(&solved, &motion, same_motion, wanted, &lanes);
+        let values = |model: &Model| -> Vec<f64> {
+            lanes.iter().map(|lane| *value(&mut model.clone(), *lane)).collect()
+        };
+        let packed = values(&solved.model);
+        let mut covariance = covariance(&solved, motion, smoother.is_none(), wanted, &lanes);
+        if let Some(smoother) = smoother {
+            let there = values(&solve(shapes, smoother, wanted)?.model);
+            let moved: Vec<f64> = there.iter().zip(&packed).map(|(there, here)| there - here).collect();
+            for (i, a) in moved.iter().enumerate() {
+                moved.iter().enumerate().for_each(|(j, b)| *covariance.at_mut(i, j) += a * b);
+            }
+        }
         // The inverse model is linear: its fit says all.
         let information = covariance.factor().inverse();
         let own = Expansion { cost: 0.0, pull: vec![0.0; lanes.len()], information };
-        let packed: Vec<f64> = lanes.iter().map(|lane| *value(&mut solved.model.clone(), *lane)).collect();
         let finite = own.is_finite() && packed.iter().all(|value| value.is_finite());
         let data = Data::new(recording);
-        finite.then_some(UnderFeedback { recording, plant, data, motion, same_motion, solved, packed, own })
+        finite.then_some(UnderFeedback { recording, plant, data, motions, solved, packed, own })
     }
 
     fn mean_square(&self) -> f64 {
@@ -236,13 +253,14 @@ impl Side for UnderFeedback<'_> {
 
     fn unscored(&self) -> Option<Self> {
         let wanted = |row: usize| usize::from(self.data.fold[row]) != SCORE;
-        let (motion, model) = (self.motion.clone(), &self.solved.model);
-        UnderFeedback::of(self.recording, self.plant, motion, model, self.same_motion, &wanted)
+        let (motions, model) = (self.motions.clone(), &self.solved.model);
+        UnderFeedback::of(self.recording, self.plant, motions, model, &wanted)
     }
 
     fn left(&self, packed: &[f64], _: Folds) -> Option<Vec<f64>> {
-        let predicted = self.motion.smooth(&predict(&self.with(packed), &self.motion));
-        Some(self.motion.drive.iter().zip(&predicted).map(|(drive, predicted)| drive - predicted).collect())
+        let motion = &self.motions.motion;
+        let predicted = motion.smooth(&predict(&self.with(packed), motion));
+        Some(motion.drive.iter().zip(&predicted).map(|(drive, predicted)| drive - predicted).collect())
     }
 
     fn noise(&self) -> f64 {
