@@ -178,6 +178,14 @@ impl Pair<'_> {
         self.sides().map(|d| if structured(d.verdict) && !self.under_feedback { birge(d) } else { 1.0 })
     }
 
+    /// What structure that no effect explains does to a comparison of two motions.
+    fn of_motions(&self) -> Option<String> {
+        let differ = self.under_feedback && !self.same_motion;
+        let what = "the motions differ: what no effect explains may seem to have changed; record the same motion again \
+                    to be sure";
+        differ.then(|| what.into())
+    }
+
     /// Where a change lives in the later recording.
     fn place(&self, id: &str, p_value: f64) -> Option<Location> {
         place(id, self.recording, p_value)
@@ -211,7 +219,7 @@ impl Pair<'_> {
             left,
             false_alarms: FALSE_ALARMS,
             would_have_seen: Vec::new(),
-            notes: structured.map(note).collect(),
+            notes: structured.map(note).chain(self.of_motions()).collect(),
         }
     }
 }
