@@ -93,6 +93,8 @@ pub mod compare {
         pub const PATIENCE: usize = 25;
         /// Promised fall of −2 log likelihood below which it is at its end: nothing beside the differences that are tested.
         pub const ENOUGH: f64 = 0.01;
+        /// By how much a limit is raised that a recording does not show: beyond every drive.
+        pub const BEYOND: f64 = 1e3;
     }
 
     /// Standard deviations beyond a threshold at which 95 of 100 are found.

@@ -46,7 +46,7 @@ impl Pair<'_> {
             let id = self.names.for_both(&joint.groups[group].id);
             let least = visible(1, joint.looked_at()) * error;
             // Of what neither recording determines nothing would have been seen.
-            (least > 0.0).then(|| Visible { id, rms: None, parameter: Some((name, least)) })
+            (least > 0.0).then_some(Visible { id, rms: None, parameter: Some((name, least)) })
         };
         let mut comparison = self.of(changes, left);
         comparison.would_have_seen = (0..joint.groups.len()).filter_map(smallest).collect();

@@ -10,10 +10,8 @@ use crate::dynamic::interval::Sort;
 use crate::dynamic::model::{Model, Term};
 use crate::dynamic::recording::DynamicRecording;
 use crate::dynamic::verdict::{PLANT, nominal, place, slopes, sort};
+use crate::thresholds::compare::joint::BEYOND;
 use crate::verdict::{Location, Parameter};
-
-/// By how much a limit is raised that a recording does not show: beyond every drive.
-const BEYOND: f64 = 1e3;
 
 impl InCommon for Model {
     fn with_effects_of_both(models: [&Model; 2], recording: usize) -> Option<Model> {
