@@ -89,7 +89,7 @@ pub mod compare {
     pub const NOTHING_ELSE_DIFFERS: f64 = 30.0;
     /// A model of two recordings in motion, see [`crate::dynamic::joint`].
     pub mod joint {
-        /// Most steps of its estimate. By judgement: a pair that begins near takes three.
+        /// Most steps of its estimate. By judgement: what has not settled by then is taken as it is.
         pub const PATIENCE: usize = 25;
         /// Promised fall of −2 log likelihood below which it is at its end: nothing beside the differences that are tested.
         pub const ENOUGH: f64 = 0.01;

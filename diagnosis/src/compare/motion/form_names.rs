@@ -4,18 +4,15 @@ use crate::dynamic::diagnose::Identified;
 
 /// See the module.
 pub struct FormNames {
-    /// Of each recording the ids of its forms and the names that they have there.
+    /// Of each recording the ids of its forms and the names that they have there, in the order of their numbers.
     own: [Vec<(String, String)>; 2],
 }
 
 impl FormNames {
+    /// Of the earlier and the later recording.
     pub fn of(then: &Identified, now: &Identified) -> FormNames {
         let names = |identified: &Identified| match identified {
-            Identified::Equations(identified) => {
-                let mut names = identified.names.clone();
-                names.sort_by(|a, b| a.1.cmp(&b.1));
-                names
-            }
+            Identified::Equations(identified) => identified.names.clone(),
             _ => Vec::new(),
         };
         FormNames { own: [names(then), names(now)] }

@@ -16,7 +16,7 @@ use crate::dynamic::candidates::candidates;
 use crate::dynamic::data::Data;
 use crate::dynamic::diagnose::Identified;
 use crate::dynamic::joint::equations::{InEquations, of_one_plant};
-use crate::dynamic::joint::feedback::Inverse;
+use crate::dynamic::joint::feedback::{Inverse, Recorded};
 use crate::dynamic::joint::free_run::Known;
 use crate::dynamic::model::Model;
 use crate::dynamic::{Case, DynamicOutcome, DynamicRecording, Options, diagnose, feedback, joint, place};
@@ -48,15 +48,15 @@ pub fn compare(case: &Case, now: &DynamicRecording) -> Result<Comparison, Diagno
     let (a, b) = parallel::join(|| of(then, now), || of(now, then));
     let (a, b) = (a?, b?);
     let pair = Pair {
-        recording: now,
+        recordings: [then, now],
+        plant,
+        skip: &case.options.skip,
         names: FormNames::of(&a.identified, &b.identified),
         then: a,
         now: b,
-        unit: if plant.feedback.is_some() { plant.drive_unit.clone() } else { plant.position_unit.clone() },
-        under_feedback: plant.feedback.is_some(),
         same_motion,
     };
-    Ok(pair.compared(case))
+    Ok(pair.compared())
 }
 
 /// Two models, that of one side replaced.
@@ -76,95 +76,81 @@ fn same_motion(recordings: [&DynamicRecording; 2]) -> bool {
 }
 
 struct Pair<'a> {
-    /// The later recording.
-    recording: &'a DynamicRecording,
+    recordings: [&'a DynamicRecording; 2],
+    plant: &'a Plant,
+    /// Ids of effects that are left out of the catalogue.
+    skip: &'a [String],
     names: FormNames,
     then: DynamicOutcome,
     now: DynamicOutcome,
-    unit: String,
-    under_feedback: bool,
+    /// Whether both follow the same motion.
     same_motion: bool,
 }
 
 impl Pair<'_> {
     /// By a model of both where there is one, else by the parameters that both recordings determine.
-    fn compared(&self, case: &Case) -> Comparison {
-        let recordings = [case.recording, self.recording];
-        let (plant, skip) = (&case.plant.plant, &case.options.skip);
+    fn compared(&self) -> Comparison {
         let joined = match [&self.then.identified, &self.now.identified] {
-            [Identified::SecondOrder(a), Identified::SecondOrder(b)] => {
-                self.free_run(recordings, [a, b], plant, skip)
-            }
-            [Identified::Inverse(a), Identified::Inverse(b)] => self.inverse(recordings, [a, b], plant, skip),
-            identified => self.in_equations(identified, recordings, plant),
+            [Identified::SecondOrder(a), Identified::SecondOrder(b)] => self.free_run([a, b]),
+            [Identified::Inverse(a), Identified::Inverse(b)] => self.inverse([a, b]),
+            identified => self.in_equations(identified),
         };
         joined.unwrap_or_else(|| self.apart())
     }
 
     /// By one second-order mechanism that runs free.
-    fn free_run(
-        &self,
-        recordings: [&DynamicRecording; 2],
-        models: [&Model; 2],
-        plant: &Plant,
-        skip: &[String],
-    ) -> Option<Comparison> {
-        let starts = recordings.map(|recording| Data::new(recording).first_states());
+    fn free_run(&self, models: [&Model; 2]) -> Option<Comparison> {
+        let starts = self.recordings.map(|recording| Data::new(recording).first_states());
         let wider = self.wider();
         let of = |models: [&Model; 2]| {
             let known = |k: usize| Known {
-                recording: recordings[k],
+                recording: self.recordings[k],
                 model: models[k],
                 states: &starts[k],
                 wider: wider[k],
             };
-            joint::free_run::joint([known(0), known(1)], plant)
+            joint::free_run::joint([known(0), known(1)], self.plant)
         };
-        let found = [0, 1].map(|k| candidates(recordings[k], models[k], skip, CANDIDATES_IN_MOTION));
+        let found =
+            [0, 1].map(|k| candidates(self.recordings[k], models[k], self.skip, CANDIDATES_IN_MOTION));
         let joint = with_best_name(of(models)?, &found, |side, model| of(with(models, side, model)));
         Some(self.joined(&joint))
     }
 
     /// By one inverse model.
-    fn inverse(
-        &self,
-        recordings: [&DynamicRecording; 2],
-        found: [&Inverse; 2],
-        plant: &Plant,
-        skip: &[String],
-    ) -> Option<Comparison> {
+    fn inverse(&self, found: [&Inverse; 2]) -> Option<Comparison> {
         let models = found.map(|found| &found.model);
-        let recorded = joint::feedback::Recorded::new(recordings, found, plant, self.same_motion);
-        let tried = [0, 1].map(|k| recorded.candidates(k, models[k], skip));
+        let recorded = Recorded::new(self.recordings, found, self.plant, self.same_motion, self.skip);
+        let tried = [0, 1].map(|k| recorded.candidates(k, models[k]));
         let of = |side: usize, model: &Model| recorded.joint(with(models, side, model));
         let joint = with_best_name(recorded.joint(models)?, &tried, of);
         Some(self.joined(&joint))
     }
 
     /// By one plant in equations; none where either recording has none.
-    fn in_equations(
-        &self,
-        identified: [&Identified; 2],
-        recordings: [&DynamicRecording; 2],
-        plant: &Plant,
-    ) -> Option<Comparison> {
+    fn in_equations(&self, identified: [&Identified; 2]) -> Option<Comparison> {
         let known = |number: usize| match (identified[number], identified[1 - number]) {
             (Identified::Equations(own), _) => Some(InEquations::clone(own)),
             (Identified::SecondOrder(own), Identified::Equations(other)) => {
                 let written = &[&self.then, &self.now][number].plant;
-                InEquations::of_second_order(written, own.nominal, &other.fitted.model, recordings[number])
+                let recording = self.recordings[number];
+                InEquations::of_second_order(written, own.nominal, &other.fitted.model, recording)
             }
             _ => None,
         };
         let [a, b] = [known(0)?, known(1)?];
         let [first, second] = of_one_plant([&a.fitted.model, &b.fitted.model])?;
-        let [then, now] = recordings.map(|recording| recording.with_inputs(&first.plant.inputs));
+        let [then, now] = self.recordings.map(|recording| recording.with_inputs(&first.plant.inputs));
         let [of_then, of_now] = self.wider();
         let sides = [
             Known { recording: &then, model: &first, states: &a.fitted.states, wider: of_then },
             Known { recording: &now, model: &second, states: &b.fitted.states, wider: of_now },
         ];
-        joint::free_run::joint(sides, plant).map(|joint| self.joined(&joint))
+        joint::free_run::joint(sides, self.plant).map(|joint| self.joined(&joint))
+    }
+
+    fn under_feedback(&self) -> bool {
+        self.plant.feedback.is_some()
     }
 
     fn sides(&self) -> [&Diagnosis; 2] {
@@ -175,12 +161,12 @@ impl Pair<'_> {
     /// allow for it already.
     fn wider(&self) -> [f64; 2] {
         let birge = |d: &Diagnosis| (d.fit.after.train_rms / d.noise_floor.value).max(1.0);
-        self.sides().map(|d| if structured(d.verdict) && !self.under_feedback { birge(d) } else { 1.0 })
+        self.sides().map(|d| if structured(d.verdict) && !self.under_feedback() { birge(d) } else { 1.0 })
     }
 
     /// What structure that no effect explains does to a comparison of two motions.
     fn of_motions(&self) -> Option<String> {
-        let differ = self.under_feedback && !self.same_motion;
+        let differ = self.under_feedback() && !self.same_motion;
         let what = "the motions differ: what no effect explains may seem to have changed; record the same motion again \
                     to be sure";
         differ.then(|| what.into())
@@ -188,21 +174,22 @@ impl Pair<'_> {
 
     /// Where a change lives in the later recording.
     fn place(&self, id: &str, p_value: f64) -> Option<Location> {
-        place(id, self.recording, p_value)
+        place(id, self.recordings[1], p_value)
     }
 
     /// The comparison in which this changed; `left` is as in [`Comparison`].
     fn of(&self, changes: Vec<Change>, left: [f64; 2]) -> Comparison {
         let [then, now] = self.sides();
+        let unit = if self.under_feedback() { &self.plant.drive_unit } else { &self.plant.position_unit };
         let structured = [then, now].into_iter().zip(self.wider()).filter(|(d, _)| structured(d.verdict));
         let note = |(d, wider): (&Diagnosis, f64)| {
             let errors = if wider > 1.0 {
                 format!(
                     "are taken for {wider:.2} times as large, as what is left is so many times the noise: an estimate"
                 )
-            } else if self.under_feedback && self.same_motion {
+            } else if self.under_feedback() && self.same_motion {
                 "are those of the noise, as both follow the same motion".into()
-            } else if self.under_feedback {
+            } else if self.under_feedback() {
                 "are by how much parts of the recording disagree".into()
             } else {
                 "allow for none of it, as no more is left than noise".into()
@@ -212,7 +199,7 @@ impl Pair<'_> {
         Comparison {
             schema: 1,
             verdict: if changes.is_empty() { "unchanged" } else { "changed" },
-            unit: self.unit.clone(),
+            unit: unit.clone(),
             then: Side::of(then),
             now: Side::of(now),
             changes,

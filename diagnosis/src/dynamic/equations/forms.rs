@@ -117,13 +117,13 @@ fn number(outcome: &mut DynamicOutcome, second_order: bool) {
         }
         numbered.push((id, name));
     }
+    if let Identified::Equations(identified) = &mut outcome.identified {
+        identified.names.clone_from(&numbered);
+    }
     // The name of a form may be the end of another's.
     numbered.sort_by_key(|(id, _)| std::cmp::Reverse(id.len()));
     let texts = unidentifiable.iter_mut().chain(judged).chain(next_experiment);
     texts.for_each(|text| numbered.iter().for_each(|(id, name)| *text = text.replace(id.as_str(), name)));
-    if let Identified::Equations(identified) = &mut outcome.identified {
-        identified.names = numbered;
-    }
 }
 
 /// How a form would be declared as an effect of the user's own; beside a second-order plant, which has no further columns,

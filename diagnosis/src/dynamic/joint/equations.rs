@@ -7,13 +7,13 @@ use motion::equations::Plant;
 
 use super::free_run::InCommon;
 use super::{Gradient, Group, Of};
-use crate::dynamic::data::{Data, Folds};
+use crate::dynamic::data::{ALL, Data, Folds};
 use crate::dynamic::equations::model::{Model, Term, is_logarithmic};
 use crate::dynamic::equations::{second_order, start, verdict};
 use crate::dynamic::estimate::Fitted;
 use crate::dynamic::interval::Sort;
 use crate::dynamic::recording::DynamicRecording;
-use crate::dynamic::verdict::{PLANT, place};
+use crate::dynamic::verdict::{PLANT, place, reach};
 use crate::verdict::{Location, Parameter};
 
 /// What was identified in a recording beside a plant in equations.
@@ -44,7 +44,7 @@ impl InEquations {
         let model = Model { plant: other.plant.clone(), ..own }.with_terms(terms)?;
         let data = Data::new(recording);
         let states = start::first_states(&model, &data);
-        let fitted = start::estimated(&model, &states, &data, crate::dynamic::data::ALL)?;
+        let fitted = start::estimated(&model, &states, &data, ALL)?;
         Some(InEquations { fitted, names: Vec::new() })
     }
 }
@@ -142,7 +142,7 @@ impl InCommon for Model {
             Of::Plant(_) | Of::Inertia => None,
             Of::Term(k) => {
                 let own = Data::new(recording);
-                let reach = |variable: &str| crate::dynamic::verdict::reach(&own, &recording.t_s, variable);
+                let reach = |variable: &str| reach(&own, &recording.t_s, variable);
                 Some(verdict::location(self, &self.terms[k], &recording.further, [1.0, p_value], reach))
             }
         }

@@ -1,6 +1,6 @@
 //! What two recordings say of a model about some parameters, and the parameters that both together prefer.
 
-use numerics::{Symmetric, parallel};
+use numerics::{Symmetric, dot, parallel};
 
 use crate::thresholds::compare::joint::{ENOUGH, PATIENCE};
 
@@ -30,10 +30,6 @@ impl Expansion {
     pub fn is_finite(&self) -> bool {
         self.cost.is_finite() && self.pull.iter().chain(&self.information.entries).all(|x| x.is_finite())
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// By how much which parameters change.

@@ -11,7 +11,7 @@ use super::second_order::{is_per_inertia, readings};
 use super::{Gradient, Group, Joint, Of, Side};
 use crate::dynamic::candidates::Candidates;
 use crate::dynamic::data::{Data, Folds, SCORE};
-use crate::dynamic::effects::{CATALOGUE, DynamicEffect, Part};
+use crate::dynamic::effects::{CATALOGUE, DynamicEffect, Part, Reading};
 use crate::dynamic::feedback::errors::covariance;
 use crate::dynamic::feedback::inverse::{Solved, predict, solve};
 use crate::dynamic::feedback::motion::Motion;
@@ -60,6 +60,8 @@ pub struct Recorded<'a> {
     recordings: [&'a DynamicRecording; 2],
     plant: &'a Plant,
     motions: [Arc<Motions>; 2],
+    /// Ids of effects that are left out of the catalogue.
+    skip: &'a [String],
 }
 
 impl<'a> Recorded<'a> {
@@ -69,6 +71,7 @@ impl<'a> Recorded<'a> {
         found: [&Inverse; 2],
         plant: &'a Plant,
         same_motion: bool,
+        skip: &'a [String],
     ) -> Recorded<'a> {
         let slow = found[0].slow.max(found[1].slow);
         let cutoff_hz = found[0].cutoff_hz.min(found[1].cutoff_hz);
@@ -77,7 +80,7 @@ impl<'a> Recorded<'a> {
             let smoother = (!same_motion).then(|| motion(SMOOTHER * cutoff_hz));
             Motions { motion: motion(cutoff_hz), smoother }.into()
         });
-        Recorded { recordings, plant, motions }
+        Recorded { recordings, plant, motions, skip }
     }
 
     /// A model of both with the effects of two; none where one of the recordings does not determine it.
@@ -86,7 +89,8 @@ impl<'a> Recorded<'a> {
             let motions = self.motions[number].clone();
             UnderFeedback::of(self.recordings[number], self.plant, motions, shapes, &|_| true)
         };
-        let usual = usual_terms(self.recordings[0]);
+        let mut usual = usual_terms(self.recordings[0]);
+        usual.retain(|term| self.in_question(term.effect));
         let with = |first: usize| {
             let shapes = with_effects_of_both(models[first], models[1 - first], &usual);
             let (then, now) = parallel::join(|| of(0, &shapes), || of(1, &shapes));
@@ -97,13 +101,17 @@ impl<'a> Recorded<'a> {
         both.map(|[then, now]| Joint::new(then, now))
     }
 
-    /// The effects of the catalogue beside the model of one of them, leaving out those in `skip`.
-    pub fn candidates(&self, number: usize, model: &Model, skip: &[String]) -> Candidates {
+    fn in_question(&self, effect: &DynamicEffect) -> bool {
+        self.skip.iter().all(|id| id != effect.id)
+    }
+
+    /// The effects of the catalogue beside the model of one of them.
+    pub fn candidates(&self, number: usize, model: &Model) -> Candidates {
         let data = Data::new(self.recordings[number]);
         let motion = &self.motions[number].motion;
         let along = Along { motion, fold: &data.fold, per_row: motion.independent_per_row() };
         let catalogue: Vec<&'static DynamicEffect> =
-            CATALOGUE.iter().copied().filter(|effect| skip.iter().all(|id| id != effect.id)).collect();
+            CATALOGUE.iter().copied().filter(|effect| self.in_question(effect)).collect();
         let present = along.fit(model);
         let found = present.map(|present| along.contenders(&present, &catalogue, &data.scale));
         let models = found.into_iter().flatten().map(|solved| solved.model).collect();
@@ -233,8 +241,7 @@ impl Side for UnderFeedback<'_> {
     }
 
     fn expanded(&self, packed: &[f64]) -> Option<Expansion> {
-        let by: Vec<f64> = packed.iter().zip(&self.packed).map(|(to, from)| to - from).collect();
-        Some(self.own.shifted(&by))
+        Some(self.by_own_fit(packed))
     }
 
     fn own(&self) -> &Expansion {
@@ -280,7 +287,7 @@ impl Side for UnderFeedback<'_> {
                 vec![(parameter, lane.map(|lane| (lane, 1.0)).into_iter().collect(), Sort::Amount)]
             }
             Of::Term(k) => {
-                let plain = |reading: &crate::dynamic::effects::Reading, _: &Term| reading.gradient.clone();
+                let plain = |reading: &Reading, _: &Term| reading.gradient.clone();
                 readings(&model.terms[k], &self.lanes_of(k), plain, self.plant)
             }
             Of::Inertia => Vec::new(),

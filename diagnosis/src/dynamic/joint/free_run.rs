@@ -6,6 +6,7 @@ use super::expansion::Expansion;
 use super::{Gradient, Group, Joint, Of, Side};
 use crate::dynamic::data::{ALL, Data, Folds, UNSCORED};
 use crate::dynamic::estimate::{Fitted, Simulated, fit};
+use crate::dynamic::gram::Grams;
 use crate::dynamic::interval::Sort;
 use crate::dynamic::noise::autoregression;
 use crate::dynamic::recording::DynamicRecording;
@@ -115,23 +116,17 @@ impl<'a, M: InCommon> FreeRun<'a, M> {
         let rows = whole.rows(folds).max(1) as f64;
         let square = whole.cost(folds) / rows;
         let noise = Noise { coefficients, variance: wider * wider * square };
-        let own = expansion(&fitted, &data, folds, &noise)?;
+        let own = expansion(&whole, folds, noise.variance)?;
         let deviance = rows * square.ln() / (wider * wider);
         Some(FreeRun { recording, plant, data, fitted, folds, noise, own, deviance, wider })
     }
 }
 
 /// What some rows say of a model about its parameters, beside initial states that follow to first order.
-fn expansion<M: Simulated>(
-    fitted: &Fitted<M>,
-    data: &Data,
-    folds: Folds,
-    noise: &Noise,
-) -> Option<Expansion> {
-    let whole = fitted.model.normal(&fitted.states, data, &noise.coefficients).ok()?;
-    let cost = whole.cost(folds) / noise.variance;
+fn expansion(whole: &Grams, folds: Folds, variance: f64) -> Option<Expansion> {
+    let cost = whole.cost(folds) / variance;
     let mut reduced = whole.reduced(folds, 0.0, &[]);
-    reduced.entries.iter_mut().for_each(|entry| *entry /= noise.variance);
+    reduced.entries.iter_mut().for_each(|entry| *entry /= variance);
     let free = reduced.size - 1;
     let pull = (0..free).map(|k| reduced.at(k, free)).collect();
     let expansion = Expansion { cost, pull, information: reduced.part(0..free) };
@@ -150,7 +145,8 @@ impl<M: InCommon> Side for FreeRun<'_, M> {
     fn expanded(&self, packed: &[f64]) -> Option<Expansion> {
         let model = self.fitted.model.unpacked(packed);
         let states = fit(&model.fixed(), &self.fitted.states, &self.data, self.folds)?.states;
-        expansion(&Fitted { model, states, ..self.fitted.clone() }, &self.data, self.folds, &self.noise)
+        let whole = model.normal(&states, &self.data, &self.noise.coefficients).ok()?;
+        expansion(&whole, self.folds, self.noise.variance)
     }
 
     fn own(&self) -> &Expansion {

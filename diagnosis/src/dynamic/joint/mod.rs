@@ -84,6 +84,12 @@ pub trait Side: Sized + Send + Sync {
     /// What it says about its own fit.
     fn own(&self) -> &Expansion;
 
+    /// What it says to first order about its own fit.
+    fn by_own_fit(&self, packed: &[f64]) -> Expansion {
+        let by: Vec<f64> = packed.iter().zip(self.packed()).map(|(to, from)| to - from).collect();
+        self.own().shifted(&by)
+    }
+
     /// −2 log likelihood, but for a constant.
     fn deviance(&self) -> f64;
 
@@ -196,10 +202,7 @@ impl<S: Side> Joint<S> {
     pub fn solve(&self, changed: &[usize]) -> Solved {
         let differing = self.directions(changed);
         let own = self.sides.each_ref().map(S::packed);
-        let of_own = |recording: usize, packed: &[f64]| {
-            let by: Vec<f64> = packed.iter().zip(&own[recording]).map(|(to, from)| to - from).collect();
-            Some(self.sides[recording].own().shifted(&by))
-        };
+        let of_own = |recording: usize, packed: &[f64]| Some(self.sides[recording].by_own_fit(packed));
         // With every difference of one parameter as the own fits have it, or none.
         let apart = |direction: &Direction| match direction[..] {
             [(lane, part)] => (own[1][lane] - own[0][lane]) / part,
