@@ -29,7 +29,7 @@ Examples:
   arcsmith trials dynamic --trials 50 --seed 2 --json
   arcsmith trials beyond --trials 6 --nulls 0 --seed 5                a minute or two
   arcsmith trials budget --devices 100                                a minute or two
-  arcsmith trials compare --pairs 50 --nulls 100 --motion 0           a minute or two
+  arcsmith trials compare --pairs 50 --nulls 100 --motion 0 --feedback 0  a minute or two
   arcsmith trials fleet --pooled 6 --weak 1 --nulls 10                a minute or two")]
 pub struct TrialsArgs {
     #[command(subcommand)]
@@ -121,6 +121,9 @@ struct OfPairs {
     /// Pairs of a mechanism in motion, of each of the three kinds
     #[arg(long, default_value_t = 200)]
     motion: usize,
+    /// Pairs of a drive in its position loop, of each of the three kinds
+    #[arg(long, default_value_t = 60)]
+    feedback: usize,
     #[command(flatten)]
     running: Running,
     /// The folder for the report (compare.json)
@@ -286,13 +289,14 @@ fn run_budgets(args: &OfBudgets, summary: &mut Summary, watch: &Watched) -> Resu
 }
 
 fn run_pairs(args: &OfPairs, summary: &mut Summary, programs: &Programs) -> Result<bool> {
-    let OfPairs { pairs, nulls, motion, .. } = *args;
+    let OfPairs { pairs, nulls, motion, feedback, .. } = *args;
     let campaign = args.running.campaign((), &args.out)?;
     let (mut reached, mut kinds) = (true, Vec::new());
-    for of in [compare::Of::Calibrations, compare::Of::Motion] {
+    for of in compare::Of::ALL {
         for kind in compare::Kind::ALL {
             let pairs = match (of, kind) {
                 (compare::Of::Motion, _) => motion,
+                (compare::Of::Feedback, _) => feedback,
                 (_, compare::Kind::Same) => nulls,
                 _ => pairs,
             };

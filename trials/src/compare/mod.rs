@@ -2,6 +2,7 @@
 //! surroundings, with other noise, another schedule and another zero of the reference; nothing is changed, or one effect is
 //! made stronger or weaker, or one comes.
 
+mod feedback;
 mod motion;
 
 use std::path::Path;
@@ -73,14 +74,20 @@ pub enum Of {
     Calibrations,
     /// A mechanism in motion.
     Motion,
+    /// A drive in its position loop.
+    Feedback,
 }
 
 impl Of {
+    /// All of them.
+    pub const ALL: [Of; 3] = [Of::Calibrations, Of::Motion, Of::Feedback];
+
     /// The folder of its pairs.
     pub fn folder(self) -> &'static str {
         match self {
             Of::Calibrations => "calibrations",
             Of::Motion => "motion",
+            Of::Feedback => "feedback",
         }
     }
 }
@@ -152,6 +159,7 @@ impl Compared {
         let kind = match self.of {
             Of::Calibrations => self.kind.name().to_string(),
             Of::Motion => format!("in motion, {}", self.kind.name()),
+            Of::Feedback => format!("under feedback, {}", self.kind.name()),
         };
         match self.kind {
             Kind::Same => vec![Figure::at_most(format!("{kind}: alarms"), 0.01, self.found)],
@@ -216,7 +224,7 @@ fn answer(
     folder: &Path,
 ) -> Result<Option<Vec<Said>>, CampaignError> {
     empty_folder(folder)?;
-    let nominal = if of == Of::Motion { Nominal::Plant } else { Nominal::Mirror };
+    let nominal = if of == Of::Calibrations { Nominal::Mirror } else { Nominal::Plant };
     for (name, text) in [("then.csv", &pair.then), ("now.csv", &pair.now), (nominal.file(), &pair.nominal)] {
         put(&folder.join(name), text)?;
     }
@@ -236,6 +244,7 @@ fn draw(of: Of, kind: Kind, number: usize, seed: u64) -> Option<Pair> {
         match of {
             Of::Calibrations => pair(kind, number, &mut generator),
             Of::Motion => motion::pair(kind, number, &mut generator),
+            Of::Feedback => Some(feedback::pair(kind, number, &mut generator)),
         }
     })
 }

@@ -1,7 +1,8 @@
-//! Moving mechanisms on their bench: the physics of [`motion`] under an [`Excitation`], or in the
+//! Moving mechanisms on their bench: the physics of [`motion`] under an [`Excitation`], a linear drive in its loop, or the
 //! [`PositionLoop`] of the paper.
 
 pub mod bench;
+pub mod drive_loop;
 pub mod excitation;
 pub mod position_loop;
 pub mod rig;

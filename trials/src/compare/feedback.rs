@@ -1,0 +1,156 @@
+//! Pairs of recordings of a linear drive in its position loop, along the same or another motion. Half of the drives are as
+//! the nominal plant says, but for their friction and lag; the others have a ripple that no effect explains.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use rand::RngExt;
+use rand_chacha::ChaCha12Rng;
+use twin::dynamic::drive_loop::{Actuator, Carriage, RATE_HZ, run};
+
+use super::{Kind, Pair};
+
+const PLANT: &str = include_str!("feedback.toml");
+/// Samples of a recording: ten seconds.
+const ROWS: usize = 10_000;
+/// What becomes stronger, and by which parts.
+const MOVED: [(&str, [f64; 2]); 4] = [
+    ("coulomb_friction", [0.15, 0.3]),
+    ("damping", [0.2, 0.4]),
+    ("inertia", [0.1, 0.15]),
+    ("drive_offset", [0.5, 1.0]),
+];
+/// What comes.
+const CAME: [&str; 3] = ["stiffness", "cogging", "stribeck_friction"];
+
+/// Draws a pair. Every other pair follows the same motion twice.
+pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Pair {
+    let mut uniform = |from: f64, to: f64| from + (to - from) * generator.random::<f64>();
+    let then = Carriage {
+        mass_kg: uniform(0.7, 1.5),
+        viscous: uniform(1.0, 4.0),
+        dry_n: uniform(0.2, 0.8),
+        low_speed_n: 0.0,
+        offset_n: uniform(0.1, 0.2),
+        spring_n_per_m: 0.0,
+        cogging_n: 0.0,
+        period_m: 0.025,
+    };
+    let mut actuator = Actuator {
+        lag_s: 10f64.powf(uniform(-3.7, -2.7)),
+        noise_m: 10f64.powf(uniform(-6.3, -5.3)),
+        gain: uniform(0.7, 1.3),
+        ripple_n: [0.0; 3],
+        phases_rad: [0.0; 3].map(|_| uniform(0.0, TAU)),
+        ripple_m: uniform(0.1, 0.15),
+    };
+    let stronger = uniform(0.0, 1.0);
+    if generator.random() {
+        let size = 10f64.powf(generator.random_range(-2.0..-1.4));
+        actuator.ripple_n = [0.0; 3].map(|_| size * generator.random_range(-2.0..2.0));
+    }
+    let (id, now) = changed(kind, number, stronger, &then);
+    let first = motion(generator);
+    let second = if number.is_multiple_of(2) { motion(generator) } else { first.clone() };
+    let mut record = |carriage: &Carriage, command_m: &[f64]| {
+        let mut text = String::from("t_s,drive,position,command\n");
+        for (row, sample) in run(carriage, &actuator, command_m, generator).iter().enumerate() {
+            let t_s = row as f64 / RATE_HZ;
+            // Writing to memory does not fail.
+            let _ = writeln!(
+                text,
+                "{t_s:.3},{:.6},{:.9},{:.9}",
+                sample.drive_n, sample.position_m, sample.command_m
+            );
+        }
+        text
+    };
+    Pair {
+        then: record(&then, &first),
+        now: record(&now, &second),
+        nominal: PLANT.into(),
+        id: id.map(str::to_string),
+        can_tell: id.is_some(),
+    }
+}
+
+/// What changes, and the carriage after it.
+fn changed(kind: Kind, number: usize, stronger: f64, then: &Carriage) -> (Option<&'static str>, Carriage) {
+    let mut now = *then;
+    // Of each change as many pairs with the same motion as with another.
+    let turn = number / 2;
+    match kind {
+        Kind::Same => (None, now),
+        Kind::Moved => {
+            let (id, [least, most]) = MOVED[turn % MOVED.len()];
+            let value = match id {
+                "coulomb_friction" => &mut now.dry_n,
+                "damping" => &mut now.viscous,
+                "inertia" => &mut now.mass_kg,
+                _ => &mut now.offset_n,
+            };
+            *value *= 1.0 + least + (most - least) * stronger;
+            (Some(id), now)
+        }
+        Kind::Came => {
+            let id = CAME[turn % CAME.len()];
+            match id {
+                "stiffness" => now.spring_n_per_m = 3.0 + 2.0 * stronger,
+                "cogging" => now.cogging_n = 0.1 + 0.1 * stronger,
+                _ => now.low_speed_n = 0.2 + 0.2 * stronger,
+            }
+            (Some(id), now)
+        }
+    }
+}
+
+/// Commanded positions: three slow sines, or, twice as often, trapezoids of the speed between random targets.
+fn motion(generator: &mut ChaCha12Rng) -> Vec<f64> {
+    let sample_s = 1.0 / RATE_HZ;
+    let size = 0.08 * generator.random_range(0.6..1.2);
+    if generator.random_range(0..3) == 0 {
+        let tones: [[f64; 2]; 3] =
+            std::array::from_fn(|_| [generator.random_range(0.2..1.2), generator.random_range(0.0..TAU)]);
+        let at = |t: f64| tones.iter().map(|[hz, phase]| (TAU * hz * t + phase).sin()).sum::<f64>();
+        return (0..ROWS).map(|k| size / 3.0 * (at(k as f64 * sample_s) - at(0.0))).collect();
+    }
+    let fastest: f64 = 0.25 * generator.random_range(0.6..1.2);
+    let acceleration = 2.0 * generator.random_range(0.6..1.3);
+    let step = acceleration * sample_s;
+    let (mut position, mut speed, mut target) = (0.0f64, 0.0f64, 0.0f64);
+    let next = |_| {
+        if (target - position).abs() < 1e-4 && speed.abs() < 2.0 * step {
+            target = size * generator.random_range(-1.0..1.0);
+        }
+        let left = target - position;
+        let wanted = left.signum() * fastest.min((2.0 * acceleration * left.abs()).sqrt());
+        speed += (wanted - speed).clamp(-step, step);
+        position += speed * sample_s;
+        position
+    };
+    (0..ROWS).map(next).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::rand_core::SeedableRng;
+
+    #[test]
+    fn every_other_pair_follows_the_same_motion_with_other_noise() {
+        let draw = |number| pair(Kind::Same, number, &mut ChaCha12Rng::seed_from_u64(3));
+        let column = |text: &str, index: usize| -> Vec<f64> {
+            let rows = text.lines().skip(1);
+            rows.map(|line| line.split(',').nth(index).unwrap().parse().unwrap()).collect()
+        };
+        for (number, same) in [(0, false), (1, true)] {
+            let Pair { then, now, .. } = draw(number);
+            assert_eq!(column(&then, 3) == column(&now, 3), same, "{number}");
+            assert_ne!(column(&then, 2), column(&now, 2), "{number}");
+            // The loop follows.
+            let late =
+                column(&then, 2).iter().zip(column(&then, 3)).map(|(p, c)| (p - c).abs()).fold(0.0, f64::max);
+            assert!(late < 0.02, "{late}");
+        }
+    }
+}
