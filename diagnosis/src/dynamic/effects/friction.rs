@@ -46,6 +46,7 @@ pub static STRIBECK: DynamicEffect = DynamicEffect {
         }
         _ => Vec::new(),
     },
+    special_case: Some(&COULOMB),
     // Beyond the speeds of the recording the fall of the friction is a viscous damping.
     plausible: |parameters, scale| {
         parameters[0] >= 0.0 && parameters[1] > 0.0 && parameters[2] < 3.0 * scale.speed

@@ -139,6 +139,8 @@ pub struct DynamicEffect {
     /// Parameters from which a search starts where an effect, given by its id and parameters, was found that is a
     /// special case of this one.
     pub starts_from: fn(&str, &[f64], &Scale) -> Vec<Vec<f64>>,
+    /// The effect that it is where only its first amount is not zero.
+    pub special_case: Option<&'static DynamicEffect>,
     /// Whether these parameters can be this effect.
     pub plausible: fn(&[f64], &Scale) -> bool,
     /// The parameters as they are reported and written, each with its gradient.
@@ -170,6 +172,7 @@ impl DynamicEffect {
         by_gain: false,
         starts: |_| vec![vec![0.0]],
         starts_from: |_, _, _| Vec::new(),
+        special_case: None,
         plausible: |_, _| true,
         readings: |effect, parameters| {
             let count = effect.creep().unwrap_or(parameters.len());

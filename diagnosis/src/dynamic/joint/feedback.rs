@@ -233,7 +233,8 @@ impl Side for UnderFeedback<'_> {
             Lane::Term(k, j) => is_per_inertia(&model.terms[k], j),
         };
         let inertia = Group::of_inertia(&self.packed, (0..lanes.len()).filter(per_inertia));
-        plant.chain(effects).chain(inertia).collect()
+        let special_cases = Group::of_special_cases(&model.terms, |k| self.lanes_of(k)[0]);
+        plant.chain(effects).chain(special_cases).chain(inertia).collect()
     }
 
     fn packed(&self) -> Vec<f64> {

@@ -17,6 +17,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use self::expansion::{Direction, Expansion, Point, estimated, promised, together};
 use super::data::{ALL, Data, Folds, SCORE, UNSCORED};
 use super::interval::{Sort, around};
+use super::model::Term;
 use crate::calibrate::log_tail;
 use crate::verdict::{Location, Parameter};
 
@@ -38,6 +39,18 @@ impl Group {
     fn of_lanes(id: &str, title: &str, lanes: impl IntoIterator<Item = usize>, of: Of) -> Group {
         let directions = lanes.into_iter().map(|lane| vec![(lane, 1.0)]).collect();
         Group { id: id.into(), title: title.into(), directions, of }
+    }
+
+    /// Of terms of which only the first amount differs: simpler effects, where the model has not them as well.
+    fn of_special_cases(terms: &[Term], first: impl Fn(usize) -> Option<usize>) -> Vec<Group> {
+        let of = |(k, term): (usize, &Term)| {
+            let simpler = term.effect.special_case?;
+            let known = terms.iter().any(|term| term.effect.id == simpler.id);
+            first(k)
+                .filter(|_| !known)
+                .map(|lane| Group::of_lanes(simpler.id, simpler.title, [lane], Of::Term(k)))
+        };
+        terms.iter().enumerate().filter_map(of).collect()
     }
 
     /// Of a mechanism whose parameters are per inertia: these all fall as it grows. None where that is one parameter.
