@@ -23,28 +23,27 @@ const MOVED: [(&str, [f64; 2]); 4] = [
 /// What comes.
 const CAME: [&str; 3] = ["stiffness", "cogging", "stribeck_friction"];
 
-/// Draws a pair. Every other pair follows the same motion twice.
+/// Draws a pair. Every other pair follows the same motion twice. Whether a recording can tell what changed is not asked.
 pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Pair {
-    let mut uniform = |from: f64, to: f64| from + (to - from) * generator.random::<f64>();
     let then = Carriage {
-        mass_kg: uniform(0.7, 1.5),
-        viscous: uniform(1.0, 4.0),
-        dry_n: uniform(0.2, 0.8),
+        mass_kg: generator.random_range(0.7..1.5),
+        viscous: generator.random_range(1.0..4.0),
+        dry_n: generator.random_range(0.2..0.8),
         low_speed_n: 0.0,
-        offset_n: uniform(0.1, 0.2),
+        offset_n: generator.random_range(0.1..0.2),
         spring_n_per_m: 0.0,
         cogging_n: 0.0,
         period_m: 0.025,
     };
     let mut actuator = Actuator {
-        lag_s: 10f64.powf(uniform(-3.7, -2.7)),
-        noise_m: 10f64.powf(uniform(-6.3, -5.3)),
-        gain: uniform(0.7, 1.3),
+        lag_s: 10f64.powf(generator.random_range(-3.7..-2.7)),
+        noise_m: 10f64.powf(generator.random_range(-6.3..-5.3)),
+        gain: generator.random_range(0.7..1.3),
         ripple_n: [0.0; 3],
-        phases_rad: [0.0; 3].map(|_| uniform(0.0, TAU)),
-        ripple_m: uniform(0.1, 0.15),
+        phases_rad: [0.0; 3].map(|_| generator.random_range(0.0..TAU)),
+        ripple_m: generator.random_range(0.1..0.15),
     };
-    let stronger = uniform(0.0, 1.0);
+    let stronger = generator.random();
     if generator.random() {
         let size = 10f64.powf(generator.random_range(-2.0..-1.4));
         actuator.ripple_n = [0.0; 3].map(|_| size * generator.random_range(-2.0..2.0));
@@ -70,11 +69,11 @@ pub(super) fn pair(kind: Kind, number: usize, generator: &mut ChaCha12Rng) -> Pa
         now: record(&now, &second),
         nominal: PLANT.into(),
         id: id.map(str::to_string),
-        can_tell: id.is_some(),
+        can_tell: false,
     }
 }
 
-/// What changes, and the carriage after it.
+/// What changes, and the carriage after it. `stronger`, from 0 to 1, says how much within the range of such changes.
 fn changed(kind: Kind, number: usize, stronger: f64, then: &Carriage) -> (Option<&'static str>, Carriage) {
     let mut now = *then;
     // Of each change as many pairs with the same motion as with another.

@@ -1,5 +1,8 @@
 //! A linear drive in its position loop: a carriage with friction, its actuator and a sampled controller. Lengths in metres,
 //! forces in newtons.
+//!
+//! It calls nothing of [`motion`], by which drives are diagnosed: friction passes through rest smoothly, falls off
+//! exponentially at low speed, and a ripple of the force is no effect of the catalogue.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +18,7 @@ const STEPS: usize = 10;
 const CREEP_M_PER_S: f64 = 1e-3;
 /// Speed in m/s over which friction falls from its value at rest.
 const STRIBECK_M_PER_S: f64 = 0.03;
-/// Gains of the controller, per kilogram.
+/// Gains of the controller: in N/m of the position's error, in N s/m of the estimated speed.
 const GAINS: [f64; 2] = [4000.0, 80.0];
 /// Part of each new difference that the controller's estimate of the speed takes.
 const SPEED_PART: f64 = 0.2;
@@ -70,7 +73,7 @@ pub struct Sample {
     pub drive_n: f64,
 }
 
-/// Follows commanded positions, one for each sample of the controller, from rest at the origin.
+/// Follows commanded positions, one for each sample of the controller, from rest at the origin; as many samples.
 pub fn run(
     carriage: &Carriage,
     actuator: &Actuator,
@@ -89,7 +92,7 @@ pub fn run(
         let drive_n = proportional * (command_m - position_m) - derivative * estimate;
         for _ in 0..STEPS {
             force += step_s / actuator.lag_s * (drive_n - force);
-            let against = carriage.resistance_n(position, speed) + actuator.ripple(position, speed);
+            let against = carriage.resistance_n(position, speed) + actuator.ripple_n(position, speed);
             speed += step_s * (force - against) / carriage.mass_kg;
             position += step_s * speed;
         }
@@ -115,7 +118,7 @@ impl Carriage {
 }
 
 impl Actuator {
-    fn ripple(&self, position: f64, speed: f64) -> f64 {
+    fn ripple_n(&self, position: f64, speed: f64) -> f64 {
         let wave = |k: usize| {
             let angle = TAU * (k + 1) as f64 * position / self.ripple_m + self.phases_rad[k];
             self.ripple_n[k] * angle.sin()

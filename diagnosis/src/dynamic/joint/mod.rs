@@ -41,14 +41,15 @@ impl Group {
         Group { id: id.into(), title: title.into(), directions, of }
     }
 
-    /// Of terms of which only the first amount differs: simpler effects, where the model has not them as well.
+    /// Of terms of which the first amount alone differs: the simpler effects that this amount is, but for those that the model
+    /// has beside. `first` is the packed parameter of a term's first amount; none where it is fixed.
     fn of_special_cases(terms: &[Term], first: impl Fn(usize) -> Option<usize>) -> Vec<Group> {
         let of = |(k, term): (usize, &Term)| {
             let simpler = term.effect.special_case?;
-            let known = terms.iter().any(|term| term.effect.id == simpler.id);
-            first(k)
-                .filter(|_| !known)
-                .map(|lane| Group::of_lanes(simpler.id, simpler.title, [lane], Of::Term(k)))
+            if terms.iter().any(|term| term.effect.id == simpler.id) {
+                return None;
+            }
+            Some(Group::of_lanes(simpler.id, simpler.title, [first(k)?], Of::Term(k)))
         };
         terms.iter().enumerate().filter_map(of).collect()
     }
@@ -410,5 +411,27 @@ impl Solved {
         };
         let square = covariance(0, 0) + covariance(1, 1) - 2.0 * covariance(0, 1);
         Both { then: estimated(then, 0), now: estimated(now, 1), error: square.max(0.0).sqrt() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Group;
+    use crate::dynamic::effects::effect;
+    use crate::dynamic::model::Term;
+
+    #[test]
+    fn more_dry_friction_is_a_change_of_its_own_where_stribecks_law_holds_it() {
+        let term = |id: &str| {
+            let effect = effect(id).unwrap();
+            Term::new(effect, vec![0.0; effect.parameters.len()])
+        };
+        let stribeck = [term("cogging"), term("stribeck_friction")];
+        let groups = Group::of_special_cases(&stribeck, |k| Some(10 * k));
+        let [group] = &groups[..] else { panic!("{}", groups.len()) };
+        assert_eq!((group.id.as_str(), &group.directions[..]), ("coulomb_friction", &[vec![(10, 1.0)]][..]));
+        assert!(Group::of_special_cases(&stribeck, |_| None).is_empty(), "the amount is fixed");
+        let both = [term("coulomb_friction"), term("stribeck_friction")];
+        assert!(Group::of_special_cases(&both, Some).is_empty(), "the model has it already");
     }
 }
